@@ -1,0 +1,1 @@
+"""Walking people with known ground truth: see README.md."""

@@ -1,0 +1,42 @@
+"""Writing files whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from motionenv.errors import MotionError
+
+
+@contextmanager
+def atomic_write(path) -> Iterator[Path]:
+    """A temporary path beside `path`, with its suffix, that takes its place when the block ends well.
+
+    When the block fails, nothing is left behind and an older file at `path` stays as it was.
+
+    Raises:
+        MotionError: the folder is missing, not writable or full; says which.
+    """
+    path = Path(path)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+        os.chmod(name, 0o666 & ~_umask())
+    except OSError as error:
+        raise MotionError(f"can't write {path}: {error.strerror}; choose a folder that exists and is writable") from None
+    try:
+        yield Path(name)
+        os.replace(name, path)
+    except OSError as error:
+        raise MotionError(f"can't write {path}: {error.strerror or error}; nothing was left half-written") from error
+    finally:
+        with suppress(FileNotFoundError):
+            os.unlink(name)
+
+
+def _umask() -> int:
+    """The process's umask (the system has no call that only reads it)."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,277 @@
+"""What flows between the stages, one frozen dataclass per arrow, and the fixed orders of names.
+
+SI units throughout: metres, radians, seconds, frames per second. World frame: right-handed, x forward
+(the direction of walking), y left, z up, ground at z = 0. Missing values are NaN and nothing else.
+Arrays are read-only copies: what a stage receives can't be changed behind its back.
+"""
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+from motionenv.errors import MotionError
+
+#: The 15 markers of Zhang & Troje (2006, fig. 1), in the order of every (..., 15, 3) array.
+MARKERS = (
+    "head", "sternum", "pelvis",
+    "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
+    "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
+)  # fmt: skip
+
+#: The 25 entries of the pose vector (Ormoneit et al. 2005, fig. 1); `motionenv.body` says what each means.
+POSE = (
+    "root_x", "root_y", "root_z", "root_tilt", "root_obliquity", "root_heading",
+    "neck_flexion", "neck_bend", "neck_rotation",
+    "left_shoulder_flexion", "left_shoulder_abduction", "left_shoulder_rotation", "left_elbow_flexion",
+    "right_shoulder_flexion", "right_shoulder_abduction", "right_shoulder_rotation", "right_elbow_flexion",
+    "left_hip_flexion", "left_hip_abduction", "left_hip_rotation", "left_knee_flexion",
+    "right_hip_flexion", "right_hip_abduction", "right_hip_rotation", "right_knee_flexion",
+)  # fmt: skip
+
+#: The 19 relative joint angles, the part of the pose vector that paper A models.
+ANGLES = POSE[6:]
+
+
+def frozen(values, shape: tuple, name: str, dtype=np.float64) -> np.ndarray:
+    """A read-only copy of `values` checked against `shape`, where `...` may stand first and None is any size.
+
+    Raises:
+        MotionError: not numeric, or of another shape; names the field and both shapes.
+    """
+    try:
+        array = np.array(values, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"{name} must be numeric of shape {shape_text(shape)}: {error}") from None
+    want = shape[1:] if shape and shape[0] is ... else shape
+    have = array.shape[array.ndim - len(want) :] if shape and shape[0] is ... else array.shape
+    if len(have) != len(want) or any(w is not None and w != h for w, h in zip(want, have, strict=True)):
+        raise MotionError(f"{name} must have shape {shape_text(shape)}, got {array.shape}")
+    array.flags.writeable = False
+    return array
+
+
+def shape_text(shape: tuple) -> str:
+    """`shape` as a reader writes it: (..., n, 3)."""
+    return "(" + ", ".join("..." if s is ... else "n" if s is None else str(s) for s in shape) + ")"
+
+
+def checked_fps(fps) -> float:
+    """`fps` as a float.
+
+    Raises:
+        MotionError: not a finite number above zero.
+    """
+    if isinstance(fps, bool) or not isinstance(fps, (int, float, np.integer, np.floating)) or not 0 < fps < np.inf:
+        raise MotionError(f"fps must be a finite number of frames per second above 0, got {fps!r}")
+    return float(fps)
+
+
+class _Record:
+    """Sets validated fields on a frozen dataclass, and pickles by them."""
+
+    def _set(self, **values):
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def __setstate__(self, state):
+        self.__init__(**{f.name: state[f.name] for f in fields(self) if f.init})
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton(_Record):
+    """One person's cylinder body: where the joints sit in the frames of their limbs, and how thick the limbs are.
+
+    Build one with `motionenv.body.from_height` or from a capture with `motionenv.body.fit_skeleton`.
+
+    Attributes:
+        offsets: (16, 3) [m], one row per node of `motionenv.body.NODES` (the 15 markers, then the neck joint),
+            each in the frame of the segment that carries it.
+        radii: (limbs, 2) [m], radius at the start and the end of each drawn limb of `motionenv.body.LIMBS`.
+        height: standing height [m], sole to crown.
+    """
+
+    offsets: np.ndarray
+    radii: np.ndarray
+    height: float
+
+    def __post_init__(self):
+        self._set(
+            offsets=frozen(self.offsets, (16, 3), "Skeleton.offsets"),
+            radii=frozen(self.radii, (None, 2), "Skeleton.radii"),
+            height=float(self.height),
+        )
+        if not (np.isfinite(self.offsets).all() and np.isfinite(self.radii).all() and 0 < self.height < np.inf):
+            raise MotionError(f"Skeleton needs finite offsets and radii and a height above 0, got {self.height!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class Motion(_Record):
+    """Poses over time of one body.
+
+    Attributes:
+        poses: (..., frames, 25), the pose vector in the order of `POSE` [m, rad]; NaN where unknown.
+        skeleton: the body that moves.
+        fps: frames per second.
+        name: where it came from, for people.
+    """
+
+    poses: np.ndarray
+    skeleton: Skeleton
+    fps: float
+    name: str = ""
+
+    def __post_init__(self):
+        self._set(poses=frozen(self.poses, (..., None, 25), "Motion.poses"), fps=checked_fps(self.fps))
+        if not isinstance(self.skeleton, Skeleton):
+            raise MotionError(f"Motion.skeleton must be a Skeleton, got {type(self.skeleton).__name__}")
+
+    @property
+    def angles(self) -> np.ndarray:
+        """The 19 relative joint angles, (..., frames, 19) [rad]."""
+        return self.poses[..., 6:]
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return self.poses.shape[-2] / self.fps
+
+
+@dataclass(frozen=True, eq=False)
+class Markers(_Record):
+    """Named points over time: optical markers, or the joints of a captured hierarchy.
+
+    Attributes:
+        names: one per point, as the source spells them.
+        positions: (..., frames, points, 3) [m], world frame, z up; NaN in gaps.
+        fps: frames per second.
+        parents: for joints of a hierarchy the index of each one's parent (-1 for a root), else None.
+        rotations: for joints of a hierarchy (..., frames, points, 3, 3), joint → world, else None.
+        name: where they came from, for people.
+    """
+
+    names: tuple[str, ...]
+    positions: np.ndarray
+    fps: float
+    parents: tuple[int, ...] | None = None
+    rotations: np.ndarray | None = None
+    name: str = ""
+
+    def __post_init__(self):
+        names = tuple(str(n) for n in self.names)
+        n = len(names)
+        self._set(
+            names=names,
+            positions=frozen(self.positions, (..., None, n, 3), "Markers.positions"),
+            fps=checked_fps(self.fps),
+        )
+        if self.parents is not None:
+            self._set(parents=tuple(int(p) for p in self.parents))
+            if len(self.parents) != n or any(not -1 <= p < i for i, p in enumerate(self.parents)):
+                raise MotionError(f"Markers.parents must hold {n} indices, each -1 or of an earlier joint")
+        if self.rotations is not None:
+            self._set(rotations=frozen(self.rotations, (..., None, n, 3, 3), "Markers.rotations"))
+
+    def index(self, name: str) -> int:
+        """Column of the point called `name`.
+
+        Raises:
+            MotionError: no such point; lists what there is.
+        """
+        if name not in self.names:
+            raise MotionError(f"no point is named {name!r}; there are: {', '.join(self.names)}")
+        return self.names.index(name)
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles(_Record):
+    """Motion cycles in a common reference domain (paper A, section 3.4): the design matrix X⁽¹⁾, unrolled.
+
+    Attributes:
+        values: (cycles, samples, channels); sample j lies at phase j / samples of its cycle (the duplicate end
+            point is dropped). NaN where the source had gaps, and before and after it.
+        channels: a name per channel, from `POSE` where they are of the pose vector.
+        seconds: (cycles,) duration of one cycle [s].
+        sequence: (cycles,) index of the sequence each cycle came from.
+        subject: (cycles,) label of the person.
+    """
+
+    values: np.ndarray
+    channels: tuple[str, ...]
+    seconds: np.ndarray
+    sequence: np.ndarray
+    subject: tuple[str, ...]
+
+    def __post_init__(self):
+        channels = tuple(str(c) for c in self.channels)
+        values = frozen(self.values, (None, None, len(channels)), "Cycles.values")
+        k = len(values)
+        self._set(
+            values=values,
+            channels=channels,
+            seconds=frozen(self.seconds, (k,), "Cycles.seconds"),
+            sequence=frozen(self.sequence, (k,), "Cycles.sequence", dtype=np.intp),
+            subject=tuple(str(s) for s in self.subject),
+        )
+        if len(self.subject) != k:
+            raise MotionError(f"Cycles.subject must hold {k} labels, got {len(self.subject)}")
+
+
+@dataclass(frozen=True, eq=False)
+class Camera(_Record):
+    """A pinhole camera in OpenCV's convention: x right, y down, z into the scene; pixel centres at whole numbers.
+
+    Attributes:
+        K: (3, 3) intrinsics [pixels].
+        R: (3, 3) rotation world → camera.
+        t: (3,) translation world → camera [m].
+        width, height: picture size [pixels].
+    """
+
+    K: np.ndarray
+    R: np.ndarray
+    t: np.ndarray
+    width: int
+    height: int
+
+    def __post_init__(self):
+        self._set(
+            K=frozen(self.K, (3, 3), "Camera.K"),
+            R=frozen(self.R, (3, 3), "Camera.R"),
+            t=frozen(self.t, (3,), "Camera.t"),
+        )
+        for name in ("width", "height"):
+            size = getattr(self, name)
+            if isinstance(size, bool) or size != int(size) or not 1 <= size <= 16384:
+                raise MotionError(f"Camera.{name} must be a whole number of pixels from 1 to 16384, got {size!r}")
+            self._set(**{name: int(size)})
+        if not all(np.isfinite(a).all() for a in (self.K, self.R, self.t)):
+            raise MotionError("Camera K, R and t must be finite")
+        if not np.allclose(self.R @ self.R.T, np.eye(3), atol=1e-6) or np.linalg.det(self.R) < 0:
+            raise MotionError(f"Camera.R must be a rotation matrix, got {self.R.tolist()}")
+
+    def project(self, points) -> tuple[np.ndarray, np.ndarray]:
+        """Pixel coordinates (..., 2) and depth (...) [m] along z of world points (..., 3) [m]."""
+        seen = np.asarray(points, dtype=np.float64) @ self.R.T + self.t
+        pixels = seen @ self.K.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return pixels[..., :2] / pixels[..., 2:], seen[..., 2]
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Position of the camera in the world, (3,) [m]."""
+        return -self.R.T @ self.t
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(_Record):
+    """What a renderer returns; leading axes are the batch's.
+
+    Attributes:
+        rgb: uint8 (..., height, width, 3), or None where it was not asked for.
+        depth: float32 (..., height, width) [m] along the camera's z to the body; infinite on the background.
+        limbs: uint8 (..., height, width), 1 + index into `motionenv.body.LIMBS`; 0 is background.
+    """
+
+    rgb: np.ndarray | None
+    depth: np.ndarray
+    limbs: np.ndarray = field(repr=False)
