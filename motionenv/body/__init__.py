@@ -1,0 +1,19 @@
+"""The 25-DOF body of tapered cylinders (paper A, fig. 1): what it is made of, how it moves, how it is fitted."""
+
+from motionenv.body.kinematics import forward, limb_segments, markers
+from motionenv.body.skeleton import EDGES, LIMBS, LIMITS, NODES, SEGMENTS, from_height, limb_radii, limit_excess, mirror
+
+__all__ = [
+    "EDGES",
+    "LIMBS",
+    "LIMITS",
+    "NODES",
+    "SEGMENTS",
+    "forward",
+    "from_height",
+    "limb_radii",
+    "limb_segments",
+    "limit_excess",
+    "markers",
+    "mirror",
+]

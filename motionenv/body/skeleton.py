@@ -1,0 +1,139 @@
+"""What the cylinder body is made of: nodes, segments, drawn limbs, proportions, joint limits.
+
+Ten rigid segments hang together in a tree (paper A, fig. 1): torso, head, and on each side upper arm, forearm,
+thigh and shin. In the zero pose the body stands upright with arms hanging and looks along x: then the frames of
+all segments are parallel to the world's (x forward, y left, z up).
+"""
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.types import MARKERS, Skeleton
+
+#: Rows of `Skeleton.offsets`: the 15 markers, then the joint between torso and head.
+NODES = (*MARKERS, "neck")
+
+#: Rigid parts in the order of rotation arrays. Feet carry no degree of freedom: `kinematics` turns them for looks.
+SEGMENTS = (
+    "torso", "head",
+    "left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm",
+    "left_thigh", "left_shin", "right_thigh", "right_shin",
+    "left_foot", "right_foot",
+)  # fmt: skip
+
+#: Stick figure of the 15 markers, as pairs of indices into `MARKERS` (paper B, fig. 1).
+EDGES = tuple(
+    (MARKERS.index(a), MARKERS.index(b))
+    for a, b in (
+        ("head", "sternum"), ("sternum", "pelvis"),
+        ("sternum", "left_shoulder"), ("left_shoulder", "left_elbow"), ("left_elbow", "left_wrist"),
+        ("sternum", "right_shoulder"), ("right_shoulder", "right_elbow"), ("right_elbow", "right_wrist"),
+        ("pelvis", "left_hip"), ("left_hip", "left_knee"), ("left_knee", "left_ankle"),
+        ("pelvis", "right_hip"), ("right_hip", "right_knee"), ("right_knee", "right_ankle"),
+    )
+)  # fmt: skip
+
+# Drawn limbs: name, segment whose frame holds the local shifts, start node, shift, end node, shift, radii.
+# Shifts (x, y, z) and radii are shares of the standing height.
+_HALF = (
+    ("{}_upper_arm", "{}_upper_arm", "{}_shoulder", (0, 0, 0), "{}_elbow", (0, 0, 0), (0.029, 0.024)),
+    ("{}_forearm", "{}_forearm", "{}_elbow", (0, 0, 0), "{}_wrist", (0, 0, 0), (0.024, 0.017)),
+    ("{}_hand", "{}_forearm", "{}_wrist", (0, 0, -0.015), "{}_wrist", (0, 0, -0.075), (0.020, 0.016)),
+    ("{}_thigh", "{}_thigh", "{}_hip", (0, 0, 0), "{}_knee", (0, 0, 0), (0.048, 0.031)),
+    ("{}_shin", "{}_shin", "{}_knee", (0, 0, 0), "{}_ankle", (0, 0, 0), (0.031, 0.021)),
+    ("{}_foot", "{}_foot", "{}_ankle", (-0.018, 0, -0.017), "{}_ankle", (0.086, 0, -0.023), (0.022, 0.016)),
+)
+_LIMB_TABLE = (
+    ("torso", "torso", "pelvis", (0, 0, 0.045), "neck", (0.005, 0, -0.072), (0.064, 0.072)),
+    ("shoulders", "torso", "left_shoulder", (0, -0.012, 0), "right_shoulder", (0, 0.012, 0), (0.034, 0.034)),
+    ("pelvis", "torso", "left_hip", (0, -0.006, 0.006), "right_hip", (0, 0.006, 0.006), (0.053, 0.053)),
+    ("neck", "head", "neck", (0, 0, -0.01), "head", (0, 0, -0.02), (0.031, 0.029)),
+    ("head", "head", "head", (0, 0, -0.022), "head", (0.006, 0, 0.022), (0.041, 0.048)),
+    *(tuple(x.format("left") if isinstance(x, str) else x for x in row) for row in _HALF),
+    *(tuple(x.format("right") if isinstance(x, str) else x for x in row) for row in _HALF),
+)  # fmt: skip
+
+#: Names of the drawn tapered cylinders; `Frame.limbs` holds 1 + index into this.
+LIMBS = tuple(row[0] for row in _LIMB_TABLE)
+
+#: Per drawn limb: segment, start node, end node, and the local shifts as shares of the height.
+LIMB_SEGMENT = np.array([SEGMENTS.index(row[1]) for row in _LIMB_TABLE])
+LIMB_NODES = np.array([[NODES.index(row[2]), NODES.index(row[4])] for row in _LIMB_TABLE])
+LIMB_SHIFTS = np.array([[row[3], row[5]] for row in _LIMB_TABLE], dtype=np.float64)
+_LIMB_RADII = np.array([row[6] for row in _LIMB_TABLE])
+
+#: Height of the ankle joint above the sole, as a share of the standing height (Winter 2009, fig. 4.1).
+ANKLE_HEIGHT = 0.039
+
+# Where the nodes sit in the frame of their segment, as shares of the standing height. Lengths along the limbs and
+# heights: Winter (2009, fig. 4.1, after Drillis & Contini 1966). Widths between joint centres and the depth of the
+# sternum marker: joint centres lie inside the breadths of that figure.
+_PROPORTIONS = {
+    "pelvis": (0, 0, 0),
+    "left_hip": (0, 0.050, 0), "right_hip": (0, -0.050, 0),
+    "left_shoulder": (0, 0.108, 0.288), "right_shoulder": (0, -0.108, 0.288),
+    "sternum": (0.045, 0, 0.225), "neck": (0, 0, 0.300),
+    "head": (0.012, 0, 0.105),
+    "left_elbow": (0, 0, -0.186), "right_elbow": (0, 0, -0.186),
+    "left_wrist": (0, 0, -0.146), "right_wrist": (0, 0, -0.146),
+    "left_knee": (0, 0, -0.245), "right_knee": (0, 0, -0.245),
+    "left_ankle": (0, 0, -0.246), "right_ankle": (0, 0, -0.246),
+}  # fmt: skip
+
+
+def from_height(height: float = 1.75, *, girth: float = 1.0) -> Skeleton:
+    """A body of average proportions (Winter 2009, fig. 4.1).
+
+    Args:
+        height: standing height [m], 0.5 to 2.5.
+        girth: factor on the thickness of all limbs, 0.5 to 2.
+
+    Raises:
+        MotionError: `height` or `girth` out of range.
+    """
+    _check("height", height, 0.5, 2.5, "metres")
+    return Skeleton(np.array([_PROPORTIONS[n] for n in NODES]) * height, limb_radii(height, girth), height)
+
+
+def limb_radii(height: float, girth: float = 1.0) -> np.ndarray:
+    """Radii (limbs, 2) [m] at the ends of the drawn limbs of a person of `height` [m], times `girth`.
+
+    Raises:
+        MotionError: `girth` out of range.
+    """
+    _check("girth", girth, 0.5, 2.0, "a factor")
+    return _LIMB_RADII * height * girth
+
+
+def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
+    """Raise unless `low` <= value <= `high`."""
+    if not low <= value <= high:
+        raise MotionError(f"{name} must be {unit} from {low} to {high}, got {value!r}")
+
+
+_LIMITS_DEGREES = {
+    "root": [(-np.inf, np.inf)] * 6,
+    "neck": [(-60, 60), (-45, 45), (-80, 80)],
+    "shoulder": [(-60, 180), (-50, 180), (-90, 90)], "elbow": [(0, 150)],
+    "hip": [(-30, 125), (-30, 45), (-45, 45)], "knee": [(0, 150)],
+}  # fmt: skip
+
+#: Joint limits of the pose vector, (25, 2) [rad]: ranges of motion of healthy adults (AAOS, Norkin & White 2016,
+#: appendix B), the root free.
+LIMITS = np.radians(
+    np.array(sum((_LIMITS_DEGREES[j] for j in "root neck shoulder elbow shoulder elbow hip knee hip knee".split()), []))
+)
+
+
+def limit_excess(poses) -> np.ndarray:
+    """How far each entry of poses (..., 25) lies beyond its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
+    poses = np.asarray(poses, dtype=np.float64)
+    return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
+
+
+def mirror(poses) -> np.ndarray:
+    """The left-right mirrored poses (..., 25), reflected in the plane y = 0 of the world."""
+    poses = np.array(poses, dtype=np.float64)
+    swapped = poses[..., [*range(9), *range(13, 17), *range(9, 13), *range(21, 25), *range(17, 21)]]
+    swapped[..., [1, 4, 5, 7, 8]] *= -1.0
+    return swapped
