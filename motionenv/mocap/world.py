@@ -1,0 +1,67 @@
+"""From a file's coordinates to the world's: length units, the axis that points up, and joint hierarchies."""
+
+import numbers
+
+import numpy as np
+
+from motionenv.errors import MotionError
+
+#: Metres per unit. "cmu" is the Carnegie Mellon database's: 0.45 units to the inch.
+METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
+
+_SPELLINGS = {
+    "metre": "m", "metres": "m", "meter": "m", "meters": "m",
+    "centimetre": "cm", "centimetres": "cm", "centimeter": "cm", "centimeters": "cm",
+    "millimetre": "mm", "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
+    "in": "inch", "inches": "inch",
+}  # fmt: skip
+
+#: Which of the file's axes become the world's x, y, z (forward, left, up): a cycle, so handedness stays.
+_CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
+
+
+def metres_per(unit) -> float:
+    """Metres per file unit, of a name in `METRES` (or its usual spelling) or of a number that says so itself.
+
+    Raises:
+        MotionError: neither; lists the names.
+    """
+    if isinstance(unit, str):
+        name = unit.strip().lower()
+        name = _SPELLINGS.get(name, name)
+        if name in METRES:
+            return METRES[name]
+    elif isinstance(unit, numbers.Real) and not isinstance(unit, bool) and 0 < unit < np.inf:
+        return float(unit)
+    raise MotionError(f"unit must be one of {', '.join(METRES)} or the metres per file unit (above 0), got {unit!r}")
+
+
+def upright(points, up: str) -> np.ndarray:
+    """Points (..., 3) of a right-handed frame whose axis `up` points up, in one whose z does.
+
+    "z" changes nothing; "y" makes (x, y, z) into (z, x, y), so that what faced +z faces +x and +x is left;
+    "x" makes it (y, z, x).
+
+    Raises:
+        MotionError: `up` is none of x, y, z.
+    """
+    if up not in _CYCLES:
+        raise MotionError(f"up must be 'x', 'y' or 'z', got {up!r}")
+    return np.asarray(points)[..., _CYCLES[up]]
+
+
+def forward(parents, offsets, local) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (frames, J, 3) and rotations (frames, J, 3, 3) of y-up joints in the z-up world.
+
+    Args:
+        parents: (J,) index of each joint's parent, -1 for roots; parents come first.
+        offsets: (frames, J, 3) joint in its parent's frame (roots: in the file's world).
+        local: (frames, J, 3, 3) rotation joint → parent.
+    """
+    positions, rotations = np.array(offsets, dtype=np.float64), np.array(local, dtype=np.float64)
+    for j, p in enumerate(parents):
+        if p >= 0:
+            positions[:, j] = positions[:, p] + (rotations[:, p] @ positions[:, j, :, None])[..., 0]
+            rotations[:, j] = rotations[:, p] @ rotations[:, j]
+    cycle = _CYCLES["y"]
+    return positions[..., cycle], rotations[..., cycle, :][..., cycle]
