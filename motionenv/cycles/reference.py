@@ -1,0 +1,132 @@
+"""Aligned sequences → cycles in the common reference domain (Ormoneit et al. 2005, section 3.4)."""
+
+import numpy as np
+
+from motionenv.cycles.offsets import Alignment, align, positive
+from motionenv.cycles.period import estimate_period
+from motionenv.cycles.snr import checked_series
+from motionenv.cycles.splines import SPACING, spline_basis
+from motionenv.errors import MotionError
+from motionenv.types import ANGLES, POSE, Cycles
+
+#: Most variance of a fitted value, in units of one sample's: beyond it the data don't determine the spline there.
+LEVERAGE = 4.0
+
+
+def to_reference(sequences, alignment: Alignment, fps, *, samples: int = 128, channels=None, subjects=None) -> Cycles:
+    """Cuts aligned sequences into cycles and samples each at phases 0, 1/samples, ..., by a spline fitted to it.
+
+    Sequence i gives K_i = ⌈(T_i - o_i) / p_i⌉ + 1 cycles for o_i ≠ 0, the partly filled ends counted. Each cycle and
+    channel gets the unconstrained regression spline of appendix A, fitted to its own observed samples. The paper's
+    grid 0..𝒯 holds phase 1 as well; it is the next cycle's phase 0 and is dropped. A grid point stays NaN where the
+    spline is not supported by data: outside the observed stretch by more than a frame, inside a gap longer than the
+    distance of the knots, or where the fitted value would vary more than twice as much as one sample. Cycles without
+    a single supported point are left out.
+
+    Args:
+        sequences: n arrays (frames, m), NaN where missing. They may hold other channels than those aligned.
+        alignment: periods and offsets, from `align`.
+        fps: frames per second, one or (n,).
+        samples: grid points per cycle.
+        channels: m names; by default those of the pose vector for m = 25, of its angles for m = 19, else numbers.
+        subjects: n labels of people; by default a number per sequence.
+
+    Raises:
+        MotionError: sequences, alignment, fps, channels and subjects don't fit together.
+    """
+    checked = [checked_series(z) for z in sequences]
+    n = len(alignment.periods)
+    if len(checked) != n or len({z.shape[1] for z, _ in checked}) != 1:
+        raise MotionError(f"the alignment is of {n} sequences with the same channels, got {len(checked)}")
+    if isinstance(samples, bool) or samples != int(samples) or samples < 2:
+        raise MotionError(f"samples must be a whole number from 2, got {samples!r}")
+    channels = _channel_names(channels, checked[0][0].shape[1])
+    subjects = [str(i) for i in range(n)] if subjects is None else [str(s) for s in subjects]
+    if len(subjects) != n:
+        raise MotionError(f"subjects must hold a label for each of the {n} sequences, got {len(subjects)}")
+    seconds = alignment.periods / positive(fps, n, "fps")
+    grid = np.arange(samples) / samples
+    values, sequence = [], []
+    for i, (z, _) in enumerate(checked):
+        for cycle in _cycles(z, alignment.offsets[i], alignment.periods[i], grid):
+            values.append(cycle)
+            sequence.append(i)
+    if not values:
+        raise MotionError("no cycle is supported by enough samples for a spline: the frame rate is too low")
+    return Cycles(np.array(values), channels, seconds[sequence], sequence, tuple(subjects[i] for i in sequence))
+
+
+def segment(sequences, fps, *, steer=None, weights=None, samples: int = 128, channels=None, subjects=None) -> Cycles:
+    """Sequences → cycles in one step: `estimate_period` of each, `align`, `to_reference` (paper A, section 3).
+
+    Args:
+        sequences: n arrays (frames, m), NaN where missing.
+        fps: frames per second, one or (n,).
+        steer: which channels determine periods and offsets, as an index into the m channels (a slice, a list of
+            numbers, or a mask); the others ride along. All by default. Leave out what drifts, such as root position.
+        weights: weight per steering channel in `align`.
+        samples, channels, subjects: as in `to_reference`.
+
+    Raises:
+        MotionError: as the three steps; names the sequence that has no period.
+    """
+    sequences = [checked_series(z)[0] for z in sequences]
+    rates = positive(fps, len(sequences), "fps")
+    steering = [z if steer is None else z[:, steer] for z in sequences]
+    periods = []
+    for i, (z, rate) in enumerate(zip(steering, rates, strict=True)):
+        try:
+            periods.append(estimate_period(z, rate).frames)
+        except MotionError as error:
+            raise type(error)(f"sequence {i}: {error}") from error
+    alignment = align(steering, periods, weights=weights)
+    return to_reference(sequences, alignment, rates, samples=samples, channels=channels, subjects=subjects)
+
+
+def _cycles(z: np.ndarray, offset: float, period: float, grid: np.ndarray):
+    """Yields (samples, m) for each cycle of one sequence that has any supported point."""
+    place = (np.arange(len(z)) - offset) / period
+    number = np.floor(place).astype(np.int64)
+    for k in np.unique(number):
+        inside = number == k
+        cycle = _resample(place[inside] - k, z[inside], 1 / period, grid)
+        if not np.isnan(cycle).all():
+            yield cycle
+
+
+def _resample(phase: np.ndarray, z: np.ndarray, frame: float, grid: np.ndarray) -> np.ndarray:
+    """Spline values (samples, m) of one cycle on the grid; channels with the same gaps share one factorisation."""
+    out = np.full((len(grid), z.shape[1]), np.nan)
+    masks, which = np.unique(~np.isnan(z), axis=1, return_inverse=True)
+    for j, seen in enumerate(masks.T):
+        keep, hat = _hat(phase[seen], frame, grid)
+        same = np.flatnonzero(which.reshape(-1) == j)
+        out[np.ix_(keep, same)] = hat @ z[np.ix_(seen, same)]
+    return out
+
+
+def _hat(phase: np.ndarray, frame: float, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which grid points samples at these phases support, and the matrix from samples to values."""
+    padded = np.concatenate([[-np.inf], phase, [np.inf]])
+    after = np.searchsorted(phase, grid, side="right") + 1
+    before, after = grid - padded[after - 1], padded[after] - grid
+    keep = (np.minimum(before, after) <= frame) | (before + after <= SPACING)
+    basis = spline_basis(grid[keep])
+    u, s, vt = np.linalg.svd(spline_basis(phase), full_matrices=False)
+    rank = int((s > 1e-9 * s.max(initial=0.0)).sum())
+    rotated = basis @ vt[:rank].T
+    determined = np.linalg.norm(basis - rotated @ vt[:rank], axis=1) < 1e-6
+    hat = (rotated / s[:rank]) @ u[:, :rank].T
+    good = determined & ((hat**2).sum(axis=1) <= LEVERAGE)
+    keep[keep] = good
+    return keep, hat[good]
+
+
+def _channel_names(channels, m: int) -> tuple[str, ...]:
+    """The given names, or those of the pose vector where m says so, or numbers."""
+    if channels is None:
+        return {25: POSE, 19: ANGLES}.get(m, tuple(str(a) for a in range(m)))
+    names = tuple(str(c) for c in channels)
+    if len(names) != m:
+        raise MotionError(f"channels must name {m} channels, got {len(names)}")
+    return names

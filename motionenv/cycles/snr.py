@@ -1,0 +1,106 @@
+"""Signal-to-noise ratio of a folded series (Ormoneit et al. 2005, section 3.2, eq. 1-3), all candidates in one pass."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from motionenv.cycles import _fold
+from motionenv.errors import GapError, MotionError
+
+#: Residual sums of squares below this share of a channel's total are rounding, and are raised to it.
+ROUNDING = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class SNR:
+    """Signal-to-noise ratio as a function of the candidate period (paper A, fig. 5).
+
+    Attributes:
+        candidates: (n,) candidate periods [frames].
+        channels: (n, m) signal / noise per channel; NaN where it is undefined: a channel never seen or constant, fewer
+            than two non-empty bins, or no bin with two samples.
+        total: (n,) sum over the channels where it is defined (eq. 3); 0 where it is defined for none.
+    """
+
+    candidates: np.ndarray
+    channels: np.ndarray
+    total: np.ndarray
+
+
+def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> SNR:
+    """Signal-to-noise ratio of `z` folded at every candidate period, missing samples left out (eq. 1-3).
+
+    `"paper"` is eq. 2 as printed, Σ_k (z̄_k - Z̄)² / ((p - 1) p / |I|), which assumes that all bins hold equally many
+    samples; white noise then drifts with p. `"counts"` weights each bin by its samples, Σ_k n_k (z̄_k - Z̄)² / (p - 1),
+    the analysis-of-variance statistic, whose expectation on white noise does not depend on p. In both, p counts the
+    non-empty bins, and the noise of eq. 1 has |I| - p degrees of freedom; Z̄ is the mean of each channel.
+
+    Args:
+        z: (frames, m), NaN where missing. Remove trends first (root position drifts and has no period).
+        candidates: (n,) whole numbers of frames, at least 2.
+        weighting: `"counts"` (default) or `"paper"`.
+
+    Raises:
+        MotionError: `z` is not (frames, m), or a candidate or `weighting` is none of the above.
+        GapError: nothing in `z` is observed.
+    """
+    z, seen = checked_series(z)
+    if weighting not in ("counts", "paper"):
+        raise MotionError(f"weighting must be 'counts' or 'paper', got {weighting!r}")
+    given = np.atleast_1d(np.asarray(candidates))
+    if given.ndim != 1 or not given.size or (given != np.floor(given)).any() or given.min() < 2:
+        raise MotionError(f"candidates must be whole numbers of frames from 2, got {candidates!r}")
+    order, back = np.unique(given.astype(np.int64), return_inverse=True)
+    deviations, total, n = centre(z, seen)
+    count = np.uint8 if len(z) < 256 * order[0] else np.int32
+    paper = weighting == "paper"
+    squares, bins = _fold.sums_of_squares(deviations, seen.astype(count), order, _parents(order), paper)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Σ n_k (z̄_k - Z̄)² is needed for the noise in either case
+        between = _fold.sums_of_squares(deviations, seen.astype(count), order, _parents(order), False)[0] if paper else squares
+        signal = squares * n / ((bins - 1) * bins) if paper else squares / (bins - 1)
+        noise = np.maximum(total - between, ROUNDING * total) / (n - bins)
+        ratio = np.where((bins > 1) & (n > bins) & (total > 0), signal / noise, np.nan)[back]
+    return SNR(given.astype(np.int64), ratio, np.nansum(ratio, axis=1))
+
+
+def checked_series(z) -> tuple[np.ndarray, np.ndarray]:
+    """`z` as float64 (frames, m) and where it is observed.
+
+    Raises:
+        MotionError: another shape, or infinite values.
+        GapError: nothing is observed.
+    """
+    try:
+        z = np.asarray(z, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"a sequence must be numeric of shape (frames, channels): {error}") from None
+    if z.ndim != 2 or 0 in z.shape:
+        raise MotionError(f"a sequence must have shape (frames, channels), got {z.shape}")
+    if np.isinf(z).any():
+        raise MotionError("a sequence holds infinite values: mark what is missing as NaN")
+    seen = ~np.isnan(z)
+    if not seen.any():
+        raise GapError(f"nothing is observed in this sequence of {len(z)} frames and {z.shape[1]} channels")
+    return z, seen
+
+
+def centre(z: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Deviations from each channel's mean (0 where missing), their sum of squares (m,), and the counts |I| (m,).
+
+    A channel whose deviations are within rounding of its level is constant: its sum of squares is exactly 0.
+    """
+    n = seen.sum(axis=0)
+    filled = np.where(seen, z, 0.0)
+    deviation = np.where(seen, filled - filled.sum(axis=0) / np.maximum(n, 1), 0.0)
+    squares = np.einsum("ta,ta->a", deviation, deviation)
+    level = 64 * np.finfo(float).eps * np.abs(filled).max(axis=0)
+    squares[squares <= n * level**2] = 0.0
+    return deviation, squares, n
+
+
+def _parents(order: np.ndarray) -> np.ndarray:
+    """For each of the sorted candidates the index of its smallest proper multiple among them, or -1."""
+    multiple = (order[None, :] % order[:, None] == 0) & (order[None, :] > order[:, None])
+    return np.where(multiple.any(axis=1), multiple.argmax(axis=1), -1)

@@ -1,0 +1,60 @@
+"""Cubic regression splines on one cycle (Ormoneit et al. 2005, appendix A), and their least-squares fits with gaps.
+
+The knots are fixed at 0.1, 0.2, ..., 0.9. The paper's basis of truncated powers (with φ₀, so K + 1 = 13 functions) has
+a condition number near 7e4; B-splines span the same space and are used instead. The periodically constrained splines
+(value, first and second derivative equal at 0 and 1; 10 functions) are the periodic B-splines on the same knots: the
+same space as appendix A's Φ(x)ᵀU₂.
+"""
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from motionenv.errors import MotionError
+
+#: Distance of the knots, as a share of the cycle.
+SPACING = 0.1
+_CLAMPED = np.concatenate([np.zeros(3), np.arange(11) / 10, np.ones(3)])
+
+
+def spline_basis(x) -> np.ndarray:
+    """The unconstrained spline functions of appendix A at phases `x` (n,) in [0, 1], as B-splines: (n, 13).
+
+    Raises:
+        MotionError: a phase outside [0, 1], or not a number.
+    """
+    x = np.atleast_1d(np.asarray(x, dtype=np.float64))
+    if x.ndim != 1 or not ((x >= 0) & (x <= 1)).all():
+        raise MotionError("phases of the unconstrained spline must be one row of numbers from 0 to 1")
+    return BSpline.design_matrix(x, _CLAMPED, 3).toarray()
+
+
+def periodic_basis(x) -> np.ndarray:
+    """The periodically constrained spline functions of appendix A at phases `x` (n,): (n, 10); `x` wraps at 1.
+
+    Function k is the cardinal cubic B-spline centred at phase k / 10.
+    """
+    distance = np.mod(np.atleast_1d(np.asarray(x, dtype=np.float64))[:, None] / SPACING - np.arange(10) + 5, 10) - 5
+    far = np.abs(distance)
+    return np.where(far < 1, 2 / 3 - far**2 + far**3 / 2, np.maximum(2 - far, 0) ** 3 / 6)
+
+
+def fit(basis: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Least-squares coefficients (functions, m) of `z` (n, m) on `basis` (n, functions), missing samples left out.
+
+    Where the observed samples don't determine them all, the solution of least norm.
+    """
+    seen = ~np.isnan(z)
+    return solve(*normal_equations(basis, np.where(seen, z, 0.0), seen))
+
+
+def normal_equations(basis: np.ndarray, sums: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrices (m, K, K) and right-hand sides (m, K) for data given as sums and counts (n, m) per row of `basis`."""
+    k = basis.shape[1]
+    products = (basis[:, :, None] * basis[:, None, :]).reshape(len(basis), -1)
+    return (np.asarray(counts, dtype=np.float64).T @ products).reshape(-1, k, k), sums.T @ basis
+
+
+def solve(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Coefficients (K, m) of the normal equations (m, K, K), (m, K); of least norm where they are singular."""
+    inverse = np.linalg.pinv(gram, rcond=1e-11, hermitian=True)
+    return np.einsum("akl,al->ka", inverse, right)
