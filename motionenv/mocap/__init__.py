@@ -1,0 +1,34 @@
+"""Motion capture files: what BVH, ASF/AMC, C3D, TRC and NPZ hold, in metres, z up."""
+
+from pathlib import Path
+
+from motionenv.errors import FormatError
+from motionenv.mocap import asfamc, bvh, c3d, npz, trc
+from motionenv.types import Markers, Motion
+
+__all__ = ["read"]
+
+_READERS = {".amc": asfamc.read, ".bvh": bvh.read, ".c3d": c3d.read, ".trc": trc.read, ".npz": npz.read}
+
+
+def read(path, *, fps: float | None = None, unit: str | float | None = None, asf=None) -> Markers | Motion:
+    """Read a capture file by its suffix: .amc (with its .asf), .bvh, .c3d, .trc or motionenv's own .npz.
+
+    Args:
+        path: the file.
+        fps: frames per second, where the file doesn't say (AMC never does) or says it wrong.
+        unit: a name in `motionenv.mocap.world.METRES` or metres per file unit, where the file doesn't say.
+        asf: the skeleton of an AMC file, if not the one beside it.
+
+    Returns:
+        `Motion` of an NPZ file, `Markers` of every other: positions [m], z up, right-handed.
+
+    Raises:
+        FormatError: another suffix, or a file that can't be read as what its suffix says; names what is wrong where.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _READERS:
+        raise FormatError(path, f"can't be read by its suffix {suffix!r}; there are readers for {', '.join(_READERS)}")
+    given = {"fps": fps, "unit": unit, "asf": asf}
+    options = {key: value for key, value in given.items() if value is not None}
+    return _READERS[suffix](path, **options)

@@ -1,0 +1,121 @@
+"""TRC: Motion Analysis's tab-separated marker positions, which OpenSim uses too."""
+
+from pathlib import Path
+
+import numpy as np
+
+from motionenv.errors import FormatError, MotionError
+from motionenv.mocap.text import count, number, read_lines, unique
+from motionenv.mocap.world import metres_per, upright
+from motionenv.types import Markers, checked_fps
+
+_HEADER = ("DataRate", "NumFrames", "NumMarkers", "Units")
+_CLOCK = 0.01  # how far the Time column may run from the DataRate, as a share
+
+
+def read(path, fps: float | None = None, unit: str | float | None = None, up: str = "y") -> Markers:
+    """The markers of a TRC file; blanks and points at exactly (0, 0, 0) are gaps: NaN.
+
+    Args:
+        path: the file.
+        fps: frames per second, in place of the file's "DataRate".
+        unit: a name in `motionenv.mocap.world.METRES` or metres per unit, in place of the file's "Units".
+        up: which of the file's axes points up, "x", "y" or "z". The format doesn't say; OpenSim's files are y up,
+            others are as their laboratory was.
+
+    Returns:
+        Positions [m], z up. Labels that repeat get "_2", "_3".
+
+    Raises:
+        FormatError: not a whole, regular TRC file, or a frame rate or a unit that must be given; names the line.
+    """
+    lines = read_lines(path)
+    header = _header(path, lines)
+    names = _names(path, lines, count(path, 3, header["NumMarkers"], "NumMarkers"))
+    first = _first_row(path, lines)
+    rows = [(i, line) for i, line in enumerate(lines[first - 1 :], first) if line.strip()]
+    frames = count(path, 3, header["NumFrames"], "NumFrames")
+    if len(rows) != frames:
+        raise FormatError(path, f"'NumFrames' says {frames}, but there are {len(rows)}", f"line {len(lines)}")
+    values = np.array([_row(path, i, line, len(names)) for i, line in rows])
+    fps = _fps(path, header["DataRate"], values[:, 1]) if fps is None else checked_fps(fps)
+    points = values[:, 2:].reshape(frames, len(names), 3)
+    gap = (points == 0).all(-1) | np.isnan(points).any(-1)
+    points = np.where(gap[..., None], np.nan, points) * _scale(path, header["Units"], unit)
+    return Markers(unique(names), upright(points, up), fps, name=Path(path).stem)
+
+
+def _header(path, lines: list[str]) -> dict[str, str]:
+    """The second line's words with the third line's below them."""
+    if not lines[0].lstrip().startswith("PathFileType"):
+        raise FormatError(path, "must begin with PathFileType: this is no TRC file", "line 1")
+    if len(lines) < 4:
+        raise FormatError(path, "is cut off inside of its header", f"line {len(lines)}")
+    keys, values = lines[1].split(), lines[2].split()
+    header = dict(zip(keys, values, strict=False))
+    if missing := [key for key in _HEADER if key not in header]:
+        raise FormatError(path, f"has no value for {', '.join(missing)}", "line 3")
+    return header
+
+
+def _names(path, lines: list[str], markers: int) -> list[str]:
+    """The markers' labels, from the line that starts with "Frame#"."""
+    words = [word.strip() for word in lines[3].split("\t")]
+    if not words[0].lower().startswith("frame"):
+        raise FormatError(path, f"expected the line of labels, which starts with Frame#, got {words[0]!r}", "line 4")
+    names = [word for word in words[2:] if word]
+    if len(names) != markers:
+        raise FormatError(path, f"'NumMarkers' says {markers}, but there are {len(names)} labels", "line 4")
+    return names
+
+
+def _first_row(path, lines: list[str]) -> int:
+    """Number of the first line of data: the line of X1 Y1 Z1 and an empty one may or may not be there."""
+    for i, line in enumerate(lines[4:], 5):
+        words = line.split()
+        if words and words[0].upper() != "X1":
+            return i
+    raise FormatError(path, "has no data after its header: it is cut off", f"line {len(lines)}")
+
+
+def _row(path, i: int, line: str, markers: int) -> list[float]:
+    """Frame number, time and coordinates of one line; NaN for blanks."""
+    words = line.split("\t")
+    need = 2 + 3 * markers
+    if len(words) < need or any(word.strip() for word in words[need:]):
+        raise FormatError(path, f"expected {need} columns, got {len(words)}", f"line {i}")
+    words = [word.strip() for word in words[:need]]
+    try:
+        values = [float(word or "nan") for word in words]
+    except ValueError:
+        values = [np.inf]
+    if np.isinf(values).any():
+        values = [number(path, i, word, f"column {c}") if _filled(word) else np.nan for c, word in enumerate(words, 1)]
+    return values
+
+
+def _filled(word: str) -> bool:
+    """False for the ways to write a gap."""
+    return word.lower() not in ("", "nan")
+
+
+def _fps(path, rate: str, times: np.ndarray) -> float:
+    """The file's frame rate, if its times agree."""
+    fps = number(path, 3, rate, "DataRate")
+    if fps <= 0:
+        raise FormatError(path, f"'DataRate' must be above 0, got {rate!r}; pass fps=", "line 3")
+    took, expected = times[-1] - times[0], (len(times) - 1) / fps
+    if not abs(took - expected) <= _CLOCK * expected + 0.001:
+        problem = f"the times span {took:g} s, but 'DataRate' makes {expected:g} s of the frames; pass fps="
+        raise FormatError(path, problem, "column 2")
+    return fps
+
+
+def _scale(path, written: str, unit) -> float:
+    """Metres per file unit."""
+    try:
+        return metres_per(written if unit is None else unit)
+    except MotionError as error:
+        if unit is not None:
+            raise
+        raise FormatError(path, f"{error}; pass unit=", "line 3") from None
