@@ -1,0 +1,257 @@
+"""Functional principal components of motion cycles with missing samples (paper A, section 4)."""
+
+import numpy as np
+
+from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.models.fig8 import fit_svd
+from motionenv.models.fourier import fourier_basis
+from motionenv.models.ppca import fit_ppca, posterior
+from motionenv.models.store import save_model
+from motionenv.types import Cycles
+
+FITS = {"ppca": fit_ppca, "svd": fit_svd}
+CENTRES = ("all", "subject")
+SETTINGS = ("n_components", "n_harmonics", "centre", "method", "tol", "max_iter")
+STORED = (
+    "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
+    "explained_variance_ratio_", "singular_values_", "errors_",
+)  # fmt: skip
+
+
+class FunctionalPCA:
+    r"""A cycle is x(τ) = μ(τ) + Σ_j s_j v_j(τ), with scores s ~ N(0, diag λ) and smooth, periodic μ and v_j.
+
+    Two ways to estimate it when samples are missing:
+
+    - `method="ppca"` (default) maximises the likelihood of the observed samples with EM (`motionenv.models.ppca`):
+      scores are shrunk by what a cycle shows of itself, so gaps are filled well even from few cycles.
+    - `method="svd"` is paper A's fig. 8 as printed, but in the real basis: impute, project, truncate the SVD, repeat.
+
+    Args:
+        n_components: q, components to keep.
+        n_harmonics: constant and n_harmonics - 1 cosine-sine pairs per channel (fig. 8: 20).
+        centre: "all" for one mean, so that components are what differs between people (fig. 9); "subject" for a
+            mean per person, so that they are what differs within one (fig. 10).
+        method: "ppca" or "svd".
+        tol: stop when an iteration improves the objective by less than this fraction.
+        max_iter: iterations at most.
+
+    Attributes:
+        channels_: names of the channels.
+        mean_: (P, m) mean cycle; with centre="subject" the average of the people's means.
+        subjects_, subject_means_: people's labels and means (people, P, m); with centre="all" one, called "all".
+        components_: (q, P, m), orthonormal as vectors of P·m samples; the largest sample of each is positive.
+        explained_variance_: (q,) λ, variance of the scores [squared units of the channels, summed over samples].
+        explained_variance_ratio_: (q,) λ as a share of the variance about the means.
+        singular_values_: (q,) √((K - people)·λ); for "svd" those of X⁽³⁾.
+        noise_variance_: (m,) variance per sample that the components leave.
+        scores_: (K, q) of the cycles it was fitted to, about their own means.
+        imputed_: (K, P, m) those cycles with the gaps filled; observed samples as they were.
+        errors_: (iterations,) the objective, which never rises: Theorem 1's ‖X⁽²⁾ - X⁽⁵⁾‖ for "svd", the negative
+            log-likelihood of the observed samples for "ppca".
+        n_cycles_: K.
+        card_: the model card that a loaded model carries.
+    """
+
+    kind = "fpca"
+
+    def __init__(self, n_components=5, n_harmonics=20, centre="all", method="ppca", tol=1e-6, max_iter=500):
+        self.n_components = n_components
+        self.n_harmonics = n_harmonics
+        self.centre = centre
+        self.method = method
+        self.tol = tol
+        self.max_iter = max_iter
+        self.card_: dict = {}
+
+    def fit(self, cycles: Cycles, channels=None) -> "FunctionalPCA":
+        """Estimate mean and components from `cycles`; `channels` names those to model (default all).
+
+        Raises:
+            MotionError: a setting out of range, an unknown channel, an infinite value, too few cycles.
+            GapError: a channel without one observed sample.
+        """
+        self._check_settings()
+        self.channels_ = tuple(cycles.channels if channels is None else channels)
+        values = _select(cycles, self.channels_)
+        labels = cycles.subject if self.centre == "subject" else ("all",) * len(values)
+        subjects, groups = np.unique(labels, return_inverse=True)
+        self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(values)
+        _check_values(values, self.channels_, self.n_components, len(subjects))
+        basis = self._basis_of(values.shape[1])
+        means, components, variance, noise, errors = FITS[self.method](
+            values, groups, basis, self.n_components, self.tol, self.max_iter
+        )
+        self._set(basis, means, components)
+        self.explained_variance_, self.noise_variance_, self.errors_ = variance, noise, np.array(errors)
+        self._describe(values, groups)
+        return self
+
+    def transform(self, values) -> np.ndarray:
+        """Scores (..., q) of cycles `values` (..., P, m), NaN where missing, about `mean_`.
+
+        "ppca": posterior means, so a cycle that shows nothing scores 0. "svd": least squares on what is observed.
+
+        Raises:
+            MotionError: another shape, or an infinite value.
+        """
+        self._check_fitted()
+        values = np.asarray(values, dtype=np.float64)
+        if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
+            raise MotionError(f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}")
+        flat = (values - self.mean_).reshape(-1, self.mean_.size)
+        return self._scores(flat).reshape(*values.shape[:-2], -1)
+
+    def inverse_transform(self, scores) -> np.ndarray:
+        """Cycles (..., P, m) with the given scores (..., q)."""
+        self._check_fitted()
+        return self.mean_ + np.tensordot(np.asarray(scores, dtype=np.float64), self.components_, axes=1)
+
+    def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
+        """The model at any phase: the Fourier series themselves, so it is smooth and periodic in every derivative.
+
+        Args:
+            scores: (..., q).
+            phase: (...) in cycles, any real numbers; broadcasts with the scores.
+            derivative: 0 for values, d for the d-th derivative by phase [per cycle^d].
+
+        Returns:
+            (..., m).
+        """
+        self._check_fitted()
+        scores = np.asarray(scores, dtype=np.float64)
+        n_columns, m = self.mean_coefficients_.shape
+        columns = fourier_basis(phase, (n_columns + 1) // 2, len(self.mean_), derivative)
+        terms = np.concatenate([self.mean_coefficients_[:, None], np.moveaxis(self.component_coefficients_, 0, 1)], 1)
+        curves = (columns @ terms.reshape(n_columns, -1)).reshape(*columns.shape[:-1], -1, m)
+        return curves[..., 0, :] + (scores[..., None, :] @ curves[..., 1:, :])[..., 0, :]
+
+    def sample(self, n: int, seed=None) -> np.ndarray:
+        """`n` new cycles (n, P, m), scores drawn from N(0, diag λ) with `seed` (an int or a Generator)."""
+        self._check_fitted()
+        normal = np.random.default_rng(seed).standard_normal((n, len(self.components_)))
+        return self.inverse_transform(normal * np.sqrt(self.explained_variance_))
+
+    def score_samples(self, scores) -> np.ndarray:
+        """Log-density (...) of scores (..., q) under N(0, diag λ)."""
+        self._check_fitted()
+        scores = np.asarray(scores, dtype=np.float64)
+        return -0.5 * (scores**2 / self.explained_variance_ + np.log(2 * np.pi * self.explained_variance_)).sum(axis=-1)
+
+    def score(self, values) -> float:
+        """Mean log-density of the scores of cycles `values` (..., P, m)."""
+        return float(self.score_samples(self.transform(values)).mean())
+
+    def save(self, path, card=None) -> None:
+        """Write the fitted model to `path` (.npz) with a model `card` (a dict for people: data, licence, command)."""
+        arrays, meta = self.to_arrays()
+        save_model(path, self.kind, arrays, {**meta, "card": card or self.card_})
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and JSON-able settings from which `from_arrays` makes the same model."""
+        self._check_fitted()
+        arrays = {name: getattr(self, name) for name in STORED}
+        settings = {name: getattr(self, name) for name in SETTINGS}
+        labels = {"channels": self.channels_, "subjects": self.subjects_, "samples": len(self.mean_)}
+        return arrays, {"settings": settings, **labels, "n_cycles": self.n_cycles_}
+
+    @classmethod
+    def from_arrays(cls, arrays, meta) -> "FunctionalPCA":
+        """The model that `to_arrays` took apart; without scores and imputations of the cycles it was fitted to.
+
+        Raises:
+            ModelError: shapes that don't belong together.
+        """
+        model = cls(**meta["settings"])
+        model._check_settings()
+        model.channels_, model.subjects_ = tuple(meta["channels"]), tuple(meta["subjects"])
+        model.n_cycles_, model.card_ = meta["n_cycles"], meta.get("card", {})
+        q, n, m = model.n_components, 2 * model.n_harmonics - 1, len(model.channels_)
+        shapes: dict[str, tuple] = {"noise_variance_": (m,), "explained_variance_": (q,)}
+        shapes |= {"subject_coefficients_": (len(model.subjects_), n, m), "component_coefficients_": (q, n, m)}
+        for name in STORED:
+            if name in shapes and arrays[name].shape != shapes[name]:
+                raise ModelError(f"{name} has shape {arrays[name].shape}, expected {shapes[name]}: fit the model again")
+            setattr(model, name, arrays[name])
+        model._set(model._basis_of(meta["samples"]), model.subject_coefficients_, model.component_coefficients_)
+        return model
+
+    def _basis_of(self, samples):
+        return fourier_basis(np.arange(samples) / samples, self.n_harmonics, samples)
+
+    def _check_settings(self):
+        if self.centre not in CENTRES or self.method not in FITS:
+            raise MotionError(
+                f"centre must be one of {CENTRES}, method one of {tuple(FITS)}, got {self.centre!r}, {self.method!r}"
+            )
+        if self.n_components < 1 or not self.tol > 0 or self.max_iter < 1:
+            raise MotionError(
+                "n_components and max_iter must be at least 1 and tol above 0, got "
+                f"{self.n_components}, {self.max_iter}, {self.tol}"
+            )
+
+    def _check_fitted(self):
+        if not hasattr(self, "mean_coefficients_"):
+            raise ModelError("this FunctionalPCA is not fitted: call fit(cycles) first, or motionenv.load(name)")
+
+    def _set(self, basis, means, components):
+        """Store people's means (G, n, m) and components (q, n, m), both in the basis, signs fixed."""
+        curves = (basis @ components).reshape(len(components), -1)
+        peaks = np.take_along_axis(curves, np.abs(curves).argmax(axis=1)[:, None], axis=1)
+        self.component_coefficients_ = np.ascontiguousarray(components * np.sign(peaks)[:, :, None])
+        self.subject_coefficients_ = np.ascontiguousarray(means)
+        self.mean_coefficients_ = means.mean(axis=0)
+        self.components_ = basis @ self.component_coefficients_
+        self.subject_means_ = basis @ self.subject_coefficients_
+        self.mean_ = basis @ self.mean_coefficients_
+
+    def _describe(self, values, groups):
+        """Scores, imputations and shares of variance of the cycles that it was fitted to."""
+        deviations = values - self.subject_means_[groups]
+        self.scores_ = self._scores(deviations.reshape(len(values), -1))
+        filled = self.subject_means_[groups] + np.tensordot(self.scores_, self.components_, axes=1)
+        self.imputed_ = np.where(np.isnan(values), filled, values)
+        freedom = len(values) - len(self.subject_means_)
+        self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
+        total = np.nanmean(deviations**2) * self.mean_.size * len(values) / freedom
+        self.explained_variance_ratio_ = self.explained_variance_ / total
+
+    def _scores(self, deviations) -> np.ndarray:
+        """Scores (K, q) of deviations (K, P·m) from the mean, NaN where missing."""
+        seen = np.isfinite(deviations).astype(float)
+        y = np.where(seen > 0, deviations, 0.0)
+        flat = self.components_.reshape(len(self.components_), -1).T
+        if self.method == "svd":
+            return _least_squares(y, seen, flat)
+        scale = np.sqrt(self.explained_variance_)
+        noise = np.tile(self.noise_variance_, len(self.mean_))
+        return posterior(y, seen, flat * scale, np.zeros(len(flat)), noise)[0] * scale
+
+
+def _least_squares(y, seen, loadings) -> np.ndarray:
+    """Scores (K, q) of least squares on what each row shows; the shortest where it shows too little."""
+    products = (loadings[:, :, None] * loadings[:, None, :]).reshape(len(loadings), -1)
+    normal = (seen @ products).reshape(len(y), loadings.shape[1], -1)
+    return (np.linalg.pinv(normal, hermitian=True) @ (y @ loadings)[..., None])[..., 0]
+
+
+def _select(cycles: Cycles, channels) -> np.ndarray:
+    """Values (K, P, m) of the named channels."""
+    unknown = [c for c in channels if c not in cycles.channels]
+    if unknown or not channels:
+        raise MotionError(f"no channel is named {unknown}; the cycles have: {', '.join(cycles.channels)}")
+    return cycles.values[..., [cycles.channels.index(c) for c in channels]]
+
+
+def _check_values(values, channels, rank, people):
+    """Refuse what no fit can be made from."""
+    if np.isinf(values).any():
+        raise MotionError("cycles hold infinite values: mark missing samples with NaN")
+    empty = [c for c, some in zip(channels, np.isfinite(values).any(axis=(0, 1)), strict=True) if not some]
+    if empty:
+        raise GapError(f"nothing was observed of {', '.join(empty)}: leave them out with channels=")
+    if len(values) - people < rank:
+        raise MotionError(
+            f"{rank} components need at least {rank + people} cycles (means take {people}), got {len(values)}; "
+            "fit more cycles or fewer components"
+        )
