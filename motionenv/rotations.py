@@ -56,7 +56,8 @@ def unwrap_euler(angles) -> np.ndarray:
     """The same rotations over time with the branch nearest to the frame before: no jumps of π or 2π.
 
     Three Euler angles (a, b, c) of different axes and (a + π, π - b, c + π) are one rotation; the nearer
-    branch is taken frame by frame. NaN frames stay NaN and the next known frame follows the last known one.
+    branch is taken frame by frame, and of the two continuous results the one whose median middle angle is smaller.
+    NaN frames stay NaN and the next known frame follows the last known one.
 
     Args:
         angles: (..., frames, 3) [rad].
@@ -65,14 +66,28 @@ def unwrap_euler(angles) -> np.ndarray:
     last = np.zeros((*angles.shape[:-2], 3))
     for t in range(angles.shape[-2]):
         now = angles[..., t, :]
-        other = np.stack([now[..., 0] + np.pi, np.pi - now[..., 1], now[..., 2] + np.pi], axis=-1)
-        both = np.stack([now, other])
+        both = np.stack([now, _other_branch(now)])
         both = both - 2 * np.pi * np.round((both - last) / (2 * np.pi))
         nearer = np.abs(both - last).sum(-1)
         best = np.where((nearer[1] < nearer[0])[..., None], both[1], both[0])
         angles[..., t, :] = best
         last = np.where(np.isnan(best), last, best)
-    return angles
+    middle = _median(np.abs(angles[..., 1]))
+    angles = np.where((middle > np.pi / 2)[..., None, None], _other_branch(angles), angles)
+    return angles - 2 * np.pi * np.round(_median(np.moveaxis(angles, -2, -1))[..., None, :] / (2 * np.pi))
+
+
+def _other_branch(angles: np.ndarray) -> np.ndarray:
+    """The other three angles (..., 3) that make the same rotation."""
+    return np.stack([angles[..., 0] + np.pi, np.pi - angles[..., 1], angles[..., 2] + np.pi], axis=-1)
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    """Median over the last axis of what is known; 0 where nothing is."""
+    known = ~np.isnan(values)
+    ordered = np.sort(values, axis=-1)  # NaN last
+    middle = np.take_along_axis(ordered, np.maximum(known.sum(-1, keepdims=True) - 1, 0) // 2, axis=-1)[..., 0]
+    return np.where(known.any(-1), middle, 0.0)
 
 
 def nearest(matrices) -> np.ndarray:

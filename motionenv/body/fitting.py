@@ -52,7 +52,7 @@ def fit_skeleton(nodes) -> Skeleton:
     return Skeleton(offsets, limb_radii(height), height)
 
 
-def fit_poses(nodes, skeleton: Skeleton, head_side=None) -> np.ndarray:
+def fit_poses(nodes, skeleton: Skeleton, fps: float, head_side=None) -> np.ndarray:
     """The pose vectors that bring the nodes of `skeleton` closest to captured ones.
 
     Directions are taken from where the fitted torso puts shoulder and hip, so that errors do not add up along a
@@ -62,6 +62,7 @@ def fit_poses(nodes, skeleton: Skeleton, head_side=None) -> np.ndarray:
     Args:
         nodes: (frames, 16, 3) [m] positions in the order of `NODES`, NaN in gaps.
         skeleton: the body to pose, from `fit_skeleton` or of another person.
+        fps: frames per second; sets how far a straight limb looks for its plane of bending.
         head_side: (frames, 3) direction to the left of the head in the world, or None: the head then looks where
             the torso does, because head and neck are single points.
 
@@ -78,7 +79,7 @@ def fit_poses(nodes, skeleton: Skeleton, head_side=None) -> np.ndarray:
     poses[:, 3:6] = unwrap_euler(to_euler("ZXY", torso))[:, [2, 1, 0]]
     poses[:, 6:9] = _neck(nodes, skeleton, torso, root, head_side)
     for at, signs, hinge, chain in _LIMBS:
-        poses[:, at : at + 4] = _limb(nodes, skeleton, torso, root, signs, hinge, chain)
+        poses[:, at : at + 4] = _limb(nodes, skeleton, torso, root, fps, (signs, hinge, chain))
     return poses
 
 
@@ -169,8 +170,9 @@ def _neck(nodes, skeleton, torso, root, head_side) -> np.ndarray:
     return angles * [1.0, -1.0, 1.0]
 
 
-def _limb(nodes, skeleton, torso, root, signs, hinge, chain) -> np.ndarray:
+def _limb(nodes, skeleton, torso, root, fps, limb) -> np.ndarray:
     """Flexion, abduction and rotation of a ball joint and flexion of the hinge below it: (frames, 4) [rad]."""
+    signs, hinge, chain = limb
     near, middle, far = (_I[n] for n in chain)
     start = root + torso @ skeleton.offsets[near]
     upper = _unit(nodes[:, middle] - start)
@@ -180,7 +182,7 @@ def _limb(nodes, skeleton, torso, root, signs, hinge, chain) -> np.ndarray:
     beta, gamma = np.arctan2(-u[:, 0], -u[:, 2]), np.arcsin(np.clip(u[:, 1], -1.0, 1.0))
     v = _into_limb(beta, gamma, np.einsum("tji,tj->ti", torso, lower))
     # Below the hinge: R_z(ρ) R_y(±f) (0, 0, -1), whose level part is ∓sin f · (cos ρ, sin ρ).
-    rho = _bending_direction(-hinge * v[:, :2])
+    rho = _bending_direction(-hinge * v[:, :2], fps)
     bend = np.arctan2(-hinge * (v[:, 0] * np.cos(rho) + v[:, 1] * np.sin(rho)), -v[:, 2])
     ball = unwrap_euler(np.stack([beta, gamma, rho], axis=-1)) * signs
     ball[:, 2] = np.where(np.isnan(rho), np.nan, ball[:, 2])
@@ -199,18 +201,19 @@ def _into_limb(beta, gamma, v) -> np.ndarray:
     return np.stack([x, v[:, 1] * c + z * s, z * c - v[:, 1] * s], axis=-1)
 
 
-def _bending_direction(bend: np.ndarray) -> np.ndarray:
+def _bending_direction(bend: np.ndarray, fps: float) -> np.ndarray:
     """Axial rotation ρ (frames,) [rad] from sin(flexion)·(cos ρ, sin ρ), (frames, 2).
 
-    The vector shrinks as the limb straightens, so that adding a little of its neighbours' mean and of the neutral
-    direction leaves bent limbs as they are and decides straight ones. A nearly straight limb that seems to bend the
-    wrong way is slightly overstretched, not turned around.
+    The vector shrinks to nothing as the limb straightens, and its direction to noise: below about 6° of flexion the
+    mean vector of the nearest 0.1 s takes over, and where that vanishes too the neutral direction. A nearly straight
+    limb that seems to bend the wrong way is slightly overstretched, not turned around.
     """
     seen = np.isfinite(bend).all(-1)
-    straight = np.linalg.norm(bend, axis=-1) < 0.15
-    turned = np.where((straight & (bend[:, 0] < 0))[:, None], -bend, bend)
+    size = np.linalg.norm(bend, axis=-1)
+    turned = np.where(((size < 0.15) & (bend[:, 0] < 0))[:, None], -bend, bend)
     held = np.where(seen[:, None], turned, 0.0)
-    share = gaussian_filter1d(seen.astype(float), 6.0, mode="nearest")
-    nearby = gaussian_filter1d(held, 6.0, axis=0, mode="nearest") / np.maximum(share, 1e-9)[:, None]
-    mixed = held + 0.1 * nearby + [0.01, 0.0]
+    share = gaussian_filter1d(seen.astype(float), 0.1 * fps, mode="nearest")
+    nearby = gaussian_filter1d(held, 0.1 * fps, axis=0, mode="nearest") / np.maximum(share, 1e-9)[:, None]
+    trust = np.where(seen, size**2 / (size**2 + 0.1**2), 0.0)[:, None]
+    mixed = trust * held + (1.0 - trust) * nearby + [0.005, 0.0]
     return np.where(seen, np.arctan2(mixed[:, 1], mixed[:, 0]), np.nan)

@@ -1,0 +1,91 @@
+"""Which points of a source make the nodes of the body: one table per naming scheme.
+
+A table gives for every node of `motionenv.body.NODES` the source points that make it and their weights, which sum
+to one: two points with 0.5 each are a midpoint, and {"Head": 2, "Neck": -1} lies as far above the head joint as that
+lies above the neck.
+"""
+
+from collections.abc import Iterable
+
+
+def _mid(*names: str) -> dict[str, float]:
+    """Equal weights."""
+    return dict.fromkeys(names, 1.0 / len(names))
+
+
+def _sides(**table: str) -> dict[str, dict[str, float]]:
+    """Left and right nodes from patterns whose {} is the source's word for the side: hip="{}UpLeg"."""
+    left, right = table.pop("left"), table.pop("right")
+    pairs = (("left", left), ("right", right))
+    return {f"{side}_{node}": {name.format(word): 1.0} for node, name in table.items() for side, word in pairs}
+
+
+#: CMU's ASF/AMC: bones are named, and a point is the far end of its bone.
+_CMU = {
+    "head": _mid("upperneck", "head"),
+    "neck": _mid("thorax"),
+    "sternum": _mid("upperback", "thorax"),
+    "pelvis": _mid("lhipjoint", "rhipjoint"),
+    **_sides(
+        left="l", right="r", shoulder="{}clavicle", elbow="{}humerus", wrist="{}radius",
+        hip="{}hipjoint", knee="{}femur", ankle="{}tibia",
+    ),
+}  # fmt: skip
+
+_LIMB_JOINTS = _sides(
+    left="Left", right="Right", shoulder="{}Arm", elbow="{}ForeArm", wrist="{}Hand",
+    hip="{}UpLeg", knee="{}Leg", ankle="{}Foot",
+)  # fmt: skip
+
+#: CMU's BVH conversions: joints are named, and the thorax bone has no length.
+_CMU_BVH = {
+    "head": _mid("Head", "Head_end"),
+    "neck": _mid("Neck"),
+    "sternum": _mid("Spine", "Spine1"),
+    "pelvis": _mid("LeftUpLeg", "RightUpLeg"),
+    **_LIMB_JOINTS,
+}
+
+#: Mixamo and the many rigs that follow it; the prefix "mixamorig:" is dropped.
+_MIXAMO = {
+    "head": {"Head": 2.0, "Neck": -1.0},
+    "neck": _mid("Neck"),
+    "sternum": _mid("Spine2"),
+    "pelvis": _mid("LeftUpLeg", "RightUpLeg"),
+    **_LIMB_JOINTS,
+}
+
+_BANDAI = {
+    "head": {"Head": 2.0, "Neck": -1.0},
+    "neck": _mid("Neck"),
+    "sternum": _mid("Chest", "Neck"),
+    "pelvis": _mid("UpperLeg_L", "UpperLeg_R"),
+    **_sides(
+        left="L", right="R", shoulder="UpperArm_{}", elbow="LowerArm_{}", wrist="Hand_{}",
+        hip="UpperLeg_{}", knee="LowerLeg_{}", ankle="Foot_{}",
+    ),
+}  # fmt: skip
+
+#: Plug-in Gait and CMU's marker set, after `motionenv.mocap.jointcentres` has added the joint centres (…JC).
+_PLUG_IN_GAIT = {
+    "head": _mid("LFHD", "RFHD", "LBHD", "RBHD"),
+    "neck": _mid("CLAV", "C7"),
+    "sternum": _mid("CLAV", "STRN", "C7", "T10"),
+    "pelvis": _mid("LHJC", "RHJC"),
+    **_sides(left="L", right="R", shoulder="{}SJC", elbow="{}ELB", wrist="{}WJC", hip="{}HJC", knee="{}KJC", ankle="{}AJC"),
+}
+
+#: By the name to pass to `retarget`: table, and the point whose rotation is the head's (None: markers have none).
+SCHEMES: dict[str, tuple[dict[str, dict[str, float]], str | None]] = {
+    "cmu": (_CMU, "head"),
+    "cmu-bvh": (_CMU_BVH, "Head"),
+    "mixamo": (_MIXAMO, "Head"),
+    "bandai-namco": (_BANDAI, "Head"),
+    "plug-in-gait": (_PLUG_IN_GAIT, None),
+}
+
+
+def missing(scheme: str, names: Iterable[str]) -> list[str]:
+    """Source points that `scheme` needs and `names` doesn't hold."""
+    needed = {point for weights in SCHEMES[scheme][0].values() for point in weights}
+    return sorted(needed - set(names))
