@@ -223,7 +223,7 @@ class Orthographic:
         return pixels, math.cos(self.alpha) * shifted[..., 1] - math.sin(self.alpha) * shifted[..., 0]
 
 
-def project(points, camera: "Camera | Orthographic | Sequence") -> tuple[np.ndarray, np.ndarray]:
+def project(points, camera: Camera | Orthographic | Sequence) -> tuple[np.ndarray, np.ndarray]:
     """Pixels (..., n, 2) and depth (..., n) [m] of points (..., n, 3) [m]; NaN where a point is behind the camera.
 
     Args:
@@ -245,6 +245,12 @@ def project(points, camera: "Camera | Orthographic | Sequence") -> tuple[np.ndar
         )
     each = [project(points[..., i, :, :], c) for i, c in enumerate(camera)]
     return np.stack([e[0] for e in each], axis=-3), np.stack([e[1] for e in each], axis=-2)
+
+
+def picture_size(camera: Camera | Orthographic | Sequence) -> tuple[int, int]:
+    """Height and width [pixels] of the pictures of a camera, or of a sequence of them."""
+    one = camera if isinstance(camera, Camera | Orthographic) else camera[0]
+    return one.height, one.width
 
 
 def _intrinsics(width: int, height: int, fov_degrees: float) -> np.ndarray:
