@@ -32,7 +32,7 @@ class SourceFile:
 
 @dataclass(frozen=True)
 class Source:
-    """A named set of files: `title`, `home` page, `licence` in a sentence, `acknowledgement` to print, `files`."""
+    """Files under one `name`: `title`, `home` page, `licence` in a sentence, `acknowledgement` to print, `files`."""
 
     name: str
     title: str

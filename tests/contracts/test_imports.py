@@ -1,0 +1,118 @@
+"""Who may import whom: stages import earlier stages only, and each library has its place (read from the source)."""
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CORE = {"errors", "files", "rotations", "types"}
+RANK = {
+    **dict.fromkeys(CORE, 0),
+    "body": 1,
+    "mocap": 2,
+    "cycles": 2,
+    "models": 3,
+    "render": 4,
+    "estimation": 5,
+    "metrics": 6,
+    "envs": 7,
+    "plots": 8,
+    "": 9,  # motionenv/__init__.py: the public names
+    "cli": 10,
+    "__main__": 11,
+}
+STAGES = set(RANK) - CORE
+HOME = {
+    "numpy": set(RANK),
+    "scipy": set(RANK),
+    "numba": STAGES,
+    "ezc3d": {"mocap"},
+    "pygltflib": {"mocap"},
+    "pooch": {"mocap"},
+    "requests": {"mocap"},
+    "trimesh": {"body", "render"},
+    "pyrender": {"render"},
+    "OpenGL": {"render"},
+    "pyglet": {"render"},
+    "av": {"render"},
+    "PIL": {"render"},
+    "matplotlib": {"plots"},
+    "gymnasium": {"envs"},
+    "typer": {"cli"},
+    "rich": {"cli"},
+    "uvicorn": {"cli"},
+}
+
+
+def part_of(module: str) -> str:
+    """`motionenv.body.skeleton` → `body`; `motionenv` itself → the empty name."""
+    return [*module.split("."), ""][1]
+
+
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Every module named in an import, at any depth; `from motionenv import x` counts as `motionenv.x`."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative import; name the module in full"
+            split = node.module == "motionenv"
+            yield from (f"motionenv.{alias.name}" for alias in node.names) if split else [node.module]
+
+
+def files() -> list:
+    return [pytest.param(p, id=str(p.relative_to(ROOT))) for p in sorted((ROOT / "motionenv").rglob("*.py"))]
+
+
+def complaint(importer: str, imported: str) -> str | None:
+    """What is wrong with a module in part `importer` naming `imported`, or None."""
+    top = imported.split(".")[0]
+    if top == "service":
+        return "nothing imports service"
+    if imported == "motionenv.__version__":  # model files say which version wrote them
+        return None
+    if top == "motionenv":
+        part = part_of(imported)
+        part = part if part in RANK else ""
+        allowed = part == importer or RANK[part] < RANK[importer] or {part, importer} <= CORE
+        return None if allowed else f"{part or 'the public names'} comes later than {importer}"
+    if top in sys.stdlib_module_names:
+        return None
+    return None if importer in HOME.get(top, ()) else f"{top} belongs in {sorted(HOME.get(top, ())) or 'no part yet'}"
+
+
+@pytest.mark.parametrize("path", files())
+def test_every_part_imports_only_what_it_may(path):
+    importer = part_of(module_of(path))
+    assert importer in RANK, f"give {importer} its place in RANK"
+    wrong = {name: why for name in imports(path) if (why := complaint(importer, name))}
+    assert not wrong
+
+
+@pytest.mark.parametrize(
+    ("importer", "imported", "fine"),
+    [
+        ("models", "motionenv.cycles.snr", True),
+        ("cycles", "motionenv.models", False),
+        ("cycles", "motionenv.mocap", False),
+        ("types", "motionenv.errors", True),
+        ("types", "motionenv.body", False),
+        ("body", "motionenv.load", False),
+        ("cli", "motionenv.load", True),
+        ("types", "numba", False),
+        ("render", "numba", True),
+        ("models", "pyrender", False),
+        ("cli", "service", False),
+        ("body", "tomllib", True),
+        ("body", "pandas", False),
+    ],
+)
+def test_the_rule_itself(importer, imported, fine):
+    assert (complaint(importer, imported) is None) == fine

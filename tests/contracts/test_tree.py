@@ -1,0 +1,59 @@
+"""What holds for the files themselves: short, no capture data, nothing that only one machine knows."""
+
+import hashlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("motionenv", "service", "tests", "benchmarks", "renders", ".ci")
+CAPTURE = {".amc", ".asf", ".bvh", ".c3d", ".trc"}
+TEXT = {"", ".css", ".html", ".js", ".json", ".md", ".py", ".sh", ".toml", ".txt", ".yml"}
+
+# Written in two halves, so that this file does not find itself.
+HOSTS = [
+    "py" + "pi.org", "python" + "hosted.org", "registry." + "npmjs", "npm" + "js.com", "deb." + "debian.org",
+    "conda." + "anaconda.org", "crates" + ".io", "proxy." + "golang.org",
+]  # fmt: skip
+MACHINE_PATH = re.compile(r"(?<![\w.:/~$}])/(?:work|root|home|tmp|opt)" + "/")
+
+
+def tree() -> list[Path]:
+    """Every file of the project: its folders, and what lies at the top of the checkout."""
+    inside = [p for folder in FOLDERS for p in (ROOT / folder).rglob("*")]
+    top = [p for p in ROOT.iterdir() if p.suffix in {".md", ".toml"} or p.name in {"LICENSE", ".gitignore"}]
+    return sorted(p for p in inside + top if p.is_file() and "__pycache__" not in p.parts)
+
+
+def texts() -> list:
+    return [pytest.param(p, id=str(p.relative_to(ROOT))) for p in tree() if p.suffix in TEXT]
+
+
+@pytest.mark.parametrize("path", [p for p in texts() if p.values[0].suffix == ".py"])
+def test_a_file_is_at_most_400_lines(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+@pytest.mark.parametrize("path", texts())
+def test_nothing_names_a_registry_host_or_a_path_of_one_machine(path):
+    text = path.read_text(encoding="utf-8")
+    assert not [host for host in HOSTS if host in text]
+    assert not MACHINE_PATH.findall(text)
+
+
+def test_no_capture_files():
+    assert not [p for p in tree() if p.suffix.lower() in CAPTURE]
+
+
+def test_no_file_is_a_copy_of_capture(mocap):
+    sizes = {p.stat().st_size: p for p in tree()}
+    originals = [p for p in mocap.rglob("*") if p.is_file() and p.stat().st_size in sizes and p.stat().st_size > 0]
+    ours = {hashlib.sha256(p.read_bytes()).digest() for p in tree()}
+    assert not [p for p in originals if hashlib.sha256(p.read_bytes()).digest() in ours]
+
+
+def test_the_machine_path_rule_itself():
+    assert MACHINE_PATH.search("open('" + "/tmp" + "/x')")
+    assert not MACHINE_PATH.search("https://example.org" + "/home" + "/x")
+    assert not MACHINE_PATH.search("~" + "/work" + "/x")
