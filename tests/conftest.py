@@ -4,6 +4,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# The same examples in every run, and no deadline: the first call of a kernel compiles it.
+settings.register_profile("motionenv", deadline=None, derandomize=True, database=None)
+settings.load_profile("motionenv")
 
 MOCAP = Path(os.environ.get("MOTIONENV_MOCAP", Path(__file__).parents[2] / "shared" / "mocap"))
 
