@@ -204,16 +204,16 @@ def _into_limb(beta, gamma, v) -> np.ndarray:
 def _bending_direction(bend: np.ndarray, fps: float) -> np.ndarray:
     """Axial rotation ρ (frames,) [rad] from sin(flexion)·(cos ρ, sin ρ), (frames, 2).
 
-    The vector shrinks to nothing as the limb straightens, and its direction to noise: below about 6° of flexion the
+    The vector shrinks to nothing as the limb straightens, and its direction to noise: below about 12° of flexion the
     mean vector of the nearest 0.1 s takes over, and where that vanishes too the neutral direction. A nearly straight
     limb that seems to bend the wrong way is slightly overstretched, not turned around.
     """
     seen = np.isfinite(bend).all(-1)
     size = np.linalg.norm(bend, axis=-1)
-    turned = np.where(((size < 0.15) & (bend[:, 0] < 0))[:, None], -bend, bend)
+    turned = np.where(((size < 0.2) & (bend[:, 0] < 0))[:, None], -bend, bend)
     held = np.where(seen[:, None], turned, 0.0)
     share = gaussian_filter1d(seen.astype(float), 0.1 * fps, mode="nearest")
     nearby = gaussian_filter1d(held, 0.1 * fps, axis=0, mode="nearest") / np.maximum(share, 1e-9)[:, None]
-    trust = np.where(seen, size**2 / (size**2 + 0.1**2), 0.0)[:, None]
-    mixed = trust * held + (1.0 - trust) * nearby + [0.005, 0.0]
+    trust = np.where(seen, size**2 / (size**2 + 0.2**2), 0.0)[:, None]
+    mixed = trust * held + (1.0 - trust) * nearby + [0.02, 0.0]
     return np.where(seen, np.arctan2(mixed[:, 1], mixed[:, 0]), np.nan)

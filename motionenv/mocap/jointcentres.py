@@ -6,11 +6,11 @@ from motionenv.types import Markers
 
 # CMU's waist markers stand for those of the pelvis.
 _ALIASES = {"LFWT": "LASI", "RFWT": "RASI", "LBWT": "LPSI", "RBWT": "RPSI"}
-_NEEDED = ("LASI", "RASI", "LSHO", "RSHO", "LWRA", "LWRB", "RWRA", "RWRB", "LKNE", "RKNE", "LANK", "RANK", "C7")
+_NEEDED = ("LASI", "RASI", "LSHO", "RSHO", "LWRA", "LWRB", "RWRA", "RWRB", "LELB", "RELB", "LKNE", "RKNE", "LANK", "RANK", "C7")
 
 # From the marker to the centre: half the width of the joint and the marker's own radius [m]. Plug-in Gait measures
 # these on every person; files rarely carry them, so these are an adult's.
-_KNEE, _ANKLE, _SHOULDER = 0.058, 0.042, 0.047
+_KNEE, _ANKLE, _SHOULDER, _ELBOW = 0.058, 0.042, 0.047, 0.045
 
 
 def has_markers(names) -> bool:
@@ -23,8 +23,8 @@ def with_joint_centres(markers: Markers) -> Markers:
     """The same markers and, as further points, hip, knee, ankle, shoulder and wrist centres (LHJC, RHJC, LKJC, ...).
 
     Hips by the regression of Harrington et al. (2007, table 2) on the pelvis; knees and ankles inwards from the
-    lateral marker along the line between the hips; shoulders down from the acromion along the trunk; wrists
-    midway between their two markers. NaN where a marker needed is missing.
+    lateral marker along the line between the hips; shoulders down from the acromion along the trunk; elbows inwards
+    from the lateral marker, square to the plane of the arm; wrists midway between their two markers. NaN where a marker needed is missing.
 
     Args:
         markers: with the names of Plug-in Gait (pelvis by PSIS or sacrum) or CMU; see `has_markers`.
@@ -48,6 +48,9 @@ def with_joint_centres(markers: Markers) -> Markers:
         added[f"{side}AJC"] = at[f"{side}ANK"] - sign * _ANKLE * left
         added[f"{side}SJC"] = at[f"{side}SHO"] - _SHOULDER * trunk
         added[f"{side}WJC"] = 0.5 * (at[f"{side}WRA"] + at[f"{side}WRB"])
+        elbow = at[f"{side}ELB"]
+        plane = np.cross(elbow - added[f"{side}SJC"], added[f"{side}WJC"] - elbow)
+        added[f"{side}EJC"] = elbow + sign * _ELBOW * _unit(plane)
     positions = np.concatenate([markers.positions, np.stack(list(added.values()), axis=-2)], axis=-2)
     return Markers((*names, *added), positions, markers.fps, name=markers.name)
 

@@ -20,14 +20,14 @@ def _sides(**table: str) -> dict[str, dict[str, float]]:
     return {f"{side}_{node}": {name.format(word): 1.0} for node, name in table.items() for side, word in pairs}
 
 
-#: CMU's ASF/AMC: bones are named, and a point is the far end of its bone.
+#: CMU's ASF/AMC: bones are named, and a point is the far end of its bone. The forearm is two bones, radius and wrist.
 _CMU = {
-    "head": _mid("upperneck", "head"),
-    "neck": _mid("thorax"),
-    "sternum": _mid("upperback", "thorax"),
+    "head": _mid("head"),
+    "neck": _mid("lowerneck"),
+    "sternum": _mid("thorax"),
     "pelvis": _mid("lhipjoint", "rhipjoint"),
     **_sides(
-        left="l", right="r", shoulder="{}clavicle", elbow="{}humerus", wrist="{}radius",
+        left="l", right="r", shoulder="{}clavicle", elbow="{}humerus", wrist="{}wrist",
         hip="{}hipjoint", knee="{}femur", ankle="{}tibia",
     ),
 }  # fmt: skip
@@ -37,11 +37,11 @@ _LIMB_JOINTS = _sides(
     hip="{}UpLeg", knee="{}Leg", ankle="{}Foot",
 )  # fmt: skip
 
-#: CMU's BVH conversions: joints are named, and the thorax bone has no length.
+#: CMU's BVH conversions: a joint is the near end of its bone. They dropped the lengths of thorax and wrist.
 _CMU_BVH = {
-    "head": _mid("Head", "Head_end"),
-    "neck": _mid("Neck"),
-    "sternum": _mid("Spine", "Spine1"),
+    "head": _mid("Head_end"),
+    "neck": _mid("Neck1"),
+    "sternum": _mid("Spine1"),
     "pelvis": _mid("LeftUpLeg", "RightUpLeg"),
     **_LIMB_JOINTS,
 }
@@ -72,7 +72,7 @@ _PLUG_IN_GAIT = {
     "neck": _mid("CLAV", "C7"),
     "sternum": _mid("CLAV", "STRN", "C7", "T10"),
     "pelvis": _mid("LHJC", "RHJC"),
-    **_sides(left="L", right="R", shoulder="{}SJC", elbow="{}ELB", wrist="{}WJC", hip="{}HJC", knee="{}KJC", ankle="{}AJC"),
+    **_sides(left="L", right="R", shoulder="{}SJC", elbow="{}EJC", wrist="{}WJC", hip="{}HJC", knee="{}KJC", ankle="{}AJC"),
 }
 
 #: By the name to pass to `retarget`: table, and the point whose rotation is the head's (None: markers have none).
