@@ -149,7 +149,8 @@ class _Asf:
     def _bonedata(self) -> list[_Bone]:
         angle = self._fields(self._section("units")).get("angle", (0, ["deg"]))[1]
         turn = np.degrees(1.0) if angle[:1] and angle[0].lower().startswith("rad") else 1.0
-        bones, block = {}, None
+        bones: dict[str, _Bone] = {}
+        block: list[_Line] | None = None
         for i, words in self._section("bonedata"):
             if words[0].lower() == "begin":
                 block = []

@@ -17,7 +17,7 @@ from motionenv.rotations import from_euler
 from motionenv.types import Markers, checked_fps
 
 _CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
-_PEOPLE = (0.5, 3.0)  # [m]: the longest side of the box about a rest pose that can be a person's, or half of one's
+_PEOPLE = (0.5, 3.0)  # [m]: the longest side of a box about a pose that can be a person's, or half of one's
 
 
 @dataclass
@@ -35,7 +35,7 @@ def read(path, fps: float | None = None, unit: str | float | None = None) -> Mar
         path: the file.
         fps: frames per second, in place of the file's own "Frame Time".
         unit: what the file's lengths are in: a name in `motionenv.mocap.world.METRES` or metres per unit. The
-            format doesn't say; None takes its usual centimetres, if that makes the rest pose the size of a person.
+            format doesn't say; None takes its usual centimetres, if that makes the first pose a person's size.
 
     Returns:
         Positions [m] and joint → world rotations (identity in the rest pose that the file's OFFSETs make).
@@ -49,12 +49,12 @@ def read(path, fps: float | None = None, unit: str | float | None = None) -> Mar
         raise FormatError(path, "has no MOTION section: it is cut off or no BVH file", f"line {len(lines)}")
     joints = _Hierarchy(path, lines[:start]).joints
     scale = metres_per("cm" if unit is None else unit)
-    if unit is None:
-        _check_size(path, joints, scale)
     frame_time, values = _motion(path, lines, start, sum(len(j.channels) for j in joints))
     parents = [j.parent for j in joints]
     offsets, local = _locals(joints, values)
     positions, rotations = forward(parents, offsets * scale, local)
+    if unit is None:
+        _check_size(path, positions[0])
     fps = _fps(path, frame_time) if fps is None else checked_fps(fps)
     return Markers(unique(j.name for j in joints), positions, fps, tuple(parents), rotations, Path(path).stem)
 
@@ -139,17 +139,13 @@ class _Hierarchy:
         self._open.pop()
 
 
-def _check_size(path, joints: list[_Joint], scale: float):
-    """Refuse to read a rest pose in centimetres that can't be a person's."""
-    rest = np.array([j.offset for j in joints])
-    for i, joint in enumerate(joints):
-        if joint.parent >= 0:
-            rest[i] += rest[joint.parent]
-    size = np.ptp(rest, axis=0).max()
+def _check_size(path, pose: np.ndarray):
+    """Refuse joints (J, 3) [m], read as centimetres, that can't be a person's; the root may be the stage's origin."""
+    size = np.ptp(pose[1:] if len(pose) > 1 else pose, axis=0).max()
     low, high = _PEOPLE
-    if not low <= size * scale <= high:
-        problem = f"the skeleton is {size:g} units long, no person's size in centimetres"
-        raise FormatError(path, f'{problem}; pass its unit, e.g. unit="m" or, for CMU\'s, unit="cmu"', "HIERARCHY")
+    if not low <= size <= high:
+        problem = f"in centimetres the first pose would be {size:.3g} m long, no person's size"
+        raise FormatError(path, f'{problem}; pass its unit, e.g. unit="m", or unit="cmu" for CMU\'s', "MOTION")
 
 
 def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.ndarray]:

@@ -137,7 +137,7 @@ def _scale(path, found: dict[str, np.ndarray], unit) -> float:
     try:
         return metres_per(written)
     except MotionError:
-        problem = f"doesn't say its unit of length, or an unknown one ({written!r}); pass unit=, e.g. unit=\"mm\""
+        problem = f"the unit of length must be a known one, got {written!r}; pass unit=, e.g. unit='mm'"
         raise FormatError(path, problem, "POINT:UNITS") from None
 
 

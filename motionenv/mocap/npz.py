@@ -1,7 +1,6 @@
 """NPZ: motionenv's own file of a `Motion`, exact to the bit and without pickle."""
 
 import zipfile
-from pathlib import Path
 
 import numpy as np
 

@@ -9,7 +9,7 @@ from motionenv.mocap.text import count, number, read_lines, unique
 from motionenv.mocap.world import metres_per, upright
 from motionenv.types import Markers, checked_fps
 
-_HEADER = ("DataRate", "NumFrames", "NumMarkers", "Units")
+_HEADER = ("DataRate", "NumFrames", "Units")
 _CLOCK = 0.01  # how far the Time column may run from the DataRate, as a share
 
 
@@ -24,14 +24,16 @@ def read(path, fps: float | None = None, unit: str | float | None = None, up: st
             others are as their laboratory was.
 
     Returns:
-        Positions [m], z up. Labels that repeat get "_2", "_3".
+        Positions [m], z up, of every labelled marker ("NumMarkers" leaves virtual ones out in some files, counts
+        unlabelled ones in others; it isn't consulted). Labels that repeat get "_2", "_3". The unlabelled
+        trajectories that Cortex puts behind, in other columns each frame, are left out.
 
     Raises:
         FormatError: not a whole, regular TRC file, or a frame rate or a unit that must be given; names the line.
     """
     lines = read_lines(path)
     header = _header(path, lines)
-    names = _names(path, lines, count(path, 3, header["NumMarkers"], "NumMarkers"))
+    names = _names(path, lines)
     first = _first_row(path, lines)
     rows = [(i, line) for i, line in enumerate(lines[first - 1 :], first) if line.strip()]
     frames = count(path, 3, header["NumFrames"], "NumFrames")
@@ -58,14 +60,14 @@ def _header(path, lines: list[str]) -> dict[str, str]:
     return header
 
 
-def _names(path, lines: list[str], markers: int) -> list[str]:
+def _names(path, lines: list[str]) -> list[str]:
     """The markers' labels, from the line that starts with "Frame#"."""
     words = [word.strip() for word in lines[3].split("\t")]
     if not words[0].lower().startswith("frame"):
         raise FormatError(path, f"expected the line of labels, which starts with Frame#, got {words[0]!r}", "line 4")
     names = [word for word in words[2:] if word]
-    if len(names) != markers:
-        raise FormatError(path, f"'NumMarkers' says {markers}, but there are {len(names)} labels", "line 4")
+    if not names:
+        raise FormatError(path, "names no marker", "line 4")
     return names
 
 
@@ -82,8 +84,8 @@ def _row(path, i: int, line: str, markers: int) -> list[float]:
     """Frame number, time and coordinates of one line; NaN for blanks."""
     words = line.split("\t")
     need = 2 + 3 * markers
-    if len(words) < need or any(word.strip() for word in words[need:]):
-        raise FormatError(path, f"expected {need} columns, got {len(words)}", f"line {i}")
+    if len(words) < need:
+        raise FormatError(path, f"expected {need} columns for {markers} markers, got {len(words)}", f"line {i}")
     words = [word.strip() for word in words[:need]]
     try:
         values = [float(word or "nan") for word in words]

@@ -1,7 +1,5 @@
 """From a file's coordinates to the world's: length units, the axis that points up, and joint hierarchies."""
 
-import numbers
-
 import numpy as np
 
 from motionenv.errors import MotionError
@@ -31,7 +29,7 @@ def metres_per(unit) -> float:
         name = _SPELLINGS.get(name, name)
         if name in METRES:
             return METRES[name]
-    elif isinstance(unit, numbers.Real) and not isinstance(unit, bool) and 0 < unit < np.inf:
+    elif isinstance(unit, (int, float, np.integer, np.floating)) and not isinstance(unit, bool) and 0 < unit < np.inf:
         return float(unit)
     raise MotionError(f"unit must be one of {', '.join(METRES)} or the metres per file unit (above 0), got {unit!r}")
 
