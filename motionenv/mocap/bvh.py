@@ -82,6 +82,8 @@ class _Hierarchy:
             steps[word.upper()]()
         if self._open or not self.joints:
             raise self._error("the hierarchy ends with a brace still open" if self._open else "has no ROOT")
+        if not any(joint.channels for joint in self.joints):
+            raise self._error("has no channels")
 
     def _error(self, problem: str) -> FormatError:
         line = self._words[self._at - 1][1] if self._at else 1
