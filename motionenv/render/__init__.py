@@ -3,8 +3,13 @@
 from collections.abc import Sequence
 
 from motionenv.errors import MotionError
+from motionenv.render.raycast import Raycaster
+from motionenv.render.scene import Scene
 from motionenv.types import Camera, Frame, Skeleton
 
+__all__ = ["ENGINES", "Raycaster", "Scene", "render"]
+
+#: Names for `render`'s `engine`.
 ENGINES = ("raycast", "pyrender")
 
 
@@ -13,7 +18,7 @@ def render(
     skeleton: Skeleton,
     cameras: Camera | Sequence[Camera],
     *,
-    scene=None,
+    scene: Scene | None = None,
     rgb: bool = True,
     engine: str = "raycast",
 ) -> Frame:
@@ -26,7 +31,7 @@ def render(
         poses: (..., 25) [m, rad].
         skeleton: the body.
         cameras: one `Camera`, or a sequence of them, all of one picture size.
-        scene: a `motionenv.render.scene.Scene`; the default one when None.
+        scene: light, clothes, ground and sky; the default ones when None.
         rgb: whether to draw colours too.
         engine: "raycast" (exact, fast, needs no graphics library) or "pyrender" (OpenGL).
 
@@ -43,6 +48,4 @@ def render(
         from motionenv.render.pyrender_engine import shared_renderer
 
         return shared_renderer(scene).render(poses, skeleton, cameras, rgb=rgb)
-    from motionenv.render.raycast import Raycaster
-
     return Raycaster(scene).render(poses, skeleton, cameras, rgb=rgb)
