@@ -1,6 +1,7 @@
 """The 25-DOF body of tapered cylinders (paper A, fig. 1): what it is made of, how it moves, how it is fitted."""
 
 from motionenv.body.kinematics import forward, limb_segments, markers
+from motionenv.body.meshes import body_mesh, limb_meshes, rounded_cone
 from motionenv.body.skeleton import EDGES, LIMBS, LIMITS, NODES, SEGMENTS, from_height, limb_radii, limit_excess, mirror
 
 __all__ = [
@@ -9,11 +10,14 @@ __all__ = [
     "LIMITS",
     "NODES",
     "SEGMENTS",
+    "body_mesh",
     "forward",
     "from_height",
+    "limb_meshes",
     "limb_radii",
     "limb_segments",
     "limit_excess",
     "markers",
     "mirror",
+    "rounded_cone",
 ]

@@ -41,6 +41,9 @@ _CHAIN_NODES = np.array([[3, 5, 7], [4, 6, 8], [9, 11, 13], [10, 12, 14]])
 _HEAD, _NECK, _PELVIS = NODES.index("head"), NODES.index("neck"), NODES.index("pelvis")
 _FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe in the foot's frame, shares of the height
 
+#: Ball of the foot in the foot's frame, from the ankle [shares of the height].
+FOOT_BALL = _FOOT[1]
+
 
 def forward(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """Where everything is.

@@ -1,4 +1,4 @@
-"""What the cylinder body is made of: nodes, segments, drawn limbs, proportions, joint limits.
+"""What the cylinder body is made of: nodes, segments, drawn limbs, clothes, proportions, joint limits.
 
 Ten rigid segments hang together in a tree (paper A, fig. 1): torso, head, and on each side upper arm, forearm,
 thigh and shin. In the zero pose the body stands upright with arms hanging and looks along x: then the frames of
@@ -19,6 +19,16 @@ SEGMENTS = (
     "left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm",
     "left_thigh", "left_shin", "right_thigh", "right_shin",
     "left_foot", "right_foot",
+)  # fmt: skip
+
+#: Per segment: index of the one it hangs on (-1: the world), and of the node that is its frame's origin.
+SEGMENT_PARENT = (-1, 0, 0, 2, 0, 4, 0, 6, 0, 8, 7, 9)
+SEGMENT_ORIGIN = tuple(
+    NODES.index(n)
+    for n in (
+        "pelvis", "neck", "left_shoulder", "left_elbow", "right_shoulder", "right_elbow",
+        "left_hip", "left_knee", "right_hip", "right_knee", "left_ankle", "right_ankle",
+    )
 )  # fmt: skip
 
 #: Stick figure of the 15 markers, as pairs of indices into `MARKERS` (paper B, fig. 1).
@@ -54,13 +64,26 @@ _LIMB_TABLE = (
 )  # fmt: skip
 
 #: Names of the drawn tapered cylinders; `Frame.limbs` holds 1 + index into this.
-LIMBS = tuple(row[0] for row in _LIMB_TABLE)
+LIMBS = tuple(str(row[0]) for row in _LIMB_TABLE)
 
 #: Per drawn limb: segment, start node, end node, and the local shifts as shares of the height.
 LIMB_SEGMENT = np.array([SEGMENTS.index(row[1]) for row in _LIMB_TABLE])
 LIMB_NODES = np.array([[NODES.index(row[2]), NODES.index(row[4])] for row in _LIMB_TABLE])
 LIMB_SHIFTS = np.array([[row[3], row[5]] for row in _LIMB_TABLE], dtype=np.float64)
 _LIMB_RADII = np.array([row[6] for row in _LIMB_TABLE])
+
+#: What each drawn limb wears, in the order of `LIMBS`, and the usual colours of that (sRGB, 0 to 1).
+CLOTHES = tuple(
+    {"head": "skin", "neck": "skin", "hand": "skin", "pelvis": "trousers", "thigh": "trousers", "shin": "trousers",
+     "foot": "shoes"}.get(limb.split("_")[-1], "shirt")
+    for limb in LIMBS
+)  # fmt: skip
+COLOURS = {
+    "skin": (0.87, 0.67, 0.55),
+    "shirt": (0.22, 0.46, 0.68),
+    "trousers": (0.26, 0.28, 0.35),
+    "shoes": (0.16, 0.14, 0.14),
+}
 
 #: Height of the ankle joint above the sole, as a share of the standing height (Winter 2009, fig. 4.1).
 ANKLE_HEIGHT = 0.039

@@ -4,13 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv.body import LIMBS
+from motionenv.body.skeleton import CLOTHES, COLOURS
 from motionenv.errors import MotionError
 
 Colour = tuple[float, float, float]
-
-_CLOTHES = {"head": "skin", "neck": "skin", "hand": "skin", "pelvis": "trousers", "thigh": "trousers",
-            "shin": "trousers", "foot": "shoes"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -36,10 +33,10 @@ class Scene:
     key_light: Colour = (2.35, 2.2, 2.0)
     fill_light: Colour = (0.55, 0.65, 0.8)
     ambient: Colour = (0.26, 0.27, 0.3)
-    skin: Colour = (0.87, 0.67, 0.55)
-    shirt: Colour = (0.22, 0.46, 0.68)
-    trousers: Colour = (0.26, 0.28, 0.35)
-    shoes: Colour = (0.16, 0.14, 0.14)
+    skin: Colour = COLOURS["skin"]
+    shirt: Colour = COLOURS["shirt"]
+    trousers: Colour = COLOURS["trousers"]
+    shoes: Colour = COLOURS["shoes"]
     tiles: tuple[Colour, Colour] = ((0.77, 0.77, 0.76), (0.67, 0.67, 0.67))
     tile: float = 0.5
     horizon: Colour = (0.93, 0.95, 0.97)
@@ -64,7 +61,7 @@ class Scene:
     @property
     def limb_colours(self) -> np.ndarray:
         """Linear colour of every drawn limb, (limbs, 3), in the order of `motionenv.body.LIMBS`."""
-        return linear([getattr(self, _CLOTHES.get(limb.split("_")[-1], "shirt")) for limb in LIMBS])
+        return linear([getattr(self, worn) for worn in CLOTHES])
 
     @property
     def lights(self) -> np.ndarray:
