@@ -1,0 +1,291 @@
+"""Videos out: MP4, GIF, animated WebP or a folder of PNGs, through PyAV, whose wheels carry ffmpeg.
+
+The caller's thread makes the frames (an OpenGL context belongs to its thread) while another encodes, at most a few
+frames behind, so that a video of any length takes no more memory than a short one. The same frames give the same
+bytes: encoders run on one thread and write neither dates nor versions.
+"""
+
+import tempfile
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+from typing import cast
+
+import av
+import numpy as np
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
+
+from motionenv.errors import MotionError
+from motionenv.files import atomic_write
+from motionenv.types import checked_fps
+
+_AHEAD = 8  # frames that may wait for the encoder
+_WEBP_QUALITY = 80
+# Players show GIF frames of less than 1/50 s much slower; milliseconds are WebP's unit; the rest is good measure.
+_MOST_FPS = {".mp4": 1000, ".gif": 50, ".webp": 1000, "": 1000}
+_LEAST_FPS = 0.01
+
+
+def write_video(
+    path, frames: Iterable, fps: float, *, crf: int = 20, progress: Callable[[int], None] | None = None
+) -> None:
+    """Write frames to a video, whole or not at all; the suffix of `path` names the format.
+
+    - `.mp4`: H.264 that plays everywhere; odd sizes get one more row or column, a copy of the last.
+    - `.gif`: one palette made from all frames, at most 50 frames per second, loops for ever.
+    - `.webp`: animated, lossy, loops for ever.
+    - no suffix: a folder of lossless `frame_000000.png`, `frame_000001.png`, ...
+
+    Args:
+        path: where to; an older file is replaced, an older folder must be empty.
+        frames: uint8 (H, W, 3), all of one size: an array (T, H, W, 3) or any iterable, taken one at a time.
+        fps: frames per second, from 0.01 to 1000 (GIF: 50).
+        crf: quality of MP4, from 0 (lossless in luma and chroma) over 18 (hardly visible) to 51 (worst).
+        progress: called with the number of frames taken so far, after each.
+
+    Raises:
+        MotionError: an unknown suffix, fps, crf or frames out of their range, no frames, or a disk that is full or
+            can't be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    rate = _checked_request(path, suffix, fps, crf)
+    pictures = _checked_frames(frames, progress)
+    if not suffix:
+        _write_folder(path, pictures)
+        return
+    with atomic_write(path) as part:
+        try:
+            if suffix == ".mp4":
+                _write_mp4(part, pictures, rate, crf)
+            elif suffix == ".gif":
+                _write_gif(part, pictures, rate)
+            else:
+                _write_webp(part, pictures, rate)
+        except OSError:
+            raise  # `atomic_write` says what is wrong with the disk
+        except av.FFmpegError as error:
+            raise MotionError(f"can't encode {path}: {error.strerror}; try another size or another format") from error
+
+
+def write_image(path, rgb) -> None:
+    """Write one picture (H, W, 3) uint8 to a PNG file, whole or not at all.
+
+    Args:
+        path: where to, ending in `.png`; an older file is replaced.
+        rgb: uint8 (H, W, 3).
+
+    Raises:
+        MotionError: another suffix, not a picture, or a disk that is full or can't be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise MotionError(f"can't write a picture to {path}: its name must end in .png")
+    (picture,) = _checked_frames([rgb], None)
+    with atomic_write(path) as part:
+        part.write_bytes(_png(picture))
+
+
+def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
+    """The frame rate as a fraction.
+
+    Raises:
+        MotionError: what `write_video` raises before it takes the first frame.
+    """
+    if suffix not in _MOST_FPS:
+        raise MotionError(
+            f"can't write a video to {path}: the name must end in .mp4, .gif or .webp, or have no suffix for a "
+            "folder of PNGs"
+        )
+    if not _LEAST_FPS <= checked_fps(fps) <= _MOST_FPS[suffix]:
+        raise MotionError(
+            f"fps must be from {_LEAST_FPS} to {_MOST_FPS[suffix]} for {suffix or 'a folder of PNGs'}, got {fps!r}"
+        )
+    if isinstance(crf, bool) or crf not in range(52):
+        raise MotionError(f"crf must be a whole number from 0 (best) to 51 (smallest), got {crf!r}")
+    if suffix and path.is_dir():
+        raise MotionError(f"can't write {path}: a folder has that name; choose another")
+    return Fraction(fps).limit_denominator(1001)
+
+
+def _checked_frames(frames: Iterable, progress: Callable[[int], None] | None) -> Iterator[av.VideoFrame]:
+    """Frames as PyAV wants them: copies, so that the caller may use his array again.
+
+    Raises:
+        MotionError: a frame isn't uint8 (H, W, 3) or of another size than the first, or there is none.
+    """
+    shape = None
+    number = 0
+    for number, picture in enumerate(frames, 1):
+        rgb: np.ndarray = np.asarray(picture)
+        if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[-1] != 3 or not rgb.size:
+            raise MotionError(f"frame {number - 1} must be uint8 (height, width, 3), got {rgb.dtype} {rgb.shape}")
+        shape = shape or rgb.shape
+        if rgb.shape != shape:
+            raise MotionError(f"frame {number - 1} has shape {rgb.shape}, the first {shape}: all must have one size")
+        yield av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb, dtype=np.uint8), format="rgb24")
+        if progress is not None:
+            progress(number)
+    if not number:
+        raise MotionError("there are no frames to write: a video needs at least one")
+
+
+def _in_background(items: Iterable, work: Callable) -> None:
+    """Call `work` on each item, in order, in a thread of its own, while this one goes on making items."""
+
+    def step(before: Future | None, item) -> None:
+        if before is not None:
+            before.result()  # raises where it failed: encoders crash on more frames after that
+        work(item)
+
+    waiting: deque[Future] = deque()
+    with ThreadPoolExecutor(1, thread_name_prefix="motionenv-video") as worker:
+        for item in items:
+            waiting.append(worker.submit(step, waiting[-1] if waiting else None, item))
+            if len(waiting) > _AHEAD:
+                waiting.popleft().result()
+        for future in waiting:
+            future.result()
+
+
+@contextmanager
+def _encoder(path: Path, codec: str, pixels: str, rate: Fraction, muxer=None, **options: str) -> Iterator[Callable]:
+    """A function that appends one `av.VideoFrame` to the file at `path`; it ends with the block."""
+    with av.open(str(path), "w", options={"fflags": "+bitexact", **(muxer or {})}) as container:
+        stream = cast(av.VideoStream, container.add_stream(codec, rate=rate, options=options))
+        context = stream.codec_context
+        context.thread_count = 1
+        context.flags |= av.codec.context.Flags.bitexact
+        stream.pix_fmt = pixels
+        if pixels == "yuv420p":
+            context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
+            context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
+        count = 0
+
+        def add(frame: av.VideoFrame) -> None:
+            nonlocal count
+            if not count:
+                stream.width, stream.height = frame.width, frame.height
+            frame.pts, frame.time_base = count, 1 / rate
+            count += 1
+            container.mux(stream.encode(frame))
+
+        yield add
+        container.mux(stream.encode())
+
+
+def _write_mp4(path: Path, frames: Iterator[av.VideoFrame], rate: Fraction, crf: int) -> None:
+    """H.264 with its index in front, so that browsers start at once."""
+    muxer = {"movflags": "+faststart"}
+    with _encoder(path, "libx264", "yuv420p", rate, muxer, preset="veryfast", tune="animation", crf=str(crf)) as add:
+        _in_background(frames, lambda frame: add(_yuv(frame)))
+
+
+def _yuv(frame: av.VideoFrame) -> av.VideoFrame:
+    """The frame in H.264's usual colours (BT.709, half-size chroma), which need even sizes."""
+    if frame.width % 2 or frame.height % 2:
+        padding = ((0, frame.height % 2), (0, frame.width % 2), (0, 0))
+        padded: np.ndarray = np.pad(frame.to_ndarray(), padding, mode="edge")
+        frame = av.VideoFrame.from_ndarray(padded, format="rgb24")
+    return frame.reformat(
+        format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG, interpolation="BILINEAR"
+    )
+
+
+def _write_webp(path: Path, frames: Iterator[av.VideoFrame], rate: Fraction) -> None:
+    """Animated WebP."""
+    with _encoder(path, "libwebp_anim", "bgra", rate, {"loop": "0"}, quality=str(_WEBP_QUALITY)) as add:
+        _in_background(frames, lambda frame: add(frame.reformat(format="bgra")))
+
+
+def _write_gif(path: Path, frames: Iterator[av.VideoFrame], rate: Fraction) -> None:
+    """GIF in two passes: frames wait on disk, lossless, until all of them have had their say in the palette."""
+    first = next(frames)
+    colours = _Filter("palettegen", "stats_mode=full", first)
+    with tempfile.TemporaryDirectory(prefix="motionenv-") as folder:
+        waiting = Path(folder) / "frames.mkv"
+        with _encoder(waiting, "libx264rgb", "rgb24", rate, preset="ultrafast", qp="0") as store:
+
+            def count_and_store(frame: av.VideoFrame) -> None:
+                store(frame)
+                colours.push(frame)
+
+            _in_background(chain([first], frames), count_and_store)
+        colours.push(None)
+        (palette,) = colours.pull()
+        with av.open(str(waiting)) as source, _encoder(path, "gif", "pal8", rate, {"loop": "0"}) as add:
+            _in_background(_in_palette(source.decode(video=0), first, palette), add)
+
+
+def _in_palette(
+    frames: Iterator[av.VideoFrame], like: av.VideoFrame, palette: av.VideoFrame
+) -> Iterator[av.VideoFrame]:
+    """Frames in the colours of `palette`, with ordered dithering: it stays still where the picture does."""
+    paint = _Filter("paletteuse", "dither=bayer:bayer_scale=4:diff_mode=rectangle", like, palette)
+    paint.push(palette, 1)
+    paint.push(None, 1)
+    for frame in frames:
+        paint.push(frame.reformat(format="rgb24"))
+        yield from paint.pull()
+    paint.push(None)
+    yield from paint.pull()
+
+
+class _Filter:
+    """One of ffmpeg's filters, with an input for frames like each of `like`."""
+
+    def __init__(self, name: str, options: str, *like: av.VideoFrame):
+        self._graph = av.filter.Graph()  # its nodes only borrow it
+        node, self._output = self._graph.add(name, options), self._graph.add("buffersink")
+        self._inputs = [
+            self._graph.add_buffer(width=f.width, height=f.height, format=f.format, time_base=Fraction(1, 1000))
+            for f in like
+        ]
+        for i, source in enumerate(self._inputs):
+            source.link_to(node, 0, i)
+        node.link_to(self._output)
+        self._graph.configure()
+
+    def push(self, frame: av.VideoFrame | None, to: int = 0) -> None:
+        """Give a frame to input `to`; None ends it."""
+        self._inputs[to].push(frame)
+
+    def pull(self) -> Iterator[av.VideoFrame]:
+        """The frames that are ready."""
+        while True:
+            try:
+                frame = cast(av.VideoFrame, self._output.pull())
+            except (av.BlockingIOError, av.EOFError):
+                return
+            yield frame
+
+
+def _write_folder(path: Path, frames: Iterator[av.VideoFrame]) -> None:
+    """A folder of PNGs, made under another name and renamed when it is whole.
+
+    Raises:
+        MotionError: something stands at `path`, or the disk is full or can't be written.
+    """
+    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        raise MotionError(f"can't write frames to {path}: it exists and isn't an empty folder; choose another")
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as beside:
+            folder = Path(beside) / path.name
+            folder.mkdir()
+            numbered = ((folder / f"frame_{i:06d}.png", frame) for i, frame in enumerate(frames))
+            _in_background(numbered, lambda item: item[0].write_bytes(_png(item[1])))
+            folder.replace(path)
+    except OSError as error:
+        raise MotionError(f"can't write frames to {path}: {error.strerror or error}; nothing was left") from error
+
+
+def _png(frame: av.VideoFrame) -> bytes:
+    """One frame as a PNG file."""
+    context = av.CodecContext.create("png", "w")
+    context.width, context.height, context.pix_fmt = frame.width, frame.height, "rgb24"
+    context.time_base, context.thread_count = Fraction(1, 1), 1
+    return b"".join(bytes(packet) for packet in (*context.encode(frame), *context.encode()))
