@@ -90,6 +90,19 @@ def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batc
     return Batch(flat, views, which, shape)
 
 
+def enlarged(camera: Camera, samples: int) -> Camera:
+    """The same view with `samples` × `samples` pixels for each one.
+
+    Args:
+        camera: the view.
+        samples: how many times as many pixels along each axis.
+    """
+    k = camera.K.copy()
+    k[:2] *= samples
+    k[:2, 2] += (samples - 1) / 2  # pixel centres lie at whole numbers, so the corner stays where it was
+    return Camera(k, camera.R, camera.t, camera.width * samples, camera.height * samples)
+
+
 def _checked(cameras: Camera | Sequence[Camera]) -> tuple[Camera, ...]:
     """The cameras as a tuple, all of one size and with an intrinsic matrix that ends in (0, 0, 1)."""
     views = (cameras,) if isinstance(cameras, Camera) else tuple(cameras)

@@ -15,7 +15,7 @@ from motionenv.errors import MotionError
 from motionenv.render._draw_kernel import View, draw, draw_smooth
 from motionenv.render._ground_kernel import draw_background
 from motionenv.render._shade_kernel import encoding
-from motionenv.render.batch import Batch, batch
+from motionenv.render.batch import Batch, batch, enlarged
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Camera, Frame, Skeleton
 
@@ -103,7 +103,7 @@ class Raycaster:
             if key in self._views:
                 self._views.move_to_end(key)
                 return self._views[key]
-        view = make_view(camera, self.scene, samples=samples, rgb=rgb)
+        view = make_view(enlarged(camera, samples), self.scene, rgb=rgb)
         with self._lock:
             self._views[key] = view
             while len(self._views) > _CACHED_VIEWS:
@@ -125,22 +125,18 @@ def _pieces(work: Batch) -> Iterator[tuple[Camera, np.ndarray]]:
             yield camera, mine[start : start + _CHUNK]
 
 
-def make_view(camera: Camera, scene: Scene, *, samples: int = 1, rgb: bool = True) -> View:
+def make_view(camera: Camera, scene: Scene, *, rgb: bool = True) -> View:
     """Everything about `camera` and `scene` that all its pictures share, the drawn background above all.
 
     Args:
         camera: whose view it is.
         scene: what is there.
-        samples: how many times larger the picture is, along each axis, than `camera` says.
         rgb: False leaves the background out.
     """
-    k = camera.K.copy()
-    k[:2] *= samples
-    k[:2, 2] += (samples - 1) / 2  # pixel centres lie at whole numbers, so the corner stays where it was
-    kinv = np.linalg.inv(k)
+    k, kinv = camera.K, np.linalg.inv(camera.K)
     centre = camera.centre
     lights = scene.lights
-    size = (camera.height * samples, camera.width * samples, 3) if rgb else (0, 0, 3)
+    size = (camera.height, camera.width, 3) if rgb else (0, 0, 3)
     lit, dark = np.empty(size, np.uint8), np.empty(size, np.uint8)
     encode, ambient = encoding(), np.array(scene.ambient)
     sky = linear([*scene.tiles, scene.horizon, scene.zenith])

@@ -1,0 +1,192 @@
+"""pyrender made to work: what must be put right before it is imported, contexts, and the one thread that draws.
+
+pyrender 0.1.45 and the PyOpenGL 3.1.0 that it asks for are older than today's NumPy and Python. `load` mends, before
+the import, what would fail. OpenGL itself wants every call of a context from one thread, and after a fork the
+child hangs at its first call; so all contexts live in one thread, which starts with the first of them.
+"""
+
+import ctypes
+import ctypes.util
+import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+
+from motionenv.errors import EngineError
+
+_INSTALL = (
+    "install OpenGL (Debian, Ubuntu: apt-get install --no-install-recommends libegl1 libgl1), "
+    "or use engine='raycast', which needs none"
+)
+#: What pyrender, PyOpenGL and the assertions of its platforms raise where OpenGL is missing or broken.
+BROKEN = (ImportError, OSError, AttributeError, ValueError, RuntimeError, AssertionError, TypeError)
+
+
+class _Thread:
+    """The thread of all OpenGL calls of this process."""
+
+    def __init__(self):
+        self._pool: ThreadPoolExecutor | None = None
+        self._process = 0
+
+    def submit(self, call: Callable, *arguments) -> Future:
+        """Have `call(*arguments)` run in the thread.
+
+        Raises:
+            EngineError: this process was forked from one that had started OpenGL.
+        """
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(1, thread_name_prefix="opengl")
+            self._process = os.getpid()
+        if self._process != os.getpid():
+            raise EngineError(
+                "OpenGL was in use before this process was forked, and can't be used in it: start processes with "
+                "multiprocessing's 'spawn' or 'forkserver', or render first in the children, or use engine='raycast'"
+            )
+        return self._pool.submit(call, *arguments)
+
+    def run(self, call: Callable, *arguments):
+        """Result of `call(*arguments)` in the thread."""
+        return self.submit(call, *arguments).result()
+
+
+thread = _Thread()
+
+
+@cache
+def load():
+    """The module pyrender, imported with its flaws mended.
+
+    Raises:
+        EngineError: OpenGL's libraries aren't there.
+    """
+    os.environ.setdefault("PYOPENGL_PLATFORM", _platform())
+    if not hasattr(np, "infty"):
+        setattr(np, "infty", np.inf)  # noqa: B010 (NPY201 takes the plain assignment for a use)
+    try:
+        import pyglet
+
+        pyglet.options["headless"] = True  # pyrender imports its viewer, which else wants X libraries
+        import OpenGL.plugins
+
+        for handler in OpenGL.plugins.FormatHandler.all():
+            if handler.name == "ctypesparameter":
+                handler.check.append("_ctypes.CArgObject")  # where Python 3.12 moved it
+        import pyrender
+    except BROKEN as error:
+        raise EngineError(f"pyrender can't start here ({error}): {_INSTALL}") from error
+    return pyrender
+
+
+def _platform() -> str:
+    """Name of the platform to use: "egl" where its library is there, else "osmesa".
+
+    Raises:
+        EngineError: neither is there.
+    """
+    for name, libraries in (("egl", ("libEGL.so.1", "EGL")), ("osmesa", ("libOSMesa.so.8", "OSMesa"))):
+        for library in libraries:
+            try:
+                ctypes.CDLL(library if ".so" in library else ctypes.util.find_library(library) or library)
+            except OSError:
+                continue
+            return name
+    raise EngineError(f"engine='pyrender' found neither EGL nor OSMesa: {_INSTALL}")
+
+
+def offscreen(width: int, height: int):
+    """A new pyrender OffscreenRenderer, to be called in `thread` only, that leaves others alone when it goes.
+
+    Args:
+        width, height: picture size [pixels]; can be changed later.
+
+    Raises:
+        EngineError: no context can be made.
+    """
+    load()
+    try:
+        return _offscreen_class()(width, height)
+    except (*BROKEN, _gl_error()) as error:
+        raise EngineError(f"OpenGL gives no context for drawing ({error!r}): {_INSTALL}") from error
+
+
+def _gl_error() -> type[Exception]:
+    """What PyOpenGL's calls raise."""
+    from OpenGL.error import Error
+
+    return Error
+
+
+@cache
+def _offscreen_class() -> type:
+    """The OffscreenRenderer of pyrender with our platform and renderer (a class made late, as pyrender loads late)."""
+    from pyrender import OffscreenRenderer
+    from pyrender.renderer import Renderer
+
+    class ShadowRenderer(Renderer):
+        """Only what `casts_shadow` casts a shadow, and only in the light of lights with `casts`."""
+
+        def _shadow_mapping_pass(self, scene, light_node, flags):
+            if not light_node.light.casts:
+                self._configure_shadow_mapping_viewport(light_node.light, flags)  # an empty map
+                return
+            for node in scene.mesh_nodes:
+                node.mesh.is_visible = node.casts_shadow
+            super()._shadow_mapping_pass(scene, light_node, flags)
+            for node in scene.mesh_nodes:
+                node.mesh.is_visible = True
+
+    class Offscreen(OffscreenRenderer):
+        def _create(self):
+            kind = _egl_class() if os.environ["PYOPENGL_PLATFORM"] == "egl" else _osmesa_class()
+            self._platform = kind(self.viewport_width, self.viewport_height)
+            self._platform.init_context()
+            self._platform.make_current()
+            self._renderer = ShadowRenderer(self.viewport_width, self.viewport_height)
+
+        def __del__(self):
+            """Nothing: a context may only be deleted in `thread`, by `delete`."""
+
+    return Offscreen
+
+
+@cache
+def _egl_class() -> type:
+    """The EGL platform of pyrender that keeps the display, which all contexts share, and really lets go of contexts."""
+    from OpenGL import EGL
+    from pyrender.platforms.egl import EGLPlatform
+
+    class Egl(EGLPlatform):
+        def make_uncurrent(self):
+            EGL.eglMakeCurrent(self._egl_display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
+
+        def delete_context(self):
+            if self._egl_context is not None:
+                self.make_uncurrent()
+                EGL.eglDestroyContext(self._egl_display, self._egl_context)
+                self._egl_context = None
+
+        def __del__(self):
+            """Nothing: see `Offscreen`."""
+
+    return Egl
+
+
+@cache
+def _osmesa_class() -> type:
+    """The OSMesa platform of pyrender, which PyOpenGL 3.1.0 leaves without the call that makes a context."""
+    import OpenGL.osmesa as osmesa
+    from pyrender.platforms.osmesa import OSMesaPlatform
+
+    class OSMesa(OSMesaPlatform):
+        def delete_context(self):
+            if self._context is not None:
+                osmesa.OSMesaDestroyContext(self._context)
+                self._context = None
+
+        def __del__(self):
+            """Nothing: see `Offscreen`."""
+
+    return OSMesa
