@@ -1,13 +1,39 @@
-"""Cycle length of one sequence (Ormoneit et al. 2005, section 3.2)."""
+"""Cycle length of one sequence (Ormoneit et al. 2005, section 3.2): the peak of the SNR, and what one cycle lasts there.
+
+Three rules go beyond the paper. They are stated here, and `benchmarks/cycles.py` measures them on real walks.
+
+All three look at the mean squared change D(τ) of the standardised channels over τ frames, and call D(τ) as a share of
+the largest change over any shorter time the recurrence of τ: near 0 where the motion comes back, near 1 where not.
+
+**Double cycles.** A motion of period p has period 2p, 3p, ... as well; where strides alternate, or p is fractional,
+a multiple may peak higher. The peak is divided by the largest k for which the motion recurs after p/k, and D(p/k)
+exceeds D(p) by at most a fifth (`SHORTER`) of the largest change. One step of a walk is no such case: left and right
+swap, so that the motion has changed most. That needs channels that tell left from right, as joint angles do.
+
+**No peak.** There is no period if white noise would give such a peak with probability above 1 % (`SIGNIFICANCE`), if
+the peak is an end of the range, or if the recurrence exceeds 0.6 (`RECURRENCE`). Noise of any colour fails the last:
+what it does after p frames is not like what it did.
+
+**Fraction.** Folding at one period stretches it where a person starts and stops, by 3 % on short trials. The length
+reported is therefore the median, over time, of the local cycle length: the lag at which the motion matches itself
+best over windows of one cycle, each window weighted by how precisely it tells (curvature over mismatch).
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
+from motionenv.cycles._fold import squared_changes
 from motionenv.cycles.snr import SNR, centre, checked_series, snr
-from motionenv.cycles.splines import normal_equations, periodic_basis, solve
 from motionenv.errors import GapError, MotionError
 from motionenv.types import checked_fps
+
+SHORTER = 0.2
+SIGNIFICANCE = 0.01
+RECURRENCE = 0.6
+#: Local cycle lengths are sought within this share of the peak.
+SPREAD = 0.14
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,42 +43,156 @@ class Period:
     Attributes:
         frames: cycle length [frames], fractional.
         seconds: cycle length [s].
-        peak: accumulated signal-to-noise ratio (eq. 3) at the nearest whole period.
-        repeated: share of the variance, averaged over the channels, that one periodic curve explains (adjusted R²).
-        curve: signal-to-noise ratio of every candidate.
+        peak: accumulated signal-to-noise ratio (eq. 3) at the nearest whole period that was chosen.
+        significance: bound on the probability that white noise of this size gives such a peak anywhere in the range.
+        recurrence: mean squared change over one cycle as a share of the largest over any shorter time.
+        curve: signal-to-noise ratio of every candidate (fig. 5).
     """
 
     frames: float
     seconds: float
     peak: float
-    repeated: float
+    significance: float
+    recurrence: float
     curve: SNR
 
 
-def estimate_period(z, fps, *, range_seconds=(0.5, 2.5)) -> Period:
-    """Cycle length of `z` (frames, m)."""
+def estimate_period(z, fps, *, range_seconds: tuple[float, float] = (0.5, 2.5)) -> Period:
+    """Cycle length of a sequence by its signal-to-noise ratio (eq. 1-3), by the rules in the head of this file.
+
+    Candidates are the whole numbers of frames in the range, as far as two cycles fit into what was observed. Channels
+    that are never seen or never move take no part. Nothing may drift: pass joint angles, or markers relative to the
+    pelvis, but no root position.
+
+    Args:
+        z: (frames, m), NaN where missing.
+        fps: frames per second.
+        range_seconds: shortest and longest cycle considered [s].
+
+    Raises:
+        MotionError: `z`, `fps` or the range are not as above, or the motion has no period.
+        GapError: nothing is observed, or fewer than two cycles of the shortest candidate.
+    """
     z, seen = checked_series(z)
     fps = checked_fps(fps)
-    deviation, total, n = centre(z, seen)
-    low = max(int(np.ceil(range_seconds[0] * fps)), 4)
-    high = min(int(range_seconds[1] * fps), len(z) // 2)
-    if high < low + 2:
-        raise GapError("fewer than two cycles")
-    curve = snr(z, np.arange(low, high + 1))
-    best = int(curve.candidates[curve.total.argmax()])
-    frames = _refine(deviation, seen, total, n, best)
-    return Period(frames, frames / fps, float(curve.total.max()), 0.0, curve)
+    candidates = _candidates(seen, fps, range_seconds)
+    curve = snr(z, candidates)
+    i = int(curve.total.argmax())
+    significance = _significance(curve.channels[i], candidates[i], seen.sum(axis=0)) * len(candidates)
+    if not significance <= SIGNIFICANCE:
+        raise MotionError(f"no period: white noise would peak as high with a probability of {min(significance, 1):.2g}")
+    standard = _standardised(z, seen)
+    i, recurrence = _shortest(_mean_change(standard, candidates[i]), candidates, i)
+    if i in (0, len(candidates) - 1):
+        raise MotionError(
+            f"no period between {candidates[0] / fps:.2f} and {candidates[-1] / fps:.2f} s: the signal-to-noise ratio "
+            f"is highest at {candidates[i] / fps:.2f} s, the end of the range"
+        )
+    if not recurrence <= RECURRENCE:
+        raise MotionError(
+            f"no period: after {candidates[i] / fps:.2f} s, the peak, the motion has changed by {recurrence:.2f} of "
+            f"what it changes in between, against {RECURRENCE} allowed"
+        )
+    frames = _local_length(standard, int(candidates[i]))
+    return Period(frames, frames / fps, float(curve.total[i]), significance, recurrence, curve)
 
 
-def _refine(deviation, seen, total, n, p):
-    t = np.arange(len(deviation))
-    grid = p + np.arange(-12, 13) / 8
-    ratio = [_spline_ratio(t / g, deviation, seen, total, n) for g in grid]
-    return float(grid[int(np.argmax(ratio))])
+def _candidates(seen: np.ndarray, fps: float, range_seconds) -> np.ndarray:
+    """Whole numbers of frames in the range of which two cycles fit between the first and the last observed frame."""
+    try:
+        low, high = (float(s) for s in range_seconds)
+    except (TypeError, ValueError):
+        low = high = np.nan
+    if not 0 < low < high < np.inf:
+        raise MotionError(f"range_seconds must be the shortest and the longest cycle [s], got {range_seconds!r}")
+    frames = np.flatnonzero(seen.any(axis=1))
+    span = int(frames[-1] - frames[0]) + 1
+    first, last = max(int(np.ceil(low * fps)), 3), min(int(high * fps), span // 2)
+    if last - first < 2:
+        raise GapError(
+            f"fewer than two cycles: {span / fps:.2f} s are observed at {fps:g} frames per second, and the shortest "
+            f"cycle considered lasts {low:g} s"
+        )
+    return np.arange(first, last + 1)
 
 
-def _spline_ratio(phase, deviation, seen, total, n):
-    gram, right = normal_equations(periodic_basis(phase), deviation, seen)
-    explained = np.einsum("ka,ak->a", solve(gram, right), right)
-    ok = total > 0
-    return float((explained[ok] / 9 / (np.maximum(total - explained, 1e-13 * total) / (n - 10))[ok]).sum())
+def _significance(ratios: np.ndarray, p: int, n: np.ndarray) -> float:
+    """Probability of such ratios in white noise: F tests per channel, combined by Fisher's method."""
+    ok = np.isfinite(ratios)
+    if not ok.any():
+        return 1.0
+    logs = stats.f.logsf(ratios[ok], p - 1, n[ok] - p)
+    return float(stats.chi2.sf(-2 * logs.sum(), 2 * ok.sum()))
+
+
+def _standardised(z: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """The channels that move, each with mean 0 and variance 1; NaN where missing."""
+    deviation, squares, n = centre(z)
+    moving = squares > 0
+    return np.where(seen, deviation, np.nan)[:, moving] / np.sqrt(squares[moving] / n[moving])
+
+
+def _mean_change(z: np.ndarray, p: int) -> np.ndarray:
+    """D(τ), the mean squared change over τ = 0, 1, ... to about p frames; NaN where no pair was seen."""
+    change, pairs = (x.sum(axis=1) for x in squared_changes(z, np.arange(1, min(p + _reach(p), len(z) - 1) + 1)))
+    with np.errstate(invalid="ignore"):
+        return np.concatenate([[0.0], change / pairs])
+
+
+def _shortest(change: np.ndarray, candidates: np.ndarray, i: int) -> tuple[int, float]:
+    """Index of the shortest p/k at which the motion recurs as well as at the peak, and the recurrence there."""
+    p = int(candidates[i])
+    allowed = _least(change, p)[1] + SHORTER * np.nanmax(change)
+    for k in range(p // int(candidates[0]), 1, -1):
+        q, least = _least(change, round(p / k))
+        if q >= candidates[0] and least <= min(allowed, RECURRENCE * np.nanmax(change[:q])):
+            return q - int(candidates[0]), float(least / np.nanmax(change[:q]))
+    return i, float(_least(change, p)[1] / np.nanmax(change[:p]))
+
+
+def _least(change: np.ndarray, p: int) -> tuple[int, float]:
+    """Where about p frames (± 3 %) D is least, and its value."""
+    near = change[p - _reach(p) : p + _reach(p) + 1]
+    if np.isnan(near).all():
+        return p, np.inf
+    return p - _reach(p) + int(np.nanargmin(near)), float(np.nanmin(near))
+
+
+def _reach(p: int) -> int:
+    """3 % of a period, at least a frame."""
+    return int(np.ceil(0.03 * p))
+
+
+def _local_length(z: np.ndarray, p: int) -> float:
+    """Weighted median over time of the lag at which windows of one cycle match themselves best [frames].
+
+    Raises:
+        MotionError: no window has its best match inside the range of lags.
+    """
+    lags = np.arange(int(p * (1 - SPREAD)), min(int(np.ceil(p * (1 + SPREAD))), len(z) - 1) + 1)
+    change, pairs = (_window_sums(x, p) for x in squared_changes(z, lags))
+    pairs, change = pairs.min(axis=0), change / np.maximum(pairs, 1)
+    # a window with a quarter of the pairs of the fullest still tells
+    change = change[:, pairs >= pairs.max() / 4]
+    best = change.argmin(axis=0)
+    inner = (best > 0) & (best < len(lags) - 1)
+    if not inner.any():
+        raise MotionError(f"no period: the motion does not match itself anywhere near {p} frames later")
+    at, column = best[inner], np.flatnonzero(inner)
+    left, here, right = (change[at + step, column] for step in (-1, 0, 1))
+    bend = left - 2 * here + right
+    length = lags[at] + 0.5 * (left - right) / bend
+    return _weighted_median(length, bend / (here + 0.01))
+
+
+def _window_sums(x: np.ndarray, width: int) -> np.ndarray:
+    """Sums over `width` successive frames of x (n, frames), partly filled windows at the ends included."""
+    total = np.cumsum(np.pad(x, ((0, 0), (width, width - 1))), axis=1)
+    return total[:, width:] - total[:, :-width]
+
+
+def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+    """The value below and above which lies half of the weight."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(below, below[-1] / 2)])

@@ -52,14 +52,12 @@ def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> S
     if given.ndim != 1 or not given.size or (given != np.floor(given)).any() or given.min() < 2:
         raise MotionError(f"candidates must be whole numbers of frames from 2, got {candidates!r}")
     order, back = np.unique(given.astype(np.int64), return_inverse=True)
-    deviations, total, n = centre(z, seen)
+    deviations, total, n = centre(z)
     count = np.uint8 if len(z) < 256 * order[0] else np.int32
     paper = weighting == "paper"
-    squares, bins = _fold.sums_of_squares(deviations, seen.astype(count), order, _parents(order), paper)
+    between, means, bins = _fold.sums_of_squares(deviations, seen.astype(count), order, paper)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # Σ n_k (z̄_k - Z̄)² is needed for the noise in either case
-        between = _fold.sums_of_squares(deviations, seen.astype(count), order, _parents(order), False)[0] if paper else squares
-        signal = squares * n / ((bins - 1) * bins) if paper else squares / (bins - 1)
+        signal = means * n / ((bins - 1) * bins) if paper else between / (bins - 1)
         noise = np.maximum(total - between, ROUNDING * total) / (n - bins)
         ratio = np.where((bins > 1) & (n > bins) & (total > 0), signal / noise, np.nan)[back]
     return SNR(given.astype(np.int64), ratio, np.nansum(ratio, axis=1))
@@ -86,21 +84,11 @@ def checked_series(z) -> tuple[np.ndarray, np.ndarray]:
     return z, seen
 
 
-def centre(z: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def centre(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deviations from each channel's mean (0 where missing), their sum of squares (m,), and the counts |I| (m,).
 
     A channel whose deviations are within rounding of its level is constant: its sum of squares is exactly 0.
     """
-    n = seen.sum(axis=0)
-    filled = np.where(seen, z, 0.0)
-    deviation = np.where(seen, filled - filled.sum(axis=0) / np.maximum(n, 1), 0.0)
-    squares = np.einsum("ta,ta->a", deviation, deviation)
-    level = 64 * np.finfo(float).eps * np.abs(filled).max(axis=0)
-    squares[squares <= n * level**2] = 0.0
+    deviation, squares, n, peak = _fold.centre(np.ascontiguousarray(z))
+    squares[squares <= n * (64 * np.finfo(float).eps * peak) ** 2] = 0.0
     return deviation, squares, n
-
-
-def _parents(order: np.ndarray) -> np.ndarray:
-    """For each of the sorted candidates the index of its smallest proper multiple among them, or -1."""
-    multiple = (order[None, :] % order[:, None] == 0) & (order[None, :] > order[:, None])
-    return np.where(multiple.any(axis=1), multiple.argmax(axis=1), -1)
