@@ -1,4 +1,4 @@
-"""What the tests share: where the real motion capture is."""
+"""What the tests share: where the real motion capture is, and whether OpenGL works here."""
 
 import os
 from pathlib import Path
@@ -19,3 +19,24 @@ def mocap() -> Path:
     if not MOCAP.is_dir():
         pytest.skip(f"no motion capture at {MOCAP}: set MOTIONENV_MOCAP to its folder")
     return MOCAP
+
+
+@pytest.fixture(scope="session")
+def opengl() -> None:
+    """For tests that draw with pyrender: skips where it can't, and says why; fails there when CI promised that it can.
+
+    A session that uses it must not fork afterwards: OpenGL hangs in forked children.
+    """
+    import numpy as np
+
+    from motionenv.body import from_height
+    from motionenv.errors import EngineError
+    from motionenv.render import render
+    from motionenv.render.cameras import look_at
+
+    try:
+        render(np.zeros(25), from_height(), look_at((4, 0, 1), (0, 0, 1), width=16, height=16), engine="pyrender")
+    except EngineError as error:
+        if os.environ.get("MOTIONENV_REQUIRE_PYRENDER"):
+            pytest.fail(f"MOTIONENV_REQUIRE_PYRENDER is set, but: {error}")
+        pytest.skip(str(error))
