@@ -1,0 +1,57 @@
+"""C3D out: the body's 15 markers through ezc3d."""
+
+from pathlib import Path
+
+import numpy as np
+
+from motionenv.body.kinematics import markers
+from motionenv.errors import MotionError
+from motionenv.files import atomic_write
+from motionenv.mocap.outgoing import check_sequence
+from motionenv.types import MARKERS, Motion
+
+_MM = 1000.0
+_MOST_FRAMES = 65535  # the header counts frames in 16 bits
+
+
+def write(motion: Motion, path) -> None:
+    """Write the 15 markers of `motionenv.types.MARKERS` as C3D, whole or not at all.
+
+    Millimetres as float32, z up and x forward (POINT:X_SCREEN +X, Y_SCREEN +Z); gaps have the residual -1.
+
+    Args:
+        motion: one sequence (frames, 25) of up to 65535 frames.
+        path: the file.
+
+    Raises:
+        MotionError: it isn't one sequence, or too long a one, or the file can't be written.
+    """
+    import ezc3d
+
+    check_sequence(motion, "C3D", gaps=True)
+    frames = len(motion.poses)
+    if frames > _MOST_FRAMES:
+        raise MotionError(f"a C3D file holds up to {_MOST_FRAMES} frames, got {frames}; write it in parts")
+    points = _MM * markers(motion.poses, motion.skeleton).transpose(2, 1, 0)
+    gap = np.isnan(points).any(0)
+    file = ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["LABELS"]["value"] = list(MARKERS)
+    point["UNITS"]["value"] = ["mm"]
+    point["RATE"]["value"] = [motion.fps]
+    file.add_parameter("POINT", "X_SCREEN", ["+X"])
+    file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    file["data"]["points"] = np.concatenate([np.where(gap, np.nan, points), np.ones((1, *gap.shape))])
+    file["data"]["meta_points"]["residuals"] = np.where(gap, -1.0, 0.0)[None]
+    file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *gap.shape), dtype=bool)
+    with atomic_write(path) as temporary:
+        file.write(str(temporary))
+        _check_whole(temporary, frames * len(MARKERS) * 16)
+
+
+def _check_whole(path: Path, data: int) -> None:
+    """Raise where a file's header and `data` bytes don't fit: ezc3d says nothing when the disk is full."""
+    raw = path.read_bytes()
+    blocks = int.from_bytes(raw[16:18], "little") - 1
+    if blocks < 2 or len(raw) < 512 * blocks + data:
+        raise OSError(f"ezc3d could write {len(raw)} bytes only; the disk is full or a limit is reached")

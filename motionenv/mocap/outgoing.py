@@ -1,0 +1,62 @@
+"""What the writers share: which motions a file can hold, and the axes of files in which y points up."""
+
+import numpy as np
+
+from motionenv.body.kinematics import forward
+from motionenv.body.skeleton import SEGMENT_PARENT
+from motionenv.errors import GapError, MotionError
+from motionenv.types import POSE, Motion
+
+_Y_UP = [1, 2, 0]
+
+
+def y_up(points) -> np.ndarray:
+    """World points (..., 3) in a file's axes: what faces x faces z there, left is x and up is y."""
+    return np.asarray(points)[..., _Y_UP]
+
+
+def y_up_turns(rotations) -> np.ndarray:
+    """World rotations (..., 3, 3) between a file's axes (see `y_up`)."""
+    return np.asarray(rotations)[..., _Y_UP, :][..., _Y_UP]
+
+
+def local_rotations(motion: Motion) -> np.ndarray:
+    """Rotation of each segment in the frame of the one it hangs on, (frames, 12, 3, 3), axes as in the world.
+
+    Args:
+        motion: one sequence without gaps.
+    """
+    rotations = forward(motion.poses, motion.skeleton)[1]
+    local = rotations.copy()
+    for segment, parent in enumerate(SEGMENT_PARENT):
+        if parent >= 0:
+            local[:, segment] = rotations[:, parent].swapaxes(-1, -2) @ rotations[:, segment]
+    return local
+
+
+def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
+    """Refuse what a file can't hold, before anything is written.
+
+    Args:
+        motion: what is to be written.
+        kind: the file's format, for people.
+        gaps: whether the format has a way to say that a value is missing.
+
+    Raises:
+        MotionError: not one sequence of at least one frame, or an infinite value.
+        GapError: a gap where the format has none; names the first.
+    """
+    if motion.poses.ndim != 2 or not len(motion.poses):
+        problem = "holds one sequence of poses (frames, 25) with at least one frame"
+        raise MotionError(f"a {kind} file {problem}, got {motion.poses.shape}; write batched sequences one by one")
+    bad = np.isinf(motion.poses) if gaps else ~np.isfinite(motion.poses)
+    if not bad.any():
+        return
+    frame, entry = np.argwhere(bad)[0]
+    where = f"{POSE[entry]} of frame {frame} is {motion.poses[frame, entry]}"
+    if np.isnan(motion.poses[frame, entry]):
+        count = int(bad.any(1).sum())
+        raise GapError(
+            f"{where}, as are values of {count} frames: {kind} has no gaps, so fill them or cut them off first"
+        )
+    raise MotionError(f"{where}; poses must be finite, or NaN where unknown")

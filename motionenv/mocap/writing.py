@@ -1,0 +1,48 @@
+"""Motions into files: the writer is picked by the file's suffix."""
+
+from pathlib import Path
+
+from motionenv.errors import MotionError
+from motionenv.mocap import bvh_writer, c3d_writer, csv_writer, glb, npz
+from motionenv.types import Motion
+
+_WRITERS = {
+    ".bvh": bvh_writer.write,
+    ".c3d": c3d_writer.write,
+    ".csv": csv_writer.write,
+    ".glb": glb.write,
+    ".npz": npz.write,
+}
+
+
+def write(motion: Motion, path) -> None:
+    """Write a motion whole or not at all, in the format of the suffix.
+
+    ==========  =====================================================================  ==========================
+    suffix      what it holds                                                          gaps (NaN)
+    ==========  =====================================================================  ==========================
+    .bvh        the skeleton and its joint angles [cm, degrees], for animation tools   refused
+    .c3d        the 15 markers [mm], for gait analysis                                 residual -1
+    .csv        poses and markers [m, rad], for statistics                             empty fields
+    .glb        the moving, coloured cylinder body [m], for viewers and web pages      refused
+    .npz        everything, to the bit, for motionenv; batched sequences too           kept
+    ==========  =====================================================================  ==========================
+
+    Args:
+        motion: (frames, 25) poses and their skeleton.
+        path: the file.
+
+    Raises:
+        GapError: the motion has gaps and the format no sign for them.
+        MotionError: another suffix, not one sequence, or the file can't be written.
+    """
+    if not isinstance(motion, Motion):
+        raise MotionError(
+            f"only a Motion can be written, got {type(motion).__name__}; retarget Markers to a body first"
+        )
+    suffix = Path(path).suffix.lower()
+    if suffix not in _WRITERS:
+        raise MotionError(
+            f"{path} can't be written by its suffix {suffix!r}; there are writers for {', '.join(_WRITERS)}"
+        )
+    _WRITERS[suffix](motion, path)
