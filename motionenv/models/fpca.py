@@ -5,7 +5,7 @@ import numpy as np
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fig8 import fit_svd
 from motionenv.models.fourier import fourier_basis
-from motionenv.models.ppca import fit_ppca, posterior
+from motionenv.models.ppca import Observations, Parameters, fit_ppca, gap_sums, posterior
 from motionenv.models.store import save_model
 from motionenv.types import Cycles
 
@@ -99,8 +99,8 @@ class FunctionalPCA:
         values = np.asarray(values, dtype=np.float64)
         if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
             raise MotionError(f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}")
-        flat = (values - self.mean_).reshape(-1, self.mean_.size)
-        return self._scores(flat).reshape(*values.shape[:-2], -1)
+        deviations = (values - self.mean_).reshape(-1, *self.mean_.shape)
+        return self._scores(deviations).reshape(*values.shape[:-2], -1)
 
     def inverse_transform(self, scores) -> np.ndarray:
         """Cycles (..., P, m) with the given scores (..., q)."""
@@ -208,7 +208,7 @@ class FunctionalPCA:
     def _describe(self, values, groups):
         """Scores, imputations and shares of variance of the cycles that it was fitted to."""
         deviations = values - self.subject_means_[groups]
-        self.scores_ = self._scores(deviations.reshape(len(values), -1))
+        self.scores_ = self._scores(deviations)
         filled = self.subject_means_[groups] + np.tensordot(self.scores_, self.components_, axes=1)
         self.imputed_ = np.where(np.isnan(values), filled, values)
         freedom = len(values) - len(self.subject_means_)
@@ -217,22 +217,23 @@ class FunctionalPCA:
         self.explained_variance_ratio_ = self.explained_variance_ / total
 
     def _scores(self, deviations) -> np.ndarray:
-        """Scores (K, q) of deviations (K, P·m) from the mean, NaN where missing."""
-        seen = np.isfinite(deviations).astype(float)
-        y = np.where(seen > 0, deviations, 0.0)
-        flat = self.components_.reshape(len(self.components_), -1).T
+        """Scores (K, q) of deviations (K, P, m) from the mean, NaN where missing."""
+        basis = self._basis_of(len(self.mean_))
+        data = Observations(deviations, 0.0, basis, np.zeros(len(deviations), int), 1)
+        w = self.component_coefficients_.reshape(len(self.components_), -1).T
         if self.method == "svd":
-            return _least_squares(y, seen, flat)
+            return _least_squares(data, Parameters(w, np.zeros((1, len(w))), self.noise_variance_, basis))
         scale = np.sqrt(self.explained_variance_)
-        noise = np.tile(self.noise_variance_, len(self.mean_))
-        return posterior(y, seen, flat * scale, np.zeros(len(flat)), noise)[0] * scale
+        scaled = Parameters(w * scale, np.zeros((1, len(w))), self.noise_variance_, basis)
+        return posterior(data.coefficients, data.gaps, scaled)[0] * scale
 
 
-def _least_squares(y, seen, loadings) -> np.ndarray:
-    """Scores (K, q) of least squares on what each row shows; the shortest where it shows too little."""
-    products = (loadings[:, :, None] * loadings[:, None, :]).reshape(len(loadings), -1)
-    normal = (seen @ products).reshape(len(y), loadings.shape[1], -1)
-    return (np.linalg.pinv(normal, hermitian=True) @ (y @ loadings)[..., None])[..., 0]
+def _least_squares(data: Observations, parameters: Parameters) -> np.ndarray:
+    """Scores (K, q) of least squares on what each cycle shows; the shortest where it shows too little."""
+    curves = parameters.functions(parameters.w)
+    products = (curves[..., :, None] * curves[..., None, :]).reshape(*curves.shape[:2], -1)
+    normal = np.eye(curves.shape[-1]) - gap_sums(data.gaps, products).reshape(len(data.square), *curves.shape[-1:], -1)
+    return (np.linalg.pinv(normal, hermitian=True) @ (data.coefficients @ parameters.w)[..., None])[..., 0]
 
 
 def _select(cycles: Cycles, channels) -> np.ndarray:

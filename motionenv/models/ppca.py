@@ -2,16 +2,85 @@
 
 A cycle is x_k = B (m_g(k) + W z_k) + ε with z_k ~ N(0, I) and ε ~ N(0, diag σ²), B the truncated Fourier basis (per
 channel), m_g the mean of the cycle's group, and only some samples of x_k seen (Tipping & Bishop 1999, section 3.3;
-Roweis 1998). EM takes both z_k and the unseen samples for hidden. All sums over cycles are then four matrix products
-with the 0/1 mask and the zero-filled values, which is as fast as memory can be read.
+Roweis 1998). EM takes both z_k and the unseen samples for hidden, so each step is exact and the likelihood rises.
+
+Two things make it fast. What was observed enters through its Fourier coefficients, computed once, since B is
+orthonormal. And gaps are runs: a sum over a gap is a difference of cumulative sums, so a pass costs by the number of
+gaps, not of samples; the sparse matrix `Observations.gaps` holds -1 where each begins and +1 where it ends.
 """
 
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
 FLOOR = 1e-9  # least noise variance, relative to the variance of the data: keeps exact data invertible
+WARM = 500  # cycles enough to start a larger fit from
+
+
+class Observations:
+    """What an EM needs of cycles: coefficients of the zero-filled deviations, and the gaps; rows sorted by group.
+
+    Args:
+        values: (K, P, m), NaN where missing.
+        centre: (P, m) subtracted first.
+        basis: (P, n) orthonormal.
+        groups: (K,) group index of each cycle.
+        n_groups: G.
+    """
+
+    def __init__(self, values, centre, basis, groups, n_groups: int):
+        k, p, m = values.shape
+        order = np.argsort(groups, kind="stable")
+        y = (values - centre)[order]
+        missing = np.isnan(y)
+        y[missing] = 0
+        self.coefficients = (basis.T @ y).reshape(k, -1)
+        self.square = np.einsum("kpm,kpm->km", y, y)
+        self.gaps = _runs(missing)
+        edges = np.searchsorted(groups[order], np.arange(n_groups + 1))
+        self.groups = [slice(a, b) for a, b in pairwise(edges)]
+        self.sizes = np.diff(edges).astype(float)
+        self.n_missing = np.stack([missing[s].sum(axis=0).ravel() for s in self.groups]).astype(float)
+        self.y_sum = np.stack([self.coefficients[s].sum(axis=0) for s in self.groups])
+        self.n_seen = k * p * m - self.n_missing.sum()
+
+
+def _runs(missing) -> sparse.csr_array:
+    """(K, (P + 1)·m): -1 at the first sample of each run of missing ones, +1 just after its last."""
+    k, p, m = missing.shape
+    padded = np.zeros((k, p + 2, m), dtype=np.int8)
+    padded[:, 1:-1] = missing
+    return sparse.csr_array(-np.diff(padded, axis=1).reshape(k, (p + 1) * m)).astype(float)
+
+
+def gap_sums(gaps, columns) -> np.ndarray:
+    """Sums (K, c) over each cycle's missing samples of `columns` (P, m, c)."""
+    total = np.zeros((len(columns) + 1, *columns.shape[1:]))
+    np.cumsum(columns, axis=0, out=total[1:])
+    return gaps @ total.reshape(-1, columns.shape[-1])
+
+
+def gap_totals(gaps, rows, m: int) -> np.ndarray:
+    """Sums ((P·m), c) over the cycles that miss each sample of their `rows` (K, c)."""
+    edges = (gaps.T @ rows).reshape(-1, m, rows.shape[1])
+    return -np.cumsum(edges, axis=0)[:-1].reshape(-1, rows.shape[1])
+
+
+@dataclass
+class Parameters:
+    """Loadings and means in the basis and as functions, noise per channel."""
+
+    w: np.ndarray  # (n·m, q)
+    means: np.ndarray  # (G, n·m)
+    noise: np.ndarray  # (m,) variances
+    basis: np.ndarray  # (P, n)
+
+    def functions(self, coefficients) -> np.ndarray:
+        """(n·m, c) coefficients as functions (P, m, c)."""
+        n = self.basis.shape[1]
+        return (self.basis @ coefficients.reshape(n, -1)).reshape(-1, len(self.noise), coefficients.shape[1])
 
 
 @dataclass
@@ -19,112 +88,90 @@ class Sums:
     """What an E step leaves: sufficient statistics over cycles, groups g, samples d = (sample, channel)."""
 
     zz: np.ndarray  # (q, q) Σ E[z zᵀ]
-    z: np.ndarray  # (groups, q) Σ E[z]
-    seen_zz: np.ndarray  # (D, q, q) Σ E[z zᵀ] over the cycles that show d
-    seen_z: np.ndarray  # (groups, D, q)
-    yz: np.ndarray  # (D, q) Σ y E[z]ᵀ over the cycles that show d
-    scores: np.ndarray  # (K, q) E[z]
-    loglik: float
+    z: np.ndarray  # (G, q) Σ E[z]
+    missing_zz: np.ndarray  # (D, q, q) Σ E[z zᵀ] over the cycles that miss d
+    missing_z: np.ndarray  # (G, D, q) Σ E[z] over the group's cycles that miss d
+    yz: np.ndarray  # (n·m, q) Σ y E[z]ᵀ, y in the basis
+    loglik: float  # of the observed samples
 
 
-class Observations:
-    """Zero-filled deviations and 0/1 mask of all cycles as two matrices, rows sorted by group.
-
-    Args:
-        values: (K, P, m), NaN where missing.
-        centre: (P, m) subtracted first, so that float32 sums keep their digits.
-        groups: (K,) group index of each cycle, 0 … G - 1.
-    """
-
-    def __init__(self, values, centre, groups):
-        k = len(values)
-        self.order = np.argsort(groups, kind="stable")
-        seen = np.isfinite(values[self.order]).reshape(k, -1)
-        self.y = np.where(seen, (values - centre)[self.order].reshape(k, -1), 0.0)
-        self.mask = seen.astype(self.y.dtype)
-        edges = np.searchsorted(groups[self.order], np.arange(groups.max() + 2))
-        self.slices = [slice(a, b) for a, b in pairwise(edges)]
-        self.sizes = np.diff(edges).astype(float)
-        self.count = np.stack([self.mask[s].sum(axis=0) for s in self.slices])
-        self.y_sum = np.stack([self.y[s].sum(axis=0) for s in self.slices])
-        self.y_square = np.einsum("kd,kd->d", self.y, self.y)
-        self.n_seen = self.mask.sum(axis=1)
-
-
-def posterior(y, mask, loadings, mean, noise):
-    """Posterior of the latents of cycles of one group.
+def posterior(coefficients, gaps, parameters: Parameters, group: int = 0):
+    """Posterior of the latents of cycles that share a mean.
 
     Args:
-        y, mask: (K, D) zero-filled deviations and 0/1 mask.
-        loadings: (D, q); mean: (D,); noise: (D,) variance.
+        coefficients: (K, n·m) of the zero-filled deviations.
+        gaps: (K, (P + 1)·m) as `Observations.gaps`.
+        parameters: present parameters.
+        group: whose mean.
 
     Returns:
-        means (K, q), covariances (K, q, q) and the observed log-likelihood of each cycle (K,).
+        means (K, q), covariances (K, q, q), and of each cycle (K,) twice its observed log-likelihood plus y² / noise.
     """
-    q = loadings.shape[1]
-    scaled = loadings / noise[:, None]
-    outer = (loadings[:, :, None] * scaled[:, None, :]).reshape(-1, q * q)
-    constant = mean**2 / noise + np.log(2 * np.pi * noise)
-    on_mask = mask @ np.column_stack([outer, scaled * mean[:, None], constant])
-    precision = np.eye(q) + on_mask[:, : q * q].reshape(-1, q, q)
-    on_y = y @ np.column_stack([scaled, mean / noise])
-    right = on_y[:, :q] - on_mask[:, q * q : -1]
+    q = parameters.w.shape[1]
+    i, j = np.triu_indices(q)
+    n = parameters.basis.shape[1]
+    scaled = parameters.w / np.tile(parameters.noise, n)[:, None]
+    mean = parameters.means[group]
+    both = parameters.functions(np.column_stack([parameters.w, mean]))
+    loading, level, noise = both[..., :q], both[..., q:], parameters.noise[:, None]
+    constant = level**2 / noise + np.log(2 * np.pi * noise)
+    columns = np.concatenate([loading[..., i] * loading[..., j] / noise, loading * level / noise, constant], axis=-1)
+    seen = columns.sum(axis=(0, 1)) - gap_sums(gaps, columns)
+    on_y = coefficients @ np.column_stack([scaled, mean / np.tile(parameters.noise, n)])
+    precision = np.empty((len(coefficients), q, q))
+    precision[:, i, j] = precision[:, j, i] = seen[:, : len(i)]
+    precision += np.eye(q)
+    right = on_y[:, :q] - seen[:, len(i) : -1]
     covariance = np.linalg.inv(precision)
-    z = np.einsum("kij,kj->ki", covariance, right)
-    square = (y**2) @ (1 / noise) - 2 * on_y[:, -1] + on_mask[:, -1]
-    loglik = -0.5 * (square - np.einsum("ki,ki->k", right, z) + np.linalg.slogdet(precision)[1])
-    return z, covariance, loglik
+    z = (covariance @ right[..., None])[..., 0]
+    twice = np.einsum("ki,ki->k", right, z) - np.linalg.slogdet(precision)[1] + 2 * on_y[:, -1] - seen[:, -1]
+    return z, covariance, twice
 
 
-def e_step(data: Observations, loadings, means, noise) -> Sums:
-    """Expected sufficient statistics under the present parameters; `means` (groups, D)."""
-    q = loadings.shape[1]
-    d = len(loadings)
-    scores = np.empty((len(data.y), q))
-    z_sum, seen_z = np.zeros((len(means), q)), np.zeros((len(means), d, q))
-    zz, seen_zz, yz, loglik = np.zeros((q, q)), np.zeros((d, q * q)), np.zeros((d, q)), 0.0
-    for g, rows in enumerate(data.slices):
-        y, mask = data.y[rows], data.mask[rows]
-        z, covariance, part = posterior(y, mask, loadings, means[g], noise)
+def e_step(data: Observations, parameters: Parameters) -> Sums:
+    """Expected sufficient statistics under the present parameters."""
+    q, d = parameters.w.shape[1], data.n_missing.shape[1]
+    i, j = np.triu_indices(q)
+    z_sum, missing_z = np.zeros((len(data.groups), q)), np.zeros((len(data.groups), d, q))
+    zz, missing_zz, yz = np.zeros((q, q)), np.zeros((d, q, q)), np.zeros((len(parameters.w), q))
+    twice = -(data.square @ (1 / parameters.noise)).sum()
+    for g, rows in enumerate(data.groups):
+        y, gaps = data.coefficients[rows], data.gaps[rows]
+        z, covariance, part = posterior(y, gaps, parameters, g)
         second = covariance + z[:, :, None] * z[:, None, :]
-        on_mask = mask.T @ np.concatenate([second.reshape(-1, q * q), z], axis=1)
-        seen_zz += on_mask[:, : q * q]
-        seen_z[g] = on_mask[:, q * q :]
+        missed = gap_totals(gaps, np.column_stack([second[:, i, j], z]), len(parameters.noise))
+        missing_zz[:, i, j] += missed[:, : len(i)]
+        missing_z[g] = missed[:, len(i) :]
         yz += y.T @ z
         zz += second.sum(axis=0)
         z_sum[g] = z.sum(axis=0)
-        scores[rows] = z
-        loglik += part.sum()
-    return Sums(zz, z_sum, seen_zz.reshape(d, q, q), seen_z, yz, scores, loglik)
+        twice += part.sum()
+    missing_zz[:, j, i] = missing_zz[:, i, j]
+    return Sums(zz, z_sum, missing_zz, missing_z, yz, 0.5 * twice)
 
 
-def m_step(data: Observations, sums: Sums, basis, loadings, means, noise):
-    """Parameters that maximise the expected log-likelihood: coefficients of loadings and means, noise per channel.
-
-    Returns:
-        (n, m, q + groups) coefficients, loadings first, and (m,) noise variances.
-    """
-    p, n = basis.shape
-    q, groups, d = loadings.shape[1], len(means), len(loadings)
-    missing_zz = sums.zz - sums.seen_zz
-    missing_z = sums.z[:, None, :] - sums.seen_z
-    missing = data.sizes[:, None] - data.count
-    x_z = sums.yz + np.einsum("dij,dj->di", missing_zz, loadings) + np.einsum("gd,gdi->di", means, missing_z)
-    x_1 = data.y_sum + means * missing + np.einsum("di,gdi->gd", loadings, missing_z)
-    sums_xu = np.concatenate([x_z, x_1.T], axis=1)
-    gram = np.block([[sums.zz, sums.z.T], [sums.z, np.diag(data.sizes)]])
-    right = (basis.T @ sums_xu.reshape(p, -1)).reshape(n, d // p, q + groups)
-    coefficients = np.linalg.solve(gram, right.reshape(-1, q + groups).T).T.reshape(right.shape)
-    square = (
-        data.y_square
-        + np.einsum("dij,di,dj->d", missing_zz, loadings, loadings)
-        + np.einsum("gd,gd->d", missing, means**2)
-        + 2 * np.einsum("gd,di,gdi->d", means, loadings, missing_z)
-        + missing.sum(axis=0) * noise
-    )
-    explained = np.einsum("nmj,nmj->m", coefficients, right)
-    residual = (square.reshape(p, -1).sum(axis=0) - explained) / (p * len(data.y))
-    return coefficients, residual
+def m_step(data: Observations, sums: Sums, old: Parameters) -> Parameters:
+    """Parameters that maximise the expected log-likelihood: regression of the completed cycles on latents and groups."""
+    q, m, (p, n) = old.w.shape[1], len(old.noise), old.basis.shape
+    loading = old.functions(old.w).reshape(-1, q)
+    means = old.functions(old.means.T).reshape(len(loading), -1).T
+    mean_z = np.einsum("gd,gdi->di", means, sums.missing_z)
+    filled_zz = np.einsum("dij,dj->di", sums.missing_zz, loading)
+    filled_z = filled_zz + mean_z
+    filled_1 = means * data.n_missing + np.einsum("di,gdi->gd", loading, sums.missing_z)
+    filled = old.basis.T @ np.column_stack([filled_z, filled_1.T]).reshape(p, -1)
+    right = filled.reshape(n * m, -1) + np.column_stack([sums.yz, data.y_sum.T])
+    sizes = np.diag(np.maximum(data.sizes, 1))  # a warm start may lack a group
+    found = np.linalg.solve(np.block([[sums.zz, sums.z.T], [sums.z, sizes]]), right.T).T
+    square = (loading * (filled_zz + 2 * mean_z)).sum(axis=1) + (data.n_missing * means**2).sum(axis=0)
+    square = square.reshape(p, m).sum(axis=0) + data.square.sum(axis=0)
+    square += data.n_missing.reshape(-1, p, m).sum(axis=(0, 1)) * old.noise
+    explained = (found * right).sum(axis=1).reshape(n, m).sum(axis=0)
+    floor = FLOOR * data.square.sum() / data.n_seen
+    noise = np.maximum((square - explained) / (p * len(data.square)), floor)
+    # Parameter expansion (Liu, Rubin & Wu 1998): let the latents have any covariance, then absorb it in W.
+    w = found[:, :q] @ np.linalg.cholesky(sums.zz / len(data.square))
+    return Parameters(w, np.ascontiguousarray(found[:, q:].T), noise, old.basis)
 
 
 def fit_ppca(values, groups, basis, rank: int, tol: float, max_iter: int):
@@ -142,27 +189,28 @@ def fit_ppca(values, groups, basis, rank: int, tol: float, max_iter: int):
         means (G, n, m) and orthonormal components (q, n, m) in the basis, score variances (q,), noise variances (m,),
         negative log-likelihood of the observed samples at each iteration.
     """
-    k, p, m = values.shape
     centre = pooled_mean(values, basis)
-    data = Observations(values, basis @ centre, groups)
-    coefficients, noise = _start(data, basis, rank, m)
-    floor = FLOOR * data.y_square.sum() / data.mask.sum()
+    data = Observations(values, basis @ centre, basis, groups, int(groups.max()) + 1)
+    start = _start(data, basis, rank)
+    if len(values) >= 2 * WARM:  # most iterations are spent where they are cheap
+        some = slice(None, None, len(values) // WARM)
+        part = Observations(values[some], basis @ centre, basis, groups[some], len(data.groups))
+        start, _ = _em(part, start, tol, max_iter)
+    found, errors = _em(data, start, tol, max_iter)
+    left, scale, _ = np.linalg.svd(found.w, full_matrices=False)
+    means = centre + found.means.reshape(-1, *centre.shape)
+    return means, left.T.reshape(rank, *centre.shape), scale**2, found.noise, errors
+
+
+def _em(data: Observations, parameters: Parameters, tol: float, max_iter: int) -> tuple[Parameters, list[float]]:
+    """Parameters where EM stops, and the negative log-likelihood of each iteration."""
     errors: list[float] = []
     while True:
-        functions = (basis @ coefficients.reshape(len(basis.T), -1)).reshape(p * m, -1)
-        loadings, means = functions[:, :rank], np.ascontiguousarray(functions[:, rank:].T)
-        noise_d = np.tile(noise, p)
-        sums = e_step(data, loadings, means, noise_d)
+        sums = e_step(data, parameters)
         errors.append(-sums.loglik)
         if len(errors) >= max_iter or (len(errors) > 1 and errors[-2] - errors[-1] <= tol * abs(errors[-1])):
-            break
-        coefficients, noise = m_step(data, sums, basis, loadings, means, noise_d)
-        noise = np.maximum(noise, floor)
-        # Parameter expansion (Liu, Rubin & Wu 1998): let the latents have any covariance, then absorb it in W.
-        coefficients[..., :rank] = coefficients[..., :rank] @ np.linalg.cholesky(sums.zz / k)
-    left, scale, _ = np.linalg.svd(coefficients[..., :rank].reshape(-1, rank), full_matrices=False)
-    means = centre + np.moveaxis(coefficients[..., rank:], -1, 0)
-    return means, left.T.reshape(rank, -1, m), scale**2, noise, errors
+            return parameters, errors
+        parameters = m_step(data, sums, parameters)
 
 
 def pooled_mean(values, basis) -> np.ndarray:
@@ -180,13 +228,16 @@ def pooled_mean(values, basis) -> np.ndarray:
     return basis.T @ column
 
 
-def _start(data: Observations, basis, rank: int, m: int):
-    """First coefficients (n, m, q + G) and noise (m,): principal components of the zero-filled deviations."""
-    k, (p, n) = len(data.y), basis.shape
-    projected = (basis.T @ data.y.reshape(k, p, m)).reshape(k, -1)
-    _, singular, right = np.linalg.svd(projected, full_matrices=False)
-    coefficients = np.zeros((n, m, rank + len(data.sizes)))
-    coefficients[..., :rank] = (right[:rank].T * (singular[:rank] / np.sqrt(k))).reshape(n, m, rank)
-    total = data.y_square.sum()
-    residual = np.clip(1 - (singular[:rank] ** 2).sum() / total, 0.05, 1)
-    return coefficients, np.full(m, residual * total / data.mask.sum())
+def _start(data: Observations, basis, rank: int) -> Parameters:
+    """First parameters: principal components of (at most `WARM` of) the zero-filled deviations."""
+    some = data.coefficients[:: max(1, len(data.coefficients) // WARM)]
+    m = data.square.shape[1]
+    values, vectors = np.linalg.eigh(some @ some.T if len(some) < some.shape[1] else some.T @ some)
+    values, vectors = values[: -rank - 1 : -1], vectors[:, : -rank - 1 : -1]
+    if len(some) < some.shape[1]:
+        vectors = some.T @ (vectors / np.sqrt(np.maximum(values, 1e-300)))
+    w = vectors * np.sqrt(np.maximum(values, 0) / len(some))
+    variance = data.square.sum() / data.n_seen
+    residual = np.clip(1 - values.sum() / data.square.sum() * len(data.square) / len(some), 0.05, 1)
+    means = np.zeros((len(data.groups), len(w)))
+    return Parameters(w, means, np.full(m, residual * variance), basis)
