@@ -74,7 +74,7 @@ class _Record:
             object.__setattr__(self, name, value)
 
     def __setstate__(self, state):
-        self.__init__(**{f.name: state[f.name] for f in fields(self) if f.init})
+        self.__init__(**{f.name: state[f.name] for f in fields(self) if f.init})  # type: ignore[misc, arg-type]
 
 
 @dataclass(frozen=True, eq=False)

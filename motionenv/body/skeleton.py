@@ -134,7 +134,7 @@ def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
         raise MotionError(f"{name} must be {unit} from {low} to {high}, got {value!r}")
 
 
-_LIMITS_DEGREES = {
+_LIMITS_DEGREES: dict[str, list[tuple[float, float]]] = {
     "root": [(-np.inf, np.inf)] * 6,
     "neck": [(-60, 60), (-45, 45), (-80, 80)],
     "shoulder": [(-60, 180), (-50, 180), (-90, 90)], "elbow": [(0, 150)],
@@ -144,12 +144,12 @@ _LIMITS_DEGREES = {
 #: Joint limits of the pose vector, (25, 2) [rad]: ranges of motion of healthy adults (AAOS, Norkin & White 2016,
 #: appendix B), the root free.
 LIMITS = np.radians(
-    np.array(sum((_LIMITS_DEGREES[j] for j in "root neck shoulder elbow shoulder elbow hip knee hip knee".split()), []))
+    [row for j in "root neck shoulder elbow shoulder elbow hip knee hip knee".split() for row in _LIMITS_DEGREES[j]]
 )
 
 
 def limit_excess(poses) -> np.ndarray:
-    """How far each entry of poses (..., 25) lies beyond its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
+    """How far each entry of poses (..., 25) is beyond its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
     poses = np.asarray(poses, dtype=np.float64)
     return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
 

@@ -74,7 +74,7 @@ def align(sequences, periods, *, weights=None) -> Alignment:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """The sequences that share a period of P steps: folds (k, P, m), their spectra and the basis (P, 10) on the grid."""
+    """Sequences that share a period of P steps: folds (k, P, m), their spectra and the basis (P, 10) on the grid."""
 
     members: np.ndarray
     sums: np.ndarray
@@ -96,7 +96,7 @@ class _Folds:
 
     def reference(self, shifts):
         """Step 2: the least-squares reference (10, m) at these shifts, and the squared error that it leaves."""
-        gram = right = 0.0
+        gram = right = np.zeros(())
         for g in self.groups:
             sums, counts = np.zeros(g.sums.shape[1:]), np.zeros(g.sums.shape[1:])
             for j, i in enumerate(g.members):

@@ -53,7 +53,8 @@ def to_reference(sequences, alignment: Alignment, fps, *, samples: int = 128, ch
             sequence.append(i)
     if not values:
         raise MotionError("no cycle is supported by enough samples for a spline: the frame rate is too low")
-    return Cycles(np.array(values), channels, seconds[sequence], sequence, tuple(subjects[i] for i in sequence))
+    whose = tuple(subjects[i] for i in sequence)
+    return Cycles(np.array(values), channels, seconds[sequence], np.array(sequence), whose)
 
 
 def segment(sequences, fps, *, steer=None, weights=None, samples: int = 128, channels=None, subjects=None) -> Cycles:

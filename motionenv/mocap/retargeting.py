@@ -57,7 +57,7 @@ def to_nodes(markers: Markers, *, scheme: str | None = None) -> tuple[np.ndarray
         MotionError: an unknown scheme, or points that it needs are missing (named).
     """
     if markers.positions.ndim != 3:
-        raise MotionError(f"retarget one sequence at a time: positions (frames, points, 3), got {markers.positions.shape}")
+        raise MotionError(f"retarget one sequence at a time: (frames, points, 3), got {markers.positions.shape}")
     markers = _plain_names(markers)
     if has_markers(markers.names):
         markers = with_joint_centres(markers)
@@ -94,7 +94,7 @@ def _checked_scheme(scheme: str | None, names: tuple[str, ...]) -> str:
 
 def _weighted(markers: Markers, weights: dict[str, float]) -> np.ndarray:
     """Weighted mean (frames, 3) [m] of points."""
-    return sum(w * markers.positions[:, markers.index(n)] for n, w in weights.items())
+    return np.sum([w * markers.positions[:, markers.index(n)] for n, w in weights.items()], axis=0)
 
 
 def _head_side(markers: Markers, nodes: np.ndarray, head: str | None) -> np.ndarray | None:
