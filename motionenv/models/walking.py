@@ -1,0 +1,397 @@
+r"""A person who walks: the functional PCA of paper A, given a root that carries it over the ground.
+
+Paper A models the 19 relative joint angles. Here five more channels ride along in the same components: the three
+rotations of the root and the heights of the two ankles. What remains, the way of the root, follows from contact:
+the foot that moves back fastest under the body stands, so the body moves forward as fast, and as high as that
+ankle's height says.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from motionenv.body.kinematics import FOOT_BALL, forward
+from motionenv.body.skeleton import ANKLE_HEIGHT, NODES, SEGMENTS, limb_radii
+from motionenv.cycles import align, estimate_period, periodic_basis, to_reference
+from motionenv.errors import ModelError, MotionError
+from motionenv.models.fpca import FunctionalPCA
+from motionenv.models.store import save_model
+from motionenv.types import ANGLES, POSE, Cycles, Motion, Skeleton
+
+#: Channels of the cycles: the 19 angles, the root's rotations [rad], the ankles' heights [shares of body height].
+CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
+
+_ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
+_HINGES = [i for i, name in enumerate(POSE) if "elbow" in name or "knee" in name]
+_FEET = [SEGMENTS.index("left_foot"), SEGMENTS.index("right_foot")]
+_RATE = 60.0  # frames per second at least, at which contact is integrated
+_PADDING = 0.15  # seconds before and after, so that smoothing has no ends
+_FIRMNESS = 0.15  # [m/s] how clearly one foot must move back faster than the other to stand alone
+_SMOOTHING = 0.01  # [s] standard deviation of the smoothing of the root's velocity
+_SHIFTING = 0.05  # [s] standard deviation of the smoothing with which weight shifts between the feet
+_STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from bending backwards
+_GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
+_FASTEST = 3.0  # [m/s]
+
+
+@dataclass(frozen=True)
+class Stride:
+    """What one draw of a walker is: a person's mean scores and stride time."""
+
+    scores: np.ndarray
+    seconds: np.ndarray
+
+
+class WalkingModel:
+    """Walks of people, learned from captured ones.
+
+    A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds; each of its cycles
+    deviates from s̄ by what one person's cycles differ. Scores change along a cubic B-spline from cycle to cycle,
+    and components are Fourier series, so that walks are smooth across the cycles' borders.
+
+    Args:
+        n_components: components of the functional PCA.
+        n_harmonics: constant and n_harmonics - 1 pairs per channel.
+
+    Attributes:
+        fpca_: the fitted `FunctionalPCA` of `CHANNELS`; phase 0 is the left leg furthest ahead of the right.
+        proportions_: (16, 3) mean offsets of the body's nodes, shares of the body height.
+        height_: mean body height [m].
+        person_mean_, person_covariance_: of (scores, log stride time [s], log speed [body heights / s]) between
+            trials, each person weighing the same.
+        cycle_covariance_: (q, q) of the scores of one trial's cycles about their mean.
+        card_: the model card.
+    """
+
+    kind = "walking"
+
+    def __init__(self, n_components: int = 8, n_harmonics: int = 12):
+        self.n_components = n_components
+        self.n_harmonics = n_harmonics
+        self.card_: dict = {}
+
+    def fit(self, motions, subjects) -> "WalkingModel":
+        """Learn from straight walks.
+
+        Args:
+            motions: walks (frames, 25), each of at least two strides; gaps allowed.
+            subjects: a person's label for each.
+
+        Raises:
+            MotionError: nothing to learn from, or a walk without a period.
+        """
+        motions, subjects = list(motions), [str(s) for s in subjects]
+        if len(motions) != len(subjects) or not motions:
+            raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(subjects)}")
+        channels = [gait_channels(m) for m in motions]
+        cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
+        self.fpca_ = FunctionalPCA(self.n_components, self.n_harmonics).fit(cycles)
+        self.proportions_ = np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0)
+        self.height_ = float(np.mean([m.skeleton.height for m in motions]))
+        speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
+        self._fit_people(cycles, speeds)
+        return self
+
+    def _fit_people(self, cycles: Cycles, speeds: np.ndarray) -> None:
+        """Gaussian of trials' mean scores, stride times and speeds, and of cycles about their trial's mean."""
+        seen = np.isfinite(cycles.values).mean((1, 2))
+        trials = np.unique(cycles.sequence)
+        rows, people, within = [], [], []
+        for trial in trials:
+            mine = cycles.sequence == trial
+            weight = seen[mine] / seen[mine].sum()
+            mean = weight @ self.fpca_.scores_[mine]
+            rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
+            people.append(cycles.subject[np.flatnonzero(mine)[0]])
+            within.append((self.fpca_.scores_[mine] - mean)[seen[mine] > 0.8])
+        _, which, count = np.unique(people, return_inverse=True, return_counts=True)
+        weight = 1.0 / count[which]
+        self.person_mean_ = np.average(rows, axis=0, weights=weight)
+        self.person_covariance_ = np.cov(np.transpose(rows), aweights=weight)
+        within = np.concatenate(within)
+        self.cycle_covariance_ = within.T @ within / max(len(within) - len(trials), 1)
+
+    def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
+        """Draw `n` walkers: their mean scores (n, q) and stride times (n,) [s].
+
+        Args:
+            n: how many.
+            seed: int or Generator.
+            speed: walking speed [m/s] of a body of mean height, on which to condition; None draws speeds too.
+
+        Raises:
+            MotionError: `speed` isn't between 0.1 and 3 m/s.
+            ModelError: not fitted.
+        """
+        self._check_fitted()
+        rng = np.random.default_rng(seed)
+        mean, covariance = self.person_mean_[:-1], self.person_covariance_[:-1, :-1]
+        if speed is not None:
+            if not 0.1 <= speed <= _FASTEST:
+                raise MotionError(f"speed must be from 0.1 to {_FASTEST} m/s, got {speed!r}")
+            gain = self.person_covariance_[:-1, -1] / self.person_covariance_[-1, -1]
+            mean = mean + gain * (np.log(speed / self.height_) - self.person_mean_[-1])
+            covariance = covariance - np.outer(gain, self.person_covariance_[-1, :-1])
+        drawn = mean + rng.standard_normal((n, len(mean))) @ _root_of(covariance).T
+        return Stride(drawn[:, :-1], np.exp(drawn[:, -1]))
+
+    def synthesize(
+        self,
+        seconds: float,
+        fps: float = 60.0,
+        *,
+        n: int | None = None,
+        seed=None,
+        stride: Stride | None = None,
+        speed: float | None = None,
+        phase: float = 0.0,
+        variation: float = 1.0,
+        height: float | None = None,
+    ) -> Motion:
+        """New walks along x, from the origin, on the ground z = 0.
+
+        Args:
+            seconds: duration [s].
+            fps: frames per second.
+            n: None for one walk (frames, 25), else a batch (n, frames, 25).
+            seed: int or Generator for the walker and for how its cycles vary.
+            stride: the walkers, from `sample`; None draws them.
+            speed: walking speed [m/s]; None takes the walker's own.
+            phase: where in the cycle to start [cycles]; 0 is the left leg furthest ahead.
+            variation: factor on how much the cycles of one walker differ; 0 repeats one cycle exactly.
+            height: body height [m]; None takes the mean.
+
+        Raises:
+            MotionError: a number out of range.
+            ModelError: not fitted.
+        """
+        self._check_fitted()
+        _check_request(seconds, fps, variation, phase, n)
+        rng = np.random.default_rng(seed)
+        body = self.skeleton(height)
+        # Fitted speeds are in body heights per second, so that a tall person walks faster with the same scores.
+        relative = None if speed is None else speed * self.height_ / body.height
+        stride = self.sample(n or 1, seed=rng, speed=relative) if stride is None else stride
+        frames = int(round(seconds * fps))
+        wobble = variation * self._wobble(stride, frames / fps, rng)
+        if speed is not None:
+            stride = self._paced(stride, speed, lambda s: (self._walk(s, frames + 1, fps, body, phase, wobble)[..., 0], fps))
+        poses = self._walk(stride, frames, fps, body, phase, wobble)
+        return Motion(poses if n is not None else poses[0], body, fps, "walk")
+
+    def skeleton(self, height: float | None = None) -> Skeleton:
+        """The mean body, scaled to `height` [m]; None keeps the mean height.
+
+        Raises:
+            MotionError: `height` isn't between 0.5 and 2.5 m.
+        """
+        self._check_fitted()
+        height = self.height_ if height is None else height
+        if not 0.5 <= height <= 2.5:
+            raise MotionError(f"height must be from 0.5 to 2.5 m, got {height!r}")
+        return Skeleton(self.proportions_ * height, limb_radii(height), height)
+
+    def score(self, motions) -> float:
+        """Mean log-density, under the model, of the scores of the cycles of captured walks.
+
+        Args:
+            motions: straight walks (frames, 25).
+        """
+        self._check_fitted()
+        motions = list(motions)
+        cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
+        return self.fpca_.score(cycles.values)
+
+    def _wobble(self, stride: Stride, seconds: float, rng) -> np.ndarray:
+        """Control points (n, cycles + 4, q) of the B-splines along which scores leave their mean."""
+        n, q = stride.scores.shape
+        count = int(np.ceil((seconds + 2 * _PADDING) / min(stride.seconds.min(), 0.5))) + 5
+        # A uniform cubic B-spline of unit-variance points has variance 0.46 to 0.5: scaled to keep the cycles'.
+        return rng.standard_normal((n, count, q)) @ _root_of(self.cycle_covariance_).T / np.sqrt(0.48)
+
+    def _paced(self, stride: Stride, speed: float, walk) -> Stride:
+        """The same walkers with the stride times that make `walk(stride)` go at `speed` [m/s].
+
+        Contact decides how far a cycle carries, whatever its pace; a second round corrects for which cycles fit.
+        """
+        for _ in range(2):
+            x, fps = walk(stride)
+            pace = (x[:, -1] - x[:, 0]) * fps / (x.shape[1] - 1)
+            stride = Stride(stride.scores, stride.seconds * pace / speed)
+        return stride
+
+    def _walk(self, stride: Stride, frames: int, fps: float, body: Skeleton, phase, wobble) -> np.ndarray:
+        """Poses (n, frames, 25): the cycles played at the stride's pace, on a root moved by contact."""
+        finer = int(np.ceil(_RATE / fps))
+        rate = fps * finer
+        pad = int(np.ceil(_PADDING * rate))
+        clock = np.arange(-pad, (frames - 1) * finer + 1 + pad) / rate
+        cycles = clock / stride.seconds[:, None]
+        at = (clock + pad / rate) / stride.seconds[:, None]
+        scores = stride.scores[:, None] + _b_spline(wobble, at)
+        channels = self.fpca_.evaluate(scores, phase + cycles)
+        poses = np.zeros((*channels.shape[:2], 25))
+        poses[..., 6:], poses[..., 3:6] = channels[..., :19], channels[..., 19:22]
+        poses[..., _HINGES] = _STIFFNESS * np.logaddexp(0.0, poses[..., _HINGES] / _STIFFNESS)
+        _carry(poses, body.height * self._ankle_heights(stride, channels[..., 22:]), rate, body)
+        poses = poses[:, pad : len(clock) - pad : finer]
+        poses[..., :2] -= poses[:, :1, :2]
+        return poses
+
+    def _ankle_heights(self, stride: Stride, heights: np.ndarray) -> np.ndarray:
+        """Heights (n, frames, 2) of the ankles on a floor that each walker's mean cycle stands on, never under it."""
+        cycle = self.fpca_.evaluate(stride.scores[:, None], np.arange(64) / 64)[..., 22:]
+        over = (heights - np.percentile(cycle, 10, axis=1)[:, None]) / _GIVE
+        return ANKLE_HEIGHT + _GIVE * np.logaddexp(0.0, over)
+
+    def save(self, path, card: dict | None = None) -> None:
+        """Write the fitted model to `path` (.npz) with a model `card`."""
+        arrays, meta = self.to_arrays()
+        save_model(path, self.kind, arrays, {**meta, "card": card or self.card_})
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and settings from which `from_arrays` makes the same model."""
+        self._check_fitted()
+        arrays, meta = self.fpca_.to_arrays()
+        arrays = {f"fpca_{name}": value for name, value in arrays.items()}
+        arrays |= {name: getattr(self, name) for name in _STORED}
+        return arrays, {"fpca": meta, "height": self.height_}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "WalkingModel":
+        """The model that `to_arrays` took apart.
+
+        Raises:
+            ModelError: shapes that don't belong together.
+        """
+        parts = {name.removeprefix("fpca_"): value for name, value in arrays.items() if name.startswith("fpca_")}
+        fpca = FunctionalPCA.from_arrays(parts, meta["fpca"])
+        model = cls(fpca.n_components, fpca.n_harmonics)
+        model.fpca_, model.height_, model.card_ = fpca, float(meta["height"]), meta.get("card", {})
+        q = fpca.n_components
+        shapes = {"proportions_": (16, 3), "person_mean_": (q + 2,), "person_covariance_": (q + 2, q + 2)}
+        for name in _STORED:
+            if arrays[name].shape != shapes.get(name, (q, q)):
+                raise ModelError(f"{name} has shape {arrays[name].shape}: fit the model again")
+            setattr(model, name, arrays[name])
+        return model
+
+    def _check_fitted(self) -> None:
+        if not hasattr(self, "fpca_"):
+            raise ModelError("this WalkingModel is not fitted: call fit(motions, subjects) first, or motionenv.load")
+
+
+_STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")
+
+
+def gait_channels(motion: Motion) -> np.ndarray:
+    """The `CHANNELS` (frames, 24) of a straight walk, free of where and in which direction it goes.
+
+    Heading is about the direction of travel. Ankle heights are such that the foot on the ground stands at a stance
+    foot's height, so that trials with the floor elsewhere agree.
+
+    Args:
+        motion: a straight walk (frames, 25).
+
+    Raises:
+        MotionError: not one sequence.
+    """
+    if motion.poses.ndim != 2:
+        raise MotionError(f"one walk (frames, 25) at a time, got poses of shape {motion.poses.shape}")
+    way = _travel(motion)
+    height = motion.skeleton.height
+    ankles = forward(motion.poses, motion.skeleton)[0][:, _ANKLES, 2] / height
+    known = ankles[np.isfinite(ankles).all(1)]
+    floor = np.percentile(known.min(1), 10) - ANKLE_HEIGHT if len(known) else 0.0
+    turned = motion.poses[:, 5] - np.arctan2(way[1], way[0])
+    mean = np.angle(np.nanmean(np.exp(1j * turned)))
+    turned = turned - 2 * np.pi * np.round((np.nanmean(turned) - mean) / (2 * np.pi))
+    return np.column_stack([motion.poses[:, 6:], motion.poses[:, 3:5], turned, ankles - floor])
+
+
+def walking_cycles(channels, fps, subjects) -> Cycles:
+    """Cycles of walks, phase 0 where the left leg is furthest ahead of the right.
+
+    Args:
+        channels: per walk the `CHANNELS` (frames, 24); the 19 angles steer period and offset.
+        fps: frames per second of each.
+        subjects: a label for each.
+
+    Raises:
+        MotionError: a walk without a period.
+    """
+    angles = [c[:, :19] for c in channels]
+    periods = [estimate_period(a, f).frames for a, f in zip(angles, fps, strict=True)]
+    found = align(angles, periods)
+    grid = np.arange(256) / 256
+    reference = periodic_basis(grid) @ found.reference
+    ahead = reference[:, CHANNELS.index("left_hip_flexion")] - reference[:, CHANNELS.index("right_hip_flexion")]
+    shift = -np.angle((ahead * np.exp(-2j * np.pi * grid)).sum()) / (2 * np.pi)
+    in_phase = replace(found, offsets=found.offsets + shift * found.periods)
+    return to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects)
+
+
+def forward_speed(motion: Motion) -> float:
+    """Mean speed [m/s] along the straight line of a walk (frames, 25).
+
+    Args:
+        motion: a straight walk.
+    """
+    return float(np.linalg.norm(_travel(motion)) * motion.fps)
+
+
+def _travel(motion: Motion) -> np.ndarray:
+    """Mean displacement per frame (2,) [m] by least squares on what is known of the root."""
+    known = np.isfinite(motion.poses[:, :2]).all(1)
+    if known.sum() < 2:
+        raise MotionError("the root is never seen; leave this walk out")
+    time = np.flatnonzero(known)
+    return np.polyfit(time, motion.poses[known, :2], 1)[0]
+
+
+def _carry(poses: np.ndarray, heights: np.ndarray, rate: float, body: Skeleton) -> None:
+    """Move the roots of poses (n, frames, 25) over the ground so that standing feet stand still.
+
+    Args:
+        poses: roots at the origin; x, y and z are filled in.
+        heights: (n, frames, 2) [m] of the left and the right ankle over the ground.
+        rate: frames per second.
+        body: the body.
+    """
+    ankles = forward(poses, body)[0][..., _ANKLES, :]
+    back = -np.gradient(ankles[..., 0], 1 / rate, axis=1)
+    stands = np.exp((back - back.max(-1, keepdims=True)) / _FIRMNESS)
+    stands /= stands.sum(-1, keepdims=True)
+    bears = gaussian_filter1d(stands, _SHIFTING * rate, axis=1, mode="nearest")
+    poses[..., 2] = (bears * (heights - ankles[..., 2])).sum(-1)
+    nodes, rotations = forward(poses, body)
+    ball = nodes[..., _ANKLES, :2] + (rotations[..., _FEET, :, :] @ (FOOT_BALL * body.height))[..., :2]
+    velocity = -(stands[..., None] * np.gradient(ball, 1 / rate, axis=1)).sum(2)
+    velocity = gaussian_filter1d(velocity, _SMOOTHING * rate, axis=1, mode="nearest")
+    poses[:, 1:, :2] = np.cumsum(0.5 * (velocity[:, 1:] + velocity[:, :-1]), axis=1) / rate
+
+
+def _b_spline(points: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Uniform cubic B-splines (n, frames, q) with control points (n, k, q) at parameters (n, frames) from 0."""
+    first = np.floor(at).astype(np.intp)
+    u = (at - first)[..., None]
+    basis = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
+    rows = np.arange(len(points))[:, None]
+    return sum(b * points[rows, first + i] for i, b in enumerate(basis)) / 6.0
+
+
+def _root_of(covariance: np.ndarray) -> np.ndarray:
+    """A square root (k, k) of a covariance that may be singular."""
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def _check_request(seconds, fps, variation, phase, n) -> None:
+    """Refuse what can't be synthesised."""
+    if not (0 < seconds <= 3600 and 1 <= fps <= 1000 and round(seconds * fps) >= 1):
+        raise MotionError(f"seconds must be up to 3600 and fps from 1 to 1000, at least one frame; got {seconds!r}, {fps!r}")
+    if not 0 <= variation <= 10 or not np.isfinite(phase):
+        raise MotionError(f"variation must be from 0 to 10 and phase finite, got {variation!r}, {phase!r}")
+    if n is not None and n < 1:
+        raise MotionError(f"n must be None or at least 1, got {n!r}")
