@@ -8,8 +8,8 @@ from numba import njit
 def sums_of_squares(z, seen, candidates, of_means):
     """Sums over the bins of `z` folded at every candidate period.
 
-    Folding the fold at k·p gives the fold at p, so that the series itself is read for the candidates only that have
-    no multiple among them.
+    Folding the fold at 2p gives the fold at p, so that the series itself is read for those candidates only whose
+    double is not among them. One buffer serves all, and stays in the cache.
 
     Args:
         z: (frames, m), centred, 0 where missing.
@@ -20,46 +20,40 @@ def sums_of_squares(z, seen, candidates, of_means):
     Returns:
         Σ_k S_k²/n_k, Σ_k (S_k/n_k)² (0 where not asked for), and the number of non-empty bins, each (n, m).
     """
-    m = z.shape[1]
-    start = np.zeros(len(candidates) + 1, np.int64)
+    m, last = z.shape[1], candidates[-1]
+    index = np.full(2 * last + 1, -1, np.int64)
     for i in range(len(candidates)):
-        start[i + 1] = start[i] + candidates[i] * m
-    multiples = _multiples(candidates)
-    sums = np.empty(start[-1], z.dtype)
-    counts = np.empty(start[-1], seen.dtype)
-    work = np.empty(candidates[-1] * m)
-    squares = np.zeros((len(candidates), m))
-    means = np.zeros((len(candidates), m))
+        index[candidates[i]] = i
+    sums, counts = np.empty(last * m, z.dtype), np.empty(last * m, seen.dtype)
+    work = np.empty(last * m)
+    squares, means = np.zeros((len(candidates), m)), np.zeros((len(candidates), m))
     bins = np.empty((len(candidates), m), np.int64)
-    for i in range(len(candidates) - 1, -1, -1):
-        a, b, up = start[i], start[i + 1], multiples[i]
-        if up < 0:
-            _fold(z.reshape(-1), sums[a:b])
-            _fold(seen.reshape(-1), counts[a:b])
-        else:
-            _fold(sums[start[up] : start[up + 1]], sums[a:b])
-            _fold(counts[start[up] : start[up + 1]], counts[a:b])
-        _squares(sums[a:b], counts[a:b], work, 1, squares[i])
-        if of_means:
-            _squares(sums[a:b], counts[a:b], work, 2, means[i])
-        _nonempty(counts[a:b], bins[i])
+    for p in candidates:
+        if index[2 * p] >= 0:
+            continue
+        _fold(z.reshape(-1), sums[: p * m])
+        _fold(seen.reshape(-1), counts[: p * m])
+        i = index[p]
+        while i >= 0:
+            width = p * m
+            _squares(sums[:width], counts[:width], work, 1, squares[i])
+            if of_means:
+                _squares(sums[:width], counts[:width], work, 2, means[i])
+            _nonempty(counts[:width], bins[i])
+            i = index[p // 2] if p % 2 == 0 else -1
+            p //= 2
+            if i >= 0:
+                _halve(sums[:width])
+                _halve(counts[:width])
     return squares, means, bins
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _multiples(candidates):
-    """For each candidate the index of its smallest proper multiple among them, or -1."""
-    last = candidates[-1]
-    index = np.full(last + 1, -1, np.int64)
-    for i in range(len(candidates)):
-        index[candidates[i]] = i
-    out = np.full(len(candidates), -1, np.int64)
-    for i in range(len(candidates)):
-        p = 2 * candidates[i]
-        while p <= last and out[i] < 0:
-            out[i] = index[p]
-            p += candidates[i]
-    return out
+def _halve(fold):
+    """Folds a fold once more, in place: its first half becomes the sum of both."""
+    half = len(fold) // 2
+    for j in range(half):
+        fold[j] += fold[half + j]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -88,22 +82,20 @@ def centre(z):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _fold(flat, out):
-    """Sum of the consecutive stretches of `flat` as long as `out`; contiguous, four at a time, so that SIMD applies."""
+    """Sum of the consecutive stretches of `flat` as long as `out`; contiguous, eight at a time, so that SIMD applies."""
     width, n = len(out), len(flat)
     out[:] = 0
     start = 0
-    while start + 4 * width <= n:
-        a = flat[start : start + width]
-        b = flat[start + width : start + 2 * width]
-        c = flat[start + 2 * width : start + 3 * width]
-        d = flat[start + 3 * width : start + 4 * width]
+    while start + 8 * width <= n:
+        part = flat[start : start + 8 * width].reshape(8, width)
         for j in range(width):
-            out[j] += (a[j] + b[j]) + (c[j] + d[j])
-        start += 4 * width
+            low = (part[0, j] + part[1, j]) + (part[2, j] + part[3, j])
+            out[j] += low + ((part[4, j] + part[5, j]) + (part[6, j] + part[7, j]))
+        start += 8 * width
     while start < n:
-        a = flat[start : start + width]
-        for j in range(len(a)):
-            out[j] += a[j]
+        rest = flat[start : start + width]
+        for j in range(len(rest)):
+            out[j] += rest[j]
         start += width
 
 
@@ -113,9 +105,11 @@ def _squares(sums, counts, work, power, out):
     for j in range(len(sums)):
         n = max(np.float64(counts[j]), 1.0)
         work[j] = sums[j] * sums[j] / (n if power == 1 else n * n)
-    for row in range(0, len(sums), len(out)):
+    lanes = np.empty(8 * len(out))
+    _fold(work[: len(sums)], lanes)
+    for row in range(0, len(lanes), len(out)):
         for a in range(len(out)):
-            out[a] += work[row + a]
+            out[a] += lanes[row + a]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
