@@ -40,6 +40,7 @@ class GlScene:
         self._scenery = [self._add(_sky(scene))] + ([self._add(_ground(scene))] if scene.ground else [])
         for direction, radiance, casts in ((scene.key, scene.key_light, True), (scene.fill, scene.fill_light, False)):
             _add_light(self.pyrender, direction, radiance, casts)
+        self._floor = 0.0
         self._camera = self.pyrender.add(_camera_class()(znear=_NEAR, zfar=_FAR))
 
     def _add(self, primitive, casts_shadow: bool = False):
@@ -58,9 +59,12 @@ class GlScene:
         for node, (start, end) in zip(self._limbs, ends, strict=True):
             self.pyrender.set_pose(node, _placed(start, _along(end - start)))
         self.pyrender.middle = ends[LIMBS.index("pelvis")].mean(0)
+        self._floor = min(0.0, float((ends[..., 2] - self._skeleton.radii).min()))
 
     def look(self, camera: Camera) -> None:
         """Look through another camera; ground and sky move with it, by whole pairs of tiles.
+
+        Where the body reaches below the ground, the ground gives way: ids and colours show the same limbs.
 
         Args:
             camera: to look through.
@@ -162,8 +166,14 @@ def _sky(scene: Scene):
 
 def _add_light(scene, direction, radiance, casts: bool) -> None:
     """Add a light that shines from `direction`; pyrender's shine along their -z."""
-    light = load().DirectionalLight(color=np.array(radiance) / max(radiance), intensity=max(radiance))
+    pyrender = load()
+    light = pyrender.DirectionalLight(color=np.array(radiance) / max(radiance), intensity=max(radiance))
     light.casts = casts
+    once = pyrender.Sampler(wrapS=33071, wrapT=33071)  # GL_CLAMP_TO_EDGE: by itself the map repeats over the ground
+    size, real = pyrender.constants.SHADOW_TEX_SZ, 5126  # GL_FLOAT
+    light.shadow_texture = pyrender.Texture(
+        width=size, height=size, source_channels="D", data_format=real, sampler=once
+    )
     scene.add(light, pose=_placed((0, 0, 0), _along(np.array(direction))))
 
 

@@ -12,17 +12,6 @@ SKELETON = from_height(1.75)
 PLAIN = Scene(shadows=False)
 
 
-def walking(n, seed=0):
-    """Poses (n, 25) of somebody who stands about the origin and moves the limbs at random."""
-    rng = np.random.default_rng(seed)
-    poses = np.zeros((n, 25))
-    poses[:, 2] = 0.53 * SKELETON.height
-    poses[:, 5] = rng.uniform(-np.pi, np.pi, n)
-    poses[:, 6:] = rng.normal(size=(n, 19)) * 0.3
-    poses[:, [12, 16, 20, 24]] = np.abs(poses[:, [12, 16, 20, 24]])
-    return poses
-
-
 def camera(eye=(1.0, -3.5, 1.2), size=64, **more):
     return look_at(eye, (0, 0, 0.9), **{"width": size, "height": size, **more})
 
@@ -33,7 +22,7 @@ def same(a, b):
     np.testing.assert_array_equal(a.rgb, b.rgb)
 
 
-def test_limbs_are_where_camera_project_says():
+def test_limbs_are_where_camera_project_says(walking):
     """Each limb's centre of mass in the picture lies on the projection of its axis, at its depth less its radius."""
     view = camera(size=400)
     pose = walking(1)[0]
@@ -53,7 +42,7 @@ def test_limbs_are_where_camera_project_says():
         assert seen.max() < depth[i].max() + SKELETON.radii[i].max()
 
 
-def test_mirrored_pose_gives_mirrored_picture():
+def test_mirrored_pose_gives_mirrored_picture(walking):
     view = look_at((4, 0, 1), (0, 0, 0.9), width=81, height=80)
     pose = walking(1)[0]
     pose[[1, 5]] = 0
@@ -65,7 +54,7 @@ def test_mirrored_pose_gives_mirrored_picture():
     assert np.abs(left.depth[both] - right.depth[:, ::-1][both]).max() < 1e-3
 
 
-def test_background_is_zero_and_infinite_and_colour_is_optional():
+def test_background_is_zero_and_infinite_and_colour_is_optional(walking):
     frame = render(walking(2), SKELETON, camera(), rgb=False)
     assert frame.rgb is None
     np.testing.assert_array_equal(frame.limbs == 0, np.isinf(frame.depth))
@@ -73,7 +62,7 @@ def test_background_is_zero_and_infinite_and_colour_is_optional():
 
 
 @pytest.mark.parametrize("scene", [PLAIN, Scene(), Scene(samples=2), Scene(ground=False)])
-def test_same_bits_whatever_the_batch_and_the_threads(scene):
+def test_same_bits_whatever_the_batch_and_the_threads(scene, walking):
     poses = walking(150)
     views = [camera(), camera((3, 0, 1.5))]
     one = Raycaster(scene).render(poses[:, None], SKELETON, views)
@@ -83,7 +72,7 @@ def test_same_bits_whatever_the_batch_and_the_threads(scene):
     np.testing.assert_array_equal(one.depth[7, 1], single.depth)
 
 
-def test_poses_and_cameras_broadcast():
+def test_poses_and_cameras_broadcast(walking):
     views = [camera(), camera((3, 0, 1.5)), camera((0, 3, 1.5))]
     poses = walking(3)
     assert render(poses[0], SKELETON, views[0]).rgb.shape == (64, 64, 3)
@@ -99,7 +88,7 @@ def test_empty_batch():
     assert frame.rgb.shape == (0, 64, 64, 3)
 
 
-def test_frame_of_an_earlier_call_can_be_overwritten():
+def test_frame_of_an_earlier_call_can_be_overwritten(walking):
     caster = Raycaster()
     out = caster.render(walking(3), SKELETON, camera())
     again = caster.render(walking(3, seed=1), SKELETON, camera(), out=out)
@@ -111,7 +100,7 @@ def test_frame_of_an_earlier_call_can_be_overwritten():
         caster.render(walking(3), SKELETON, camera(), out=out, rgb=False)
 
 
-def test_shadow_falls_away_from_the_light_and_only_on_the_ground():
+def test_shadow_falls_away_from_the_light_and_only_on_the_ground(walking):
     """From above, what turns dark lies where the limbs' axes land when they slide along the key light."""
     view = look_at((0.01, 0, 7), (0, 0, 0), width=200, height=200)
     pose = walking(1)[0]
@@ -130,7 +119,7 @@ def test_shadow_falls_away_from_the_light_and_only_on_the_ground():
     assert darker.min() >= 0
 
 
-def test_samples_smooth_the_edges_and_nothing_else():
+def test_samples_smooth_the_edges_and_nothing_else(walking):
     pose, view = walking(1)[0], camera(size=128)
     rough, smooth = (render(pose, SKELETON, view, scene=Scene(samples=n, shadows=False)) for n in (1, 4))
     np.testing.assert_array_equal(rough.limbs, smooth.limbs)
@@ -143,7 +132,7 @@ def test_samples_smooth_the_edges_and_nothing_else():
     assert np.quantile(difference[inside & (rough.limbs > 0)], 0.95) <= 4
 
 
-def test_lights_on_the_camera_side_make_the_body_brighter():
+def test_lights_on_the_camera_side_make_the_body_brighter(walking):
     view, pose = camera((0, -4, 1)), walking(1)[0]
     front, back = (
         render(pose, SKELETON, view, scene=Scene(key=(0, y, 0.5), shadows=False, ground=False)) for y in (-1, 1)
@@ -163,7 +152,7 @@ def test_lights_on_the_camera_side_make_the_body_brighter():
         ({"engine": "opengl"}, "raycast, pyrender"),
     ],
 )
-def test_refusals_say_what_is_wrong(bad, message):
+def test_refusals_say_what_is_wrong(bad, message, walking):
     call = {"poses": walking(3), "cameras": camera(), "engine": "raycast", **bad}
     with pytest.raises(MotionError, match=message):
         render(call["poses"], SKELETON, call["cameras"], engine=call["engine"])
