@@ -5,10 +5,22 @@ motionenv, so that it starts fast.
 """
 
 import io
+import os
 import sys
 from contextlib import suppress
 
-_MEMORY = 8 << 30  # [bytes] of address space; the largest gait captures need a few hundred MB
+_MEMORY = 1 << 30  # [bytes] of address space for Python and its libraries
+_PER_BYTE = 64  # and more for each byte of the file: 2 to 4 become a double, which is held a few times
+_WANTED = ("LABELS", "UNITS", "RATE", "Y_SCREEN", "ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
+
+
+def text(value: str) -> str:
+    """`value` with the bytes that aren't UTF-8 taken for Latin-1, as Windows programs write names."""
+    raw = value.encode(errors="surrogateescape")
+    try:
+        return raw.decode()
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
 
 
 def main(path: str) -> None:
@@ -16,7 +28,8 @@ def main(path: str) -> None:
     with suppress(ImportError):  # Windows has no resource limits
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+        limit = _MEMORY + _PER_BYTE * os.path.getsize(path)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     import ezc3d
     import numpy as np
 
@@ -28,8 +41,9 @@ def main(path: str) -> None:
         "header_rate": np.array(c3d["header"]["points"]["frame_rate"], dtype=float),
     }
     for name, parameter in c3d["parameters"]["POINT"].items():
-        if name != "__METADATA__":
-            found[f"POINT:{name}"] = np.array(parameter["value"])
+        if name.startswith(_WANTED):
+            values = parameter["value"]
+            found[f"POINT:{name}"] = np.array([text(v) if isinstance(v, str) else v for v in values])
     out = io.BytesIO()
     np.savez(out, allow_pickle=False, **found)
     sys.stdout.buffer.write(out.getvalue())

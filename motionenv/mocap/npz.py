@@ -1,10 +1,12 @@
 """NPZ: motionenv's own file of a `Motion`, exact to the bit and without pickle."""
 
+import struct
 import zipfile
+import zlib
 
 import numpy as np
 
-from motionenv.errors import FormatError, MotionError
+from motionenv.errors import FormatError
 from motionenv.files import atomic_write
 from motionenv.mocap.text import read_bytes
 from motionenv.types import POSE, Motion, Skeleton
@@ -12,6 +14,9 @@ from motionenv.types import POSE, Motion, Skeleton
 _FORMAT, _VERSION = "motionenv motion", 1
 _LIMIT = 1 << 30  # [bytes] of arrays: 12 hours at 120 frames per second
 _FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
+
+#: What zipfile, zlib and numpy raise on damaged files.
+_DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, EOFError, RuntimeError, KeyError)
 
 
 def write(motion: Motion, path) -> None:
@@ -47,8 +52,8 @@ def read(path) -> Motion:
             _check_sizes(path, archive)
         with np.load(path, allow_pickle=False) as file:
             fields = {name: file[name] for name in _FIELDS if name in file}
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, ValueError, OSError, EOFError, NotImplementedError) as error:
-        if isinstance(error, MotionError):
+    except _DAMAGED as error:
+        if isinstance(error, FormatError):
             raise
         raise FormatError(path, f"is no NPZ file, or a damaged one: {error}") from None
     return _motion(path, fields)
@@ -62,7 +67,7 @@ def _check_sizes(path, archive: zipfile.ZipFile):
             version = np.lib.format.read_magic(file)
             reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
             shape, _, dtype = reader(file)
-        total += int(np.prod([*shape, dtype.itemsize], dtype=object))
+        total += abs(int(np.prod([*shape, dtype.itemsize], dtype=object)))
         if dtype.hasobject:
             raise FormatError(path, "holds Python objects, which are never loaded", member.filename)
         if total > _LIMIT:

@@ -164,7 +164,10 @@ BAD = {
     "no offset": (SMALL.replace("OFFSET 10 -10 0", ""), "'Left Leg' has no OFFSET"),
     "offset not a number": (SMALL.replace("10 -10 0", "10 x 0"), "line 8: OFFSET must be a number, got 'x'"),
     "offset NaN": (SMALL.replace("10 -10 0", "10 nan 0"), "line 8: OFFSET must be finite"),
-    "unknown channel": (SMALL.replace("Zrotation Xrotation Yrotation\n  J", "Wrotation Xrotation Yrotation\n J"), "line 5"),
+    "unknown channel": (
+        SMALL.replace("Zrotation Xrotation Yrotation\n  J", "Wrotation Xrotation Yrotation\n J"),
+        "line 5",
+    ),
     "repeated channel": (SMALL.replace("3 Zrotation Xrotation", "3 Zrotation Zrotation"), "line 9: .*repeated"),
     "too many channels": (SMALL.replace("CHANNELS 3", "CHANNELS 1e12"), "line 9: .*0 to 6 channels"),
     "unknown word": (SMALL.replace("OFFSET 10", "OFSET 10"), "line 8: expected JOINT"),

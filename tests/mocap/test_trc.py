@@ -74,7 +74,9 @@ def test_every_kind_of_gap_is_nan(tmp_path, gap):
     st.randoms(use_true_random=False),
 )
 def test_what_is_written_is_read(tmp_path_factory, names, frames, unit, random):
-    points = np.array([[random.choice([None, random.uniform(-3e3, 3e3)]) for _ in names for _ in "xyz"] for _ in range(frames)])
+    points = np.array(
+        [[random.choice([None, random.uniform(-3e3, 3e3)]) for _ in names for _ in "xyz"] for _ in range(frames)]
+    )
     lines = ["PathFileType\t4\t(X/Y/Z)\tx", "DataRate\tNumFrames\tNumMarkers\tUnits"]
     lines += [f"50\t{frames}\t{len(names)}\t{unit[0]}", "Frame#\tTime\t" + "\t\t\t".join(names)]
     for t, row in enumerate(points):
