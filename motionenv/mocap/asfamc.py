@@ -37,7 +37,9 @@ class _Bone:
 
 
 def read(path, asf=None, fps: float | None = None, unit: str | float | None = None) -> Markers:
-    """The root and the end of every bone, called as the bone: "lfemur" is the left knee, "lradius" the wrist.
+    """The root and the end of every bone, called as the bone: "lfemur" is the left knee, "lwrist" the left wrist.
+
+    (In the CMU database "lradius" ends at two thirds of the forearm, where it twists; "lwrist" is the rest of it.)
 
     Args:
         path: the AMC file.

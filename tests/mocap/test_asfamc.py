@@ -155,8 +155,8 @@ TWINS = {
     "root": "Hips", "lhipjoint": "LeftUpLeg", "lfemur": "LeftLeg", "ltibia": "LeftFoot", "lfoot": "LeftToeBase",
     "rhipjoint": "RightUpLeg", "rfemur": "RightLeg", "rtibia": "RightFoot", "rfoot": "RightToeBase",
     "lowerback": "Spine", "upperback": "Spine1", "lowerneck": "Neck1", "upperneck": "Head",
-    "lclavicle": "LeftArm", "lhumerus": "LeftForeArm", "lradius": "LeftHand",
-    "rclavicle": "RightArm", "rhumerus": "RightForeArm", "rradius": "RightHand",
+    "lclavicle": "LeftArm", "lhumerus": "LeftForeArm", "lradius": "LeftHand", "lwrist": "LeftFingerBase",
+    "rclavicle": "RightArm", "rhumerus": "RightForeArm", "rradius": "RightHand", "rwrist": "RightFingerBase",
 }  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def test_amc_and_bvh_twins_agree(mocap):
     thorax = amc.positions[:, amc.index("thorax")] - amc.positions[:, amc.index("upperback")]
     for bone, joint in TWINS.items():
         a, b = amc.positions[:, amc.index(bone)], twin.positions[1:, twin.index(joint)]
-        if bone.endswith(("neck", "clavicle", "humerus", "radius")):
+        if bone.endswith(("neck", "clavicle", "humerus", "radius", "wrist")):
             a = a - thorax
         assert np.sqrt(((a - b) ** 2).sum(-1).mean()) < 1e-3, bone
 

@@ -138,6 +138,17 @@ def test_cmu_is_z_up_and_the_markers_sit_about_the_joints(mocap):
         assert np.sqrt((apart**2).sum(-1).mean()) < 0.12, marker
 
 
+def test_cmu_forearms_end_with_the_bone_called_wrist(mocap):
+    """From elbow to wrist it is as far between the markers as between the joints "humerus" and "wrist", not "radius"."""
+    markers = c3d.read(mocap / "cmu_c3d" / "02_01.c3d")
+    joints = asfamc.read(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
+    m = {name: markers.positions[:, markers.index(name)] for name in ("LELB", "LWRA", "LWRB")}
+    j = {name: joints.positions[:, joints.index(name)] for name in ("lhumerus", "lradius", "lwrist")}
+    skin = np.linalg.norm((m["LWRA"] + m["LWRB"]) / 2 - m["LELB"], axis=-1).mean()
+    assert abs(np.linalg.norm(j["lwrist"] - j["lhumerus"], axis=-1).mean() - skin) < 0.02
+    assert abs(np.linalg.norm(j["lradius"] - j["lhumerus"], axis=-1).mean() - skin) > 0.06
+
+
 def test_sgi_files_get_an_error_that_says_what_to_do(mocap):
     path = mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample02" / "sgi_real.c3d"
     with pytest.raises(FormatError, match=r"block 2: is in SGI/MIPS byte order.*save it again"):
