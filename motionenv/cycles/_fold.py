@@ -82,7 +82,7 @@ def centre(z):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _fold(flat, out):
-    """Sum of the consecutive stretches of `flat` as long as `out`; contiguous, eight at a time, so that SIMD applies."""
+    """Sum of the consecutive stretches of `flat` as long as `out`; contiguous, eight at a time, for SIMD."""
     width, n = len(out), len(flat)
     out[:] = 0
     start = 0
@@ -143,3 +143,36 @@ def squared_changes(z, lags):
                     change[i, t + middle] += d * d
                     pairs[i, t + middle] += 1
     return change, pairs
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def fold_on_grid(z, scale, parts, out):
+    """Adds counts, then scaled sums, of `z` (frames, m), NaN where missing, to `out` (P, 2m); frame t goes to t·parts.
+
+    Returns the sum of the scaled squares.
+    """
+    m = z.shape[1]
+    place, energy = 0, 0.0
+    for t in range(len(z)):
+        for a in range(m):
+            ok = z[t, a] == z[t, a]
+            x = z[t, a] * scale[a] if ok else 0.0
+            out[place, a] += ok
+            out[place, m + a] += x
+            energy += x * x
+        place = (place + parts) % len(out)
+    return energy
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def add_shifted(folds, shifts, out):
+    """Adds the folds (k, rows, P), each turned back by its shift in [0, P), to `out` (rows, P)."""
+    width = out.shape[1]
+    for i in range(len(folds)):
+        head = width - shifts[i]
+        for r in range(len(out)):
+            fold, total = folds[i, r], out[r]
+            for j in range(head):
+                total[j] += fold[shifts[i] + j]
+            for j in range(shifts[i]):
+                total[head + j] += fold[j]

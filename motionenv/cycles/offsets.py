@@ -12,13 +12,15 @@ only, too.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import fft
 
+from motionenv.cycles import _fold
 from motionenv.cycles.snr import checked_series
-from motionenv.cycles.splines import normal_equations, periodic_basis, solve
+from motionenv.cycles.splines import outer_products, periodic_basis, solve
 from motionenv.errors import MotionError
 
-#: Fractional periods are rounded to, and their offsets sought on, this part of a frame.
-SUBFRAMES = 8
+#: Fractional periods are rounded to this part of a frame, which is well below what they are known to.
+SUBFRAMES = 4
 #: Fig. 6, step 4, read as a relative improvement of the squared error.
 TOLERANCE = 1e-6
 
@@ -47,9 +49,9 @@ class Alignment:
 def align(sequences, periods, *, weights=None) -> Alignment:
     """Offsets and reference that minimise the squared deviation of all sequences from the reference (fig. 6).
 
-    A shift common to all leaves the error alone, so the first sequence keeps offset 0. Whole periods have whole
-    offsets, as in the paper; where a period is fractional, all are sought in steps of 1/8 frame. The algorithm finds
-    a local optimum.
+    A shift common to all leaves the error alone, so the first sequence keeps offset 0. Periods may be fractional and
+    are rounded to a quarter of a frame; offsets are whole frames, as in the paper. The stop of step 4 is read as
+    relative. The algorithm finds a local optimum.
 
     Args:
         sequences: n arrays (frames, m), NaN where missing; the same channels in each.
@@ -61,63 +63,77 @@ def align(sequences, periods, *, weights=None) -> Alignment:
         GapError: a sequence in which nothing is observed.
     """
     folds = _folds(sequences, periods, weights)
-    shifts = np.zeros(len(folds.steps), dtype=np.int64)
+    offsets = np.zeros(len(folds.steps), dtype=np.int64)
     errors = []
     while True:
-        reference, error = folds.reference(shifts)
+        reference, error = folds.reference(offsets)
         errors.append(error)
         if len(errors) > 1 and errors[-2] - error <= TOLERANCE * errors[-2]:
             break
-        shifts = folds.best_shifts(reference)
-    return Alignment(folds.steps / folds.parts, shifts / folds.parts, reference / folds.scale, np.array(errors))
+        offsets = folds.best_offsets(reference)
+    return Alignment(folds.steps / folds.parts, offsets.astype(np.float64), reference / folds.scale, np.array(errors))
 
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Sequences that share a period of P steps: folds (k, P, m), their spectra and the basis (P, 10) on the grid."""
+    """The sequences that share a period of P steps of 1/parts frame, folded onto a grid of P points.
+
+    Attributes:
+        members: (k,) their indices.
+        data: (k, 2m, P), counts and then sums of each channel.
+        spectrum: (k, 2m, P // 2 + 1), the Fourier transform of `data`.
+        basis: (P, 10), the periodic splines on the grid.
+        products: (P, 100), their outer products.
+        energy: Σ z² of the members, weighted.
+    """
 
     members: np.ndarray
-    sums: np.ndarray
-    counts: np.ndarray
+    data: np.ndarray
+    spectrum: np.ndarray
     basis: np.ndarray
-    sums_spectrum: np.ndarray
-    counts_spectrum: np.ndarray
+    products: np.ndarray
+    energy: float
+
+    def aligned(self, shifts: np.ndarray) -> np.ndarray:
+        """Counts and sums (2m, P) over the members, each brought back by its shift."""
+        total = np.zeros(self.data.shape[1:])
+        _fold.add_shifted(self.data, shifts, total)
+        return total
+
+    def errors(self, reference: np.ndarray) -> np.ndarray:
+        """Squared error (k, P) of every member at every shift, up to its Σ z²."""
+        curve = (self.basis @ reference).T
+        spectrum = fft.rfft(np.concatenate([curve**2, -2 * curve]), axis=1).conj()
+        return fft.irfft((self.spectrum * spectrum).sum(axis=1), n=curve.shape[1], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class _Folds:
-    """All sequences, folded; `steps` is each period in parts of a frame, `energy` the weighted Σ z²."""
+    """All sequences, folded; `steps` is each period in parts of a frame, `scale` the root of the weights."""
 
     groups: list[_Group]
     steps: np.ndarray
     parts: int
     scale: np.ndarray
-    energy: float
 
-    def reference(self, shifts):
-        """Step 2: the least-squares reference (10, m) at these shifts, and the squared error that it leaves."""
-        gram = right = np.zeros(())
+    def reference(self, offsets: np.ndarray) -> tuple[np.ndarray, float]:
+        """Step 2: the least-squares reference (10, m) at these offsets, and the squared error that it leaves."""
+        m = len(self.scale)
+        gram, right = np.zeros((m, 100)), np.zeros((m, 10))
         for g in self.groups:
-            sums, counts = np.zeros(g.sums.shape[1:]), np.zeros(g.sums.shape[1:])
-            for j, i in enumerate(g.members):
-                sums += np.roll(g.sums[j], -shifts[i], axis=0)
-                counts += np.roll(g.counts[j], -shifts[i], axis=0)
-            more = normal_equations(g.basis, sums, counts)
-            gram, right = gram + more[0], right + more[1]
-        coefficients = solve(gram, right)
-        return coefficients, float(self.energy - np.einsum("ka,ak->", coefficients, right))
+            total = g.aligned(offsets[g.members] * self.parts)
+            gram += total[:m] @ g.products
+            right += total[m:] @ g.basis
+        coefficients = solve(gram.reshape(m, 10, 10), right)
+        return coefficients, float(sum(g.energy for g in self.groups) - np.einsum("ka,ak->", coefficients, right))
 
-    def best_shifts(self, reference):
-        """Step 3: for each sequence but the first the shift of least error, the smallest of equals."""
-        shifts = np.zeros(len(self.steps), dtype=np.int64)
+    def best_offsets(self, reference: np.ndarray) -> np.ndarray:
+        """Step 3: for each sequence but the first the offset of least error, the smallest of equals."""
+        offsets = np.zeros(len(self.steps), dtype=np.int64)
         for g in self.groups:
-            curve = g.basis @ reference
-            plain, squared = np.fft.rfft(curve, axis=0), np.fft.rfft(curve**2, axis=0)
-            cost = np.einsum("kfa,fa->kf", g.counts_spectrum, squared.conj())
-            cost -= 2 * np.einsum("kfa,fa->kf", g.sums_spectrum, plain.conj())
-            shifts[g.members] = np.fft.irfft(cost, n=len(curve), axis=1).argmin(axis=1)
-        shifts[0] = 0
-        return shifts
+            offsets[g.members] = g.errors(reference)[:, :: self.parts].argmin(axis=1)
+        offsets[0] = 0
+        return offsets
 
 
 def _folds(sequences, periods, weights) -> _Folds:
@@ -132,18 +148,18 @@ def _folds(sequences, periods, weights) -> _Folds:
     scale = np.sqrt(positive(np.ones(m) if weights is None else weights, m, "weights"))
     parts = 1 if (periods == np.round(periods)).all() else SUBFRAMES
     steps = np.maximum(np.round(periods * parts), 1).astype(np.int64)
-    filled = [np.where(seen, z, 0.0) * scale for z, seen in checked]
-    groups = []
-    for p in np.unique(steps):
-        members = np.flatnonzero(steps == p)
-        sums, counts = np.zeros((2, len(members), p, m))
-        for j, i in enumerate(members):
-            k = np.arange(len(filled[i])) * parts % p
-            np.add.at(sums[j], k, filled[i])
-            np.add.at(counts[j], k, checked[i][1])
-        spectra = np.fft.rfft(sums, axis=1), np.fft.rfft(counts, axis=1)
-        groups.append(_Group(members, sums, counts, periodic_basis(np.arange(p) / p), *spectra))
-    return _Folds(groups, steps, parts, scale, sum(float((z**2).sum()) for z in filled))
+    sequences = [np.ascontiguousarray(z) for z, _ in checked]
+    groups = [_group(np.flatnonzero(steps == p), int(p), parts, sequences, scale) for p in np.unique(steps)]
+    return _Folds(groups, steps, parts, scale)
+
+
+def _group(members: np.ndarray, p: int, parts: int, sequences: list, scale: np.ndarray) -> _Group:
+    """Folds the sequences of one period."""
+    data = np.zeros((len(members), p, 2 * len(scale)))
+    energy = sum(_fold.fold_on_grid(sequences[i], scale, parts, fold) for fold, i in zip(data, members, strict=True))
+    data = np.ascontiguousarray(data.transpose(0, 2, 1))
+    basis = periodic_basis(np.arange(p) / p)
+    return _Group(members, data, fft.rfft(data, axis=2), basis, outer_products(basis), energy)
 
 
 def positive(values, n: int, name: str) -> np.ndarray:

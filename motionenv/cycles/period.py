@@ -1,4 +1,4 @@
-"""Cycle length of one sequence (Ormoneit et al. 2005, section 3.2): the peak of the SNR, and what one cycle lasts there.
+"""Cycle length of one sequence (Ormoneit et al. 2005, section 3.2): the peak of the SNR, and how long a cycle is there.
 
 Three rules go beyond the paper. They are stated here, and `benchmarks/cycles.py` measures them on real walks.
 

@@ -39,19 +39,19 @@ def periodic_basis(x) -> np.ndarray:
 
 
 def fit(basis: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Least-squares coefficients (functions, m) of `z` (n, m) on `basis` (n, functions), missing samples left out.
+    """Least-squares coefficients (K, m) of `z` (n, m) on `basis` (n, K), missing samples left out.
 
     Where the observed samples don't determine them all, the solution of least norm.
     """
     seen = ~np.isnan(z)
-    return solve(*normal_equations(basis, np.where(seen, z, 0.0), seen))
-
-
-def normal_equations(basis: np.ndarray, sums: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrices (m, K, K) and right-hand sides (m, K) for data given as sums and counts (n, m) per row of `basis`."""
     k = basis.shape[1]
-    products = (basis[:, :, None] * basis[:, None, :]).reshape(len(basis), -1)
-    return (np.asarray(counts, dtype=np.float64).T @ products).reshape(-1, k, k), sums.T @ basis
+    gram = seen.T.astype(np.float64) @ outer_products(basis)
+    return solve(gram.reshape(-1, k, k), np.where(seen, z, 0.0).T @ basis)
+
+
+def outer_products(basis: np.ndarray) -> np.ndarray:
+    """All products of two functions, (n, K²), from which weights give every Gram matrix by one product."""
+    return (basis[:, :, None] * basis[:, None, :]).reshape(len(basis), -1)
 
 
 def solve(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
