@@ -41,8 +41,10 @@ class View(NamedTuple):
 def _draw_limbs(ends, radii, view, table, row, box, depth, limbs):
     """Depth and ids of one body; writes the box of pixels (first and last column and row) that it can cover."""
     height, width = depth.shape
-    depth[:] = np.inf
-    limbs[:] = 0
+    flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
+    for i in range(len(flat_depth)):  # written out, the compiler makes wide stores of it
+        flat_depth[i] = np.inf
+        flat_limbs[i] = 0
     box[0], box[1], box[2], box[3] = width, -1, height, -1
     for i in range(len(radii)):
         g = table[i]
@@ -56,7 +58,9 @@ def _draw_limbs(ends, radii, view, table, row, box, depth, limbs):
 @jit
 def _paint(ends, radii, view, table, box, shade, depth, limbs, rgb):
     """RGB of one body whose depth and ids are known."""
-    rgb[:] = view.lit
+    flat, background = rgb.reshape(-1), view.lit.reshape(-1)
+    for i in range(len(flat)):
+        flat[i] = background[i]
     if view.shadows:
         draw_shadows(ends, radii, view.across, view.to_pixel, view.from_pixel, view.lit, view.dark, limbs, shade, rgb)
     shade_body(table, view.kinv, box, view.lights, view.ambient, view.colours, view.encode, depth, limbs, rgb)

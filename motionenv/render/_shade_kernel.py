@@ -12,6 +12,7 @@ from motionenv.render._raycast_kernel import DD, RA, RR, A, E, jit
 
 #: Steps of the table that encodes linear light as bytes.
 STEPS = 4096
+_GATHER = 512  # pixels shaded together: what fits the nearest cache
 
 _F0, _ONE, _HALF, _LEAST = np.float32(0.04), np.float32(1), np.float32(0.5), np.float32(0.001)
 _FOUR, _ZERO, _INV_PI = np.float32(4), np.float32(0), np.float32(1 / math.pi)
@@ -25,58 +26,95 @@ def encoding() -> np.ndarray:
 @jit
 def reflect(nl, nv, lv):
     """Diffuse and specular share of the light that is reflected, from the cosines n·l, n·v and l·v (float32)."""
-    nl, nv = min(max(nl, _LEAST), _ONE), min(max(abs(nv), _LEAST), _ONE)
-    vh = math.sqrt(max(_HALF + _HALF * lv, _ZERO))
-    x = _ONE - min(vh, _ONE)
+    nl = _LEAST if not nl > _LEAST else (_ONE if nl > _ONE else nl)
+    nv = _LEAST if not nv > _LEAST else (_ONE if nv > _ONE else nv)
+    half = _HALF + _HALF * lv
+    x = _ONE - math.sqrt(half if half > _ZERO else _ZERO)  # v·h of the half-way vector h
+    x = x if x > _ZERO else _ZERO
     f = _F0 + (_ONE - _F0) * (x * x * x * x * x)
-    g = nv / (nv * _HALF + _HALF) * (nl / (nl * _HALF + _HALF))
-    diffuse = nl * (_ONE - f) * (_ONE - _F0) * _INV_PI
-    return diffuse, nl * f * g * _INV_PI / (_FOUR * nl * nv + _LEAST)
+    g = nl * nv / ((nl * _HALF + _HALF) * (nv * _HALF + _HALF))
+    return nl * (_ONE - f) * ((_ONE - _F0) * _INV_PI), nl * f * g * _INV_PI / (_FOUR * nl * nv + _LEAST)
 
 
 @jit
 def byte(light, table):
     """Byte that stands for linear light."""
-    return table[int(min(max(light, _ZERO), _ONE) * np.float32(STEPS - 1) + _HALF)]
-
-
-@jit
-def shade_pixel(nx, ny, nz, vx, vy, vz, colour, lights, ambient, table, out):
-    """Write the bytes (3,) of a surface with normal n seen from direction v. All float32."""
-    d0, s0 = reflect(
-        nx * lights[0, 0] + ny * lights[0, 1] + nz * lights[0, 2],
-        nx * vx + ny * vy + nz * vz,
-        vx * lights[0, 0] + vy * lights[0, 1] + vz * lights[0, 2],
-    )
-    d1, s1 = reflect(
-        nx * lights[1, 0] + ny * lights[1, 1] + nz * lights[1, 2],
-        nx * vx + ny * vy + nz * vz,
-        vx * lights[1, 0] + vy * lights[1, 1] + vz * lights[1, 2],
-    )
-    for i in range(3):
-        diffuse = d0 * lights[0, 3 + i] + d1 * lights[1, 3 + i] + ambient[i]
-        out[i] = byte(colour[i] * diffuse + s0 * lights[0, 3 + i] + s1 * lights[1, 3 + i], table)
+    light = _ZERO if not light > _ZERO else (_ONE if light > _ONE else light)
+    return table[int(light * np.float32(STEPS - 1) + _HALF)]
 
 
 @jit
 def shade_body(table, kinv, box, lights, ambient, colours, encode, depth, limbs, rgb):
-    """Colour the body's pixels inside `box` (first and last column and row); lights in the camera's frame."""
+    """Colour the body's pixels.
+
+    Pixels are gathered until there are enough of them to be worth a loop of vector instructions.
+
+    Args:
+        table: the limbs, as `set_limb` writes them.
+        kinv: (3, 3) pixel → ray.
+        box: first and last column and row that the body can cover.
+        lights: (2, 6) direction in the camera's frame and radiance, float32; ambient: (3,).
+        colours: (limbs, 3) float32, linear.
+        encode: table of `encoding`.
+        depth, limbs: of all pixels.
+        rgb: the picture.
+    """
+    small = table.astype(np.float32)
+    columns, light = np.empty((5, _GATHER), np.float32), np.empty((6, _GATHER), np.float32)
+    where = np.empty((_GATHER, 2), np.int64)
+    n = 0
     for v in range(box[2], box[3] + 1):
         for u in range(box[0], box[1] + 1):
             if limbs[v, u] == 0:
                 continue
-            limb = limbs[v, u] - 1
-            g = table[limb]
-            z = depth[v, u]
-            dx = np.float32(kinv[0, 0] * u + kinv[0, 1] * v + kinv[0, 2])
-            dy = np.float32(kinv[1, 0] * u + kinv[1, 1] * v + kinv[1, 2])
-            px, py, pz = z * dx - np.float32(g[A]), z * dy - np.float32(g[A + 1]), z - np.float32(g[A + 2])
-            ex, ey, ez = np.float32(g[E]), np.float32(g[E + 1]), np.float32(g[E + 2])
-            along = px * ex + py * ey + pz * ez - np.float32(g[RA] * g[RR])
-            share = min(max(along / np.float32(max(g[DD], 1e-30)), _ZERO), _ONE)
-            inverse = _ONE / (np.float32(g[RA]) - share * np.float32(g[RR]))
-            back = -_ONE / math.sqrt(dx * dx + dy * dy + _ONE)
-            shade_pixel(
-                (px - share * ex) * inverse, (py - share * ey) * inverse, (pz - share * ez) * inverse,
-                dx * back, dy * back, back, colours[limb], lights, ambient, encode, rgb[v, u],
-            )  # fmt: skip
+            _normal(small[limbs[v, u] - 1], kinv, u, v, depth[v, u], columns, n)
+            where[n, 0], where[n, 1] = u, v
+            n += 1
+            if n == _GATHER:
+                _illuminate(columns, lights, ambient, light)
+                _colour(where, light, colours, encode, limbs, rgb)
+                n = 0
+    _illuminate(columns[:, :n], lights, ambient, light[:, :n])
+    _colour(where[:n], light, colours, encode, limbs, rgb)
+
+
+@jit
+def _normal(g, kinv, u, v, z, surface, n):
+    """Write to column `n` of `surface` (5, ...) the normal at depth `z` of pixel (u, v), and the ray's x and y."""
+    dx = np.float32(kinv[0, 0] * u + kinv[0, 1] * v + kinv[0, 2])
+    dy = np.float32(kinv[1, 0] * u + kinv[1, 1] * v + kinv[1, 2])
+    px, py, pz = z * dx - g[A], z * dy - g[A + 1], z - g[A + 2]
+    along = px * g[E] + py * g[E + 1] + pz * g[E + 2] - g[RA] * g[RR]
+    share = along / g[DD]
+    share = _ZERO if not share > _ZERO else (_ONE if share > _ONE else share)  # not above 0: NaN of a ball too
+    inverse = _ONE / (g[RA] - share * g[RR])
+    surface[0, n] = (px - share * g[E]) * inverse
+    surface[1, n] = (py - share * g[E + 1]) * inverse
+    surface[2, n] = (pz - share * g[E + 2]) * inverse
+    surface[3, n], surface[4, n] = dx, dy
+
+
+@jit
+def _illuminate(surface, lights, ambient, light):
+    """Diffuse (rows 0 to 2 of `light`, red, green, blue) and specular light (rows 3 to 5) at each column."""
+    x0, y0, z0, x1, y1, z1 = lights[0, 0], lights[0, 1], lights[0, 2], lights[1, 0], lights[1, 1], lights[1, 2]
+    r0, g0, b0, r1, g1, b1 = lights[0, 3], lights[0, 4], lights[0, 5], lights[1, 3], lights[1, 4], lights[1, 5]
+    ra, ga, ba = ambient[0], ambient[1], ambient[2]
+    for i in range(surface.shape[1]):
+        nx, ny, nz, dx, dy = surface[0, i], surface[1, i], surface[2, i], surface[3, i], surface[4, i]
+        back = -_ONE / math.sqrt(dx * dx + dy * dy + _ONE)
+        nv = (nx * dx + ny * dy + nz) * back
+        d0, s0 = reflect(nx * x0 + ny * y0 + nz * z0, nv, (dx * x0 + dy * y0 + z0) * back)
+        d1, s1 = reflect(nx * x1 + ny * y1 + nz * z1, nv, (dx * x1 + dy * y1 + z1) * back)
+        light[0, i], light[1, i], light[2, i] = d0 * r0 + d1 * r1 + ra, d0 * g0 + d1 * g1 + ga, d0 * b0 + d1 * b1 + ba
+        light[3, i], light[4, i], light[5, i] = s0 * r0 + s1 * r1, s0 * g0 + s1 * g1, s0 * b0 + s1 * b1
+
+
+@jit
+def _colour(where, light, colours, encode, limbs, rgb):
+    """Write the bytes of pixels `where` (n, 2)."""
+    for i in range(len(where)):
+        u, v = where[i, 0], where[i, 1]
+        limb = limbs[v, u] - 1
+        for c in range(3):
+            rgb[v, u, c] = byte(colours[limb, c] * light[c, i] + light[3 + c, i], encode)
