@@ -32,3 +32,8 @@ def fourier_basis(phase, n_harmonics: int, samples: int, derivative: int = 0) ->
     scale = np.sqrt(2 / samples) * omega**derivative
     constant = np.full((*angle.shape[:-1], 1), 0.0 if derivative else 1 / np.sqrt(samples))
     return np.concatenate([constant, scale * np.cos(angle), scale * np.sin(angle)], axis=-1)
+
+
+def sampled_basis(samples: int, n_harmonics: int) -> np.ndarray:
+    """The basis at phases j / samples, (samples, 2·n_harmonics - 1); its columns are orthonormal."""
+    return fourier_basis(np.arange(samples) / samples, n_harmonics, samples)

@@ -4,17 +4,18 @@ import numpy as np
 
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fig8 import fit_svd
-from motionenv.models.fourier import fourier_basis
+from motionenv.models.fourier import fourier_basis, sampled_basis
 from motionenv.models.ppca import Observations, Parameters, fit_ppca, gap_sums, posterior
+from motionenv.models.residual import expected_residual, residual_model
 from motionenv.models.store import save_model
 from motionenv.types import Cycles
 
 FITS = {"ppca": fit_ppca, "svd": fit_svd}
 CENTRES = ("all", "subject")
-SETTINGS = ("n_components", "n_harmonics", "centre", "method", "tol", "max_iter")
+SETTINGS = ("n_components", "n_harmonics", "centre", "method", "residual_harmonics", "tol", "max_iter")
 STORED = (
     "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
-    "explained_variance_ratio_", "singular_values_", "errors_",
+    "explained_variance_ratio_", "singular_values_", "errors_", "residual_spectrum_", "white_variance_",
 )  # fmt: skip
 
 
@@ -33,6 +34,9 @@ class FunctionalPCA:
         centre: "all" for one mean, so that components are what differs between people (fig. 9); "subject" for a
             mean per person, so that they are what differs within one (fig. 10).
         method: "ppca" or "svd".
+        residual_harmonics: constant and residual_harmonics - 1 pairs per channel in which what the components leave
+            is smooth, so that gaps are filled from their neighbourhood too (`motionenv.models.residual`); 0 for none,
+            which fig. 8 has. Changes `impute` only.
         tol: stop when an iteration improves the objective by less than this fraction.
         max_iter: iterations at most.
 
@@ -45,6 +49,7 @@ class FunctionalPCA:
         explained_variance_ratio_: (q,) λ as a share of the variance about the means.
         singular_values_: (q,) √((K - people)·λ); for "svd" those of X⁽³⁾.
         noise_variance_: (m,) variance per sample that the components leave.
+        residual_spectrum_, white_variance_: (m, 2·residual_harmonics - 1) and (m,), its smooth part and the rest.
         scores_: (K, q) of the cycles it was fitted to, about their own means.
         imputed_: (K, P, m) those cycles with the gaps filled; observed samples as they were.
         errors_: (iterations,) the objective, which never rises: Theorem 1's ‖X⁽²⁾ - X⁽⁵⁾‖ for "svd", the negative
@@ -55,11 +60,14 @@ class FunctionalPCA:
 
     kind = "fpca"
 
-    def __init__(self, n_components=5, n_harmonics=20, centre="all", method="ppca", tol=1e-6, max_iter=500):
+    def __init__(
+        self, n_components=5, n_harmonics=20, centre="all", method="ppca", residual_harmonics=8, tol=1e-6, max_iter=200
+    ):
         self.n_components = n_components
         self.n_harmonics = n_harmonics
         self.centre = centre
         self.method = method
+        self.residual_harmonics = residual_harmonics
         self.tol = tol
         self.max_iter = max_iter
         self.card_: dict = {}
@@ -106,6 +114,15 @@ class FunctionalPCA:
         """Cycles (..., P, m) with the given scores (..., q)."""
         self._check_fitted()
         return self.mean_ + np.tensordot(np.asarray(scores, dtype=np.float64), self.components_, axes=1)
+
+    def impute(self, values) -> np.ndarray:
+        """Cycles `values` (..., P, m) with gaps filled: by the components, and by what is seen around each gap."""
+        self._check_fitted()
+        values = np.asarray(values, dtype=np.float64)
+        fitted = self.inverse_transform(self.transform(values))
+        return self._fill(values.reshape(-1, *self.mean_.shape), fitted.reshape(-1, *self.mean_.shape)).reshape(
+            values.shape
+        )
 
     def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
         """The model at any phase: the Fourier series themselves, so it is smooth and periodic in every derivative.
@@ -168,6 +185,7 @@ class FunctionalPCA:
         model.n_cycles_, model.card_ = meta["n_cycles"], meta.get("card", {})
         q, n, m = model.n_components, 2 * model.n_harmonics - 1, len(model.channels_)
         shapes: dict[str, tuple] = {"noise_variance_": (m,), "explained_variance_": (q,)}
+        shapes |= {"white_variance_": (m,), "residual_spectrum_": (m, max(0, 2 * model.residual_harmonics - 1))}
         shapes |= {"subject_coefficients_": (len(model.subjects_), n, m), "component_coefficients_": (q, n, m)}
         for name in STORED:
             if name in shapes and arrays[name].shape != shapes[name]:
@@ -177,17 +195,17 @@ class FunctionalPCA:
         return model
 
     def _basis_of(self, samples):
-        return fourier_basis(np.arange(samples) / samples, self.n_harmonics, samples)
+        return sampled_basis(samples, self.n_harmonics)
 
     def _check_settings(self):
         if self.centre not in CENTRES or self.method not in FITS:
             raise MotionError(
                 f"centre must be one of {CENTRES}, method one of {tuple(FITS)}, got {self.centre!r}, {self.method!r}"
             )
-        if self.n_components < 1 or not self.tol > 0 or self.max_iter < 1:
+        if self.n_components < 1 or self.residual_harmonics < 0 or not self.tol > 0 or self.max_iter < 1:
             raise MotionError(
-                "n_components and max_iter must be at least 1 and tol above 0, got "
-                f"{self.n_components}, {self.max_iter}, {self.tol}"
+                "n_components and max_iter must be at least 1, residual_harmonics at least 0 and tol above 0, got "
+                f"{self.n_components}, {self.max_iter}, {self.residual_harmonics}, {self.tol}"
             )
 
     def _check_fitted(self):
@@ -209,12 +227,25 @@ class FunctionalPCA:
         """Scores, imputations and shares of variance of the cycles that it was fitted to."""
         deviations = values - self.subject_means_[groups]
         self.scores_ = self._scores(deviations)
-        filled = self.subject_means_[groups] + np.tensordot(self.scores_, self.components_, axes=1)
-        self.imputed_ = np.where(np.isnan(values), filled, values)
+        fitted = self.subject_means_[groups] + np.tensordot(self.scores_, self.components_, axes=1)
+        n = self.residual_harmonics
+        self.residual_spectrum_, self.white_variance_ = np.zeros((values.shape[2], 0)), self.noise_variance_
+        if n:
+            self.residual_spectrum_, self.white_variance_ = residual_model(
+                values - fitted, sampled_basis(values.shape[1], n)
+            )
+        self.imputed_ = self._fill(values, fitted)
         freedom = len(values) - len(self.subject_means_)
         self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
         total = np.nanmean(deviations**2) * self.mean_.size * len(values) / freedom
         self.explained_variance_ratio_ = self.explained_variance_ / total
+
+    def _fill(self, values, fitted) -> np.ndarray:
+        """`values` (K, P, m) with gaps filled from `fitted` and the residuals around them."""
+        if self.residual_harmonics:
+            basis = sampled_basis(values.shape[1], self.residual_harmonics)
+            fitted = fitted + expected_residual(values - fitted, basis, self.residual_spectrum_, self.white_variance_)
+        return np.where(np.isnan(values), fitted, values)
 
     def _scores(self, deviations) -> np.ndarray:
         """Scores (K, q) of deviations (K, P, m) from the mean, NaN where missing."""
@@ -225,14 +256,16 @@ class FunctionalPCA:
             return _least_squares(data, Parameters(w, np.zeros((1, len(w))), self.noise_variance_, basis))
         scale = np.sqrt(self.explained_variance_)
         scaled = Parameters(w * scale, np.zeros((1, len(w))), self.noise_variance_, basis)
-        return posterior(data.coefficients, data.gaps, scaled)[0] * scale
+        return posterior(data.coefficients, data.gaps[0], scaled)[0] * scale
 
 
 def _least_squares(data: Observations, parameters: Parameters) -> np.ndarray:
     """Scores (K, q) of least squares on what each cycle shows; the shortest where it shows too little."""
     curves = parameters.functions(parameters.w)
     products = (curves[..., :, None] * curves[..., None, :]).reshape(*curves.shape[:2], -1)
-    normal = np.eye(curves.shape[-1]) - gap_sums(data.gaps, products).reshape(len(data.square), *curves.shape[-1:], -1)
+    normal = np.eye(curves.shape[-1]) - gap_sums(data.gaps[0], products).reshape(
+        len(data.square), *curves.shape[-1:], -1
+    )
     return (np.linalg.pinv(normal, hermitian=True) @ (data.coefficients @ parameters.w)[..., None])[..., 0]
 
 
@@ -251,6 +284,8 @@ def _check_values(values, channels, rank, people):
     empty = [c for c, some in zip(channels, np.isfinite(values).any(axis=(0, 1)), strict=True) if not some]
     if empty:
         raise GapError(f"nothing was observed of {', '.join(empty)}: leave them out with channels=")
+    if not (np.nanmax(values, axis=(0, 1)) > np.nanmin(values, axis=(0, 1))).any():
+        raise MotionError("nothing varies in these cycles, so there are no components: check what was read")
     if len(values) - people < rank:
         raise MotionError(
             f"{rank} components need at least {rank + people} cycles (means take {people}), got {len(values)}; "
