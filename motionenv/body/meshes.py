@@ -12,6 +12,7 @@ from motionenv.body.skeleton import (
     LIMB_NODES,
     LIMB_SEGMENT,
     LIMB_SHIFTS,
+    LIMBS,
     SEGMENT_ORIGIN,
 )
 from motionenv.errors import MotionError
@@ -106,7 +107,12 @@ def limb_meshes(skeleton: Skeleton, sections: int = 32) -> list[Mesh]:
     Args:
         skeleton: the body.
         sections: vertices around each limb.
+
+    Raises:
+        MotionError: a limb without a radius above 0, or fewer than three sections.
     """
+    if len(skeleton.radii) != len(LIMBS):
+        raise MotionError(f"the skeleton must have radii for {len(LIMBS)} limbs, got {len(skeleton.radii)}")
     meshes = []
     for limb, (segment, nodes, shifts) in enumerate(zip(LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, strict=True)):
         own = nodes == SEGMENT_ORIGIN[segment]

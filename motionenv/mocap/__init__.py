@@ -1,13 +1,14 @@
-"""Motion capture files: what BVH, ASF/AMC, C3D, TRC and NPZ hold, in metres, z up."""
+"""Motion capture files: read BVH, ASF/AMC, C3D, TRC and NPZ in metres, z up; write BVH, C3D, CSV, GLB and NPZ."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 from motionenv.errors import FormatError
 from motionenv.mocap import asfamc, bvh, c3d, npz, trc
+from motionenv.mocap.writing import write
 from motionenv.types import Markers, Motion
 
-__all__ = ["read"]
+__all__ = ["read", "write"]
 
 #: The reader of each suffix, and which options of `read` it takes.
 _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {

@@ -35,7 +35,7 @@ def write(motion: Motion, path) -> None:
     """
     check_sequence(motion, "GLB", gaps=False)
     data = _Data()
-    rest = _rest(motion.skeleton)
+    rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # where the motion begins: viewers look there
     document = {
         "asset": {"version": "2.0", "generator": "motionenv"},
         "scene": 0,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import SEGMENT_PARENT
+from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT
 from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 
@@ -43,12 +43,14 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
         gaps: whether the format has a way to say that a value is missing.
 
     Raises:
-        MotionError: not one sequence of at least one frame, or an infinite value.
+        MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.
         GapError: a gap where the format has none; names the first.
     """
     if motion.poses.ndim != 2 or not len(motion.poses):
         problem = "holds one sequence of poses (frames, 25) with at least one frame"
         raise MotionError(f"a {kind} file {problem}, got {motion.poses.shape}; write batched sequences one by one")
+    if len(motion.skeleton.radii) != len(LIMBS):
+        raise MotionError(f"the skeleton must have radii for {len(LIMBS)} limbs, got {len(motion.skeleton.radii)}")
     bad = np.isinf(motion.poses) if gaps else ~np.isfinite(motion.poses)
     if not bad.any():
         return

@@ -1,0 +1,27 @@
+"""Motions to write: a real walk, and any pose at all."""
+
+import numpy as np
+import pytest
+
+from motionenv import mocap as capture
+from motionenv.body import from_height
+from motionenv.mocap.retargeting import retarget
+from motionenv.types import Motion
+
+
+@pytest.fixture(scope="session")
+def walk(mocap) -> Motion:
+    """CMU's trial 02_01 on the body: 343 frames at 120 per second."""
+    return retarget(capture.read(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120))
+
+
+@pytest.fixture(scope="session")
+def any_motion():
+    """Makes a motion out of a seed: unrelated poses, angles of up to several radians."""
+
+    def make(seed: int, frames: int = 5, fps: float = 100.0) -> Motion:
+        rng = np.random.default_rng(seed)
+        skeleton = from_height(rng.uniform(1.3, 2.0), girth=rng.uniform(0.7, 1.5))
+        return Motion(rng.normal(0, 1.0, (frames, 25)), skeleton, fps, f"seed {seed}")
+
+    return make
