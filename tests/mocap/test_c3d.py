@@ -139,7 +139,7 @@ def test_cmu_is_z_up_and_the_markers_sit_about_the_joints(mocap):
 
 
 def test_cmu_forearms_end_with_the_bone_called_wrist(mocap):
-    """From elbow to wrist it is as far between the markers as between the joints "humerus" and "wrist", not "radius"."""
+    """From elbow to wrist it is as far between markers as between the ends of "humerus" and "wrist", not "radius"."""
     markers = c3d.read(mocap / "cmu_c3d" / "02_01.c3d")
     joints = asfamc.read(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
     m = {name: markers.positions[:, markers.index(name)] for name in ("LELB", "LWRA", "LWRB")}
