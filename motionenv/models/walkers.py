@@ -1,0 +1,172 @@
+"""Captured walks → Fourier representations (paper B, section 3.1), by least squares on what is seen."""
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.optimize import minimize_scalar
+
+from motionenv.errors import GapError, MotionError
+from motionenv.models.harmonics import PARTS, PELVIS, Walker, centred, columns, grounded, harmonic_power, in_phase
+from motionenv.types import MARKERS, Markers
+
+_TRAVEL = 0.2  # [m/s] from this speed of the pelvis on its way says where the walker goes, not how he faces
+_LEAST = 8  # frames in which a marker must be seen, for five coefficients
+_DETERMINED = 0.01  # least eigenvalue of the normal equations per frame: 0.5 if all phases are seen alike
+_SCAN = 8  # frequencies tried per resolution 1 / duration
+
+
+def fourier_walker(markers: Markers, *, frequencies=(0.4, 2.0), steady: float = 0.6, drift: int = 3) -> Walker:
+    """The Fourier representation of a walk (eq. 3.1, 3.2) in the place and phase of `motionenv.models.harmonics`.
+
+    Frequency, drift of the pelvis and coefficients together make the squared residual least: the frequency by a scan
+    and then continuously, the others in closed form. Since the series holds stride and step, its best frequency is
+    that of strides: at the steps' it has no place for what left and right do in turn.
+
+    The paper's walkers keep in place on a treadmill. Those who walk over ground start, stop and hurry, which no
+    periodic series follows, so the steady stretch is cut out, and a polynomial in time takes the pelvis' travel out
+    of all markers.
+
+    Args:
+        markers: the 15 markers of `motionenv.types.MARKERS`, (frames, 15, 3) [m], NaN where missing.
+        frequencies: least and greatest frequency of strides [Hz] to look at.
+        steady: keep the longest stretch in which the pelvis goes at least at this share of its brisk speed (see
+            `steady_stretch`); 0 keeps all.
+        drift: degree in time of what is taken out of the pelvis' horizontal motion: 1 is a steady speed.
+
+    Raises:
+        MotionError: other markers, infinite positions, or a setting out of range.
+        GapError: too short for two strides, or pelvis and both ankles are not seen enough.
+    """
+    _check(markers, frequencies, steady, drift)
+    positions = markers.positions[steady_stretch(markers, steady)]
+    t = (np.arange(len(positions)) - (len(positions) - 1) / 2) / markers.fps
+    low, high = _resolvable(frequencies, len(positions) / markers.fps, markers.name)
+    positions = _turned_forward(positions, t, markers.name)
+    gaps = _gaps(np.isfinite(positions).all(axis=-1))
+    residual = lambda f: _series(positions, gaps, t, f, drift)[2]
+    scan = np.linspace(low, high, int(np.ceil((high - low) * np.ptp(t) * _SCAN)) + 2)
+    best = int(np.argmin([residual(f) for f in scan]))
+    if best == 0 and low > frequencies[0]:
+        raise GapError(f"{markers.name or 'this walk'} has fewer than two strides in its steady stretch: leave it out")
+    bounds = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
+    frequency = float(minimize_scalar(residual, bounds=bounds, method="bounded", options={"xatol": 1e-12}).x)
+    coefficients, speed, variance = _series(positions, gaps, t, frequency, drift)
+    power = harmonic_power(coefficients)
+    shares = power / (power.sum() + variance)
+    w = grounded(centred(in_phase(coefficients)))
+    return Walker(w, frequency, speed, shares, frequency * len(t) / markers.fps, markers.name)
+
+
+def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
+    """The longest stretch of frames in which the pelvis goes at least at `share` of its brisk speed.
+
+    Speed is that of the pelvis, averaged over half a second, the usual time of a step; brisk is its 90th percentile.
+    A walker who stays in place, as on a treadmill, is steady throughout.
+
+    Args:
+        markers: the 15 markers (frames, 15, 3) [m].
+        share: from 0 (everything) to 1.
+
+    Raises:
+        GapError: the pelvis is hardly ever seen.
+    """
+    pelvis = _filled(markers.positions[:, PELVIS, :2], markers.name)
+    step = max(round(0.5 * markers.fps), 1)
+    if len(pelvis) < 2 * step:
+        return slice(0, len(pelvis))
+    speed = np.linalg.norm(pelvis[step:] - pelvis[:-step], axis=-1) * markers.fps / step
+    speed = np.pad(uniform_filter1d(speed, step), (step - step // 2, step // 2), mode="edge")
+    brisk = np.percentile(speed, 90)
+    fast = (speed >= share * brisk) | (brisk < _TRAVEL)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(np.int8))).reshape(-1, 2)
+    return slice(*edges[np.argmax(edges[:, 1] - edges[:, 0])].tolist())
+
+
+def _check(markers: Markers, frequencies, steady, drift) -> None:
+    """Refuse markers and settings that mean nothing.
+
+    Raises:
+        MotionError: names what is wrong.
+    """
+    if not isinstance(markers, Markers) or markers.names != MARKERS or markers.positions.ndim != 3:
+        have = f"names {markers.names}" if isinstance(markers, Markers) else type(markers).__name__
+        raise MotionError(
+            "a walker is made from one sequence of Markers (frames, 15, 3) named as motionenv.types.MARKERS; make them "
+            f"with motionenv.mocap.retargeting.to_markers. Got {have}"
+        )
+    if np.isinf(markers.positions).any():
+        raise MotionError("markers hold infinite positions: mark what is missing as NaN")
+    if not 0 < frequencies[0] < frequencies[1] < np.inf:
+        raise MotionError(f"frequencies must be the least and the greatest stride rate [Hz], got {frequencies!r}")
+    if not 0 <= steady <= 1 or drift not in range(10):
+        raise MotionError(f"steady must be from 0 to 1 and drift from 0 to 9, got {steady!r} and {drift!r}")
+
+
+def _resolvable(frequencies, seconds: float, name: str) -> tuple[float, float]:
+    """The range of frequencies of which `seconds` hold two strides.
+
+    Raises:
+        GapError: there are none.
+    """
+    low, high = frequencies
+    if 2 / seconds >= high:
+        raise GapError(
+            f"{name or 'this walk'} is steady for {seconds:.2f} s only, too short for two strides at {high:g} strides "
+            "per second: leave it out, or lower steady="
+        )
+    return max(low, 2 / seconds), high
+
+
+def _filled(pelvis: np.ndarray, name: str) -> np.ndarray:
+    """The pelvis' way (frames, 2) with straight lines across gaps."""
+    seen = np.isfinite(pelvis).all(axis=-1)
+    if seen.sum() < _LEAST:
+        raise GapError(f"{name or 'this walk'} shows the pelvis in {seen.sum()} frames only: leave it out")
+    frames = np.arange(len(pelvis))
+    return np.stack([np.interp(frames, frames[seen], pelvis[seen, i]) for i in (0, 1)], axis=-1)
+
+
+def _turned_forward(positions: np.ndarray, t: np.ndarray, name: str) -> np.ndarray:
+    """Positions (frames, 15, 3) turned about the vertical so that the walker goes along x."""
+    way = np.polyfit(t, _filled(positions[:, PELVIS, :2], name), 1)[0]
+    if np.hypot(*way) < _TRAVEL:
+        way = _facing(positions, name)
+    x, y = way / np.hypot(*way)
+    return positions @ np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]]).T
+
+
+def _facing(positions: np.ndarray, name: str) -> np.ndarray:
+    """Where hips and shoulders face on average (2,).
+
+    Raises:
+        GapError: neither both hips nor both shoulders are seen.
+    """
+    left, right = ([MARKERS.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] for side in ("left", "right"))
+    x, y = np.nansum((positions[:, left] - positions[:, right])[..., :2], axis=(0, 1))
+    if not np.hypot(x, y) > 0:
+        raise GapError(f"{name or 'this walk'} stays in place and shows neither both hips nor both shoulders")
+    return np.array([y, -x])
+
+
+def _series(positions, gaps, t, frequency: float, drift: int) -> tuple[np.ndarray, float, float]:
+    """Coefficients (5, 15, 3), mean forward speed of the pelvis and residual variance [m²] at one frequency."""
+    basis = columns(2 * np.pi * frequency * t)
+    path = (t / t[-1])[:, None] ** np.arange(1, drift + 1)
+    there = next(frames for frames, some in gaps if PELVIS in some)
+    bent = np.linalg.lstsq(np.column_stack([basis, path])[there], positions[there, PELVIS], rcond=None)[0][len(PARTS) :]
+    travel = path @ (bent * [1.0, 1.0, 0.0])
+    still = positions - travel[:, None, :]
+    coefficients, variance = np.full((len(PARTS), len(MARKERS), 3), np.nan), 0.0
+    for frames, some in gaps:
+        a, y = basis[frames], still[np.ix_(frames, some)].reshape(frames.sum(), -1)
+        if len(a) < _LEAST or np.linalg.eigvalsh(a.T @ a)[0] < _DETERMINED * len(a):
+            continue
+        x = np.linalg.solve(a.T @ a, a.T @ y)
+        variance += ((y - a @ x) ** 2).sum() / len(a)
+        coefficients[:, some] = x.reshape(len(PARTS), -1, 3)
+    return coefficients, float((travel[-1] - travel[0])[0] / np.ptp(t)), variance
+
+
+def _gaps(seen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Each pattern of frames (frames,) and the markers (n,) that are seen in just these."""
+    patterns, which = np.unique(seen, axis=1, return_inverse=True)
+    return [(frames, np.flatnonzero(which.reshape(-1) == j)) for j, frames in enumerate(patterns.T)]
