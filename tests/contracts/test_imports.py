@@ -1,7 +1,9 @@
 """Who may import whom: stages import earlier stages only, and each library has its place (read from the source)."""
 
 import ast
+import re
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -44,6 +46,15 @@ HOME = {
     "typer": {"cli"},
     "rich": {"cli"},
     "uvicorn": {"cli"},
+}
+
+#: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.
+DISTRIBUTION = {
+    "PIL": "pillow",
+    "OpenGL": "pyrender",
+    "pyglet": "pyrender",
+    "skfda": "scikit-fda",
+    "sklearn": "scikit-learn",
 }
 
 
@@ -94,6 +105,21 @@ def test_every_part_imports_only_what_it_may(path):
     assert importer in RANK, f"give {importer} its place in RANK"
     wrong = {name: why for name in imports(path) if (why := complaint(importer, name))}
     assert not wrong
+
+
+def declared(*extras: str) -> set[str]:
+    """Names of the distributions that pyproject.toml asks for, plain or in `extras`."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    lines = project["dependencies"] + [line for extra in extras for line in project["optional-dependencies"][extra]]
+    return {re.match(r"[\w-]+", line)[0] for line in lines}
+
+
+@pytest.mark.parametrize(
+    ("folder", "extras"), [("motionenv", ()), ("tests", ("test",)), ("benchmarks", ("test", "bench"))]
+)
+def test_every_library_that_is_imported_is_declared(folder, extras):
+    tops = {name.split(".")[0] for path in (ROOT / folder).rglob("*.py") for name in imports(path)}
+    assert {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names} <= declared(*extras) | {"motionenv"}
 
 
 @pytest.mark.parametrize(
