@@ -115,7 +115,7 @@ def declared(*extras: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    ("folder", "extras"), [("motionenv", ()), ("tests", ("test",)), ("benchmarks", ("test", "bench"))]
+    ("folder", "extras"), [("motionenv", ("plots",)), ("tests", ("test",)), ("benchmarks", ("test", "bench"))]
 )
 def test_every_library_that_is_imported_is_declared(folder, extras):
     tops = {name.split(".")[0] for path in (ROOT / folder).rglob("*.py") for name in imports(path)}
