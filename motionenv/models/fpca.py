@@ -279,6 +279,11 @@ def _select(cycles: Cycles, channels) -> np.ndarray:
 
 def _check_values(values, channels, rank, people):
     """Refuse what no fit can be made from."""
+    if len(values) - people < rank:
+        raise MotionError(
+            f"{rank} components need at least {rank + people} cycles (means take {people}), got {len(values)}; "
+            "fit more cycles or fewer components"
+        )
     if np.isinf(values).any():
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")
     empty = [c for c, some in zip(channels, np.isfinite(values).any(axis=(0, 1)), strict=True) if not some]
@@ -286,8 +291,3 @@ def _check_values(values, channels, rank, people):
         raise GapError(f"nothing was observed of {', '.join(empty)}: leave them out with channels=")
     if not (np.nanmax(values, axis=(0, 1)) > np.nanmin(values, axis=(0, 1))).any():
         raise MotionError("nothing varies in these cycles, so there are no components: check what was read")
-    if len(values) - people < rank:
-        raise MotionError(
-            f"{rank} components need at least {rank + people} cycles (means take {people}), got {len(values)}; "
-            "fit more cycles or fewer components"
-        )

@@ -170,9 +170,11 @@ def m_step(data: Observations, sums: Sums, old: Parameters) -> Parameters:
     explained = (found * right).sum(axis=1).reshape(n, m).sum(axis=0)
     floor = FLOOR * data.square.sum() / data.n_seen
     noise = np.maximum((square - explained) / (p * len(data.square)), floor)
-    # Parameter expansion (Liu, Rubin & Wu 1998): let the latents have any covariance, then absorb it in W.
-    w = found[:, :q] @ np.linalg.cholesky(sums.zz / len(data.square))
-    return Parameters(w, np.ascontiguousarray(found[:, q:].T), noise, old.basis)
+    # Parameter expansion (Liu, Rubin & Wu 1998): let the latents have any means and covariance, then absorb both.
+    shift = sums.z / np.maximum(data.sizes, 1)[:, None]
+    covariance = (sums.zz - sums.z.T @ shift) / len(data.square)
+    means = found[:, q:].T + shift @ found[:, :q].T
+    return Parameters(found[:, :q] @ np.linalg.cholesky(covariance), means, noise, old.basis)
 
 
 def fit_ppca(values, groups, basis, rank: int, tol: float, max_iter: int):
