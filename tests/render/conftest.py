@@ -1,10 +1,7 @@
-"""What the renderers' tests share: bodies to draw, and whether OpenGL is there."""
+"""What the renderers' tests share: bodies to draw."""
 
 import numpy as np
 import pytest
-
-from motionenv.errors import EngineError
-from motionenv.render import _opengl
 
 
 def _walking(n: int, seed: int = 0, height: float = 1.75) -> np.ndarray:
@@ -21,12 +18,3 @@ def _walking(n: int, seed: int = 0, height: float = 1.75) -> np.ndarray:
 def walking():
     """Makes poses (n, 25) of somebody who stands about the origin and moves the limbs at random."""
     return _walking
-
-
-@pytest.fixture(scope="session")
-def opengl():
-    """Skips the test where there is no OpenGL."""
-    try:
-        _opengl.load()
-    except EngineError as error:
-        pytest.skip(str(error))
