@@ -52,11 +52,11 @@ def cast(camera, limbs):
     """Depth and ids of `limbs`, pairs of ends (2, 3) and radii (2,), by the engine."""
     depth = np.full((camera.height, camera.width), np.inf, np.float32)
     ids = np.zeros(depth.shape, np.uint8)
-    table, row, kinv = np.zeros((1, kernel.COLUMNS)), np.empty(22, np.float32), np.linalg.inv(camera.K)
+    table, kinv = np.zeros((1, kernel.COLUMNS)), np.linalg.inv(camera.K)
     for i, (ends, radii) in enumerate(limbs):
         size = camera.width, camera.height
         kernel.set_limb(ends, radii, camera.R, camera.t, camera.K, kinv, *size, table[0])
-        kernel.draw_limb(table[0], kinv, np.uint8(i + 1), depth, ids, row)
+        kernel.draw_limb(table[0], kinv, np.uint8(i + 1), depth, ids)
     return depth, ids
 
 
