@@ -49,9 +49,10 @@ class Alignment:
 def align(sequences, periods, *, weights=None) -> Alignment:
     """Offsets and reference that minimise the squared deviation of all sequences from the reference (fig. 6).
 
-    A shift common to all leaves the error alone, so the first sequence keeps offset 0. Periods may be fractional and
-    are rounded to a quarter of a frame; offsets are whole frames, as in the paper. The stop of step 4 is read as
-    relative. The algorithm finds a local optimum.
+    All offsets are updated, as fig. 6 has it. A shift common to all leaves the error alone, so that where phase 0 lies
+    means nothing; holding the first offset at 0 would settle that, but strands the first sequence half a cycle away
+    on real walks. Periods may be fractional and are rounded to a quarter of a frame; offsets are whole frames, as in
+    the paper. The stop of step 4 is read as relative. The algorithm finds a local optimum.
 
     Args:
         sequences: n arrays (frames, m), NaN where missing; the same channels in each.
@@ -128,11 +129,10 @@ class _Folds:
         return coefficients, float(sum(g.energy for g in self.groups) - np.einsum("ka,ak->", coefficients, right))
 
     def best_offsets(self, reference: np.ndarray) -> np.ndarray:
-        """Step 3: for each sequence but the first the offset of least error, the smallest of equals."""
+        """Step 3: for each sequence the offset of least error, the smallest of equals."""
         offsets = np.zeros(len(self.steps), dtype=np.int64)
         for g in self.groups:
             offsets[g.members] = g.errors(reference)[:, :: self.parts].argmin(axis=1)
-        offsets[0] = 0
         return offsets
 
 

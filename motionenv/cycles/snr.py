@@ -53,7 +53,7 @@ def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> S
         raise MotionError(f"candidates must be whole numbers of frames from 2, got {candidates!r}")
     order, back = np.unique(given.astype(np.int64), return_inverse=True)
     deviations, total, n = centre(z)
-    count = np.uint8 if len(z) < 256 * order[0] else np.int32
+    count = np.uint8 if len(z) <= 255 * order[0] else np.int32
     paper = weighting == "paper"
     between, means, bins = _fold.sums_of_squares(deviations, seen.astype(count), order, paper)
     with np.errstate(divide="ignore", invalid="ignore"):
