@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motionenv.render._ground_kernel import draw_shadows
-from motionenv.render._raycast_kernel import BOX, COLUMNS, draw_limb, jit, set_limb
+from motionenv.render._raycast_kernel import BOX, COLUMNS, GATHER, draw_limb, jit, set_limb
 from motionenv.render._shade_kernel import shade_body
 
 
@@ -38,7 +38,7 @@ class View(NamedTuple):
 
 
 @jit
-def _draw_limbs(ends, radii, view, table, box, depth, limbs):
+def _draw_limbs(ends, radii, view, table, box, scratch, where, depth, limbs):
     """Depth and ids of one body; writes the box of pixels (first and last column and row) that it can cover."""
     height, width = depth.shape
     flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
@@ -50,7 +50,7 @@ def _draw_limbs(ends, radii, view, table, box, depth, limbs):
         g = table[i]
         set_limb(ends[i], radii[i], view.r, view.t, view.k, view.kinv, width, height, g)
         if g[BOX] <= g[BOX + 1] and g[BOX + 2] <= g[BOX + 3]:
-            draw_limb(g, view.kinv, np.uint8(i + 1), depth, limbs)
+            draw_limb(g, view.kinv, np.uint8(i + 1), width, flat_depth, flat_limbs, scratch, where)
             box[0], box[1] = min(box[0], g[BOX]), max(box[1], g[BOX + 1])
             box[2], box[3] = min(box[2], g[BOX + 2]), max(box[3], g[BOX + 3])
 
@@ -70,10 +70,11 @@ def _paint(ends, radii, view, table, box, shade, depth, limbs, rgb):
 def draw(index, ends, radii, view, depth, limbs, rgb):
     """Draw bodies `index` of `ends` (n, limbs, 2, 3) into those pictures; an `rgb` of length 0 isn't drawn."""
     table, box = np.empty((len(radii), COLUMNS)), np.empty(4, np.int64)
+    scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
     shade = np.empty(depth.shape[1:] if view.shadows else (0, 0), np.float32)
     for k in range(len(index)):
         i = index[k]
-        _draw_limbs(ends[k], radii, view, table, box, depth[i], limbs[i])
+        _draw_limbs(ends[k], radii, view, table, box, scratch, where, depth[i], limbs[i])
         if len(rgb) > 0:
             _paint(ends[k], radii, view, table, box, shade, depth[i], limbs[i], rgb[i])
 

@@ -215,19 +215,18 @@ def _put(z, where, limb, depth, limbs):
 
 
 @jit
-def draw_limb(g, kinv, limb, depth, limbs):
+def draw_limb(g, kinv, limb, width, depth, limbs, scratch, where):
     """Draw one limb.
 
     Args:
         g: its row of the limb table.
         kinv: inverse intrinsics.
         limb: its id.
-        depth, limbs: (height, width) to draw into.
+        width: of the picture [pixels].
+        depth, limbs: (height · width,) to draw into.
+        scratch: (4, GATHER) float32; where: (GATHER,) int64.
     """
-    rays, z = np.empty(20, np.float32), np.empty(GATHER, np.float32)
-    across, down, where = np.empty(GATHER, np.float32), np.empty(GATHER, np.float32), np.empty(GATHER, np.int64)
-    width = depth.shape[1]
-    flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
+    rays, across, down, z = scratch[3], scratch[0], scratch[1], scratch[2]
     middle_u, middle_v = int((g[BOX] + g[BOX + 1]) / 2), int((g[BOX + 2] + g[BOX + 3]) / 2)
     _set_rays(g, kinv, middle_u, middle_v, rays)
     n = 0
@@ -235,13 +234,13 @@ def draw_limb(g, kinv, limb, depth, limbs):
         first, last = row_span(g, v)
         while first <= last:
             count = min(last + 1 - first, GATHER - n)
-            for i in range(count):
-                across[n + i], down[n + i], where[n + i] = first + i - middle_u, v - middle_v, v * width + first + i
+            for i in range(n, n + count):
+                across[i], down[i], where[i] = first + i - n - middle_u, v - middle_v, v * width + first + i - n
             n += count
             first += count
             if n == GATHER:
                 _cast(rays, across, down, z)
-                _put(z, where, limb, flat_depth, flat_limbs)
+                _put(z, where, limb, depth, limbs)
                 n = 0
     _cast(rays, across[:n], down[:n], z[:n])
-    _put(z[:n], where, limb, flat_depth, flat_limbs)
+    _put(z[:n], where, limb, depth, limbs)

@@ -53,10 +53,12 @@ def cast(camera, limbs):
     depth = np.full((camera.height, camera.width), np.inf, np.float32)
     ids = np.zeros(depth.shape, np.uint8)
     table, kinv = np.zeros((1, kernel.COLUMNS)), np.linalg.inv(camera.K)
+    scratch = np.empty((4, kernel.GATHER), np.float32), np.empty(kernel.GATHER, np.int64)
     for i, (ends, radii) in enumerate(limbs):
         size = camera.width, camera.height
         kernel.set_limb(ends, radii, camera.R, camera.t, camera.K, kinv, *size, table[0])
-        kernel.draw_limb(table[0], kinv, np.uint8(i + 1), depth, ids)
+        into = depth.reshape(-1), ids.reshape(-1)
+        kernel.draw_limb(table[0], kinv, np.uint8(i + 1), camera.width, *into, *scratch)
     return depth, ids
 
 
