@@ -71,11 +71,11 @@ def shade_body(table, kinv, box, lights, ambient, colours, encode, depth, limbs,
             where[n, 0], where[n, 1] = u, v
             n += 1
             if n == _GATHER:
-                _illuminate(columns, lights, ambient, light)
-                _colour(where, light, colours, encode, limbs, rgb)
+                _illuminate(columns, n, lights, ambient, light)
+                _colour(where, n, light, colours, encode, limbs, rgb)
                 n = 0
-    _illuminate(columns[:, :n], lights, ambient, light[:, :n])
-    _colour(where[:n], light, colours, encode, limbs, rgb)
+    _illuminate(columns, n, lights, ambient, light)
+    _colour(where, n, light, colours, encode, limbs, rgb)
 
 
 @jit
@@ -95,12 +95,12 @@ def _normal(g, kinv, u, v, z, surface, n):
 
 
 @jit
-def _illuminate(surface, lights, ambient, light):
-    """Diffuse (rows 0 to 2 of `light`, red, green, blue) and specular light (rows 3 to 5) at each column."""
+def _illuminate(surface, n, lights, ambient, light):
+    """Diffuse (rows 0 to 2 of `light`, red, green, blue) and specular light (rows 3 to 5) in the first n columns."""
     x0, y0, z0, x1, y1, z1 = lights[0, 0], lights[0, 1], lights[0, 2], lights[1, 0], lights[1, 1], lights[1, 2]
     r0, g0, b0, r1, g1, b1 = lights[0, 3], lights[0, 4], lights[0, 5], lights[1, 3], lights[1, 4], lights[1, 5]
     ra, ga, ba = ambient[0], ambient[1], ambient[2]
-    for i in range(surface.shape[1]):
+    for i in range(n):
         nx, ny, nz, dx, dy = surface[0, i], surface[1, i], surface[2, i], surface[3, i], surface[4, i]
         back = -_ONE / math.sqrt(dx * dx + dy * dy + _ONE)
         nv = (nx * dx + ny * dy + nz) * back
@@ -111,9 +111,9 @@ def _illuminate(surface, lights, ambient, light):
 
 
 @jit
-def _colour(where, light, colours, encode, limbs, rgb):
-    """Write the bytes of pixels `where` (n, 2)."""
-    for i in range(len(where)):
+def _colour(where, n, light, colours, encode, limbs, rgb):
+    """Write the bytes of the first n pixels `where`."""
+    for i in range(n):
         u, v = where[i, 0], where[i, 1]
         limb = limbs[v, u] - 1
         for c in range(3):
