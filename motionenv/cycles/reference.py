@@ -114,7 +114,7 @@ def _hat(phase: np.ndarray, frame: float, grid: np.ndarray) -> tuple[np.ndarray,
     keep = (np.minimum(before, after) <= frame) | (before + after <= SPACING)
     basis = spline_basis(grid[keep])
     u, s, vt = np.linalg.svd(spline_basis(phase), full_matrices=False)
-    rank = int((s > 1e-9 * s.max(initial=0.0)).sum())
+    rank = int((s > 1e-9 * s.max(initial=0)).sum())
     rotated = basis @ vt[:rank].T
     determined = np.linalg.norm(basis - rotated @ vt[:rank], axis=1) < 1e-6
     hat = (rotated / s[:rank]) @ u[:, :rank].T

@@ -25,7 +25,7 @@ def spline_basis(x) -> np.ndarray:
     x = np.atleast_1d(np.asarray(x, dtype=np.float64))
     if x.ndim != 1 or not ((x >= 0) & (x <= 1)).all():
         raise MotionError("phases of the unconstrained spline must be one row of numbers from 0 to 1")
-    return BSpline.design_matrix(x, _CLAMPED, 3).toarray()
+    return BSpline.design_matrix(x, _CLAMPED, 3).toarray() if len(x) else np.zeros((0, 13))
 
 
 def periodic_basis(x) -> np.ndarray:

@@ -1,0 +1,178 @@
+"""Cycles: how fast against vectorised NumPy, and how near to the events of real walks (those in ../shared/mocap).
+
+python benchmarks/cycles.py
+"""
+
+import importlib.util
+import os
+import time
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+from motionenv.cycles import align, estimate_period, periodic_basis, segment, snr
+from motionenv.errors import MotionError
+
+ROOT = Path(__file__).parents[1]
+
+
+def seconds(run, repeats: int = 1) -> float:
+    """Shortest of `repeats` runs [s]: the machine is shared."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def snr_by_bincount(z, candidates):
+    """The corrected SNR by one vectorised np.bincount per candidate for sums and one for counts."""
+    seen = ~np.isnan(z)
+    z = np.where(seen, z - np.nanmean(z, axis=0), 0.0)
+    total, n, m = (z**2).sum(axis=0), seen.sum(axis=0), z.shape[1]
+    out = []
+    for p in candidates:
+        cell = ((np.arange(len(z)) % p)[:, None] * m + np.arange(m)).ravel()
+        sums = np.bincount(cell, z.ravel(), p * m).reshape(p, m)
+        counts = np.bincount(cell, seen.ravel(), p * m).reshape(p, m)
+        between, bins = (sums**2 / np.maximum(counts, 1)).sum(axis=0), (counts > 0).sum(axis=0)
+        out.append(between / (bins - 1) / ((total - between) / (n - bins)))
+    return np.array(out)
+
+
+def align_by_table(sequences, periods, rounds, lookup):
+    """Fig. 6 for whole periods, all offsets of a sequence at once; stops after `rounds` updates.
+
+    The table of phases (p, T) either indexes the reference on its p phases (`lookup`), or is evaluated spline by
+    spline, as fractional periods would need.
+    """
+    offsets = np.zeros(len(sequences), dtype=int)
+    stacked = np.concatenate(sequences)
+    for _ in range(rounds):
+        phases = [np.arange(len(z)) - o for z, o in zip(sequences, offsets, strict=True)]
+        basis = periodic_basis(np.concatenate([t % p / p for t, p in zip(phases, periods, strict=True)]))
+        seen = ~np.isnan(stacked)
+        fits = [np.linalg.lstsq(basis[s], z[s], rcond=None)[0] for s, z in zip(seen.T, stacked.T, strict=True)]
+        reference = np.stack(fits, axis=1)
+        for i, (z, p) in enumerate(zip(sequences, periods, strict=True)):
+            table = (np.arange(len(z)) - np.arange(p)[:, None]) % p
+            if lookup:
+                curve = (periodic_basis(np.arange(p) / p) @ reference)[table]
+            else:
+                curve = (periodic_basis(table.ravel() / p) @ reference).reshape(*table.shape, -1)
+            offsets[i] = np.nansum((z - curve) ** 2, axis=(1, 2)).argmin()
+    return offsets
+
+
+def walkers(n, m=19, seed=0):
+    """`n` noisy sequences of one rhythm, 15 % missing, and their whole periods."""
+    rng = np.random.default_rng(seed)
+    size, start, periods = rng.normal(size=(4, m)), rng.uniform(0, 6.3, (4, m)), rng.integers(100, 160, n)
+    sequences = []
+    for p in periods:
+        turn = 2 * np.pi * (np.arange(rng.integers(350, 650))[:, None] - rng.integers(p)) / p
+        own = start + 0.2 * rng.normal(size=(4, m))
+        z = sum(size[k] * np.cos((k + 1) * turn + own[k]) / (k + 1) for k in range(4))
+        z += 0.2 * rng.normal(size=z.shape)
+        z[rng.random(z.shape) < 0.15] = np.nan
+        sequences.append(z)
+    return sequences, periods
+
+
+def speed_of_snr():
+    """5,000 × 19, 20 % missing, 221 candidates."""
+    z, candidates = np.random.default_rng(0).normal(size=(5000, 19)), np.arange(60, 281)
+    z[np.random.default_rng(1).random(z.shape) < 0.2] = np.nan
+    np.testing.assert_allclose(snr(z, candidates).channels, snr_by_bincount(z, candidates), rtol=1e-9)
+    ours, theirs = seconds(lambda: snr(z, candidates), 31), seconds(lambda: snr_by_bincount(z, candidates), 5)
+    print(
+        f"| SNR, 5,000 × 19, 221 candidates | {1e3 * ours:.2f} ms | bincount {1e3 * theirs:.0f} ms | {theirs / ours:.0f}× |"
+    )
+
+
+def speed_of_offsets(n, measured):
+    """All iterations of ours; of the tables the first `measured` rounds, scaled to as many."""
+    sequences, periods = walkers(n)
+    alignment = align(sequences, periods)
+    rounds = len(alignment.errors) - 1
+    ours = seconds(lambda: align(sequences, periods), 5)
+    for name, lookup in (("phase table, looked up", True), ("phase table, evaluated", False)):
+        k = min(measured if lookup else 1, rounds)
+        theirs = seconds(lambda k=k, lookup=lookup: align_by_table(sequences, periods, k, lookup)) * rounds / k
+        same = ""
+        if k == rounds:
+            found = align_by_table(sequences, periods, rounds, lookup)
+            same = ", identical offsets" if (found == alignment.offsets).all() else ", OTHER OFFSETS"
+        print(
+            f"| offsets, {n} sequences, {rounds} rounds | {1e3 * ours:.0f} ms | {name} {theirs:.1f} s"
+            f"{'' if k == rounds else ' (est)'} | {theirs / ours:.0f}×{same} |"
+        )
+
+
+def estimate(z, fps):
+    """Cycle length [s], NaN where none is found."""
+    try:
+        return estimate_period(z, fps).seconds
+    except MotionError:
+        return np.nan
+
+
+def accuracy(name, walks, fps, real):
+    """Cycle length against events, whole and with gaps; lists the trials beyond the goal."""
+    rows, beyond = [], []
+    for walk in walks:
+        truth = real.stride_time(walk.legs, fps)
+        whole = estimate(walk.angles, fps) / truth - 1
+        gaps = [estimate(real.remove_blocks(walk.angles, seed), fps) / truth - 1 for seed in range(3)]
+        rows.append([whole, *gaps])
+        if not abs(whole) <= 0.02 or not np.abs(gaps).max() <= 0.03:
+            beyond.append(f"{walk.name} {100 * whole:+.1f} % [" + ", ".join(f"{100 * g:+.1f}" for g in gaps) + "]")
+    off = np.abs(np.array(rows))
+    print(
+        f"| {name} | {len(walks)} | {100 * np.median(off[:, 0]):.2f} % | {100 * (off[:, 0] <= 0.02).mean():.1f} % "
+        f"| {100 * (off[:, 1:] <= 0.03).mean():.1f} % |"
+    )
+    return beyond
+
+
+def false_alarms():
+    """Share of noise in which a period is found."""
+    for kind in ("white noise", "random walk"):
+        for m in (1, 3, 19):
+            found = 0
+            for seed in range(200):
+                z = np.random.default_rng(seed).normal(size=(400, m))
+                found += np.isfinite(estimate(z if kind == "white noise" else z.cumsum(axis=0), 100))
+            print(f"| {kind}, {m} channels | {found / 2:.1f} % |")
+
+
+def main():
+    """Prints the tables."""
+    print("| what | ours | peer | ratio |\n|-|-|-|-|")
+    speed_of_snr()
+    speed_of_offsets(8, 100)
+    speed_of_offsets(200, 2)
+    print("\n| noise | a period is found in |\n|-|-|")
+    false_alarms()
+    capture = Path(os.environ.get("MOTIONENV_MOCAP", ROOT.parent / "shared" / "mocap"))
+    if not capture.is_dir():
+        return
+    spec = importlib.util.spec_from_file_location("real", ROOT / "tests" / "cycles" / "conftest.py")
+    real = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(real)
+    print("\n| cycle length | trials | median error | within 2 % | 30 % gone: within 3 % |\n|-|-|-|-|-|")
+    cmu = real.read_cmu(capture)
+    beyond = accuracy("CMU straight walks", cmu, 120, real)
+    beyond += accuracy("santos25", real.read_santos(capture), 100, real)
+    print("\nBeyond 2 % whole or 3 % with gaps: " + "; ".join(beyond))
+    angles = [walk.angles for walk in cmu]
+    print(
+        f"\n55 CMU walks → {len(segment(angles, 120).values)} cycles in {seconds(lambda: segment(angles, 120)):.2f} s"
+    )
+
+
+if __name__ == "__main__":
+    main()
