@@ -63,6 +63,8 @@ def _check_sizes(path, archive: zipfile.ZipFile):
     """Refuse what would not fit in memory, by the arrays' own headers, before anything is unpacked."""
     total = 0
     for member in archive.infolist():
+        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other kinds raise their own errors
+            raise FormatError(path, "is damaged, or packed by something other than NumPy", member.filename)
         with archive.open(member) as file:
             version = np.lib.format.read_magic(file)
             reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0

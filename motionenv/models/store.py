@@ -27,6 +27,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # a zip's earliest time, so that bytes don't depe
 KINDS = {
     "fpca": "motionenv.models.fpca:FunctionalPCA",
     "eigenwalkers": "motionenv.models.eigenwalkers:Eigenwalkers",
+    "walking": "motionenv.models.walking:WalkingModel",
 }
 
 
@@ -113,6 +114,8 @@ def _check_sizes(path, archive) -> None:
     """Refuse, before anything is unpacked, an archive whose arrays would not fit in `LIMIT`."""
     total = 0
     for info in archive.infolist():
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other kinds raise errors of their own
+            raise ModelError(f"{path} is not a whole model file (no NumPy packs like that): fetch or fit it again")
         with archive.open(info) as stream:
             version = np.lib.format.read_magic(stream)
             read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
