@@ -5,10 +5,11 @@ from pathlib import Path
 
 from motionenv.errors import FormatError
 from motionenv.mocap import asfamc, bvh, c3d, npz, trc
+from motionenv.mocap.retargeting import retarget, to_markers
 from motionenv.mocap.writing import write
 from motionenv.types import Markers, Motion
 
-__all__ = ["read", "write"]
+__all__ = ["read", "retarget", "to_markers", "write"]
 
 #: The reader of each suffix, and which options of `read` it takes.
 _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {

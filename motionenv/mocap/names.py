@@ -37,13 +37,22 @@ _LIMB_JOINTS = _sides(
     hip="{}UpLeg", knee="{}Leg", ankle="{}Foot",
 )  # fmt: skip
 
-#: CMU's BVH conversions: a joint is the near end of its bone. They dropped the lengths of thorax and wrist.
+#: CMU's BVH conversions: a joint is the near end of its bone. They lost the lengths of bones that branch: the thorax,
+#: so that all above hangs lower by about the spine bone before it, and the last third of the forearm.
 _CMU_BVH = {
-    "head": _mid("Head_end"),
-    "neck": _mid("Neck1"),
-    "sternum": _mid("Spine1"),
     "pelvis": _mid("LeftUpLeg", "RightUpLeg"),
     **_LIMB_JOINTS,
+    **{
+        node: {**weights, "Spine1": 1.0, "Spine": -1.0}
+        for node, weights in {
+            "head": _mid("Head_end"),
+            "neck": _mid("Neck1"),
+            "sternum": _mid("Neck"),
+            **_sides(left="Left", right="Right", shoulder="{}Arm", elbow="{}ForeArm"),
+            "left_wrist": {"LeftHand": 1.5, "LeftForeArm": -0.5},
+            "right_wrist": {"RightHand": 1.5, "RightForeArm": -0.5},
+        }.items()
+    },
 }
 
 #: Mixamo and the many rigs that follow it; the prefix "mixamorig:" is dropped.

@@ -36,18 +36,27 @@ def test_amc_and_c3d_are_the_same_walk(amc, c3d):
         assert np.corrcoef(a.poses[:, i], c.poses[:, i])[0, 1] > 0.98
 
 
-def test_amc_and_bvh_are_the_same_walk_on_another_skeleton(mocap, amc):
-    """CMU's BVH was solved anew: other limb lengths, thorax and wrist without length, travel 6.3 % longer.
+def rms(apart):
+    return np.sqrt(np.nanmean((apart**2).sum(-1)))
 
-    So its points can't lie within 1 cm of the AMC's (they lie 9.6 cm away); its joint angles do what the AMC's do.
-    """
-    a = retarget(amc)
-    b = retarget(read(mocap / "cmu_bvh_misc/02_01.bvh", unit="cmu"))
+
+def test_amc_and_bvh_twins_have_the_same_markers(mocap):
+    """Trial 01_01: within 1 cm rms; the BVH starts with a rest pose and lost the thorax's length (1.3 cm remain)."""
+    amc = to_markers(read(mocap / "fairmotion_tests/01_01.amc", fps=120)).positions
+    bvh = to_markers(read(mocap / "fairmotion_tests/01_01.bvh", unit="cmu")).positions
+    assert rms(amc - bvh[1:]) < 0.01
+
+
+def test_amc_and_bvh_of_02_01_are_one_walk_on_two_skeletons(mocap, amc):
+    """The BVH of 02_01 sits on the skeleton of subject 01, with its own unit: 3.7 cm rms, and the angles agree."""
+    bvh = read(mocap / "cmu_bvh_misc/02_01.bvh", unit=0.0254 / 0.45 * 0.94063)
+    assert rms(to_markers(amc).positions - to_markers(bvh).positions) < 0.04
+    a, b = retarget(amc), retarget(bvh)
     assert b.fps == pytest.approx(a.fps, rel=1e-3)
     for name in POSE[3:6] + tuple(n for n in POSE if "flexion" in n or "shoulder_abduction" in n):
         i = POSE.index(name)
-        assert np.corrcoef(a.poses[:, i], b.poses[:, i])[0, 1] > 0.93, name
-        assert np.degrees((a.poses[:, i] - b.poses[:, i]).std()) < 2.5, name
+        assert np.corrcoef(a.poses[:, i], b.poses[:, i])[0, 1] > 0.9, name
+        assert np.degrees((a.poses[:, i] - b.poses[:, i]).std()) < 3, name
 
 
 def test_the_body_lies_within_20_mm_of_the_joints_on_all_cmu_walks(mocap):

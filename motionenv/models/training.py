@@ -1,0 +1,130 @@
+"""From a folder of motion capture to the fitted models that ship: which walks, of whom, and the model card."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from motionenv.cycles import estimate_period
+from motionenv.errors import MotionError
+from motionenv.mocap import read, retarget, to_markers
+from motionenv.models.eigenwalkers import Eigenwalkers
+from motionenv.models.walking import WalkingModel, gait_channels
+from motionenv.types import Markers, Motion
+
+# CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.
+_SAME_PERSON = {"37": "12", "38": "07"}
+_SUFFIXES = {".amc", ".bvh", ".c3d"}
+_STRAIGHT = 0.9
+
+
+@dataclass(frozen=True)
+class Walks:
+    """Captured straight walks.
+
+    Attributes:
+        motions: retargeted, (frames, 25) each.
+        markers: their 15 markers.
+        subjects: the person's label of each.
+        left_out: reason by file, of what was not used.
+    """
+
+    motions: tuple[Motion, ...]
+    markers: tuple[Markers, ...]
+    subjects: tuple[str, ...]
+    left_out: dict[str, str]
+
+
+def read_walks(
+    folder, *, fps: float | None = None, unit: str | None = None, on_file: Callable[[str], None] = lambda name: None
+) -> Walks:
+    """Every straight, periodic walk among the capture files below `folder`.
+
+    The person is the file's name up to the first "_", as CMU numbers its trials.
+
+    Args:
+        folder: searched with its subfolders for AMC, BVH and C3D.
+        fps: frames per second, where the files don't say (AMC never does; CMU's is 120).
+        unit: unit of length, where the files don't say.
+        on_file: called with each file's name before it is read.
+
+    Raises:
+        MotionError: no such folder, no capture in it, or no straight walk among it.
+    """
+    paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
+    if not paths:
+        raise MotionError(f"no AMC, BVH or C3D file below {folder}; motionenv mocap download cmu-walks --to DIR gets some")
+    used, left_out = [], {}
+    for path in paths:
+        on_file(path.name)
+        try:
+            used.append(_walk(path, fps, unit))
+        except MotionError as error:
+            left_out[path.name] = str(error)
+    if not used:
+        raise MotionError(f"none of {len(paths)} files is a straight walk; the first: {next(iter(left_out.values()))}")
+    motions, markers, subjects = zip(*used, strict=True)
+    return Walks(motions, markers, subjects, left_out)
+
+
+def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
+    """Fit the model called `name` to captured walks, with its card.
+
+    Args:
+        name: "walk/fpca" or "walk/eigenwalkers".
+        walks: from `read_walks`.
+        command: the command line that does this, for the card.
+
+    Raises:
+        MotionError: no model is fitted under that name.
+    """
+    if name == "walk/fpca":
+        model = WalkingModel().fit(walks.motions, walks.subjects)
+    elif name == "walk/eigenwalkers":
+        model = Eigenwalkers().fit_from_markers(walks.markers, walks.subjects)
+    else:
+        raise MotionError(f"model must be walk/fpca or walk/eigenwalkers, got {name!r}")
+    model.card_ = _card(name, walks, command)
+    return model
+
+
+def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers, str]:
+    """One file as motion, markers and person.
+
+    Raises:
+        MotionError: it can't be read or retargeted, turns, or has no period.
+    """
+    options = {"fps": fps} if path.suffix.lower() != ".c3d" else {}
+    capture = read(path, unit=unit, **options)
+    motion = retarget(capture)
+    straight = _straightness(motion)
+    if straight < _STRAIGHT:
+        raise MotionError(f"not straight: gets {straight:.0%} of its path's length ahead")
+    estimate_period(gait_channels(motion)[:, :19], motion.fps)
+    subject = path.stem.partition("_")[0]
+    return motion, to_markers(capture), _SAME_PERSON.get(subject, subject)
+
+
+def _straightness(motion: Motion) -> float:
+    """Net displacement of the root over the length of its path, both from positions half a second apart."""
+    path = motion.poses[:: max(1, round(motion.fps / 2)), :2]
+    path = path[np.isfinite(path).all(1)]
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    return float(np.linalg.norm(path[-1] - path[0]) / max(length, 1e-9)) if len(path) > 1 else 0.0
+
+
+def _card(name: str, walks: Walks, command: str) -> dict:
+    """What people need to know of a fitted model (Mitchell et al. 2019)."""
+    return {
+        "model": name,
+        "people": len(set(walks.subjects)),
+        "trials": len(walks.motions),
+        "frames": int(sum(len(m.poses) for m in walks.motions)),
+        "seconds": round(sum(m.seconds for m in walks.motions), 1),
+        "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
+        "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
+        "model licence": "MIT",
+        "command": command,
+        "intended use": "synthesis and tracking of straight walking; few people, most trials of one of them",
+    }
