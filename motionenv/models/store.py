@@ -114,7 +114,7 @@ def _check_sizes(path, archive) -> None:
     """Refuse, before anything is unpacked, an archive whose arrays would not fit in `LIMIT`."""
     total = 0
     for info in archive.infolist():
-        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other kinds raise errors of their own
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # others raise errors of their own
             raise ModelError(f"{path} is not a whole model file (no NumPy packs like that): fetch or fit it again")
         with archive.open(info) as stream:
             version = np.lib.format.read_magic(stream)
