@@ -103,16 +103,21 @@ class Eigenwalkers:
         """Scores k by least squares on the entries that are known (eq. 3.9, with 3D coefficients in place of 2D ones).
 
         Args:
-            walkers: a `Walker`, or coefficients (..., 5, 15, 3) [m] with NaN where unknown.
+            walkers: a `Walker`, n of them, or coefficients (..., 5, 15, 3) [m]; NaN where unknown.
 
         Returns:
-            (N,) or (..., N) [m].
+            (N,), (n, N) or (..., N) [m].
 
         Raises:
             MotionError: another shape, or infinite values.
         """
         self._check_fitted()
-        w = np.asarray(walkers.coefficients if isinstance(walkers, Walker) else walkers, dtype=np.float64)
+        if isinstance(walkers, Walker):
+            w = walkers.coefficients
+        elif isinstance(walkers, (list, tuple)) and all(isinstance(a, Walker) for a in walkers):
+            w = np.array([a.coefficients for a in walkers])
+        else:
+            w = np.asarray(walkers, dtype=np.float64)
         if w.shape[-3:] != _SHAPE or np.isinf(w).any():
             raise MotionError(f"walkers must be finite or NaN, of shape (..., 5, 15, 3), got {w.shape}")
         return self._scores(w)
@@ -149,7 +154,7 @@ class Eigenwalkers:
         return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
 
     def score(self, walkers) -> float:
-        """Mean log-density of the scores of `walkers`: a `Walker`, or coefficients (..., 5, 15, 3) [m]."""
+        """Mean log-density of the scores of `walkers`, which are as in `transform`."""
         return float(self.score_samples(self.transform(walkers)).mean())
 
     def synthesize(self, seconds: float, fps: float = 60.0, *, k=None, seed=None, speed: float | None = None,

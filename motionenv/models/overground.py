@@ -46,7 +46,7 @@ class Gait:
     @property
     def stride_length(self) -> float:
         """How far one stride goes [m]; times the frequency that is the speed."""
-        return float(2 * np.pi * self.waves[0, 0].real)
+        return float(2 * np.pi * np.hypot(*self.waves[0].real))
 
     def way(self, phase) -> np.ndarray:
         """Where the walker has come (..., 2) [m] at phases ωt (...) [rad], any real numbers; 0 at 0, smooth."""
@@ -54,6 +54,12 @@ class Gait:
         k = np.arange(1, len(self.waves))
         periodic = 2 * np.real((np.exp(1j * k * phase) - 1.0) @ (self.waves[1:] / (1j * k)[:, None]))
         return self.waves[0].real * phase + periodic
+
+    @property
+    def turn(self) -> np.ndarray:
+        """Rotation (3, 3) about the vertical, of a few degrees, that makes the way go along x."""
+        c, s = self.waves[0].real / np.hypot(*self.waves[0].real)
+        return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
     def positions(self, phase, *, overground: bool = True) -> np.ndarray:
         """Marker positions (frames, 15, 3) [m]; in the first frame the origin is where the treadmill would be.
@@ -65,6 +71,7 @@ class Gait:
         positions = positions_at(self.coefficients, phase)
         if overground:
             positions[..., :2] += (self.way(phase) - self.way(phase[0]))[:, None]
+            positions = positions @ self.turn.T
         return positions
 
     def motion(self, phase, fps: float, *, overground: bool = True, name: str = "") -> Motion:
@@ -99,19 +106,14 @@ def gait(coefficients) -> Gait:
 
 
 def _velocity(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Fourier series (25, 2) of the velocity [m per radian] that keeps the standing foot's ball in place.
-
-    To the side a walker does not get on, so that it goes along x.
-    """
+    """Fourier series (25, 2) of the velocity [m per radian] that keeps the standing foot's ball in place."""
     nodes, rotations = forward(poses, skeleton)
     ball = (nodes[:, _ANKLES] + rotations[:, _FEET] @ (FOOT_BALL * skeleton.height))[..., :2]
     back = (np.roll(ball, 1, axis=0) - np.roll(ball, -1, axis=0)) * (_PHASES / (4 * np.pi))
     fastest = back[..., 0].max(axis=1, keepdims=True)
     stands = np.exp((back[..., 0] - fastest) / (_FIRMNESS * fastest.max()))
     stands /= stands.sum(axis=1, keepdims=True)
-    waves = np.fft.rfft((stands[..., None] * back).sum(axis=1), axis=0)[: _WAVES + 1] / _PHASES
-    waves[0, 1] = 0.0
-    return waves
+    return np.fft.rfft((stands[..., None] * back).sum(axis=1), axis=0)[: _WAVES + 1] / _PHASES
 
 
 def _nodes(positions: np.ndarray) -> np.ndarray:

@@ -11,10 +11,11 @@ from motionenv.types import MARKERS, Markers
 _TRAVEL = 0.2  # [m/s] from this speed of the pelvis on its way says where the walker goes, not how he faces
 _LEAST = 8  # frames in which a marker must be seen, for five coefficients
 _DETERMINED = 0.01  # least eigenvalue of the normal equations per frame: 0.5 if all phases are seen alike
+_STRIDES = 2  # at least
 _SCAN = 8  # frequencies tried per resolution 1 / duration
 
 
-def fourier_walker(markers: Markers, *, frequencies=(0.4, 2.0), steady: float = 0.6, drift: int = 3) -> Walker:
+def fourier_walker(markers: Markers, *, frequencies=(0.5, 2.0), steady: float = 0.6, drift: int = 3) -> Walker:
     """The Fourier representation of a walk (eq. 3.1, 3.2) in the place and phase of `motionenv.models.harmonics`.
 
     Frequency, drift of the pelvis and coefficients together make the squared residual least: the frequency by a scan
@@ -39,21 +40,22 @@ def fourier_walker(markers: Markers, *, frequencies=(0.4, 2.0), steady: float = 
     _check(markers, frequencies, steady, drift)
     positions = markers.positions[steady_stretch(markers, steady)]
     t = (np.arange(len(positions)) - (len(positions) - 1) / 2) / markers.fps
-    low, high = _resolvable(frequencies, len(positions) / markers.fps, markers.name)
-    positions = _turned_forward(positions, t, markers.name)
+    seconds = len(positions) / markers.fps
+    low, high = _resolvable(frequencies, seconds, markers.name)
     gaps = _gaps(np.isfinite(positions).all(axis=-1))
     residual = lambda f: _series(positions, gaps, t, f, drift)[2]
     scan = np.linspace(low, high, int(np.ceil((high - low) * np.ptp(t) * _SCAN)) + 2)
     best = int(np.argmin([residual(f) for f in scan]))
-    if best == 0 and low > frequencies[0]:
-        raise GapError(f"{markers.name or 'this walk'} has fewer than two strides in its steady stretch: leave it out")
     bounds = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
     frequency = float(minimize_scalar(residual, bounds=bounds, method="bounded", options={"xatol": 1e-12}).x)
-    coefficients, speed, variance = _series(positions, gaps, t, frequency, drift)
+    if frequency * seconds < _STRIDES:
+        raise GapError(f"{markers.name or 'this walk'} has fewer than two strides in its steady stretch: leave it out")
+    coefficients, velocity, variance = _series(positions, gaps, t, frequency, drift)
     power = harmonic_power(coefficients)
     shares = power / (power.sum() + variance)
-    w = grounded(centred(in_phase(coefficients)))
-    return Walker(w, frequency, speed, shares, frequency * len(t) / markers.fps, markers.name)
+    way = _way(coefficients[0], velocity, markers.name)
+    w = grounded(centred(in_phase(_turned(coefficients, way))))
+    return Walker(w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name)
 
 
 def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
@@ -102,18 +104,18 @@ def _check(markers: Markers, frequencies, steady, drift) -> None:
 
 
 def _resolvable(frequencies, seconds: float, name: str) -> tuple[float, float]:
-    """The range of frequencies of which `seconds` hold two strides.
+    """The frequencies to scan: down to those of which `seconds` hold 1.3 strides, so that two can be told from fewer.
 
     Raises:
         GapError: there are none.
     """
     low, high = frequencies
-    if 2 / seconds >= high:
+    if _STRIDES / seconds >= high:
         raise GapError(
             f"{name or 'this walk'} is steady for {seconds:.2f} s only, too short for two strides at {high:g} strides "
             "per second: leave it out, or lower steady="
         )
-    return max(low, 2 / seconds), high
+    return max(low, 0.65 * _STRIDES / seconds), high
 
 
 def _filled(pelvis: np.ndarray, name: str) -> np.ndarray:
@@ -125,30 +127,29 @@ def _filled(pelvis: np.ndarray, name: str) -> np.ndarray:
     return np.stack([np.interp(frames, frames[seen], pelvis[seen, i]) for i in (0, 1)], axis=-1)
 
 
-def _turned_forward(positions: np.ndarray, t: np.ndarray, name: str) -> np.ndarray:
-    """Positions (frames, 15, 3) turned about the vertical so that the walker goes along x."""
-    way = np.polyfit(t, _filled(positions[:, PELVIS, :2], name), 1)[0]
-    if np.hypot(*way) < _TRAVEL:
-        way = _facing(positions, name)
-    x, y = way / np.hypot(*way)
-    return positions @ np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]]).T
-
-
-def _facing(positions: np.ndarray, name: str) -> np.ndarray:
-    """Where hips and shoulders face on average (2,).
+def _way(posture: np.ndarray, velocity: np.ndarray, name: str) -> np.ndarray:
+    """Where the walker goes, a unit vector (2,): along the pelvis' mean velocity, or, in place, where it faces.
 
     Raises:
-        GapError: neither both hips nor both shoulders are seen.
+        GapError: it stays in place, and neither both hips nor both shoulders of the mean posture (15, 3) are known.
     """
+    if np.hypot(*velocity) >= _TRAVEL:
+        return velocity / np.hypot(*velocity)
     left, right = ([MARKERS.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] for side in ("left", "right"))
-    x, y = np.nansum((positions[:, left] - positions[:, right])[..., :2], axis=(0, 1))
+    x, y = np.nansum((posture[left] - posture[right])[:, :2], axis=0)
     if not np.hypot(x, y) > 0:
         raise GapError(f"{name or 'this walk'} stays in place and shows neither both hips nor both shoulders")
-    return np.array([y, -x])
+    return np.array([y, -x]) / np.hypot(x, y)
 
 
-def _series(positions, gaps, t, frequency: float, drift: int) -> tuple[np.ndarray, float, float]:
-    """Coefficients (5, 15, 3), mean forward speed of the pelvis and residual variance [m²] at one frequency."""
+def _turned(coefficients: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Coefficients (5, 15, 3) turned about the vertical so that `way` (2,) becomes x."""
+    x, y = way
+    return coefficients @ np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]]).T
+
+
+def _series(positions, gaps, t, frequency: float, drift: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Coefficients (5, 15, 3), mean velocity (2,) of the pelvis and residual variance [m²] at one frequency."""
     basis = columns(2 * np.pi * frequency * t)
     path = (t / t[-1])[:, None] ** np.arange(1, drift + 1)
     there = next(frames for frames, some in gaps if PELVIS in some)
@@ -157,13 +158,14 @@ def _series(positions, gaps, t, frequency: float, drift: int) -> tuple[np.ndarra
     still = positions - travel[:, None, :]
     coefficients, variance = np.full((len(PARTS), len(MARKERS), 3), np.nan), 0.0
     for frames, some in gaps:
-        a, y = basis[frames], still[np.ix_(frames, some)].reshape(frames.sum(), -1)
+        a = basis[frames]
         if len(a) < _LEAST or np.linalg.eigvalsh(a.T @ a)[0] < _DETERMINED * len(a):
             continue
+        y = still[np.ix_(frames, some)].reshape(len(a), -1)
         x = np.linalg.solve(a.T @ a, a.T @ y)
         variance += ((y - a @ x) ** 2).sum() / len(a)
         coefficients[:, some] = x.reshape(len(PARTS), -1, 3)
-    return coefficients, float((travel[-1] - travel[0])[0] / np.ptp(t)), variance
+    return coefficients, (travel[-1] - travel[0])[:2] / np.ptp(t), variance
 
 
 def _gaps(seen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
