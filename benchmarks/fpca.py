@@ -5,7 +5,8 @@
 Needs `pip install scikit-learn`. "Literal fig. 8" is paper A's algorithm with a complex SVD of 20 Fourier coefficients
 per channel; IterativeSVD is fancyimpute's (rank doubling, ARPACK, its own stopping rule of 1e-5). All see the same
 synthetic cycles (`benchmarks/imputation.py`). The objective is the squared error on observed samples of the best
-rank-5 fit in the span that each method found, against the least; the real-basis fig. 8 (our method="svd") is there as the reference for it.
+rank-5 fit in the span that each method found, against the least; fig. 8 in the real basis (our method="svd") is there
+as the reference for it.
 """
 
 import argparse

@@ -27,10 +27,13 @@ def hide_blocks(values, share: float = 0.2, longest: float = 0.4, seed=None) -> 
     k, p, m = np.shape(values)
     most = max(1, round(longest * p))
     hidden = np.zeros((k, m, p), dtype=bool)
-    while hidden.mean() < share:
+    left = round(share * hidden.size)
+    while left > 0:
         cycle, channel, first = rng.integers(k), rng.integers(m), rng.integers(p)
-        n = max(1, min(rng.integers(max(1, most // 4), most + 1), round((share - hidden.mean()) * hidden.size)))
-        hidden[cycle, channel, np.arange(first, first + n) % p] = True
+        n = min(rng.integers(max(1, most // 4), most + 1), left)
+        block = np.arange(first, first + n) % p
+        left -= n - np.count_nonzero(hidden[cycle, channel, block])
+        hidden[cycle, channel, block] = True
     return hidden.transpose(0, 2, 1)
 
 
