@@ -108,7 +108,7 @@ class FunctionalPCA:
         if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
             raise MotionError(f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}")
         deviations = (values - self.mean_).reshape(-1, *self.mean_.shape)
-        return self._scores(deviations).reshape(*values.shape[:-2], -1)
+        return self._scores(self._observe(deviations)).reshape(*values.shape[:-2], -1)
 
     def inverse_transform(self, scores) -> np.ndarray:
         """Cycles (..., P, m) with the given scores (..., q)."""
@@ -226,7 +226,8 @@ class FunctionalPCA:
     def _describe(self, values, groups):
         """Scores, imputations and shares of variance of the cycles that it was fitted to."""
         deviations = values - self.subject_means_[groups]
-        self.scores_ = self._scores(deviations)
+        data = self._observe(deviations)
+        self.scores_ = self._scores(data)
         fitted = self.subject_means_[groups] + np.tensordot(self.scores_, self.components_, axes=1)
         n = self.residual_harmonics
         self.residual_spectrum_, self.white_variance_ = np.zeros((values.shape[2], 0)), self.noise_variance_
@@ -237,7 +238,7 @@ class FunctionalPCA:
         self.imputed_ = self._fill(values, fitted)
         freedom = len(values) - len(self.subject_means_)
         self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
-        total = np.nanmean(deviations**2) * self.mean_.size * len(values) / freedom
+        total = data.square.sum() / data.n_seen * self.mean_.size * len(values) / freedom
         self.explained_variance_ratio_ = self.explained_variance_ / total
 
     def _fill(self, values, fitted) -> np.ndarray:
@@ -247,10 +248,13 @@ class FunctionalPCA:
             fitted = fitted + expected_residual(values - fitted, basis, self.residual_spectrum_, self.white_variance_)
         return np.where(np.isnan(values), fitted, values)
 
-    def _scores(self, deviations) -> np.ndarray:
-        """Scores (K, q) of deviations (K, P, m) from the mean, NaN where missing."""
+    def _observe(self, deviations) -> Observations:
+        """What a posterior needs of deviations (K, P, m) from the mean, NaN where missing."""
+        return Observations(deviations, None, self._basis_of(len(self.mean_)), np.zeros(len(deviations), int), 1)
+
+    def _scores(self, data) -> np.ndarray:
+        """Scores (K, q) of `Observations` of deviations from the mean."""
         basis = self._basis_of(len(self.mean_))
-        data = Observations(deviations, 0.0, basis, np.zeros(len(deviations), int), 1)
         w = self.component_coefficients_.reshape(len(self.components_), -1).T
         if self.method == "svd":
             return _least_squares(data, Parameters(w, np.zeros((1, len(w))), self.noise_variance_, basis))
@@ -274,6 +278,8 @@ def _select(cycles: Cycles, channels) -> np.ndarray:
     unknown = [c for c in channels if c not in cycles.channels]
     if unknown or not channels:
         raise MotionError(f"no channel is named {unknown}; the cycles have: {', '.join(cycles.channels)}")
+    if channels == cycles.channels:
+        return cycles.values
     return cycles.values[..., [cycles.channels.index(c) for c in channels]]
 
 

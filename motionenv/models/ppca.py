@@ -24,7 +24,7 @@ class Observations:
 
     Args:
         values: (K, P, m), NaN where missing.
-        centre: (P, m) subtracted first.
+        centre: (P, m) subtracted first, or None.
         basis: (P, n) orthonormal.
         groups: (K,) group index of each cycle.
         n_groups: G.
@@ -33,7 +33,9 @@ class Observations:
     def __init__(self, values, centre, basis, groups, n_groups: int):
         k, p, m = values.shape
         order = np.argsort(groups, kind="stable")
-        y = (values - centre)[order]
+        y = values.copy() if centre is None else values - centre
+        if n_groups > 1:
+            y = y[order]
         missing = np.isnan(y)
         y[missing] = 0
         self.coefficients = (basis.T @ y).reshape(k, -1)

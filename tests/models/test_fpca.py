@@ -62,7 +62,7 @@ def test_posterior_and_likelihood_are_those_of_the_dense_gaussian():
     basis = sampled_basis(12, 3)
     w, mean = rng.standard_normal((15, 2)), rng.standard_normal((1, 15))
     parameters = Parameters(w, mean, np.array([0.3, 0.5, 0.8]), basis)
-    data = Observations(values, 0.0, basis, np.zeros(5, int), 1)
+    data = Observations(values, None, basis, np.zeros(5, int), 1)
     z, covariance, twice = posterior(data.coefficients, data.gaps[0], parameters)
     loglik = 0.5 * (twice - data.square @ (1 / parameters.noise))
     loading = parameters.functions(w).reshape(-1, 2)
