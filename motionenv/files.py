@@ -24,7 +24,8 @@ def atomic_write(path) -> Iterator[Path]:
         os.close(handle)
         os.chmod(name, 0o666 & ~_umask())
     except OSError as error:
-        raise MotionError(f"can't write {path}: {error.strerror}; choose a folder that exists and is writable") from None
+        why = error.strerror or str(error)
+        raise MotionError(f"can't write {path}: {why}; choose a folder that exists and is writable") from None
     try:
         yield Path(name)
         os.replace(name, path)

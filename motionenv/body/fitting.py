@@ -4,6 +4,8 @@ Closed form and vectorised over frames: the torso by weighted Procrustes, the he
 the direction of its upper part and the plane in which it bends. What a gap hides becomes NaN, and nothing else does.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -41,7 +43,7 @@ def fit_skeleton(nodes) -> Skeleton:
     offsets = np.zeros((len(NODES), 3))
     offsets[_TORSO] = torso
     for _, _, _, chain in _LIMBS:
-        for near, far in zip(chain, chain[1:], strict=False):
+        for near, far in pairwise(chain):
             offsets[_I[far], 2] = -_median_distance(nodes, near, far)
     direction = from_height().offsets[_I["head"]]
     offsets[_I["head"]] = direction / np.linalg.norm(direction) * _median_distance(nodes, "neck", "head")
@@ -133,7 +135,7 @@ def _torso_template(nodes: np.ndarray) -> np.ndarray:
 
 
 def _frame(up: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Rotation (..., 3, 3) whose columns are forward, left and up, with z along `up` and y as near to `left` as can be."""
+    """Rotation (..., 3, 3) with columns forward, left and up: z along `up`, y as near to `left` as can be."""
     z = up / np.linalg.norm(up, axis=-1, keepdims=True)
     x = np.cross(left, z)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)

@@ -33,7 +33,7 @@ from motionenv.types import Skeleton
 _jit = njit(nogil=True, cache=True, error_model="numpy")
 
 # Tree: torso nodes; then per limb (pose index, signs of flexion/abduction/rotation, nodes, segments).
-_TORSO_NODES = np.array([NODES.index(n) for n in NODES[1:5] + ("left_hip", "right_hip", "neck")])
+_TORSO_NODES = np.array([NODES.index(n) for n in (*NODES[1:5], "left_hip", "right_hip", "neck")])
 _BALL_POSE = np.array([9, 13, 17, 21])
 _BALL_SIGN = np.array([[-1, 1, -1], [-1, -1, 1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
 _HINGE_SIGN = np.array([-1.0, -1.0, 1.0, 1.0])
@@ -206,4 +206,6 @@ def _limb_segments(poses, offsets, height, segment, ends_at, shifts, out):
         _forward_one(poses[i], offsets, height, nodes, rotations)
         for limb in range(len(segment)):
             for end in range(2):
-                _place(nodes[ends_at[limb, end]], rotations[segment[limb]], shifts[limb, end] * height, out[i, limb, end])
+                _place(
+                    nodes[ends_at[limb, end]], rotations[segment[limb]], shifts[limb, end] * height, out[i, limb, end]
+                )

@@ -36,7 +36,9 @@ class Mesh(NamedTuple):
     faces: np.ndarray
 
 
-def rounded_cone(length: float, start_radius: float, end_radius: float, sections: int = 32) -> Mesh:
+def rounded_cone(
+    length: float, start_radius: float, end_radius: float, sections: int = 32, rings: int | None = None
+) -> Mesh:
     """The convex hull of a sphere at the origin and one at (0, 0, length).
 
     A cone touches both spheres where their normals are the same: at the latitude whose sine is the difference of
@@ -47,7 +49,8 @@ def rounded_cone(length: float, start_radius: float, end_radius: float, sections
         length: from centre to centre [m].
         start_radius: radius of the sphere at the origin [m].
         end_radius: radius of the other sphere [m].
-        sections: vertices around the axis; the caps are as fine along it.
+        sections: vertices around the axis.
+        rings: steps of latitude from pole to pole; None makes the caps as fine along the axis as around it.
 
     Raises:
         MotionError: fewer than three sections, a negative length, or a radius that isn't above 0.
@@ -57,7 +60,7 @@ def rounded_cone(length: float, start_radius: float, end_radius: float, sections
             "a rounded cone needs 3 sections or more, a length of at least 0 and radii above 0, "
             f"got {sections!r}, {length!r}, {start_radius!r}, {end_radius!r}"
         )
-    latitude, centre, radius = _profile(length, start_radius, end_radius, sections)
+    latitude, centre, radius = _profile(length, start_radius, end_radius, rings or max(sections // 2, 2))
     longitude = 2 * np.pi * np.arange(sections) / sections
     around = np.stack([np.cos(longitude), np.sin(longitude), np.zeros(sections)], axis=-1)
     rings = np.cos(latitude)[:, None, None] * around + np.sin(latitude)[:, None, None] * [0.0, 0.0, 1.0]
@@ -70,13 +73,13 @@ def rounded_cone(length: float, start_radius: float, end_radius: float, sections
     return Mesh(vertices, normals, _faces(len(latitude), sections))
 
 
-def _profile(length, start_radius, end_radius, sections) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _profile(length, start_radius, end_radius, rings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Latitude [rad], height of the sphere's centre [m] and its radius [m] for each ring between the poles."""
     if abs(start_radius - end_radius) >= length:  # one sphere holds the other
         touch = np.pi / 2 if start_radius >= end_radius else -np.pi / 2
     else:
         touch = np.arcsin((start_radius - end_radius) / length)
-    below, above = (math.ceil((np.pi / 2 + sign * touch) / np.pi * max(sections // 2, 2)) for sign in (1, -1))
+    below, above = (math.ceil((np.pi / 2 + sign * touch) / np.pi * rings) for sign in (1, -1))
     first = np.linspace(-np.pi / 2, touch, below + 1)[1 : None if above else -1]
     second = np.linspace(touch, np.pi / 2, above + 1)[0 if below else 1 : -1]
     of = np.repeat([0, 1], [len(first), len(second)])

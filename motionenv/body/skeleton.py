@@ -58,7 +58,7 @@ _LIMB_TABLE = (
     ("shoulders", "torso", "left_shoulder", (0, -0.012, 0), "right_shoulder", (0, 0.012, 0), (0.034, 0.034)),
     ("pelvis", "torso", "left_hip", (0, -0.006, 0.006), "right_hip", (0, 0.006, 0.006), (0.053, 0.053)),
     ("neck", "head", "neck", (0, 0, -0.01), "head", (0, 0, -0.02), (0.031, 0.029)),
-    ("head", "head", "head", (0, 0, -0.022), "head", (0.006, 0, 0.022), (0.041, 0.048)),
+    ("head", "head", "head", (0, 0, -0.024), "head", (0.005, 0, 0.021), (0.0435, 0.049)),
     *(tuple(x.format("left") if isinstance(x, str) else x for x in row) for row in _HALF),
     *(tuple(x.format("right") if isinstance(x, str) else x for x in row) for row in _HALF),
 )  # fmt: skip

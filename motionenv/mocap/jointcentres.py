@@ -6,7 +6,23 @@ from motionenv.types import Markers
 
 # CMU's waist markers stand for those of the pelvis.
 _ALIASES = {"LFWT": "LASI", "RFWT": "RASI", "LBWT": "LPSI", "RBWT": "RPSI"}
-_NEEDED = ("LASI", "RASI", "LSHO", "RSHO", "LWRA", "LWRB", "RWRA", "RWRB", "LELB", "RELB", "LKNE", "RKNE", "LANK", "RANK", "C7")
+_NEEDED = (
+    "LASI",
+    "RASI",
+    "LSHO",
+    "RSHO",
+    "LWRA",
+    "LWRB",
+    "RWRA",
+    "RWRB",
+    "LELB",
+    "RELB",
+    "LKNE",
+    "RKNE",
+    "LANK",
+    "RANK",
+    "C7",
+)
 
 # From the marker to the centre: half the width of the joint and the marker's own radius [m]. Plug-in Gait measures
 # these on every person; files rarely carry them, so these are an adult's.
@@ -24,7 +40,8 @@ def with_joint_centres(markers: Markers) -> Markers:
 
     Hips by the regression of Harrington et al. (2007, table 2) on the pelvis; knees and ankles inwards from the
     lateral marker along the line between the hips; shoulders down from the acromion along the trunk; elbows inwards
-    from the lateral marker, square to the plane of the arm; wrists midway between their two markers. NaN where a marker needed is missing.
+    from the lateral marker, square to the plane of the arm; wrists midway between their two markers. NaN where a
+    marker needed is missing.
 
     Args:
         markers: with the names of Plug-in Gait (pelvis by PSIS or sacrum) or CMU; see `has_markers`.

@@ -81,7 +81,9 @@ _PLUG_IN_GAIT = {
     "neck": _mid("CLAV", "C7"),
     "sternum": _mid("CLAV", "STRN", "C7", "T10"),
     "pelvis": _mid("LHJC", "RHJC"),
-    **_sides(left="L", right="R", shoulder="{}SJC", elbow="{}EJC", wrist="{}WJC", hip="{}HJC", knee="{}KJC", ankle="{}AJC"),
+    **_sides(
+        left="L", right="R", shoulder="{}SJC", elbow="{}EJC", wrist="{}WJC", hip="{}HJC", knee="{}KJC", ankle="{}AJC"
+    ),
 }
 
 #: By the name to pass to `retarget`: table, and the point whose rotation is the head's (None: markers have none).

@@ -54,7 +54,9 @@ def read_walks(
     """
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
     if not paths:
-        raise MotionError(f"no AMC, BVH or C3D file below {folder}; motionenv mocap download cmu-walks --to DIR gets some")
+        raise MotionError(
+            f"no AMC, BVH or C3D file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
+        )
     used, left_out = [], {}
     for path in paths:
         on_file(path.name)

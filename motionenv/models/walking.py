@@ -173,10 +173,12 @@ class WalkingModel:
         # Fitted speeds are in body heights per second, so that a tall person walks faster with the same scores.
         relative = None if speed is None else speed * self.height_ / body.height
         stride = self.sample(n or 1, seed=rng, speed=relative) if stride is None else stride
-        frames = int(round(seconds * fps))
+        frames = round(seconds * fps)
         wobble = variation * self._wobble(stride, frames / fps, rng)
         if speed is not None:
-            stride = self._paced(stride, speed, lambda s: (self._walk(s, frames + 1, fps, body, phase, wobble)[..., 0], fps))
+            stride = self._paced(
+                stride, speed, lambda s: (self._walk(s, frames + 1, fps, body, phase, wobble)[..., 0], fps)
+            )
         poses = self._walk(stride, frames, fps, body, phase, wobble)
         return Motion(poses if n is not None else poses[0], body, fps, "walk")
 
@@ -390,7 +392,9 @@ def _root_of(covariance: np.ndarray) -> np.ndarray:
 def _check_request(seconds, fps, variation, phase, n) -> None:
     """Refuse what can't be synthesised."""
     if not (0 < seconds <= 3600 and 1 <= fps <= 1000 and round(seconds * fps) >= 1):
-        raise MotionError(f"seconds must be up to 3600 and fps from 1 to 1000, at least one frame; got {seconds!r}, {fps!r}")
+        raise MotionError(
+            f"seconds must be up to 3600 and fps from 1 to 1000, at least one frame; got {seconds!r}, {fps!r}"
+        )
     if not 0 <= variation <= 10 or not np.isfinite(phase):
         raise MotionError(f"variation must be from 0 to 10 and phase finite, got {variation!r}, {phase!r}")
     if n is not None and n < 1:

@@ -91,7 +91,7 @@ def view(
     return look_at(eye, target, width=width, height=height, fov_degrees=fov_degrees)
 
 
-def fit(
+def fit_view(
     points,
     alpha: float,
     *,

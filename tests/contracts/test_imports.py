@@ -23,8 +23,9 @@ RANK = {
     "envs": 7,
     "plots": 8,
     "": 9,  # motionenv/__init__.py: the public names
-    "cli": 10,
-    "__main__": 11,
+    "demo": 10,
+    "cli": 11,
+    "__main__": 12,
 }
 STAGES = set(RANK) - CORE
 HOME = {
@@ -118,7 +119,8 @@ def declared(*extras: str) -> set[str]:
     ("folder", "extras"), [("motionenv", ("plots",)), ("tests", ("test",)), ("benchmarks", ("test", "bench"))]
 )
 def test_every_library_that_is_imported_is_declared(folder, extras):
-    tops = {name.split(".")[0] for path in (ROOT / folder).rglob("*.py") for name in imports(path)}
+    paths = list((ROOT / folder).rglob("*.py"))
+    tops = {name.split(".")[0] for path in paths for name in imports(path)} - {path.stem for path in paths}
     assert {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names} <= declared(*extras) | {"motionenv"}
 
 

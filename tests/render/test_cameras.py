@@ -107,7 +107,7 @@ def test_orthographic_picture():
     arrays(float, (9, 3), elements=coordinates), angles, st.floats(0, 0.4), st.floats(-1.2, 1.2), st.integers(20, 900)
 )
 def test_fit_holds_every_point_and_could_not_be_nearer(points, alpha, margin, elevation, width):
-    camera = cameras.fit(points, alpha, width=width, height=300, margin=margin, elevation=elevation)
+    camera = cameras.fit_view(points, alpha, width=width, height=300, margin=margin, elevation=elevation)
     pixels, depth = camera.project(points)
     size = np.array([width, 300])
     inside = (pixels + 0.5) / size
@@ -122,7 +122,7 @@ def test_fit_holds_every_point_and_could_not_be_nearer(points, alpha, margin, el
 
 def test_fit_leaves_out_gaps():
     points = np.array([[0, 0, 0], [1, 0, 1], [np.nan, 0, 50]], dtype=float)
-    np.testing.assert_array_equal(cameras.fit(points, 0.3).t, cameras.fit(points[:2], 0.3).t)
+    np.testing.assert_array_equal(cameras.fit_view(points, 0.3).t, cameras.fit_view(points[:2], 0.3).t)
 
 
 def walk(frames=90, sway=0.0, rng=None):
@@ -197,9 +197,9 @@ def test_project_hides_what_is_behind_and_takes_a_camera_per_frame():
         (lambda: cameras.look_at((1, 0, 0), (0, 0, 0), width=0), "width"),
         (lambda: cameras.view(0.0, distance=0), "distance"),
         (lambda: cameras.view(math.nan), "differ"),
-        (lambda: cameras.fit(np.zeros((4, 3)), 0.0, margin=0.5), "margin"),
-        (lambda: cameras.fit(np.zeros((4, 3)), 0.0, elevation=2), "elevation"),
-        (lambda: cameras.fit(np.full((4, 3), np.nan), 0.0), "no point"),
+        (lambda: cameras.fit_view(np.zeros((4, 3)), 0.0, margin=0.5), "margin"),
+        (lambda: cameras.fit_view(np.zeros((4, 3)), 0.0, elevation=2), "elevation"),
+        (lambda: cameras.fit_view(np.full((4, 3), np.nan), 0.0), "no point"),
         (lambda: cameras.follow(np.full((4, 3), np.nan), cameras.view(0)), "no frame"),
         (lambda: cameras.follow(np.zeros((4, 2)), cameras.view(0)), "path"),
         (lambda: cameras.follow(np.zeros((4, 3)), cameras.view(0), smooth=0), "smooth"),
@@ -213,4 +213,4 @@ def test_bad_input_says_what_is_wrong(call, match):
 
 def test_nothing_known_is_a_gap():
     with pytest.raises(GapError):
-        cameras.fit(np.full((4, 3), np.nan), 0.0)
+        cameras.fit_view(np.full((4, 3), np.nan), 0.0)

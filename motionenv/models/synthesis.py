@@ -1,0 +1,64 @@
+"""One way to ask any walking model for a motion."""
+
+from motionenv.body.skeleton import limb_radii
+from motionenv.errors import MotionError
+from motionenv.models.eigenwalkers import Eigenwalkers
+from motionenv.models.store import load
+from motionenv.models.walking import WalkingModel
+from motionenv.types import Motion, Skeleton
+
+
+def synthesize(
+    model,
+    seconds: float,
+    fps: float,
+    *,
+    seed=None,
+    speed: float | None = None,
+    height: float | None = None,
+    phase: float = 0.0,
+    variation: float = 1.0,
+) -> Motion:
+    """A walk (frames, 25) along x from the model called `model`.
+
+    Args:
+        model: a name or path for `motionenv.load`, or a fitted model.
+        seconds: duration [s].
+        fps: frames per second.
+        seed: int or Generator.
+        speed: walking speed [m/s], or None for the walker's own.
+        height: body height [m], or None for the model's.
+        phase: where in the cycle to start [cycles].
+        variation: factor on how much the cycles of a walk differ; eigenwalkers repeat one cycle, whatever it is.
+
+    Raises:
+        MotionError: a number out of range, or a model that doesn't walk.
+        ModelError: no such model.
+    """
+    fitted = load(model) if isinstance(model, str) or not hasattr(model, "kind") else model
+    if isinstance(fitted, WalkingModel):
+        return fitted.synthesize(seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation)
+    if isinstance(fitted, Eigenwalkers):
+        motion = fitted.walker_motion(seconds, fps, seed=seed, speed=speed, phase=phase)
+        return motion if height is None else scaled(motion, height)
+    raise MotionError(f"{model!r} is a {fitted.kind} model, which doesn't walk; see `motionenv models`")
+
+
+def scaled(motion: Motion, height: float) -> Motion:
+    """The same motion of a body scaled to `height` [m]: angles and seconds stay, lengths and speed scale.
+
+    Args:
+        motion: any motion.
+        height: body height [m], 0.5 to 2.5.
+
+    Raises:
+        MotionError: `height` out of range.
+    """
+    if not 0.5 <= height <= 2.5:
+        raise MotionError(f"height must be from 0.5 to 2.5 m, got {height!r}")
+    factor = height / motion.skeleton.height
+    poses = motion.poses.copy()
+    poses[..., :3] *= factor
+    return Motion(
+        poses, Skeleton(motion.skeleton.offsets * factor, limb_radii(height), height), motion.fps, motion.name
+    )
