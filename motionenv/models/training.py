@@ -10,7 +10,8 @@ from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget, to_markers
 from motionenv.models.eigenwalkers import Eigenwalkers
-from motionenv.models.walking import WalkingModel, gait_channels
+from motionenv.models.gait import gait_channels
+from motionenv.models.walking import WalkingModel
 from motionenv.types import Markers, Motion
 
 # CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.

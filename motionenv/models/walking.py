@@ -6,30 +6,21 @@ the foot that moves back fastest under the body stands, so the body moves forwar
 ankle's height says.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
-from motionenv.body.kinematics import FOOT_BALL, forward
-from motionenv.body.skeleton import ANKLE_HEIGHT, NODES, SEGMENTS, limb_radii
-from motionenv.cycles import align, estimate_period, periodic_basis, to_reference
+from motionenv.body.skeleton import ANKLE_HEIGHT, limb_radii
 from motionenv.errors import ModelError, MotionError
+from motionenv.models.contact import carry
 from motionenv.models.fpca import FunctionalPCA
+from motionenv.models.gait import forward_speed, gait_channels, walking_cycles
 from motionenv.models.store import save_model
-from motionenv.types import ANGLES, POSE, Cycles, Motion, Skeleton
+from motionenv.types import POSE, Cycles, Motion, Skeleton
 
-#: Channels of the cycles: the 19 angles, the root's rotations [rad], the ankles' heights [shares of body height].
-CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
-
-_ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
 _HINGES = [i for i, name in enumerate(POSE) if "elbow" in name or "knee" in name]
-_FEET = [SEGMENTS.index("left_foot"), SEGMENTS.index("right_foot")]
 _RATE = 60.0  # frames per second at least, at which contact is integrated
 _PADDING = 0.15  # seconds before and after, so that smoothing has no ends
-_FIRMNESS = 0.15  # [m/s] how clearly one foot must move back faster than the other to stand alone
-_SMOOTHING = 0.01  # [s] standard deviation of the smoothing of the root's velocity
-_SHIFTING = 0.05  # [s] standard deviation of the smoothing with which weight shifts between the feet
 _STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from bending backwards
 _GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
 _FASTEST = 3.0  # [m/s]
@@ -55,7 +46,7 @@ class WalkingModel:
         n_harmonics: constant and n_harmonics - 1 pairs per channel.
 
     Attributes:
-        fpca_: the fitted `FunctionalPCA` of `CHANNELS`; phase 0 is the left leg furthest ahead of the right.
+        fpca_: the fitted `FunctionalPCA` of `motionenv.models.gait.CHANNELS`; phase 0 is the left leg furthest ahead of the right.
         proportions_: (16, 3) mean offsets of the body's nodes, shares of the body height.
         height_: mean body height [m].
         person_mean_, person_covariance_: of (scores, log stride time [s], log speed [body heights / s]) between
@@ -236,7 +227,7 @@ class WalkingModel:
         poses = np.zeros((*channels.shape[:2], 25))
         poses[..., 6:], poses[..., 3:6] = channels[..., :19], channels[..., 19:22]
         poses[..., _HINGES] = _STIFFNESS * np.logaddexp(0.0, poses[..., _HINGES] / _STIFFNESS)
-        _carry(poses, body.height * self._ankle_heights(stride, channels[..., 22:]), rate, body)
+        carry(poses, body.height * self._ankle_heights(stride, channels[..., 22:]), rate, body)
         poses = poses[:, pad : len(clock) - pad : finer]
         poses[..., :2] -= poses[:, :1, :2]
         return poses
@@ -262,7 +253,7 @@ class WalkingModel:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "WalkingModel":
-        """The model that `to_arrays` took apart.
+        """The model that `to_arrays` took apart into `arrays` and `meta`.
 
         Raises:
             ModelError: shapes that don't belong together.
@@ -285,93 +276,6 @@ class WalkingModel:
 
 
 _STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")
-
-
-def gait_channels(motion: Motion) -> np.ndarray:
-    """The `CHANNELS` (frames, 24) of a straight walk, free of where and in which direction it goes.
-
-    Heading is about the direction of travel. Ankle heights are such that the foot on the ground stands at a stance
-    foot's height, so that trials with the floor elsewhere agree.
-
-    Args:
-        motion: a straight walk (frames, 25).
-
-    Raises:
-        MotionError: not one sequence.
-    """
-    if motion.poses.ndim != 2:
-        raise MotionError(f"one walk (frames, 25) at a time, got poses of shape {motion.poses.shape}")
-    way = _travel(motion)
-    height = motion.skeleton.height
-    ankles = forward(motion.poses, motion.skeleton)[0][:, _ANKLES, 2] / height
-    known = ankles[np.isfinite(ankles).all(1)]
-    floor = np.percentile(known.min(1), 10) - ANKLE_HEIGHT if len(known) else 0.0
-    turned = motion.poses[:, 5] - np.arctan2(way[1], way[0])
-    mean = np.angle(np.nanmean(np.exp(1j * turned)))
-    turned = turned - 2 * np.pi * np.round((np.nanmean(turned) - mean) / (2 * np.pi))
-    return np.column_stack([motion.poses[:, 6:], motion.poses[:, 3:5], turned, ankles - floor])
-
-
-def walking_cycles(channels, fps, subjects) -> Cycles:
-    """Cycles of walks, phase 0 where the left leg is furthest ahead of the right.
-
-    Args:
-        channels: per walk the `CHANNELS` (frames, 24); the 19 angles steer period and offset.
-        fps: frames per second of each.
-        subjects: a label for each.
-
-    Raises:
-        MotionError: a walk without a period.
-    """
-    angles = [c[:, :19] for c in channels]
-    periods = [estimate_period(a, f).frames for a, f in zip(angles, fps, strict=True)]
-    found = align(angles, periods)
-    grid = np.arange(256) / 256
-    reference = periodic_basis(grid) @ found.reference
-    ahead = reference[:, CHANNELS.index("left_hip_flexion")] - reference[:, CHANNELS.index("right_hip_flexion")]
-    shift = -np.angle((ahead * np.exp(-2j * np.pi * grid)).sum()) / (2 * np.pi)
-    in_phase = replace(found, offsets=found.offsets + shift * found.periods)
-    return to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects)
-
-
-def forward_speed(motion: Motion) -> float:
-    """Mean speed [m/s] along the straight line of a walk (frames, 25).
-
-    Args:
-        motion: a straight walk.
-    """
-    return float(np.linalg.norm(_travel(motion)) * motion.fps)
-
-
-def _travel(motion: Motion) -> np.ndarray:
-    """Mean displacement per frame (2,) [m] by least squares on what is known of the root."""
-    known = np.isfinite(motion.poses[:, :2]).all(1)
-    if known.sum() < 2:
-        raise MotionError("the root is never seen; leave this walk out")
-    time = np.flatnonzero(known)
-    return np.polyfit(time, motion.poses[known, :2], 1)[0]
-
-
-def _carry(poses: np.ndarray, heights: np.ndarray, rate: float, body: Skeleton) -> None:
-    """Move the roots of poses (n, frames, 25) over the ground so that standing feet stand still.
-
-    Args:
-        poses: roots at the origin; x, y and z are filled in.
-        heights: (n, frames, 2) [m] of the left and the right ankle over the ground.
-        rate: frames per second.
-        body: the body.
-    """
-    ankles = forward(poses, body)[0][..., _ANKLES, :]
-    back = -np.gradient(ankles[..., 0], 1 / rate, axis=1)
-    stands = np.exp((back - back.max(-1, keepdims=True)) / _FIRMNESS)
-    stands /= stands.sum(-1, keepdims=True)
-    bears = gaussian_filter1d(stands, _SHIFTING * rate, axis=1, mode="nearest")
-    poses[..., 2] = (bears * (heights - ankles[..., 2])).sum(-1)
-    nodes, rotations = forward(poses, body)
-    ball = nodes[..., _ANKLES, :2] + (rotations[..., _FEET, :, :] @ (FOOT_BALL * body.height))[..., :2]
-    velocity = -(stands[..., None] * np.gradient(ball, 1 / rate, axis=1)).sum(2)
-    velocity = gaussian_filter1d(velocity, _SMOOTHING * rate, axis=1, mode="nearest")
-    poses[:, 1:, :2] = np.cumsum(0.5 * (velocity[:, 1:] + velocity[:, :-1]), axis=1) / rate
 
 
 def _b_spline(points: np.ndarray, at: np.ndarray) -> np.ndarray:

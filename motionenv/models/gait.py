@@ -1,0 +1,81 @@
+"""Captured walks as cycles that a model can learn: what is periodic in them, in step with each other."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from motionenv.body.kinematics import forward
+from motionenv.body.skeleton import ANKLE_HEIGHT, NODES
+from motionenv.cycles import align, estimate_period, periodic_basis, to_reference
+from motionenv.errors import MotionError
+from motionenv.types import ANGLES, Cycles, Motion
+
+#: Channels of the cycles: the 19 angles, the root's rotations [rad], the ankles' heights [shares of body height].
+CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
+
+_ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
+
+
+def gait_channels(motion: Motion) -> np.ndarray:
+    """The `CHANNELS` (frames, 24) of a straight walk, free of where and in which direction it goes.
+
+    Heading is about the direction of travel. Ankle heights are such that the foot on the ground stands at a stance
+    foot's height, so that trials with the floor elsewhere agree.
+
+    Args:
+        motion: a straight walk (frames, 25).
+
+    Raises:
+        MotionError: not one sequence.
+    """
+    if motion.poses.ndim != 2:
+        raise MotionError(f"one walk (frames, 25) at a time, got poses of shape {motion.poses.shape}")
+    way = _travel(motion)
+    height = motion.skeleton.height
+    ankles = forward(motion.poses, motion.skeleton)[0][:, _ANKLES, 2] / height
+    known = ankles[np.isfinite(ankles).all(1)]
+    floor = np.percentile(known.min(1), 10) - ANKLE_HEIGHT if len(known) else 0.0
+    turned = motion.poses[:, 5] - np.arctan2(way[1], way[0])
+    mean = np.angle(np.nanmean(np.exp(1j * turned)))
+    turned = turned - 2 * np.pi * np.round((np.nanmean(turned) - mean) / (2 * np.pi))
+    return np.column_stack([motion.poses[:, 6:], motion.poses[:, 3:5], turned, ankles - floor])
+
+
+def walking_cycles(channels, fps, subjects) -> Cycles:
+    """Cycles of walks, phase 0 where the left leg is furthest ahead of the right.
+
+    Args:
+        channels: per walk the `CHANNELS` (frames, 24); the 19 angles steer period and offset.
+        fps: frames per second of each.
+        subjects: a label for each.
+
+    Raises:
+        MotionError: a walk without a period.
+    """
+    angles = [c[:, :19] for c in channels]
+    periods = [estimate_period(a, f).frames for a, f in zip(angles, fps, strict=True)]
+    found = align(angles, periods)
+    grid = np.arange(256) / 256
+    reference = periodic_basis(grid) @ found.reference
+    ahead = reference[:, CHANNELS.index("left_hip_flexion")] - reference[:, CHANNELS.index("right_hip_flexion")]
+    shift = -np.angle((ahead * np.exp(-2j * np.pi * grid)).sum()) / (2 * np.pi)
+    in_phase = replace(found, offsets=found.offsets + shift * found.periods)
+    return to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects)
+
+
+def forward_speed(motion: Motion) -> float:
+    """Mean speed [m/s] along the straight line of a walk (frames, 25).
+
+    Args:
+        motion: a straight walk.
+    """
+    return float(np.linalg.norm(_travel(motion)) * motion.fps)
+
+
+def _travel(motion: Motion) -> np.ndarray:
+    """Mean displacement per frame (2,) [m] by least squares on what is known of the root."""
+    known = np.isfinite(motion.poses[:, :2]).all(1)
+    if known.sum() < 2:
+        raise MotionError("the root is never seen; leave this walk out")
+    time = np.flatnonzero(known)
+    return np.polyfit(time, motion.poses[known, :2], 1)[0]
