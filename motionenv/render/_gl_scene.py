@@ -9,7 +9,7 @@ from motionenv.types import Camera, Skeleton
 
 #: OpenGL's cameras look along -z with y up.
 _FLIP = np.diag([1.0, -1.0, -1.0])
-_SECTIONS = 64
+_SECTIONS, _RINGS = 64, 20  # as coarse as agreement with the raycaster allows
 _NEAR, _FAR = 0.05, 300.0
 _REACH = 120.0  # radius of ground and sky [m]
 
@@ -108,7 +108,7 @@ def _material(colour, **more):
 
 def _limb(length: float, radii, colour):
     """A rounded cone along z, as a primitive."""
-    mesh = rounded_cone(length, *radii, _SECTIONS)
+    mesh = rounded_cone(length, *radii, _SECTIONS, _RINGS)
     return load().Primitive(mesh.vertices, mesh.normals, indices=mesh.faces, mode=4, material=_material(colour))
 
 

@@ -1,0 +1,127 @@
+"""The raycaster against pyrender (EGL), same scene and same run: speed, agreement, memory.
+
+    python benchmarks/render.py
+
+pyrender draws colour and depth in one pass, ids and depth in another (its segmentation pass). Kinematics included.
+"""
+
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.ndimage import binary_erosion
+
+from motionenv.body import from_height
+from motionenv.render import Raycaster, Scene
+from motionenv.render.cameras import view
+from motionenv.render.pyrender_engine import PyrenderRenderer
+
+SKELETON = from_height()
+SIZES = ((64, 64), (128, 128), (640, 480))
+PLAIN, SHADOWS = Scene(shadows=False), Scene()
+
+
+def walking(n: int) -> np.ndarray:
+    """Poses (n, 25) that swing arms and legs as in walking, slightly different from frame to frame."""
+    rng = np.random.default_rng(0)
+    phase = np.linspace(0, 20 * np.pi, n)
+    poses = np.zeros((n, 25))
+    poses[:, 2] = 0.53 * SKELETON.height
+    for side, at in ((1, 17), (-1, 21)):
+        poses[:, at] = side * 0.4 * np.sin(phase)
+        poses[:, at + 3] = 0.5 + 0.4 * np.cos(phase * side)
+        poses[:, at - 8] = -side * 0.4 * np.sin(phase)
+        poses[:, at - 5] = 0.4
+    return poses + 0.02 * rng.normal(size=poses.shape) * (np.arange(25) > 5)
+
+
+def rate(draw, poses: np.ndarray, repeats: int = 3) -> float:
+    """Poses drawn per second, the best of a few runs."""
+    draw(poses[:2])
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        draw(poses)
+        times.append(time.perf_counter() - start)
+    return len(poses) / min(times)
+
+
+def raycast(scene: Scene, camera, *, rgb: bool, threads: int, n: int) -> float:
+    """Frames per second of the raycaster into a frame that is used again."""
+    caster, poses = Raycaster(scene, threads=threads), walking(n)
+    out = caster.render(poses, SKELETON, camera, rgb=rgb)
+    return rate(lambda p: caster.render(p, SKELETON, camera, rgb=rgb, out=out if len(p) == n else None), poses)
+
+
+def speed(renderers: dict[Scene, PyrenderRenderer]) -> None:
+    """Print frames per second and ratios."""
+    print("| | size | pyrender EGL | raycast, 1 thread | ratio | raycast, 2 threads | ratio |\n|-|-|-|-|-|-|-|")
+    rows = (
+        ("RGB + depth (+ ids)", PLAIN, True, {"masks": False}),
+        ("the same with shadows", SHADOWS, True, {"masks": False}),
+        ("depth + ids", PLAIN, False, {"rgb": False}),
+    )
+    for name, scene, rgb, passes in rows:
+        for width, height in SIZES:
+            camera = view(0.5, width=width, height=height)
+            few, many = (40, 6000) if width < 200 else (12, 200)
+            draw = renderers[scene].render
+            theirs = rate(lambda p, d=draw, c=camera, k=passes: d(p, SKELETON, c, **k), walking(few), repeats=2)
+            ours = [raycast(scene, camera, rgb=rgb, threads=t, n=many) for t in (1, 2)]
+            cells = " | ".join(f"{x:,.0f} | **{x / theirs:,.0f}×**" for x in ours)
+            print(f"| {name} | {width}×{height} | {theirs:,.0f} | {cells} |", flush=True)
+
+
+def agreement(pyrender: PyrenderRenderer) -> None:
+    """Print how far the two engines' pictures are from each other."""
+    print("\n| size | ids, of image | ids, of body | IoU | depth, median | colour inside, max |\n|-|-|-|-|-|-|")
+    poses = walking(6)
+    for width, height in SIZES:
+        a, b = (
+            [engine.render(poses, SKELETON, view(alpha, width=width, height=height)) for alpha in (0, 0.8, np.pi / 2)]
+            for engine in (Raycaster(PLAIN), pyrender)
+        )
+        ids, other = (np.concatenate([f.limbs for f in x]) for x in (a, b))
+        depth, rgb = ([np.concatenate([getattr(f, k) for f in x]) for x in (a, b)] for k in ("depth", "rgb"))
+        body, union = (ids > 0) & (other > 0), (ids > 0) | (other > 0)
+        same = body & (ids == other)
+        inside = np.zeros_like(body)
+        for i in range(len(ids)):
+            for limb in range(1, len(SKELETON.radii) + 1):
+                inside[i] |= binary_erosion(same[i] & (ids[i] == limb), np.ones((3, 3)))
+        colour = np.abs(rgb[0].astype(int) - rgb[1])[inside].max()
+        wrong, gap = ids != other, np.abs(depth[0][same] - depth[1][same])
+        print(
+            f"| {width}×{height} | {100 * wrong.mean():.3f} % | {100 * wrong.sum() / union.sum():.2f} % | "
+            f"{body.sum() / union.sum():.4f} | {1e3 * np.median(gap):.2f} mm | {colour}/255 |"
+        )
+
+
+def memory(pyrender: PyrenderRenderer) -> None:
+    """Print the growth of the process over 10,000 frames of either engine (of pyrender's, a tenth in colour)."""
+    print("\n| engine | frames | resident before | after |\n|-|-|-|-|")
+    camera, poses = view(0.5, width=64, height=64), walking(500)
+    caster = Raycaster(PLAIN)
+    for name, draw, colour in (("raycast", caster.render, 20), ("pyrender", pyrender.render, 2)):
+        draw(poses, SKELETON, camera)
+        before = resident()
+        for i in range(20):
+            draw(poses, SKELETON, camera, rgb=i < colour)
+        print(f"| {name} | 10,000 | {before:.0f} MB | {resident():.0f} MB |", flush=True)
+
+
+def resident() -> float:
+    """Resident memory of this process [MB]; where the system doesn't tell, its peak."""
+    status = Path("/proc/self/statm")
+    if status.exists():
+        return int(status.read_text().split()[1]) * resource.getpagesize() / 1e6
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+if __name__ == "__main__":
+    renderers = {scene: PyrenderRenderer(scene) for scene in (PLAIN, SHADOWS)}
+    speed(renderers)
+    agreement(renderers[PLAIN])
+    memory(renderers[PLAIN])
