@@ -1,5 +1,7 @@
 """Rotations as matrices, (..., 3, 3), mapping local to parent coordinates. Angles in radians."""
 
+import math
+
 import numpy as np
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -63,31 +65,34 @@ def unwrap_euler(angles) -> np.ndarray:
         angles: (..., frames, 3) [rad].
     """
     angles = np.array(angles, dtype=np.float64)
-    last = np.zeros((*angles.shape[:-2], 3))
-    for t in range(angles.shape[-2]):
-        now = angles[..., t, :]
-        both = np.stack([now, _other_branch(now)])
-        both = both - 2 * np.pi * np.round((both - last) / (2 * np.pi))
-        nearer = np.abs(both - last).sum(-1)
-        best = np.where((nearer[1] < nearer[0])[..., None], both[1], both[0])
-        angles[..., t, :] = best
-        last = np.where(np.isnan(best), last, best)
-    middle = _median(np.abs(angles[..., 1]))
-    angles = np.where((middle > np.pi / 2)[..., None, None], _other_branch(angles), angles)
-    return angles - 2 * np.pi * np.round(_median(np.moveaxis(angles, -2, -1))[..., None, :] / (2 * np.pi))
+    for sequence in angles.reshape(-1, *angles.shape[-2:]):
+        _unwrap(sequence)
+    return angles
 
 
-def _other_branch(angles: np.ndarray) -> np.ndarray:
-    """The other three angles (..., 3) that make the same rotation."""
-    return np.stack([angles[..., 0] + np.pi, np.pi - angles[..., 1], angles[..., 2] + np.pi], axis=-1)
+def _unwrap(angles: np.ndarray) -> None:
+    """`unwrap_euler` of one sequence (frames, 3), in place."""
+    known = np.isfinite(angles).all(-1)
+    a0 = b0 = c0 = 0.0
+    out = []
+    for a, b, c in angles[known].tolist():  # plain floats: a frame costs 1 µs, and arrays of three 20
+        near = (_near(a, a0), _near(b, b0), _near(c, c0))
+        far = (_near(a + math.pi, a0), _near(math.pi - b, b0), _near(c + math.pi, c0))
+        near_gap = abs(near[0] - a0) + abs(near[1] - b0) + abs(near[2] - c0)
+        far_gap = abs(far[0] - a0) + abs(far[1] - b0) + abs(far[2] - c0)
+        a0, b0, c0 = far if far_gap < near_gap else near
+        out.append((a0, b0, c0))
+    if not out:
+        return
+    smooth = np.array(out)
+    if np.median(np.abs(smooth[:, 1])) > math.pi / 2:
+        smooth = np.array([1.0, -1.0, 1.0]) * smooth + math.pi
+    angles[known] = smooth - 2 * math.pi * np.round(np.median(smooth, axis=0) / (2 * math.pi))
 
 
-def _median(values: np.ndarray) -> np.ndarray:
-    """Median over the last axis of what is known; 0 where nothing is."""
-    known = ~np.isnan(values)
-    ordered = np.sort(values, axis=-1)  # NaN last
-    middle = np.take_along_axis(ordered, np.maximum(known.sum(-1, keepdims=True) - 1, 0) // 2, axis=-1)[..., 0]
-    return np.where(known.any(-1), middle, 0.0)
+def _near(angle: float, to: float) -> float:
+    """`angle` plus the whole turns that bring it nearest `to`."""
+    return angle - 2 * math.pi * round((angle - to) / (2 * math.pi))
 
 
 def nearest(matrices) -> np.ndarray:

@@ -184,7 +184,7 @@ def _limb(nodes, skeleton, torso, root, fps, limb) -> np.ndarray:
     beta, gamma = np.arctan2(-u[:, 0], -u[:, 2]), np.arcsin(np.clip(u[:, 1], -1.0, 1.0))
     v = _into_limb(beta, gamma, np.einsum("tji,tj->ti", torso, lower))
     # Below the hinge: R_z(ρ) R_y(±f) (0, 0, -1), whose level part is ∓sin f · (cos ρ, sin ρ).
-    rho = _bending_direction(-hinge * v[:, :2], fps)
+    rho = _bending_direction(-hinge * v[:, :2], fps, most_overstretch=0.5 if hinge > 0 else 0.2)
     bend = np.arctan2(-hinge * (v[:, 0] * np.cos(rho) + v[:, 1] * np.sin(rho)), -v[:, 2])
     ball = unwrap_euler(np.stack([beta, gamma, rho], axis=-1)) * signs
     ball[:, 2] = np.where(np.isnan(rho), np.nan, ball[:, 2])
@@ -203,16 +203,17 @@ def _into_limb(beta, gamma, v) -> np.ndarray:
     return np.stack([x, v[:, 1] * c + z * s, z * c - v[:, 1] * s], axis=-1)
 
 
-def _bending_direction(bend: np.ndarray, fps: float) -> np.ndarray:
+def _bending_direction(bend: np.ndarray, fps: float, most_overstretch: float) -> np.ndarray:
     """Axial rotation ρ (frames,) [rad] from sin(flexion)·(cos ρ, sin ρ), (frames, 2).
 
     The vector shrinks to nothing as the limb straightens, and its direction to noise: below about 12° of flexion the
-    mean vector of the nearest 0.1 s takes over, and where that vanishes too the neutral direction. A nearly straight
-    limb that seems to bend the wrong way is slightly overstretched, not turned around.
+    mean vector of the nearest 0.1 s takes over, and where that vanishes too the neutral direction. A limb that
+    seems to bend the wrong way, by less than the sine `most_overstretch`, is overstretched and not turned around: a
+    hip never turns the knee backwards, while a shoulder can turn the elbow.
     """
     seen = np.isfinite(bend).all(-1)
     size = np.linalg.norm(bend, axis=-1)
-    turned = np.where(((size < 0.2) & (bend[:, 0] < 0))[:, None], -bend, bend)
+    turned = np.where(((size < most_overstretch) & (bend[:, 0] < 0))[:, None], -bend, bend)
     held = np.where(seen[:, None], turned, 0.0)
     share = gaussian_filter1d(seen.astype(float), 0.1 * fps, mode="nearest")
     nearby = gaussian_filter1d(held, 0.1 * fps, axis=0, mode="nearest") / np.maximum(share, 1e-9)[:, None]

@@ -213,7 +213,7 @@ class Eigenwalkers:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "Eigenwalkers":
-        """The model that `to_arrays` took apart; without labels and scores of the people it was fitted to.
+        """The model that `to_arrays` took apart into `arrays` and `meta`; without labels and scores of the people.
 
         Raises:
             ModelError: shapes that don't belong together.

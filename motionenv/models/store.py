@@ -10,6 +10,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -80,8 +81,11 @@ def load_model(path) -> tuple[str, dict[str, np.ndarray], dict]:
     return header["kind"], arrays, header["meta"]
 
 
-def load(name_or_path):
+def load(name_or_path) -> Any:
     """The fitted model in a file, or the one that ships under a name such as "walk/fpca".
+
+    Args:
+        name_or_path: one of `names()`, or a file.
 
     Raises:
         ModelError: neither a file nor a name (lists the names), or a file that `load_model` refuses.

@@ -46,7 +46,8 @@ class WalkingModel:
         n_harmonics: constant and n_harmonics - 1 pairs per channel.
 
     Attributes:
-        fpca_: the fitted `FunctionalPCA` of `motionenv.models.gait.CHANNELS`; phase 0 is the left leg furthest ahead of the right.
+        fpca_: the fitted `FunctionalPCA` of `motionenv.models.gait.CHANNELS`; phase 0 is where the left leg is
+            furthest ahead of the right.
         proportions_: (16, 3) mean offsets of the body's nodes, shares of the body height.
         height_: mean body height [m].
         person_mean_, person_covariance_: of (scores, log stride time [s], log speed [body heights / s]) between
