@@ -82,6 +82,7 @@ def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
     Raises:
         MotionError: no model is fitted under that name.
     """
+    model: WalkingModel | Eigenwalkers
     if name == "walk/fpca":
         model = WalkingModel().fit(walks.motions, walks.subjects)
     elif name == "walk/eigenwalkers":
@@ -98,8 +99,9 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
     Raises:
         MotionError: it can't be read or retargeted, turns, or has no period.
     """
-    options = {"fps": fps} if path.suffix.lower() != ".c3d" else {}
-    capture = read(path, unit=unit, **options)
+    capture = read(path, fps=fps if path.suffix.lower() != ".c3d" else None, unit=unit)
+    if isinstance(capture, Motion):
+        raise MotionError("not capture, but a motion of the body already")
     motion = retarget(capture)
     straight = _straightness(motion)
     if straight < _STRAIGHT:

@@ -101,8 +101,8 @@ class WalkingModel:
         weight = 1.0 / count[which]
         self.person_mean_ = np.average(rows, axis=0, weights=weight)
         self.person_covariance_ = np.cov(np.transpose(rows), aweights=weight)
-        within = np.concatenate(within)
-        self.cycle_covariance_ = within.T @ within / max(len(within) - len(trials), 1)
+        spread = np.concatenate(within)
+        self.cycle_covariance_ = spread.T @ spread / max(len(spread) - len(trials), 1)
 
     def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
         """Draw `n` walkers: their mean scores (n, q) and stride times (n,) [s].

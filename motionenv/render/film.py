@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from typing import cast
 
 import numpy as np
 
@@ -80,6 +81,6 @@ def _frames(motion: Motion, cameras: list[Camera], points: bool, engine: str, sc
         if points:
             yield from render_points(markers(poses, motion.skeleton), views, radius=views[0].height / 90)
         elif engine == "raycast":
-            yield from raycaster.render(poses, motion.skeleton, views).rgb
+            yield from cast(np.ndarray, raycaster.render(poses, motion.skeleton, views).rgb)
         else:
-            yield from render(poses, motion.skeleton, views, scene=scene, engine=engine).rgb
+            yield from cast(np.ndarray, render(poses, motion.skeleton, views, scene=scene, engine=engine).rgb)
