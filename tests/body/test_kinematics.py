@@ -29,7 +29,7 @@ def by_scipy(pose, skeleton):
     value = dict(zip(POSE, pose, strict=True))
     torso = Rotation.from_euler("ZXY", [value["root_heading"], value["root_obliquity"], value["root_tilt"]])
     root = pose[:3]
-    at = {n: root + torso.apply(offset[n]) for n in body.NODES[1:5] + ("left_hip", "right_hip", "neck")}
+    at = {n: root + torso.apply(offset[n]) for n in (*body.NODES[1:5], "left_hip", "right_hip", "neck")}
     head = torso * Rotation.from_euler("YXZ", [value["neck_flexion"], -value["neck_bend"], value["neck_rotation"]])
     at["head"] = at["neck"] + head.apply(offset["head"])
     for side, out in (("left", 1), ("right", -1)):
