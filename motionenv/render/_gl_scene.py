@@ -108,7 +108,7 @@ def _material(colour, **more):
 
 def _limb(length: float, radii, colour):
     """A rounded cone along z, as a primitive."""
-    mesh = rounded_cone(length, *radii, _SECTIONS, _RINGS)
+    mesh = rounded_cone(length, radii[0], radii[1], _SECTIONS, _RINGS)
     return load().Primitive(mesh.vertices, mesh.normals, indices=mesh.faces, mode=4, material=_material(colour))
 
 
@@ -180,7 +180,7 @@ def _add_light(scene, direction, radiance, casts: bool) -> None:
 def _scene_class() -> type:
     """A scene of pyrender whose shadow maps show only what is around the body."""
 
-    class BodyScene(load().Scene):
+    class BodyScene(load().Scene):  # type: ignore[misc]
         """`middle` (3,) and `reach` [m]: where the body is, and how far it reaches."""
 
         middle = np.zeros(3)
@@ -200,7 +200,7 @@ def _scene_class() -> type:
 def _camera_class() -> type:
     """A camera of pyrender with OpenCV's intrinsics `K` and picture `size` (width, height)."""
 
-    class Pinhole(load().Camera):
+    class Pinhole(load().Camera):  # type: ignore[misc]
         K = np.eye(3)
         size = (1, 1)
 

@@ -24,6 +24,16 @@ _INSTALL = (
 BROKEN = (ImportError, OSError, AttributeError, ValueError, RuntimeError, AssertionError, TypeError)
 
 
+# From Mesa's osmesa.h, for the call that PyOpenGL 3.1.0 leaves out.
+_OSMESA = {
+    "OSMESA_DEPTH_BITS": 0x30,
+    "OSMESA_PROFILE": 0x33,
+    "OSMESA_CORE_PROFILE": 0x34,
+    "OSMESA_CONTEXT_MAJOR_VERSION": 0x36,
+    "OSMESA_CONTEXT_MINOR_VERSION": 0x37,
+}
+
+
 class _Thread:
     """The thread of all OpenGL calls of this process."""
 
@@ -159,6 +169,8 @@ def _egl_class() -> type:
     from pyrender.platforms.egl import EGLPlatform
 
     class Egl(EGLPlatform):
+        _egl_context: object
+
         def make_uncurrent(self):
             EGL.eglMakeCurrent(self._egl_display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
 
@@ -176,11 +188,22 @@ def _egl_class() -> type:
 
 @cache
 def _osmesa_class() -> type:
-    """The OSMesa platform of pyrender, which PyOpenGL 3.1.0 leaves without the call that makes a context."""
+    """The OSMesa platform of pyrender, with the call that makes a context, which PyOpenGL 3.1.0 leaves out."""
     import OpenGL.osmesa as osmesa
+    from OpenGL import platform
     from pyrender.platforms.osmesa import OSMesaPlatform
 
+    if not hasattr(osmesa, "OSMesaCreateContextAttribs"):
+        create = platform.PLATFORM.OSMesa.OSMesaCreateContextAttribs
+        create.restype, create.argtypes = osmesa.OSMesaContext, [ctypes.POINTER(ctypes.c_int), ctypes.c_void_p]
+        osmesa.OSMesaCreateContextAttribs = create
+        platform.PLATFORM.GetCurrentContext.restype = ctypes.c_void_p  # PyOpenGL wants it hashable
+        for name, value in _OSMESA.items():
+            setattr(osmesa, name, value)
+
     class OSMesa(OSMesaPlatform):
+        _context: object
+
         def delete_context(self):
             if self._context is not None:
                 osmesa.OSMesaDestroyContext(self._context)

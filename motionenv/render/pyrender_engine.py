@@ -6,6 +6,7 @@ Depth and ids come from its segmentation pass, which samples pixel centres; its 
 import weakref
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -68,9 +69,9 @@ class _State:
 
     def __init__(self, scene: Scene):
         self.scene = scene
-        self.offscreen = None
+        self.offscreen: Any = None
         self._skeleton: tuple | None = None
-        self._gl = None
+        self._gl: Any = None
 
     def draw(self, work, skeleton: Skeleton, flat: Frame, masks: bool) -> None:
         """Fill `flat` with the pictures of `work`."""

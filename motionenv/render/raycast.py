@@ -3,6 +3,7 @@
 The same bits come out on every call, in any order, with any number of threads.
 """
 
+import os
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
@@ -39,6 +40,7 @@ class Raycaster:
         self._views: OrderedDict[tuple, View] = OrderedDict()
         self._lock = threading.Lock()
         self._pool: ThreadPoolExecutor | None = None
+        self._process = 0
 
     def render(
         self,
@@ -69,7 +71,7 @@ class Raycaster:
         if (frame.rgb is not None) != rgb:
             raise MotionError(f"out.rgb must be {'an array' if rgb else 'None'} when rgb={rgb}")
         flat = work.flat(frame)
-        pieces = _pieces(work)
+        pieces = _pieces(work, max(1, min(_CHUNK, -(-len(work.poses) // self.threads))))
         if self.threads == 1:
             for camera, index in pieces:
                 self._draw(work, skeleton, camera, index, flat)
@@ -79,8 +81,10 @@ class Raycaster:
 
     def _share(self, work: Batch, skeleton: Skeleton, pieces: Iterator, flat: Frame) -> None:
         """Draw the pieces in the pool's threads."""
-        self._pool = self._pool or ThreadPoolExecutor(self.threads, thread_name_prefix="raycast")
-        for done in [self._pool.submit(self._draw, work, skeleton, *piece, flat) for piece in pieces]:
+        if self._pool is None or self._process != os.getpid():  # threads don't survive a fork
+            self._pool, self._process = ThreadPoolExecutor(self.threads, thread_name_prefix="raycast"), os.getpid()
+        pool = self._pool
+        for done in [pool.submit(self._draw, work, skeleton, camera, index, flat) for camera, index in pieces]:
             done.result()
 
     def _draw(self, work: Batch, skeleton: Skeleton, camera: Camera, index: np.ndarray, flat: Frame) -> None:
@@ -117,12 +121,12 @@ class Raycaster:
         self.__init__(state["scene"], threads=state["threads"])  # type: ignore[misc]
 
 
-def _pieces(work: Batch) -> Iterator[tuple[Camera, np.ndarray]]:
-    """Cameras, each with some of the bodies that it sees."""
+def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:
+    """Cameras, each with some of the bodies that it sees, `most` at most."""
     for i, camera in enumerate(work.cameras):
         mine = np.flatnonzero(work.which == i)
-        for start in range(0, len(mine), _CHUNK):
-            yield camera, mine[start : start + _CHUNK]
+        for start in range(0, len(mine), most):
+            yield camera, mine[start : start + most]
 
 
 def make_view(camera: Camera, scene: Scene, *, rgb: bool = True) -> View:
