@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv import __version__
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget, to_markers
@@ -131,5 +132,6 @@ def _card(name: str, walks: Walks, command: str) -> dict:
         "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
         "model licence": "MIT",
         "command": command,
+        "motionenv": __version__,
         "intended use": "synthesis and tracking of straight walking; few people, most trials of one of them",
     }
