@@ -46,19 +46,19 @@ EDGES = tuple(
 # Drawn limbs: name, segment whose frame holds the local shifts, start node, shift, end node, shift, radii.
 # Shifts (x, y, z) and radii are shares of the standing height.
 _HALF = (
-    ("{}_upper_arm", "{}_upper_arm", "{}_shoulder", (0, 0, 0), "{}_elbow", (0, 0, 0), (0.029, 0.024)),
-    ("{}_forearm", "{}_forearm", "{}_elbow", (0, 0, 0), "{}_wrist", (0, 0, 0), (0.024, 0.017)),
-    ("{}_hand", "{}_forearm", "{}_wrist", (0, 0, -0.015), "{}_wrist", (0, 0, -0.075), (0.020, 0.016)),
-    ("{}_thigh", "{}_thigh", "{}_hip", (0, 0, 0), "{}_knee", (0, 0, 0), (0.048, 0.031)),
-    ("{}_shin", "{}_shin", "{}_knee", (0, 0, 0), "{}_ankle", (0, 0, 0), (0.031, 0.021)),
+    ("{}_upper_arm", "{}_upper_arm", "{}_shoulder", (0, 0, -0.008), "{}_elbow", (0, 0, 0), (0.031, 0.024)),
+    ("{}_forearm", "{}_forearm", "{}_elbow", (0, 0, 0), "{}_wrist", (0, 0, 0), (0.025, 0.017)),
+    ("{}_hand", "{}_forearm", "{}_wrist", (0, 0, -0.018), "{}_wrist", (0, 0, -0.070), (0.020, 0.017)),
+    ("{}_thigh", "{}_thigh", "{}_hip", (0, 0, 0), "{}_knee", (0, 0, 0), (0.049, 0.031)),
+    ("{}_shin", "{}_shin", "{}_knee", (0, 0, 0), "{}_ankle", (0, 0, 0), (0.032, 0.020)),
     ("{}_foot", "{}_foot", "{}_ankle", (-0.018, 0, -0.017), "{}_ankle", (0.086, 0, -0.023), (0.022, 0.016)),
 )
 _LIMB_TABLE = (
-    ("torso", "torso", "pelvis", (0, 0, 0.045), "neck", (0.005, 0, -0.072), (0.064, 0.072)),
-    ("shoulders", "torso", "left_shoulder", (0, -0.012, 0), "right_shoulder", (0, 0.012, 0), (0.034, 0.034)),
-    ("pelvis", "torso", "left_hip", (0, -0.006, 0.006), "right_hip", (0, 0.006, 0.006), (0.053, 0.053)),
-    ("neck", "head", "neck", (0, 0, -0.01), "head", (0, 0, -0.02), (0.031, 0.029)),
-    ("head", "head", "head", (0, 0, -0.024), "head", (0.005, 0, 0.021), (0.0435, 0.049)),
+    ("torso", "torso", "pelvis", (0, 0, 0.040), "neck", (0.004, 0, -0.080), (0.062, 0.079)),
+    ("shoulders", "torso", "left_shoulder", (0, -0.032, -0.017), "right_shoulder", (0, 0.032, -0.017), (0.044, 0.044)),
+    ("pelvis", "torso", "left_hip", (0, -0.012, 0.006), "right_hip", (0, 0.012, 0.006), (0.052, 0.052)),
+    ("neck", "head", "neck", (0, 0, -0.012), "head", (0, 0, -0.030), (0.034, 0.030)),
+    ("head", "head", "head", (0.004, 0, -0.034), "head", (0.002, 0, 0.018), (0.038, 0.0505)),
     *(tuple(x.format("left") if isinstance(x, str) else x for x in row) for row in _HALF),
     *(tuple(x.format("right") if isinstance(x, str) else x for x in row) for row in _HALF),
 )  # fmt: skip
