@@ -289,9 +289,12 @@ def _b_spline(points: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def _root_of(covariance: np.ndarray) -> np.ndarray:
-    """A square root (k, k) of a covariance that may be singular."""
+    """The symmetric square root (k, k) of a covariance that may be singular.
+
+    Unlike eigenvectors, whose signs differ between CPUs and libraries, it is unique: a seed gives one walk everywhere.
+    """
     values, vectors = np.linalg.eigh(covariance)
-    return vectors * np.sqrt(np.maximum(values, 0.0))
+    return vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
 
 
 def _check_request(seconds, fps, variation, phase, n) -> None:
