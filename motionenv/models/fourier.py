@@ -23,15 +23,42 @@ def fourier_basis(phase, n_harmonics: int, samples: int, derivative: int = 0) ->
     Raises:
         MotionError: fewer samples than columns, so that no orthonormal basis exists.
     """
+    phase = np.asarray(phase, dtype=np.float64)
+    columns = fourier_columns(phase.ravel(), n_harmonics, samples, derivative)
+    return np.ascontiguousarray(columns.T).reshape(*phase.shape, len(columns))
+
+
+def fourier_columns(phase, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
+    """The basis, one row per column of `fourier_basis`: (2·n_harmonics - 1, n).
+
+    One cosine and one sine per phase; the harmonics follow by the angle sum, which keeps them within 1e-14.
+
+    Args:
+        phase: (n,) in cycles.
+        n_harmonics: as for `fourier_basis`.
+        samples: as for `fourier_basis`.
+        derivative: as for `fourier_basis`.
+
+    Raises:
+        MotionError: fewer samples than columns, so that no orthonormal basis exists.
+    """
     if n_harmonics < 1 or samples < 2 * n_harmonics - 1:
         raise MotionError(
             f"n_harmonics must be from 1 to {(samples + 1) // 2} for {samples} samples a cycle, got {n_harmonics}"
         )
-    omega = 2 * np.pi * np.arange(1, n_harmonics)
-    angle = np.asarray(phase, dtype=np.float64)[..., None] * omega + derivative * np.pi / 2
+    angle = 2 * np.pi * (phase - np.floor(phase))
+    cosine, sine = np.empty((2, n_harmonics, len(angle)))
+    cosine[0], sine[0] = 1.0, 0.0
+    cosine[1:2], sine[1:2] = np.cos(angle), np.sin(angle)
+    for k in range(2, n_harmonics):
+        cosine[k] = cosine[1] * cosine[k - 1] - sine[1] * sine[k - 1]
+        sine[k] = sine[1] * cosine[k - 1] + cosine[1] * sine[k - 1]
+    for _ in range(derivative % 4):
+        cosine, sine = -sine, cosine
+    omega = 2 * np.pi * np.arange(1, n_harmonics)[:, None]
     scale = np.sqrt(2 / samples) * omega**derivative
-    constant = np.full((*angle.shape[:-1], 1), 0.0 if derivative else 1 / np.sqrt(samples))
-    return np.concatenate([constant, scale * np.cos(angle), scale * np.sin(angle)], axis=-1)
+    constant = np.full((1, len(angle)), 0.0 if derivative else 1 / np.sqrt(samples))
+    return np.concatenate([constant, scale * cosine[1:], scale * sine[1:]])
 
 
 def sampled_basis(samples: int, n_harmonics: int) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fig8 import fit_svd
-from motionenv.models.fourier import fourier_basis, sampled_basis
+from motionenv.models.fourier import fourier_columns, sampled_basis
 from motionenv.models.ppca import Observations, Parameters, fit_ppca, gap_sums, posterior
 from motionenv.models.residual import expected_residual, residual_model
 from motionenv.models.store import save_model
@@ -17,6 +17,7 @@ STORED = (
     "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
     "explained_variance_ratio_", "singular_values_", "errors_", "residual_spectrum_", "white_variance_",
 )  # fmt: skip
+_BLOCK = 1024  # phases evaluated at a time, so that what is in work stays in the cache
 
 
 class FunctionalPCA:
@@ -136,12 +137,19 @@ class FunctionalPCA:
             (..., m).
         """
         self._check_fitted()
-        scores = np.asarray(scores, dtype=np.float64)
+        scores, phase = np.asarray(scores, dtype=np.float64), np.asarray(phase, dtype=np.float64)
         n_columns, m = self.mean_coefficients_.shape
-        columns = fourier_basis(phase, (n_columns + 1) // 2, len(self.mean_), derivative)
-        terms = np.concatenate([self.mean_coefficients_[:, None], np.moveaxis(self.component_coefficients_, 0, 1)], 1)
-        curves = (columns @ terms.reshape(n_columns, -1)).reshape(*columns.shape[:-1], -1, m)
-        return curves[..., 0, :] + (scores[..., None, :] @ curves[..., 1:, :])[..., 0, :]
+        shape = np.broadcast_shapes(scores.shape[:-1], phase.shape)
+        flat = np.broadcast_to(scores, (*shape, scores.shape[-1])).reshape(-1, scores.shape[-1])
+        phases = np.broadcast_to(phase, shape).ravel()
+        terms = np.concatenate([self.mean_coefficients_[None], self.component_coefficients_]).reshape(-1, m)
+        out = np.empty((len(phases), m))
+        for start in range(0, len(phases), _BLOCK):
+            part = slice(start, start + _BLOCK)
+            columns = fourier_columns(phases[part], (n_columns + 1) // 2, len(self.mean_), derivative)
+            factors = np.concatenate([np.ones((1, columns.shape[1])), flat[part].T])
+            out[part] = (factors[:, None] * columns).reshape(len(terms), -1).T @ terms
+        return out.reshape(*shape, m)
 
     def sample(self, n: int, seed=None) -> np.ndarray:
         """`n` new cycles (n, P, m), scores drawn from N(0, diag λ) with `seed` (an int or a Generator)."""

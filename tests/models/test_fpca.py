@@ -175,6 +175,24 @@ def test_evaluate_is_the_same_curve_between_samples_smooth_and_periodic(gappy):
         np.testing.assert_allclose(slope, ahead, atol=1e-6 * np.abs(ahead).max())
 
 
+@pytest.mark.parametrize("derivative", range(5))
+def test_evaluate_is_the_written_out_series(gappy, derivative):
+    model = FunctionalPCA(3, n_harmonics=10).fit(as_cycles(gappy[2]))
+    rng = np.random.default_rng(derivative)
+    scores, phase = rng.normal(0, 5, (4, 1, 3)), rng.uniform(-40, 40, (4, 700))
+    k = np.arange(1, 10)
+    angle = 2 * np.pi * phase[..., None] * k + derivative * np.pi / 2
+    pairs = np.sqrt(2 / 64) * (2 * np.pi * k) ** derivative * np.array([np.cos(angle), np.sin(angle)])
+    constant = np.full((*phase.shape, 1), (derivative == 0) / 8.0)
+    columns = np.concatenate([constant, *pairs], axis=-1)
+    series = np.concatenate([model.mean_coefficients_[None], model.component_coefficients_])
+    weights = np.concatenate([np.ones((4, 1, 1)), scores], axis=-1)
+    plain = np.einsum("...k,...q,qkm->...m", columns, np.broadcast_to(weights, (4, 700, 4)), series)
+    np.testing.assert_allclose(model.evaluate(scores, phase, derivative), plain, atol=1e-11 * np.abs(plain).max())
+    for shape in ((), (0,), (1,)):
+        assert model.evaluate(scores[0, 0], np.zeros(shape)).shape == (*shape, 4)
+
+
 def test_samples_have_the_models_mean_and_variance_and_come_back_by_seed(gappy):
     model = FunctionalPCA(3, n_harmonics=10).fit(as_cycles(gappy[2]))
     drawn = model.sample(4000, seed=7)
