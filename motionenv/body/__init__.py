@@ -1,6 +1,6 @@
 """The 25-DOF body of tapered cylinders (paper A, fig. 1): what it is made of, how it moves, how it is fitted."""
 
-from motionenv.body.kinematics import forward, limb_segments, markers
+from motionenv.body.kinematics import feet, forward, limb_segments, markers
 from motionenv.body.meshes import body_mesh, limb_meshes, rounded_cone
 from motionenv.body.skeleton import EDGES, LIMBS, LIMITS, NODES, SEGMENTS, from_height, limb_radii, limit_excess, mirror
 
@@ -11,6 +11,7 @@ __all__ = [
     "NODES",
     "SEGMENTS",
     "body_mesh",
+    "feet",
     "forward",
     "from_height",
     "limb_meshes",

@@ -95,6 +95,22 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
     return ends.reshape(*lead, *ends.shape[1:])
 
 
+def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+    """Where the feet are: what `forward` says of them, in a third of its time.
+
+    Args:
+        poses: (..., 25) [m, rad].
+        skeleton: the body.
+
+    Returns:
+        Ankles and balls of the feet, (..., 2, 3) [m] each, left then right.
+    """
+    flat, lead = _flat(poses)
+    ankles, balls = np.empty((2, len(flat), 2, 3))
+    _feet(flat, skeleton.offsets, skeleton.height, ankles, balls)
+    return ankles.reshape(*lead, 2, 3), balls.reshape(*lead, 2, 3)
+
+
 def _flat(poses) -> tuple[np.ndarray, tuple]:
     """Poses as a contiguous (n, 25) array, and their leading axes."""
     poses = np.asarray(poses, dtype=np.float64)
@@ -196,6 +212,24 @@ def _forward_one(pose, offsets, height, nodes, rotations):
 def _forward(poses, offsets, height, nodes, rotations):
     for i in range(len(poses)):
         _forward_one(poses[i], offsets, height, nodes[i], rotations[i])
+
+
+@_jit
+def _feet(poses, offsets, height, ankles, balls):
+    torso, thigh, shin, foot = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    hip, knee, ball = np.empty(3), np.empty(3), _FOOT[1] * height
+    for k in range(len(poses)):
+        pose = poses[k]
+        _root(pose, torso)
+        for side in range(2):
+            at, sign, (first, middle, last) = _BALL_POSE[2 + side], _BALL_SIGN[2 + side], _CHAIN_NODES[2 + side]
+            _place(pose[:3], torso, offsets[first], hip)
+            _turn(torso, sign[0] * pose[at], sign[1] * pose[at + 1], sign[2] * pose[at + 2], thigh)
+            _place(hip, thigh, offsets[middle], knee)
+            _hinge(thigh, _HINGE_SIGN[2 + side] * pose[at + 3], shin)
+            _place(knee, shin, offsets[last], ankles[k, side])
+            _turn_foot(shin, ankles[k, side], height, foot)
+            _place(ankles[k, side], foot, ball, balls[k, side])
 
 
 @_jit

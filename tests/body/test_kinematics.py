@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionenv import body
+from motionenv.body.kinematics import FOOT_BALL
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, POSE
@@ -161,3 +162,13 @@ def test_limits_hold_standing_and_tell_a_knee_bent_backwards():
 def test_wrong_shape_is_named():
     with pytest.raises(MotionError, match=r"\(\.\.\., 25\), got \(3, 24\)"):
         body.markers(np.zeros((3, 24)), body.from_height())
+
+
+def test_feet_are_where_forward_puts_them():
+    rng = np.random.default_rng(3)
+    poses, person = rng.normal(0, 0.6, (40, 25)), body.from_height(1.7)
+    poses[:, 2] += 0.9
+    nodes, rotations = body.forward(poses, person)
+    ankles, balls = body.feet(poses, person)
+    np.testing.assert_allclose(ankles, nodes[:, 13:15], atol=1e-12)
+    np.testing.assert_allclose(balls, nodes[:, 13:15] + rotations[:, 10:12] @ (FOOT_BALL * 1.7), atol=1e-12)
