@@ -1,0 +1,67 @@
+"""Remake the README's pictures in this folder, from the models that ship: `python renders/figures.py [--out DIR]`.
+
+Needs matplotlib: the `plots` extra.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from motionenv import load, write_video
+from motionenv.body import markers
+from motionenv.models.walking import WalkingModel
+from motionenv.plots import components, variance_curve
+from motionenv.render import Scene, render
+from motionenv.render.cameras import follow, view
+from motionenv.render.overlay import side_by_side
+from motionenv.render.pointlights import render_points
+from motionenv.types import ANGLES, Motion
+
+HERE = Path(__file__).parent
+FPS, SIZE = 25, 320
+
+
+def one_cycle(model: WalkingModel, seed: int, speed: float) -> Motion:
+    """A walk that ends where its cycle began, so that a video of it has no seam."""
+    stride = model.sample(1, seed=seed, speed=speed)
+    frames = round(FPS * stride.seconds[0])
+    return model.synthesize(frames / FPS, frames / stride.seconds[0], stride=stride, seed=seed, variation=0)
+
+
+def walker(out: Path) -> None:
+    """walk.webp: a person beside its point-light twin."""
+    motion = one_cycle(load("walk/fpca"), seed=10, speed=1.3)
+    placed = view(np.radians(35), distance=3.3, eye_height=1.3, target=(0, 0, 0.93), width=SIZE, height=SIZE)
+    views = follow(motion, placed)
+    way = np.linalg.norm((views[-1].centre - views[0].centre)[:2]) * len(views) / (len(views) - 1)
+    # Two tiles along the way of one cycle: then the ground has no seam either.
+    bodies = render(motion.poses, motion.skeleton, views, scene=Scene(samples=3, tile=way / 2)).rgb
+    dots = render_points(markers(motion.poses, motion.skeleton), views, radius=4)
+    write_video(out / "walk.webp", side_by_side(bodies, dots), FPS)
+
+
+def figures(out: Path) -> None:
+    """components.png (paper A, figs. 9 and 10) and variance.png (paper B, fig. 2)."""
+    fpca = load("walk/fpca").fpca_
+    phase = np.arange(100) / 100
+    mean = fpca.evaluate(np.zeros(fpca.n_components), phase)
+    steps = np.diag(2 * np.sqrt(fpca.explained_variance_))
+    modes = fpca.evaluate(steps[:, None], phase) - mean
+    shown = components(mean[:, :19], modes[..., :19], ANGLES, show=("left_hip_flexion", "left_knee_flexion"), count=3)
+    shown.savefig(out / "components.png", dpi=90)
+    variance_curve(load("walk/eigenwalkers").explained_variance_ratio_, marked=5).savefig(out / "variance.png", dpi=90)
+
+
+def main() -> None:
+    """Make them all."""
+    parser = argparse.ArgumentParser(description="Remake the README's pictures.")
+    parser.add_argument("--out", type=Path, default=HERE, help="folder to write to")
+    out = parser.parse_args().out
+    out.mkdir(parents=True, exist_ok=True)
+    walker(out)
+    figures(out)
+
+
+if __name__ == "__main__":
+    main()
