@@ -4,6 +4,7 @@ import numpy as np
 
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.harmonics import PARTS, Walker, centred, in_phase
+from motionenv.models.observations import Observations, column_sums, group_centres
 from motionenv.models.overground import Gait, gait
 from motionenv.models.ppca import fit_ppca
 from motionenv.models.store import save_model
@@ -246,8 +247,10 @@ class Eigenwalkers:
 
     def _by_likelihood(self, x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         """What `_by_svd` gives, for x (R, 225) with NaN: eigenvalues of the model's covariance W Wᵀ + σ² I."""
-        one_group, basis = np.zeros(len(x), dtype=np.intp), np.eye(x.shape[1])
-        means, components, signal, noise, _ = fit_ppca(x[:, :, None], one_group, basis, rank, self.tol, self.max_iter)
+        values, groups, basis = x[:, :, None], np.zeros(len(x), dtype=np.int64), np.eye(x.shape[1])
+        centre = group_centres(column_sums(values, groups), basis)
+        data = Observations(values, basis, centre, groups)
+        means, components, signal, noise, _ = fit_ppca(data, rank, self.tol, self.max_iter)
         unbiased = len(x) / (len(x) - 1)
         total = unbiased * (signal.sum() + noise[0] * x.shape[1])
         return means[0, :, 0], components[:, :, 0], unbiased * (signal + noise[0]), float(total)

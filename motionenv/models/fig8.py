@@ -1,35 +1,79 @@
-"""Paper A's fig. 8: functional PCA by alternating a truncated SVD with the imputation of missing samples."""
+"""Paper A's fig. 8: functional PCA by alternating a truncated SVD with the imputation of missing samples.
+
+Both steps descend ‖X⁽²⁾ - X⁽⁵⁾‖ (Theorem 1), and so does each part of them: scores given components, components given
+scores, gaps given both. Done by parts, no cycle is ever filled in: a pass over the Fourier coefficients of what was
+seen finds all scores, with the gaps imputed several times on the way, and sums from which the components follow,
+again with the gaps imputed several times. It ends where fig. 8 ends, after fewer passes that cost far less than an SVD.
+"""
 
 import numpy as np
 
-from motionenv.models.ppca import pooled_mean
+from motionenv.models.observations import Observations, from_triangle, functions, in_parts, missed, running, triangle
+from motionenv.models.ppca import FLOOR, WARM, first_parameters
+
+REPEATS = 6  # imputations per pass, of scores and of components
+LEAST = 1e-6  # relative error that counts as none: its square is what rounding leaves
 
 
-def fit_svd(values, groups, basis, rank: int, tol: float, max_iter: int):
+def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
     """Fig. 8 in the real orthonormal basis, where Theorem 1 holds. Arguments and returns as `ppca.fit_ppca`.
 
-    The errors are ‖X⁽²⁾ - X⁽⁵⁾‖ at step 6, before the imputation. Noise is the mean square of the observed residual.
+    Args:
+        data: the cycles; means stay those of the observed samples of each group.
+        rank: q.
+        tol: stop when an iteration gains less than this fraction of the error.
+        max_iter: iterations at most.
+
+    Returns:
+        As `ppca.fit_ppca`, but errors are ‖X⁽²⁾ - X⁽⁵⁾‖ with the gaps of X⁽²⁾ filled from X⁽⁵⁾: the root of
+        the squared error on the observed samples; noise is the mean square of what is left of them.
     """
-    k, _, m = values.shape
-    seen = np.isfinite(values)
-    centre = pooled_mean(values, basis)
-    deviations = np.where(seen, values - basis @ centre, 0.0)
-    own = np.stack([_group_mean(deviations[groups == g], seen[groups == g], basis) for g in range(groups.max() + 1)])
-    x2 = np.where(seen, deviations - (basis @ own)[groups], 0.0)
+    loadings = np.linalg.qr(first_parameters(data, rank).w)[0]
+    if len(data.groups) >= 2 * WARM:  # most iterations are spent where they are cheap
+        loadings = _descend(data.every(len(data.groups) // WARM), loadings, tol, max_iter)[0]
+    loadings, z, noise, errors = _descend(data, loadings, tol, max_iter)
+    _, s, vt = np.linalg.svd(z, full_matrices=False)
+    components = (loadings @ vt.T).T.reshape(rank, *data.centre.shape[1:])
+    return data.centre, components, s**2 / (len(z) - len(data.centre)), noise, errors
+
+
+def _descend(data: Observations, loadings, tol, max_iter):
+    """Loadings (n·m, q), scores (K, q), noise (m,) and errors from given orthonormal loadings on."""
+    from motionenv.models._gap_kernels import impute_scores
+
+    (size, q), m = loadings.shape, data.square.shape[1]
+    z, squares, total = np.zeros((len(data.groups), q)), np.empty(len(data.groups)), data.square.sum()
+    shapes = [(q, size), ((len(data.basis) + 1) * m, q * (q + 1) // 2)]
     errors: list[float] = []
     while True:
-        x3 = (basis.T @ x2).reshape(k, -1)
-        u, s, vt = np.linalg.svd(x3, full_matrices=False)
-        x5 = basis @ ((u[:, :rank] * s[:rank]) @ vt[:rank]).reshape(k, -1, m)
-        errors.append(float(np.linalg.norm(x2 - x5)))
+        curves = functions(loadings, data.basis, m)
+        outer = running(triangle(curves[..., :, None] * curves[..., None, :])).reshape(shapes[1])
+        tables = np.ascontiguousarray(loadings.T), outer
+        yz, edges = in_parts(impute_scores, data, tables, (z, squares), shapes, REPEATS)
+        zz, missing_zz = z.T @ z, from_triangle(missed(edges, m), q)
+        errors.append(float(np.sqrt(max(total + squares.sum(), LEAST**2 * total))))
         if len(errors) >= max_iter or (len(errors) > 1 and errors[-2] - errors[-1] <= tol * errors[-2]):
-            break
-        x2 = np.where(seen, x2, x5)
-    noise = (np.where(seen, x2 - x5, 0.0) ** 2).sum(axis=(0, 1)) / seen.sum(axis=(0, 1))
-    variance = s[:rank] ** 2 / (k - len(own))
-    return centre + own, vt[:rank].reshape(rank, -1, m), variance, noise, errors
+            return loadings, z, _noise(data, loadings, zz, missing_zz, yz.T), errors
+        loadings, turn = np.linalg.qr(_regress(data.basis, loadings, zz, missing_zz, yz.T))
+        z = z @ turn.T
 
 
-def _group_mean(deviations, seen, basis) -> np.ndarray:
-    """Column means of a group's zero-filled deviations from the pooled mean, in the basis; unseen counts as 0."""
-    return basis.T @ (deviations.sum(axis=0) / np.maximum(seen.sum(axis=0), 1))
+def _regress(basis, loadings, zz, missing_zz, yz):
+    """Loadings (n·m, q) that explain best what is seen, and what the former ones put in the gaps, repeatedly."""
+    m = len(missing_zz) // len(basis)
+    inverse = np.linalg.pinv(zz, hermitian=True)
+    for _ in range(REPEATS):
+        curves = functions(loadings, basis, m).reshape(len(missing_zz), -1, 1)
+        filled = basis.T @ (missing_zz @ curves).reshape(len(basis), -1)
+        loadings = (filled.reshape(yz.shape) + yz) @ inverse
+    return loadings
+
+
+def _noise(data: Observations, loadings, zz, missing_zz, yz):
+    """Mean square (m,) of what is left of each channel's observed samples."""
+    m = data.square.shape[1]
+    curves = functions(loadings, data.basis, m).reshape(len(missing_zz), -1)
+    explained = 2 * (loadings * yz).sum(axis=1).reshape(-1, m).sum(axis=0)
+    explained -= np.einsum("di,dij,dj->d", curves, zz - missing_zz, curves).reshape(-1, m).sum(axis=0)
+    seen = len(data.groups) * len(data.basis) - data.n_missing.reshape(-1, m).sum(axis=0)
+    return np.maximum(data.square.sum(axis=0) - explained, FLOOR * data.square.sum() / m) / seen

@@ -3,15 +3,18 @@
 import numpy as np
 
 from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.models._threads import in_chunks
 from motionenv.models.fig8 import fit_svd
 from motionenv.models.fourier import fourier_columns, sampled_basis
-from motionenv.models.ppca import Observations, Parameters, fit_ppca, gap_sums, posterior
+from motionenv.models.observations import Columns, Observations, column_sums, functions, group_centres
+from motionenv.models.ppca import Parameters, e_step, fit_ppca
 from motionenv.models.residual import expected_residual, residual_model
 from motionenv.models.store import save_model
 from motionenv.types import Cycles
 
 FITS = {"ppca": fit_ppca, "svd": fit_svd}
 CENTRES = ("all", "subject")
+NO_VARIANCE = 1e-12  # relative to the largest λ: what rounding leaves of none
 SETTINGS = ("n_components", "n_harmonics", "centre", "method", "residual_harmonics", "tol", "max_iter")
 STORED = (
     "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
@@ -86,14 +89,15 @@ class FunctionalPCA:
         labels = cycles.subject if self.centre == "subject" else ("all",) * len(values)
         subjects, groups = np.unique(labels, return_inverse=True)
         self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(values)
-        _check_values(values, self.channels_, self.n_components, len(subjects))
+        _check_numbers(len(values), self.n_components, len(subjects))
+        columns = column_sums(values, groups)
+        _check_columns(columns, self.channels_)
         basis = self._basis_of(values.shape[1])
-        means, components, variance, noise, errors = FITS[self.method](
-            values, groups, basis, self.n_components, self.tol, self.max_iter
-        )
+        data = Observations(values, basis, group_centres(columns, basis), groups)
+        means, components, variance, noise, errors = FITS[self.method](data, self.n_components, self.tol, self.max_iter)
         self._set(basis, means, components)
         self.explained_variance_, self.noise_variance_, self.errors_ = variance, noise, np.array(errors)
-        self._describe(values, groups)
+        self._describe(values, data)
         return self
 
     def transform(self, values) -> np.ndarray:
@@ -108,8 +112,10 @@ class FunctionalPCA:
         values = np.asarray(values, dtype=np.float64)
         if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
             raise MotionError(f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}")
-        deviations = (values - self.mean_).reshape(-1, *self.mean_.shape)
-        return self._scores(self._observe(deviations)).reshape(*values.shape[:-2], -1)
+        flat = values.reshape(-1, *self.mean_.shape)
+        centre = self.mean_coefficients_[None]
+        data = Observations(flat, self._basis_of(len(self.mean_)), centre, np.zeros(len(flat), dtype=np.int64))
+        return self._scores(data, centre).reshape(*values.shape[:-2], -1)
 
     def inverse_transform(self, scores) -> np.ndarray:
         """Cycles (..., P, m) with the given scores (..., q)."""
@@ -120,10 +126,13 @@ class FunctionalPCA:
         """Cycles `values` (..., P, m) with gaps filled: by the components, and by what is seen around each gap."""
         self._check_fitted()
         values = np.asarray(values, dtype=np.float64)
-        fitted = self.inverse_transform(self.transform(values))
-        return self._fill(values.reshape(-1, *self.mean_.shape), fitted.reshape(-1, *self.mean_.shape)).reshape(
-            values.shape
-        )
+        flat = values.reshape(-1, *self.mean_.shape)
+        scores = self.transform(flat)
+        if not self.residual_harmonics:
+            return fill_gaps(flat, self.mean_[None], np.zeros(len(flat), int), scores, self.components_).reshape(
+                values.shape
+            )
+        return self._fill(flat, self.inverse_transform(scores)).reshape(values.shape)
 
     def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
         """The model at any phase: the Fourier series themselves, so it is smooth and periodic in every derivative.
@@ -158,10 +167,15 @@ class FunctionalPCA:
         return self.inverse_transform(normal * np.sqrt(self.explained_variance_))
 
     def score_samples(self, scores) -> np.ndarray:
-        """Log-density (...) of scores (..., q) under N(0, diag λ)."""
+        """Log-density (...) of scores (..., q) under N(0, diag λ).
+
+        Directions without variance (λ at most 1e-12 of the largest: data of lower rank than q) don't count.
+        """
         self._check_fitted()
-        scores = np.asarray(scores, dtype=np.float64)
-        return -0.5 * (scores**2 / self.explained_variance_ + np.log(2 * np.pi * self.explained_variance_)).sum(axis=-1)
+        varies = self.explained_variance_ > NO_VARIANCE * self.explained_variance_.max()
+        variance = self.explained_variance_[varies]
+        scores = np.asarray(scores, dtype=np.float64)[..., varies]
+        return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
 
     def score(self, values) -> float:
         """Mean log-density of the scores of cycles `values` (..., P, m)."""
@@ -182,7 +196,7 @@ class FunctionalPCA:
 
     @classmethod
     def from_arrays(cls, arrays, meta) -> "FunctionalPCA":
-        """The model that `to_arrays` took apart; without scores and imputations of the cycles it was fitted to.
+        """The model that `to_arrays` took apart into `arrays` and `meta`; without what belongs to its own cycles.
 
         Raises:
             ModelError: shapes that don't belong together.
@@ -231,54 +245,66 @@ class FunctionalPCA:
         self.subject_means_ = basis @ self.subject_coefficients_
         self.mean_ = basis @ self.mean_coefficients_
 
-    def _describe(self, values, groups):
+    def _describe(self, values, data: Observations):
         """Scores, imputations and shares of variance of the cycles that it was fitted to."""
-        deviations = values - self.subject_means_[groups]
-        data = self._observe(deviations)
-        self.scores_ = self._scores(data)
-        fitted = self.subject_means_[groups] + np.tensordot(self.scores_, self.components_, axes=1)
+        self.scores_ = self._scores(data, self.subject_coefficients_)
         n = self.residual_harmonics
         self.residual_spectrum_, self.white_variance_ = np.zeros((values.shape[2], 0)), self.noise_variance_
         if n:
+            fitted = self.subject_means_[data.groups] + np.tensordot(self.scores_, self.components_, axes=1)
             self.residual_spectrum_, self.white_variance_ = residual_model(
                 values - fitted, sampled_basis(values.shape[1], n)
             )
-        self.imputed_ = self._fill(values, fitted)
+            self.imputed_ = self._fill(values, fitted)
+        else:
+            self.imputed_ = fill_gaps(values, self.subject_means_, data.groups, self.scores_, self.components_)
         freedom = len(values) - len(self.subject_means_)
         self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
-        total = data.square.sum() / data.n_seen * self.mean_.size * len(values) / freedom
+        total = data.sum_of_squares(self.subject_coefficients_) / data.n_seen * self.mean_.size * len(values) / freedom
         self.explained_variance_ratio_ = self.explained_variance_ / total
 
     def _fill(self, values, fitted) -> np.ndarray:
         """`values` (K, P, m) with gaps filled from `fitted` and the residuals around them."""
-        if self.residual_harmonics:
-            basis = sampled_basis(values.shape[1], self.residual_harmonics)
-            fitted = fitted + expected_residual(values - fitted, basis, self.residual_spectrum_, self.white_variance_)
-        return np.where(np.isnan(values), fitted, values)
+        basis = sampled_basis(values.shape[1], self.residual_harmonics)
+        smooth = expected_residual(values - fitted, basis, self.residual_spectrum_, self.white_variance_)
+        return np.where(np.isnan(values), fitted + smooth, values)
 
-    def _observe(self, deviations) -> Observations:
-        """What a posterior needs of deviations (K, P, m) from the mean, NaN where missing."""
-        return Observations(deviations, None, self._basis_of(len(self.mean_)), np.zeros(len(deviations), int), 1)
-
-    def _scores(self, data) -> np.ndarray:
-        """Scores (K, q) of `Observations` of deviations from the mean."""
-        basis = self._basis_of(len(self.mean_))
+    def _scores(self, data: Observations, means) -> np.ndarray:
+        """Scores (K, q) about `means` (G, n, m) of the groups, given in the basis."""
         w = self.component_coefficients_.reshape(len(self.components_), -1).T
         if self.method == "svd":
-            return _least_squares(data, Parameters(w, np.zeros((1, len(w))), self.noise_variance_, basis))
+            return _least_squares(data, w)
         scale = np.sqrt(self.explained_variance_)
-        scaled = Parameters(w * scale, np.zeros((1, len(w))), self.noise_variance_, basis)
-        return posterior(data.coefficients, data.gaps[0], scaled)[0] * scale
+        shift = (means - data.centre).reshape(len(means), -1)
+        return e_step(data, Parameters(w * scale, shift, self.noise_variance_)).z * scale
 
 
-def _least_squares(data: Observations, parameters: Parameters) -> np.ndarray:
+def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
+    """A copy of cycles with the gaps filled by the components.
+
+    Args:
+        values: (K, P, m), NaN where missing.
+        means: (G, P, m).
+        groups: (K,) whose mean each cycle has.
+        scores: (K, q).
+        components: (q, P, m).
+
+    Returns:
+        (K, P, m).
+    """
+    from motionenv.models._gap_kernels import fill
+
+    out = np.empty_like(values)
+    in_chunks(lambda a, b: fill(a, b, values, groups, means, scores, components, out), len(values))
+    return out
+
+
+def _least_squares(data: Observations, w) -> np.ndarray:
     """Scores (K, q) of least squares on what each cycle shows; the shortest where it shows too little."""
-    curves = parameters.functions(parameters.w)
+    curves = functions(w, data.basis, data.square.shape[1])
     products = (curves[..., :, None] * curves[..., None, :]).reshape(*curves.shape[:2], -1)
-    normal = np.eye(curves.shape[-1]) - gap_sums(data.gaps[0], products).reshape(
-        len(data.square), *curves.shape[-1:], -1
-    )
-    return (np.linalg.pinv(normal, hermitian=True) @ (data.coefficients @ parameters.w)[..., None])[..., 0]
+    normal = np.eye(w.shape[1]) - data.gap_sums(products).reshape(-1, w.shape[1], w.shape[1])
+    return (np.linalg.pinv(normal, hermitian=True) @ (data.coefficients @ w)[..., None])[..., 0]
 
 
 def _select(cycles: Cycles, channels) -> np.ndarray:
@@ -291,17 +317,21 @@ def _select(cycles: Cycles, channels) -> np.ndarray:
     return cycles.values[..., [cycles.channels.index(c) for c in channels]]
 
 
-def _check_values(values, channels, rank, people):
-    """Refuse what no fit can be made from."""
-    if len(values) - people < rank:
+def _check_numbers(cycles: int, rank: int, people: int):
+    """Refuse too few cycles."""
+    if cycles - people < rank:
         raise MotionError(
-            f"{rank} components need at least {rank + people} cycles (means take {people}), got {len(values)}; "
+            f"{rank} components need at least {rank + people} cycles (means take {people}), got {cycles}; "
             "fit more cycles or fewer components"
         )
-    if np.isinf(values).any():
+
+
+def _check_columns(columns: Columns, channels):
+    """Refuse what no fit can be made from."""
+    if not np.isfinite(columns.total).all():
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")
-    empty = [c for c, some in zip(channels, np.isfinite(values).any(axis=(0, 1)), strict=True) if not some]
+    empty = [c for c, n in zip(channels, columns.count.sum(axis=(0, 1)), strict=True) if not n]
     if empty:
         raise GapError(f"nothing was observed of {', '.join(empty)}: leave them out with channels=")
-    if not (np.nanmax(values, axis=(0, 1)) > np.nanmin(values, axis=(0, 1))).any():
+    if not (columns.high.max(axis=0) > columns.low.min(axis=0)).any():
         raise MotionError("nothing varies in these cycles, so there are no components: check what was read")

@@ -7,36 +7,39 @@ its expectation is a ridge regression (kriging; Rasmussen & Williams 2006, secti
 
 import numpy as np
 
-from motionenv.models.ppca import gap_sums, runs
-
-
-def seen_grams(missing, basis) -> np.ndarray:
-    """Bᵀ B over the samples that are seen of each cycle and channel, (K, m, J, J), from `missing` (K, P, m)."""
-    k, p, m = missing.shape
-    j = basis.shape[1]
-    gaps = runs(missing.transpose(0, 2, 1).reshape(-1, p, 1))
-    outer = (basis[:, :, None] * basis[:, None, :]).reshape(p, 1, -1)
-    return (np.eye(j) - gap_sums(gaps, outer).reshape(-1, j, j)).reshape(k, m, j, j)
+from motionenv.models._threads import in_chunks
+from motionenv.models.observations import from_triangle, running, triangle
 
 
 def residual_model(residuals, basis) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra ψ (m, J) and white variances σ² (m,) of residuals (K, P, m), NaN where missing, by the method of moments.
+    """Spectra ψ (m, J) and white variances σ² (m,) of residuals, by the method of moments.
 
     With F = Bᵀ B over the seen samples and g = Bᵀ r: E[g_i²] = Σ_j F_ij² ψ_j + σ² F_ii and
     E[Σ r²] = Σ_j F_jj ψ_j + σ² n; summed over cycles that is one linear system per channel.
+
+    Args:
+        residuals: (K, P, m), NaN where missing.
+        basis: (P, J) orthonormal Fourier basis.
     """
-    missing = np.isnan(residuals)
-    r = np.where(missing, 0.0, residuals)
-    grams = seen_grams(missing, basis)
-    harmonic = harmonics(basis.shape[1])
+    from motionenv.models._residual_kernels import moments
+
+    k, _, m = residuals.shape
+    j = basis.shape[1]
+    outer = _running_outer(basis)
+
+    def part(start, stop):
+        out = np.zeros((m, j * (j + 1) // 2)), np.zeros((m, j)), np.zeros((m, j)), np.zeros((m, 2))
+        moments(start, stop, residuals, basis, outer, *out)
+        return out
+
+    squared, diagonal, g_squared, r_squared = (sum(parts) for parts in zip(*in_chunks(part, k), strict=True))
+    harmonic = harmonics(j)
     pool = np.eye(harmonic.max() + 1)[harmonic]
-    trace = np.einsum("kmii->mi", grams) @ pool
-    system = np.empty((r.shape[2], pool.shape[1] + 1, pool.shape[1] + 1))
-    system[:, :-1, :-1] = pool.T @ (grams**2).sum(axis=0) @ pool
-    system[:, :-1, -1] = system[:, -1, :-1] = trace
-    system[:, -1, -1] = (~missing).sum(axis=(0, 1))
-    g = basis.T @ r
-    right = np.column_stack([(g**2).sum(axis=0).T @ pool, (r**2).sum(axis=(0, 1))])
+    system = np.empty((m, pool.shape[1] + 1, pool.shape[1] + 1))
+    system[:, :-1, :-1] = pool.T @ from_triangle(squared, j) @ pool
+    system[:, :-1, -1] = system[:, -1, :-1] = diagonal @ pool
+    system[:, -1, -1] = r_squared[:, 1]
+    right = np.column_stack([g_squared @ pool, r_squared[:, 0]])
     found = np.linalg.solve(system, right[..., None])[..., 0]
     least = 1e-3 * right[:, -1] / system[:, -1, -1]
     return np.maximum(found[:, :-1], least[:, None])[:, harmonic], np.maximum(found[:, -1], least)
@@ -49,10 +52,21 @@ def harmonics(columns: int) -> np.ndarray:
 
 
 def expected_residual(residuals, basis, spectrum, white) -> np.ndarray:
-    """Smooth part (K, P, m) of residuals (K, P, m), NaN where missing, given what is seen of each channel."""
-    missing = np.isnan(residuals)
-    g = np.moveaxis(basis.T @ np.where(missing, 0.0, residuals), 1, 2) / white[:, None]
-    precision = seen_grams(missing, basis) / white[:, None, None]
-    index = np.arange(basis.shape[1])
-    precision[..., index, index] += 1 / spectrum
-    return basis @ np.moveaxis(np.linalg.solve(precision, g[..., None])[..., 0], 1, 2)
+    """Smooth part (K, P, m) of residuals, given what is seen of each channel.
+
+    Args:
+        residuals: (K, P, m), NaN where missing.
+        basis: (P, J) orthonormal.
+        spectrum: (m, J) ψ.
+        white: (m,) σ².
+    """
+    from motionenv.models._residual_kernels import expect
+
+    out = np.zeros(residuals.shape)
+    in_chunks(lambda a, b: expect(a, b, residuals, basis, _running_outer(basis), spectrum, white, out), len(out))
+    return out
+
+
+def _running_outer(basis) -> np.ndarray:
+    """Running sums of b bᵀ over the rows b of the basis, (P + 1, J(J + 1)/2) lower triangles."""
+    return running(triangle(basis[:, :, None] * basis[:, None, :]))

@@ -9,7 +9,8 @@ from scipy.stats import multivariate_normal, norm
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fourier import fourier_basis, sampled_basis
 from motionenv.models.fpca import FunctionalPCA
-from motionenv.models.ppca import Observations, Parameters, posterior
+from motionenv.models.observations import Observations, functions
+from motionenv.models.ppca import Parameters, e_step, log_likelihood
 from motionenv.models.rank import choose_rank, hide_blocks, imputation_error
 from motionenv.models.residual import expected_residual, residual_model
 from motionenv.models.store import load
@@ -60,13 +61,15 @@ def test_posterior_and_likelihood_are_those_of_the_dense_gaussian():
     rng = np.random.default_rng(3)
     values = with_gaps(rng.standard_normal((5, 12, 3)), 0.3)[0]
     basis = sampled_basis(12, 3)
-    w, mean = rng.standard_normal((15, 2)), rng.standard_normal((1, 15))
-    parameters = Parameters(w, mean, np.array([0.3, 0.5, 0.8]), basis)
-    data = Observations(values, None, basis, np.zeros(5, int), 1)
-    z, covariance, twice = posterior(data.coefficients, data.gaps[0], parameters)
-    loglik = 0.5 * (twice - data.square @ (1 / parameters.noise))
-    loading = parameters.functions(w).reshape(-1, 2)
-    level, noise = parameters.functions(mean.T).ravel(), np.tile(parameters.noise, 12)
+    w, mean, centre = rng.standard_normal((15, 2)), rng.standard_normal((1, 15)), rng.standard_normal((1, 5, 3))
+    parameters = Parameters(w, mean, np.array([0.3, 0.5, 0.8]))
+    data = Observations(values, basis, centre, np.zeros(5, int))
+    found = e_step(data, parameters)
+    z, covariance = found.z, found.covariance
+    loglik = 0.5 * (found.twice - data.square @ (1 / parameters.noise))
+    assert log_likelihood(data, parameters.noise, found) == pytest.approx(loglik.sum())
+    loading = functions(w, basis, 3).reshape(-1, 2)
+    level, noise = (functions(mean.T, basis, 3)[..., 0] + basis @ centre[0]).ravel(), np.tile(parameters.noise, 12)
     for k, y in enumerate(values.reshape(5, -1)):
         o = np.isfinite(y)
         full = loading[o] @ loading[o].T + np.diag(noise[o])
