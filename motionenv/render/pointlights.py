@@ -38,7 +38,9 @@ def render_points(
     if lines and n != 15:
         raise MotionError(f"lines connect the 15 markers of motionenv.types.MARKERS, got {n} points: leave lines off")
     colours = as_colours(colour, n)
-    images = np.empty((*pixels.shape[:-2], *picture_size(camera), 3), dtype=np.uint8)
-    images[...] = as_colours(background, 1, "background").astype(np.uint8)
+    height, width = picture_size(camera)
+    images = np.empty((*pixels.shape[:-2], height, width, 3), dtype=np.uint8)
+    row = np.tile(as_colours(background, 1, "background").astype(np.uint8), (width, 1))
+    images[...] = row  # 3 bytes at a time would be slow
     draw_figures(images, pixels, depth, EDGES if lines else (), colours, radius=radius, width=radius)
     return images
