@@ -10,7 +10,8 @@ The flow, and where each step lives:
     >>> motion.poses.shape
     (60, 25)
     >>> camera = motionenv.fit_view(motionenv.markers(motion.poses, motion.skeleton), alpha=0.0)
-    >>> motionenv.render(motion.poses[:2], motion.skeleton, camera).rgb.shape
+    >>> from motionenv.render import render
+    >>> render(motion.poses[:2], motion.skeleton, camera).rgb.shape
     (2, 480, 640, 3)
 
 World: x forward, y left, z up; metres, radians, seconds. Missing is NaN. Names are loaded when first used, so that
@@ -41,7 +42,6 @@ _HOME = {
     "WalkingModel": "models.walking",
     "load": "models.store",
     "Scene": "render",
-    "render": "render",
     "fit_view": "render.cameras",
     "view": "render.cameras",
     "write_video": "render.video",

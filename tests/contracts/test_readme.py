@@ -1,10 +1,13 @@
 """The README is true: its Python runs, its commands exist with the options that it shows."""
 
+import doctest
 import re
 import shlex
 from pathlib import Path
 
 import pytest
+
+import motionenv
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
@@ -32,8 +35,9 @@ def test_python_blocks_run_in_order(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("words", commands(), ids=" ".join)
 def test_commands_exist_with_their_options(words):
-    from motionenv.cli import app
     from typer.main import get_command
+
+    from motionenv.cli import app
 
     command = get_command(app)
     while words and words[0] in getattr(command, "commands", {}):
@@ -48,3 +52,9 @@ def test_one_line_each_for_the_main_job_and_for_the_tests():
     lines = [line for kind, code in BLOCKS if kind == "bash" for line in code.splitlines()]
     assert sum(line.startswith("python3 -m venv") and line.endswith("motionenv demo") for line in lines) == 1
     assert sum(line.startswith("python3 -m venv") and "/pytest" in line for line in lines) == 1
+
+
+def test_the_packages_own_example_runs():
+    tried = doctest.testmod(motionenv)
+    assert tried.attempted > 3
+    assert tried.failed == 0
