@@ -32,7 +32,8 @@ def column_sums(values, groups) -> Columns:
     flat, n_groups = np.ascontiguousarray(values).reshape(k, -1), int(groups.max(initial=0)) + 1
 
     def add(start, stop):
-        part = Columns(*np.zeros((2, n_groups, p * m)), np.full(p * m, np.inf), np.full(p * m, -np.inf))
+        total, count = np.zeros((2, n_groups, p * m))
+        part = Columns(total, count, np.full(p * m, np.inf), np.full(p * m, -np.inf))
         columns(start, stop, flat, groups, part.total, part.count, part.low, part.high)
         return part
 

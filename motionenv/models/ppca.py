@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv.models.acceleration import Anderson
 from motionenv.models.observations import Observations, from_triangle, functions, in_parts, missed, running, triangle
 
 FLOOR = 1e-9  # least noise variance, relative to the variance of the data: keeps exact data invertible
@@ -62,11 +63,11 @@ def _tables(basis, parameters: Parameters):
     noise, by_row = parameters.noise[:, None], np.tile(parameters.noise, size // m)
     loading = functions(parameters.w, basis, m)
     outer = running(triangle(loading[..., :, None] * (loading / noise)[..., None, :])).reshape(-1, q * (q + 1) // 2)
-    cross = []
+    levels = []
     for level in np.moveaxis(functions(parameters.means.T, basis, m), -1, 0)[..., None]:
         constant = level**2 / noise + np.log(2 * np.pi * noise)
-        cross.append(running(np.concatenate([loading * level / noise, constant], axis=-1)))
-    cross = np.stack(cross)
+        levels.append(running(np.concatenate([loading * level / noise, constant], axis=-1)))
+    cross = np.stack(levels)
     weights = np.ascontiguousarray(parameters.w.T) / by_row
     all_outer, all_cross = outer[-m:].sum(axis=0), cross[:, -1].sum(axis=1)
     return weights, parameters.means / by_row, outer, all_outer, cross.reshape(len(cross), -1, q + 1), all_cross
@@ -135,14 +136,36 @@ def fit_ppca(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
 
 
 def _em(data: Observations, parameters: Parameters, tol: float, max_iter: int) -> tuple[Parameters, list[float]]:
-    """Parameters where EM stops, and the negative log-likelihood of each iteration."""
+    """Parameters where EM stops, and the negative log-likelihood of each iteration that was kept.
+
+    An extrapolated step that doesn't raise the likelihood is taken back. Two small gains in a row end it, since one may
+    be an extrapolation's bad luck.
+    """
     errors: list[float] = []
+    ahead, plain, small = Anderson(), parameters, 0
     while True:
         found = e_step(data, parameters)
-        errors.append(-log_likelihood(data, parameters.noise, found))
-        if len(errors) >= max_iter or (len(errors) > 1 and errors[-2] - errors[-1] <= tol * abs(errors[-1])):
+        error = -log_likelihood(data, parameters.noise, found)
+        if parameters is not plain and not error <= errors[-1]:
+            parameters = plain
+            ahead.forget()
+            continue
+        small = small + 1 if errors and errors[-1] - error <= tol * abs(error) else 0
+        errors.append(error)
+        if len(errors) >= max_iter or small == 2:
             return parameters, errors
-        parameters = m_step(data, found, parameters)
+        plain = m_step(data, found, parameters)
+        parameters = _extrapolate(ahead, parameters, plain)
+
+
+def _extrapolate(ahead: Anderson, old: Parameters, new: Parameters) -> Parameters:
+    """Where the step from `old` to `new` and those before it lead to; coordinates weigh by their Fisher information."""
+    (size, q), m = new.w.shape, len(new.noise)
+    scale, weight = np.sqrt(np.tile(new.noise, size // m))[:, None], np.sqrt(size / m / 2)
+    points = [np.append(np.column_stack([p.w, p.means.T]) / scale, weight * np.log(p.noise)) for p in (old, new)]
+    found = ahead.propose(*points)
+    both = found[:-m].reshape(size, -1) * scale
+    return Parameters(both[:, :q], np.ascontiguousarray(both[:, q:].T), np.exp(found[-m:] / weight))
 
 
 def first_parameters(data: Observations, rank: int) -> Parameters:
