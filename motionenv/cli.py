@@ -56,9 +56,9 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 @contextmanager
 def _progress(title: str, total: int | None) -> Iterator:
-    """A bar on stderr; gives a function to call once per step."""
+    """A bar on stderr, where that is a terminal; gives a function to call once per step."""
     columns = (TextColumn("{task.description:32}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=_err) as bar:
+    with Progress(*columns, console=_err, disable=not _err.is_terminal) as bar:
         task = bar.add_task(title, total=total)
         yield lambda _=None: bar.advance(task)
 
@@ -147,6 +147,9 @@ def fit(
     """
     from motionenv.models import training
 
+    training.check_name(model)
+    if not out.parent.is_dir():
+        raise MotionError(f"can't write {out}: there is no folder {out.parent}; make it first, or choose another")
     with _progress("reading walks", None) as step:
         walks = training.read_walks(mocap, fps=fps, unit=unit, on_file=step)
     for name, why in walks.left_out.items():

@@ -17,6 +17,9 @@ from motionenv.types import Markers, Motion
 
 # CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.
 _SAME_PERSON = {"37": "12", "38": "07"}
+#: Names under which `fit` fits models.
+MODELS = ("walk/fpca", "walk/eigenwalkers")
+
 _SUFFIXES = {".amc", ".bvh", ".c3d"}
 _STRAIGHT = 0.9
 
@@ -83,15 +86,24 @@ def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
     Raises:
         MotionError: no model is fitted under that name.
     """
+    check_name(name)
     model: WalkingModel | Eigenwalkers
     if name == "walk/fpca":
         model = WalkingModel().fit(walks.motions, walks.subjects)
-    elif name == "walk/eigenwalkers":
-        model = Eigenwalkers().fit_from_markers(walks.markers, walks.subjects)
     else:
-        raise MotionError(f"model must be walk/fpca or walk/eigenwalkers, got {name!r}")
+        model = Eigenwalkers().fit_from_markers(walks.markers, walks.subjects)
     model.card_ = _card(name, walks, command)
     return model
+
+
+def check_name(name: str) -> None:
+    """Refuse the `name` of a model that `fit` doesn't know, before an hour of reading.
+
+    Raises:
+        MotionError: it isn't one of `MODELS`.
+    """
+    if name not in MODELS:
+        raise MotionError(f"model must be {' or '.join(MODELS)}, got {name!r}")
 
 
 def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers, str]:

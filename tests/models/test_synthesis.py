@@ -1,0 +1,86 @@
+"""One way to ask either walking model, and bodies scaled."""
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.body import markers
+from motionenv.errors import ModelError, MotionError
+from motionenv.models.fpca import FunctionalPCA
+from motionenv.models.synthesis import scaled, synthesize
+from motionenv.types import Cycles
+
+MODELS = ("walk/fpca", "walk/eigenwalkers")
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_name_a_path_and_a_model_give_the_same_walk(model, tmp_path):
+    fitted = motionenv.load(model)
+    fitted.save(tmp_path / "m.npz")
+    walks = [synthesize(m, 2, 30, seed=4).poses for m in (model, str(tmp_path / "m.npz"), tmp_path / "m.npz", fitted)]
+    assert walks[0].shape == (60, 25)
+    assert len({w.tobytes() for w in walks}) == 1
+    assert (synthesize(model, 2, 30, seed=5).poses != walks[0]).any()
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("speed", [0.9, 1.5])
+def test_speed_is_reached_and_height_is_the_bodys(model, speed):
+    motion = synthesize(model, 6, 60, seed=1, speed=speed, height=None)
+    got = (motion.poses[-1, 0] - motion.poses[0, 0]) * 60 / 359
+    assert got == pytest.approx(speed, rel=0.03)  # a part of a cycle may be slower than the whole
+    assert synthesize(model, 1, 30, seed=1, height=1.5).skeleton.height == 1.5
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_walkers_of_every_seed_move_as_people_do(model):
+    for seed in range(8):
+        motion = synthesize(model, 3, 60, seed=seed)
+        height = motion.poses[:, 2] / motion.skeleton.height
+        assert height.min() > 0.4
+        assert height.max() < 0.58
+        assert np.degrees(motion.poses[:, [12, 16, 20, 24]].min()) > -1
+        left, right = (motion.poses[:, i] - motion.poses[:, i].mean() for i in (17, 21))
+        assert (left * right).sum() < -0.5 * np.sqrt((left**2).sum() * (right**2).sum())
+
+
+def test_scaling_keeps_angles_and_scales_every_marker():
+    motion = synthesize("walk/fpca", 1, 30, seed=0)
+    half = scaled(motion, motion.skeleton.height / 2)
+    np.testing.assert_array_equal(half.angles, motion.angles)
+    np.testing.assert_allclose(
+        markers(half.poses, half.skeleton), markers(motion.poses, motion.skeleton) / 2, atol=1e-12
+    )
+    for height in (0.1, 3.0, np.nan):
+        with pytest.raises(MotionError, match="height"):
+            scaled(motion, height)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seconds": 0},
+        {"seconds": np.nan},
+        {"fps": -1},
+        {"fps": np.nan},
+        {"speed": np.nan},
+        {"speed": -1},
+        {"height": np.inf},
+        {"height": 0},
+        {"phase": np.nan},
+    ],
+    ids=str,
+)
+def test_what_is_out_of_range_is_named(model, change):
+    with pytest.raises(MotionError, match=next(iter(change))):
+        synthesize(model, **{"seconds": 1, "fps": 30, "seed": 0, **change})
+
+
+def test_what_does_not_walk_is_refused():
+    values = np.random.default_rng(0).standard_normal((9, 40, 2))
+    cycles = Cycles(values, ("a", "b"), np.ones(9), np.arange(9), ("one",) * 9)
+    with pytest.raises(MotionError, match="doesn't walk"):
+        synthesize(FunctionalPCA(2, n_harmonics=4).fit(cycles), 1, 30)
+    with pytest.raises(ModelError, match="walk/fpca"):
+        synthesize("walk/none", 1, 30)

@@ -1,0 +1,83 @@
+"""Fitting from a folder: which files are used, of whom, and that the shipped models are what the command makes."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.errors import MotionError
+from motionenv.models import training
+
+TRIALS = ("07_01", "07_02", "38_01", "35_01", "35_02", "16_15", "16_21")
+
+
+def copied(mocap, folder, trials):
+    """`folder` with CMU `trials` and their skeletons."""
+    for trial in trials:
+        (folder / trial[:2]).mkdir(parents=True, exist_ok=True)
+        for name in (f"{trial[:2]}/{trial}.amc", f"{trial[:2]}/{trial[:2]}.asf"):
+            shutil.copy(mocap / "cmu_asfamc" / name, folder / name)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def walks(mocap, tmp_path_factory) -> training.Walks:
+    folder = copied(mocap, tmp_path_factory.mktemp("walks"), (*TRIALS, "29_01"))
+    (folder / "07" / "07_99.amc").write_bytes(b"")
+    (folder / "notes.txt").write_text("not capture")
+    return training.read_walks(folder, fps=120)
+
+
+def test_straight_walks_are_used_and_the_rest_is_told(walks):
+    assert [m.name for m in walks.motions] == sorted(TRIALS)
+    assert len(walks.markers) == len(TRIALS)
+    assert set(walks.left_out) == {"07_99.amc", "29_01.amc"}
+    assert "empty" in walks.left_out["07_99.amc"]
+    assert "not straight" in walks.left_out["29_01.amc"]
+
+
+def test_two_numbers_of_one_person_are_one_person(walks):
+    assert dict(zip([m.name for m in walks.motions], walks.subjects, strict=True))["38_01"] == "07"
+    assert len(set(walks.subjects)) == 3
+
+
+@pytest.mark.parametrize("name", training.MODELS)
+def test_a_fitted_model_walks_and_says_what_it_is(walks, name, tmp_path):
+    model = training.fit(name, walks, "the command")
+    card = model.card_
+    assert (card["model"], card["command"], card["people"], card["trials"]) == (name, "the command", 3, len(TRIALS))
+    assert card["frames"] == sum(len(m.poses) for m in walks.motions)
+    assert "licence" in " ".join(card)
+    model.save(tmp_path / "m.npz")
+    assert motionenv.load(tmp_path / "m.npz").card_ == card
+
+
+def test_a_folder_without_walks_is_refused(mocap, tmp_path):
+    with pytest.raises(MotionError, match="no AMC, BVH or C3D"):
+        training.read_walks(tmp_path)
+    with pytest.raises(MotionError, match="no AMC, BVH or C3D"):
+        training.read_walks(tmp_path / "nowhere")
+    seen = []
+    copied(mocap, tmp_path, ("29_01",))
+    with pytest.raises(MotionError, match="none of 1 files is a straight walk.*not straight"):
+        training.read_walks(tmp_path, fps=120, on_file=seen.append)
+    assert seen == ["29_01.amc"]
+
+
+def test_only_known_models_are_fitted(walks):
+    with pytest.raises(MotionError, match="walk/fpca or walk/eigenwalkers, got 'run/fpca'"):
+        training.fit("run/fpca", walks, "")
+
+
+def test_the_shipped_models_are_what_the_command_makes(mocap):
+    """motionenv fit NAME --mocap cmu_asfamc --fps 120: the same arrays, but for rounding on another CPU."""
+    walks = training.read_walks(mocap / "cmu_asfamc", fps=120)
+    for name in training.MODELS:
+        arrays, meta = training.fit(name, walks, "").to_arrays()
+        shipped, shipped_meta = motionenv.load(name).to_arrays()
+        assert set(arrays) == set(shipped)
+        for key, value in arrays.items():
+            scale = np.abs(shipped[key]).max(initial=1e-9)
+            np.testing.assert_allclose(value, shipped[key], rtol=0, atol=1e-5 * scale, err_msg=f"{name} {key}")
+        assert meta.keys() == shipped_meta.keys()
