@@ -63,8 +63,8 @@ def rounded_cone(
     latitude, centre, radius = _profile(length, start_radius, end_radius, rings or max(sections // 2, 2))
     longitude = 2 * np.pi * np.arange(sections) / sections
     around = np.stack([np.cos(longitude), np.sin(longitude), np.zeros(sections)], axis=-1)
-    rings = np.cos(latitude)[:, None, None] * around + np.sin(latitude)[:, None, None] * [0.0, 0.0, 1.0]
-    normals = np.concatenate([[[0.0, 0.0, -1.0]], rings.reshape(-1, 3), [[0.0, 0.0, 1.0]]])
+    normals_by_ring = np.cos(latitude)[:, None, None] * around + np.sin(latitude)[:, None, None] * [0.0, 0.0, 1.0]
+    normals = np.concatenate([[[0.0, 0.0, -1.0]], normals_by_ring.reshape(-1, 3), [[0.0, 0.0, 1.0]]])
     repeats = [1, *[sections] * len(latitude), 1]
     centres = np.repeat([centre[0], *centre, centre[-1]], repeats)
     radii = np.repeat([radius[0], *radius, radius[-1]], repeats)
