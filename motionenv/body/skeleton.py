@@ -154,6 +154,13 @@ def limit_excess(poses) -> np.ndarray:
     return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
 
 
+def symmetric(offsets) -> np.ndarray:
+    """The mean of node offsets (16, 3) and their left-right mirror image: the nearest body with equal sides."""
+    sides = {"left": "right", "right": "left"}
+    other = [NODES.index("_".join(sides.get(word, word) for word in name.split("_"))) for name in NODES]
+    return 0.5 * (offsets + np.asarray(offsets)[other] * [1.0, -1.0, 1.0])
+
+
 def mirror(poses) -> np.ndarray:
     """The left-right mirrored poses (..., 25), reflected in the plane y = 0 of the world."""
     poses = np.array(poses, dtype=np.float64)

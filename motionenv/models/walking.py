@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv.body.skeleton import ANKLE_HEIGHT, limb_radii
+from motionenv.body.skeleton import ANKLE_HEIGHT, limb_radii, symmetric
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.contact import carry
 from motionenv.models.fpca import FunctionalPCA
@@ -51,7 +51,7 @@ class WalkingModel:
     Attributes:
         fpca_: the fitted `FunctionalPCA` of `motionenv.models.gait.CHANNELS`; phase 0 is where the left leg is
             furthest ahead of the right.
-        proportions_: (16, 3) mean offsets of the body's nodes, shares of the body height.
+        proportions_: (16, 3) mean offsets of the body's nodes, both sides alike, shares of the body height.
         height_: mean body height [m].
         person_mean_, person_covariance_: of (scores, log stride time [s], log speed [body heights / s]) between
             trials, each person weighing the same.
@@ -82,7 +82,7 @@ class WalkingModel:
         channels = [gait_channels(m) for m in motions]
         cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
         self.fpca_ = FunctionalPCA(self.n_components, self.n_harmonics).fit(cycles)
-        self.proportions_ = np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0)
+        self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
         speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
         self._fit_people(cycles, speeds)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from motionenv import body
 from motionenv.body.kinematics import FOOT_BALL
-from motionenv.body.skeleton import ANKLE_HEIGHT
+from motionenv.body.skeleton import ANKLE_HEIGHT, symmetric
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, POSE
 
@@ -172,3 +172,11 @@ def test_feet_are_where_forward_puts_them():
     ankles, balls = body.feet(poses, person)
     np.testing.assert_allclose(ankles, nodes[:, 13:15], atol=1e-12)
     np.testing.assert_allclose(balls, nodes[:, 13:15] + rotations[:, 10:12] @ (FOOT_BALL * 1.7), atol=1e-12)
+
+
+def test_a_symmetric_body_is_its_own_mirror_image():
+    lopsided = body.from_height().offsets + np.random.default_rng(0).normal(0, 0.02, (16, 3))
+    even = symmetric(lopsided)
+    swap = [NODE[n.replace("left", "?").replace("right", "left").replace("?", "right")] for n in body.NODES]
+    assert np.allclose(even, even[swap] * [1, -1, 1])
+    assert np.allclose(symmetric(even), even)
