@@ -96,7 +96,7 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
 
 
 def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """Where the feet are: what `forward` says of them, in a third of its time.
+    """Where the feet are: what `forward` says of them, in two thirds of its time.
 
     Args:
         poses: (..., 25) [m, rad].

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
-from motionenv.body.kinematics import FOOT_BALL, forward
-from motionenv.body.skeleton import ANKLE_HEIGHT, SEGMENTS, limit_excess
-from motionenv.models.harmonics import LEFT_ANKLE, RIGHT_ANKLE, grounded, positions_at
+from motionenv.body.kinematics import feet
+from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
+from motionenv.models.harmonics import grounded, positions_at
 from motionenv.types import MARKERS, Motion, Skeleton
 
-_ANKLES = [LEFT_ANKLE, RIGHT_ANKLE]
-_FEET = [SEGMENTS.index("left_foot"), SEGMENTS.index("right_foot")]
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PHASES = 96  # of a cycle, at which contact is looked at
 _WAVES = 24  # harmonics kept of how the way differs from an even one
@@ -99,7 +97,7 @@ def gait(coefficients) -> Gait:
     nodes = _nodes(positions_at(w, np.arange(-_PADDING, _PHASES + _PADDING) * (2 * np.pi / _PHASES)))
     skeleton = fit_skeleton(nodes[inside])
     poses = fit_poses(nodes, skeleton, _PHASES)[inside]
-    lift = ANKLE_HEIGHT * skeleton.height - forward(poses, skeleton)[0][:, _ANKLES, 2].min()
+    lift = ANKLE_HEIGHT * skeleton.height - feet(poses, skeleton)[0][..., 2].min()
     poses[:, 2] += lift
     excess = float(np.abs(limit_excess(poses)).max())
     return Gait(w, skeleton, float(lift), excess, _velocity(poses, skeleton))
@@ -107,8 +105,7 @@ def gait(coefficients) -> Gait:
 
 def _velocity(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Fourier series (25, 2) of the velocity [m per radian] that keeps the standing foot's ball in place."""
-    nodes, rotations = forward(poses, skeleton)
-    ball = (nodes[:, _ANKLES] + rotations[:, _FEET] @ (FOOT_BALL * skeleton.height))[..., :2]
+    ball = feet(poses, skeleton)[1][..., :2]
     back = (np.roll(ball, 1, axis=0) - np.roll(ball, -1, axis=0)) * (_PHASES / (4 * np.pi))
     fastest = back[..., 0].max(axis=1, keepdims=True)
     stands = np.exp((back[..., 0] - fastest) / (_FIRMNESS * fastest.max()))
