@@ -210,9 +210,9 @@ class WalkingModel:
     def _paced(self, stride: Stride, speed: float, walk) -> Stride:
         """The same walkers with the stride times that make `walk(stride)` go at `speed` [m/s].
 
-        Contact decides how far a cycle carries, whatever its pace; a second round corrects for which cycles fit.
+        Contact decides how far a cycle carries, whatever its pace; the later rounds correct for which cycles fit.
         """
-        for _ in range(2):
+        for _ in range(4):
             x, fps = walk(stride)
             pace = (x[:, -1] - x[:, 0]) * fps / (x.shape[1] - 1)
             stride = Stride(stride.scores, stride.seconds * pace / speed)
