@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motionenv.render._ground_kernel import draw_shadows
+from motionenv.render._ground_kernel import draw_background
 from motionenv.render._raycast_kernel import BOX, COLUMNS, GATHER, draw_limb, jit, set_limb
 from motionenv.render._shade_kernel import shade_body
+from motionenv.render._shadow_kernel import draw_shadows
 
 
 class View(NamedTuple):
@@ -14,10 +15,12 @@ class View(NamedTuple):
 
     Attributes:
         k, kinv, r, t: intrinsics, their inverse, and world → camera, float64.
+        fine_k, fine_kinv: intrinsics and their inverse where every ray of a pixel has a pixel of its own.
         lights: (2, 6) float32 in the camera's frame; ambient: (3,) float32.
         colours: (limbs, 3) float32, linear.
         encode: linear light → byte.
-        lit, dark: the picture without a body, in full light and without the key light.
+        to_world: (3, 3) float32, pixel → direction in the world; centre: (3,) float32, position [tiles].
+        lit, dark: colours of ground and sky, in full light and without the key light, as `colour_background` does.
         shadows: whether to draw them; across, to_pixel, from_pixel: as `draw_shadows` wants them.
     """
 
@@ -25,10 +28,14 @@ class View(NamedTuple):
     kinv: np.ndarray
     r: np.ndarray
     t: np.ndarray
+    fine_k: np.ndarray
+    fine_kinv: np.ndarray
     lights: np.ndarray
     ambient: np.ndarray
     colours: np.ndarray
     encode: np.ndarray
+    to_world: np.ndarray
+    centre: np.ndarray
     lit: np.ndarray
     dark: np.ndarray
     shadows: bool
@@ -38,68 +45,106 @@ class View(NamedTuple):
 
 
 @jit
-def _draw_limbs(ends, radii, view, table, box, scratch, where, depth, limbs):
-    """Depth and ids of one body; writes the box of pixels (first and last column and row) that it can cover."""
-    height, width = depth.shape
-    flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
-    for i in range(len(flat_depth)):  # written out, the compiler makes wide stores of it
-        flat_depth[i] = np.inf
-        flat_limbs[i] = 0
+def _place_limbs(ends, radii, view, k, kinv, width, height, table, box):
+    """Fill the table of limbs; write the box of pixels (first and last column and row) that the body can cover."""
     box[0], box[1], box[2], box[3] = width, -1, height, -1
     for i in range(len(radii)):
         g = table[i]
-        set_limb(ends[i], radii[i], view.r, view.t, view.k, view.kinv, width, height, g)
+        set_limb(ends[i], radii[i], view.r, view.t, k, kinv, width, height, g)
         if g[BOX] <= g[BOX + 1] and g[BOX + 2] <= g[BOX + 3]:
-            draw_limb(g, view.kinv, np.uint8(i + 1), width, flat_depth, flat_limbs, scratch, where)
             box[0], box[1] = min(box[0], g[BOX]), max(box[1], g[BOX + 1])
             box[2], box[3] = min(box[2], g[BOX + 2]), max(box[3], g[BOX + 3])
 
 
 @jit
-def _paint(ends, radii, view, table, box, shade, depth, limbs, rgb):
-    """RGB of one body whose depth and ids are known."""
-    flat, background = rgb.reshape(-1), view.lit.reshape(-1)
-    for i in range(len(flat)):
-        flat[i] = background[i]
-    if view.shadows:
-        draw_shadows(ends, radii, view.across, view.to_pixel, view.from_pixel, view.lit, view.dark, limbs, shade, rgb)
-    shade_body(table, view.kinv, box, view.lights, view.ambient, view.colours, view.encode, depth, limbs, rgb)
+def _draw_limbs(table, kinv, scratch, where, depth, limbs):
+    """Depth and ids of one body, where they are infinite and 0 or another limb's so far."""
+    flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
+    for i in range(len(table)):
+        g = table[i]
+        if g[BOX] <= g[BOX + 1] and g[BOX + 2] <= g[BOX + 3]:
+            draw_limb(g, kinv, np.uint8(i + 1), depth.shape[1], flat_depth, flat_limbs, scratch, where)
 
 
 @jit
-def draw(index, ends, radii, view, depth, limbs, rgb):
-    """Draw bodies `index` of `ends` (n, limbs, 2, 3) into those pictures; an `rgb` of length 0 isn't drawn."""
+def _clear(depth, limbs):
+    """Nothing in sight."""
+    for v in range(depth.shape[0]):
+        row_depth, row_limbs = depth[v], limbs[v]
+        for u in range(len(row_depth)):  # written out, the compiler makes wide stores of it
+            row_depth[u] = np.inf
+            row_limbs[u] = 0
+
+
+@jit
+def _draw_backgrounds(index, view, rgb):
+    """Draw the background of the first of pictures `index` and copy it to the others."""
+    draw_background(view.to_world, view.centre, view.lit, rgb[index[0]])
+    background = rgb[index[0]].reshape(-1)
+    for k in range(1, len(index)):
+        flat = rgb[index[k]].reshape(-1)
+        for i in range(len(flat)):
+            flat[i] = background[i]
+
+
+@jit
+def draw(index, ends, radii, view, samples, depth, limbs, rgb):
+    """Draw bodies `index` of `ends` (n, limbs, 2, 3) into those pictures.
+
+    Depth and ids come from pixel centres, colours of bodies from samples × samples rays per pixel. An `rgb` of length
+    0 isn't drawn.
+    """
+    height, width = depth.shape[1:]
     table, box = np.empty((len(radii), COLUMNS)), np.empty(4, np.int64)
     scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
-    shade = np.empty(depth.shape[1:] if view.shadows else (0, 0), np.float32)
+    shade = np.empty((height * samples, width * samples) if view.shadows else (0, 0), np.float32)
+    fine = (height * samples, width * samples) if samples > 1 and len(rgb) > 0 else (0, 0)
+    fine_depth, fine_limbs = np.empty(fine, np.float32), np.empty(fine, np.uint8)
+    fine_rgb = np.empty((*fine, 3), np.uint8)
+    if len(rgb) > 0:
+        _draw_backgrounds(index, view, rgb)
     for k in range(len(index)):
         i = index[k]
-        _draw_limbs(ends[k], radii, view, table, box, scratch, where, depth[i], limbs[i])
-        if len(rgb) > 0:
-            _paint(ends[k], radii, view, table, box, shade, depth[i], limbs[i], rgb[i])
+        _place_limbs(ends[k], radii, view, view.k, view.kinv, width, height, table, box)
+        _clear(depth[i], limbs[i])
+        _draw_limbs(table, view.kinv, scratch, where, depth[i], limbs[i])
+        if len(rgb) == 0:
+            continue
+        if view.shadows:
+            draw_shadows(ends[k], radii, view, samples, shade, rgb[i])
+        if samples == 1:
+            _shade(table, view, view.kinv, box, depth[i], limbs[i], rgb[i])
+        else:
+            _place_limbs(ends[k], radii, view, view.fine_k, view.fine_kinv, fine[1], fine[0], table, box)
+            inside = slice(box[2], box[3] + 1), slice(box[0], box[1] + 1)
+            _clear(fine_depth[inside], fine_limbs[inside])
+            _draw_limbs(table, view.fine_kinv, scratch, where, fine_depth, fine_limbs)
+            _shade(table, view, view.fine_kinv, box, fine_depth, fine_limbs, fine_rgb)
+            _average(fine_limbs, fine_rgb, samples, box, rgb[i])
 
 
 @jit
-def draw_smooth(index, ends, radii, view, samples, rgb):
-    """RGB as `draw`, averaged over samples × samples rays per pixel; `view` is of the picture so many times larger."""
-    height, width = view.lit.shape[:2]
-    depth, limbs = np.empty((1, height, width), np.float32), np.empty((1, height, width), np.uint8)
-    large = np.empty((1, height, width, 3), np.uint8)
-    first = np.zeros(1, np.int64)
-    for k in range(len(index)):
-        draw(first, ends[k : k + 1], radii, view, depth, limbs, large)
-        _average(large[0], samples, rgb[index[k]])
+def _shade(table, view, kinv, box, depth, limbs, rgb):
+    """Colours of one body whose depth and ids are known."""
+    shade_body(table, kinv, box, view.lights, view.ambient, view.colours, view.encode, depth, limbs, rgb)
 
 
 @jit
-def _average(large, samples, small):
-    """Mean of every samples × samples block of `large`, rounded."""
-    area = samples * samples
-    for v in range(small.shape[0]):
-        for u in range(small.shape[1]):
-            for c in range(3):
-                total = area // 2
-                for i in range(samples):
-                    for j in range(samples):
-                        total += large[v * samples + i, u * samples + j, c]
-                small[v, u, c] = total // area
+def _average(limbs, fine, samples, box, rgb):
+    """Mean of every samples × samples block in `box` of `fine`, rounded; where it shows no body, `rgb` shines through.
+
+    Only the box of `limbs` need be known.
+    """
+    part, half = np.float32(1 / (samples * samples)), np.float32(0.5)
+    for v in range(box[2] // samples, box[3] // samples + 1):
+        for u in range(box[0] // samples, box[1] // samples + 1):
+            red, green, blue, free = 0, 0, 0, samples * samples
+            for y in range(max(v * samples, box[2]), min(v * samples + samples, box[3] + 1)):
+                for x in range(max(u * samples, box[0]), min(u * samples + samples, box[1] + 1)):
+                    if limbs[y, x] > 0:
+                        red, green, blue = red + fine[y, x, 0], green + fine[y, x, 1], blue + fine[y, x, 2]
+                        free -= 1
+            if free < samples * samples:
+                rgb[v, u, 0] = np.uint8(np.float32(red + free * rgb[v, u, 0]) * part + half)
+                rgb[v, u, 1] = np.uint8(np.float32(green + free * rgb[v, u, 1]) * part + half)
+                rgb[v, u, 2] = np.uint8(np.float32(blue + free * rgb[v, u, 2]) * part + half)

@@ -1,4 +1,8 @@
-"""The ground: checkered tiles that fade into the horizon, the sky above them, and the body's shadow on them."""
+"""The ground, checkered tiles that fade into the horizon, and the sky above them.
+
+Colours depend on the picture's size, the camera's intrinsics, turn and height; where the tiles lie also on its place.
+So `colour_background` is slow and its result is kept; `draw_background` mixes it for one place, by whole rows.
+"""
 
 import math
 
@@ -7,203 +11,139 @@ import numpy as np
 from motionenv.render._raycast_kernel import jit
 from motionenv.render._shade_kernel import byte, reflect
 
-# Width of the shadow's edge [m]: at the ground, and per metre that the limb is above it.
-_EDGE, _EDGE_PER_METRE = np.float32(0.012), np.float32(0.07)
-_ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
+_ZERO, _ONE, _TWO, _HALF, _QUARTER = (np.float32(x) for x in (0, 1, 2, 0.5, 0.25))
+_LEAST_WIDTH = np.float32(1e-5)  # of a pixel on the ground [tiles]
+_FLATTEST = np.float32(-1e-6)  # z of a ray that still meets the ground
 
 
 @jit
-def _tile(x, y, width_x, width_y):
-    """Share (0 to 1) of the first colour in a box of the checkerboard with unit tiles: its exact average."""
-    return 0.5 + 0.5 * _wave(x, width_x) * _wave(y, width_y)
+def colour_background(to_world, height, settings, lights, ambient, colours, encode, lit, dark):
+    """Write the bytes of every pixel for ground of the second colour, of half and half, and of the first.
+
+    Args:
+        to_world: (3, 3), pixel (u, v, 1) → direction in the world.
+        height: of the camera above the ground [m].
+        settings: distance of half fading [m], whether there is a ground (0 or 1).
+        lights: (2, 6) of `Scene.lights`; ambient: (3,); both linear.
+        colours: (4, 3) linear: the two tiles, horizon, zenith.
+        encode: table of `encoding`.
+        lit, dark: uint8 (3, rows, columns, 3) to write, in full light and without the key light; all alike in the sky.
+    """
+    for v in range(lit.shape[1]):
+        for u in range(lit.shape[2]):
+            x = to_world[0, 0] * u + to_world[0, 1] * v + to_world[0, 2]
+            y = to_world[1, 0] * u + to_world[1, 1] * v + to_world[1, 2]
+            z = to_world[2, 0] * u + to_world[2, 1] * v + to_world[2, 2]
+            if settings[1] > 0 and z < 0.0 and height > 0.0:
+                pixels = lit[:, v, u], dark[:, v, u]
+                _colour_ground(x, y, z, height, settings[0], lights, ambient, colours, encode, *pixels)
+            else:
+                rise = 1.0 - min(abs(z) / math.sqrt(x * x + y * y + z * z), 1.0)
+                high = 1.0 - rise * rise * rise
+                for c in range(3):
+                    light = colours[2, c] + (colours[3, c] - colours[2, c]) * high
+                    lit[:, v, u, c] = dark[:, v, u, c] = byte(np.float32(light), encode)
+
+
+@jit
+def _colour_ground(x, y, z, height, half_faded, lights, ambient, colours, encode, lit, dark):
+    """Write the bytes (3, 3) of the ground where the ray with direction (x, y, z), z < 0, meets it."""
+    length = math.sqrt(x * x + y * y + z * z)
+    distance = -height / z * math.sqrt(x * x + y * y)
+    fade = distance * distance / (distance * distance + half_faded * half_faded)
+    shares = np.empty((2, 2))
+    for k in range(2):
+        lv = -(lights[k, 0] * x + lights[k, 1] * y + lights[k, 2] * z) / length
+        shares[k] = reflect(np.float32(lights[k, 2]), np.float32(-z / length), np.float32(lv))
+    for i in range(3):
+        for c in range(3):
+            base = colours[1, c] + (colours[0, c] - colours[1, c]) * 0.5 * i
+            dim = base * ambient[c] + (base * shares[1, 0] + shares[1, 1]) * lights[1, 3 + c]
+            bright = dim + (base * shares[0, 0] + shares[0, 1]) * lights[0, 3 + c]
+            lit[i, c] = byte(np.float32(bright + (colours[2, c] - bright) * fade), encode)
+            dark[i, c] = byte(np.float32(dim + (colours[2, c] - dim) * fade), encode)
 
 
 @jit
 def _wave(x, width):
     """Average over [x - width/2, x + width/2] of the square wave that alternates between +1 and -1 at whole numbers."""
-    low, high = 0.5 * (x - 0.5 * width), 0.5 * (x + 0.5 * width)
-    return 2.0 * (abs(high - math.floor(high) - 0.5) - abs(low - math.floor(low) - 0.5)) / width
+    middle, reach = _HALF * x, _QUARTER * width
+    middle -= np.floor(middle)  # near 0, where single precision is finest
+    low, high = middle - reach, middle + reach
+    return _TWO * (abs(high - np.floor(high) - _HALF) - abs(low - np.floor(low) - _HALF)) / width
 
 
 @jit
-def draw_background(to_world, centre, settings, lights, ambient, colours, encode, lit, dark):
-    """Write the picture without a body, in full light (`lit`) and without the key light (`dark`), (height, width, 3).
+def _footprint(far, slope, across, down, across_z, down_z):
+    """Extent of a pixel on the ground along one world axis [tiles], from the derivatives along both image axes."""
+    a, b = abs(far * (across - slope * across_z)), abs(far * (down - slope * down_z))
+    a = a if a > b else b
+    return a if a > _LEAST_WIDTH else _LEAST_WIDTH
+
+
+@jit
+def share_row(to_world, centre, v, first, share):
+    """Share (0 to 1) of the first tile colour in each pixel's footprint, a box: the checkerboard's exact average.
 
     Args:
-        to_world: (3, 3), pixel (u, v, 1) → direction in the world.
-        centre: (3,) position of the camera [m].
-        settings: side of a tile [m], distance of half fading [m], whether there is a ground (0 or 1).
-        lights: (2, 6) of `Scene.lights`; ambient: (3,); both linear.
-        colours: (4, 3) linear: the two tiles, horizon, zenith.
-        encode: table of `encoding`.
-        lit, dark: uint8 pictures to write.
+        to_world: (3, 3) float32, pixel (u, v, 1) → direction in the world.
+        centre: (3,) float32, position of the camera [tiles].
+        v: the row; first: the column to begin with.
+        share: float32 (n,) to write.
     """
-    for v in range(lit.shape[0]):
-        for u in range(lit.shape[1]):
-            x = to_world[0, 0] * u + to_world[0, 1] * v + to_world[0, 2]
-            y = to_world[1, 0] * u + to_world[1, 1] * v + to_world[1, 2]
-            z = to_world[2, 0] * u + to_world[2, 1] * v + to_world[2, 2]
-            if settings[2] > 0 and z < 0.0 and centre[2] > 0.0:
-                pixels = lit[v, u], dark[v, u]
-                _draw_ground(x, y, z, to_world, centre, settings, lights, ambient, colours, encode, *pixels)
-            else:
-                rise = 1.0 - min(abs(z) / math.sqrt(x * x + y * y + z * z), 1.0)
-                high = 1.0 - rise * rise * rise
-                for i in range(3):
-                    light = colours[2, i] + (colours[3, i] - colours[2, i]) * high
-                    lit[v, u, i] = dark[v, u, i] = byte(np.float32(light), encode)
+    ax, ay, az = to_world[0, 0], to_world[1, 0], to_world[2, 0]
+    dx, dy, dz = to_world[0, 1], to_world[1, 1], to_world[2, 1]
+    row = np.float32(v)
+    x0, y0, z0 = dx * row + to_world[0, 2], dy * row + to_world[1, 2], dz * row + to_world[2, 2]
+    cx, cy, cz = centre[0], centre[1], centre[2]
+    for j in range(len(share)):
+        u = np.float32(first + j)
+        z = z0 + az * u
+        inverse = _ONE / (z if z < _FLATTEST else _FLATTEST)
+        slope_x, slope_y, far = (x0 + ax * u) * inverse, (y0 + ay * u) * inverse, -cz * inverse
+        wave_x = _wave(cx - cz * slope_x, _footprint(far, slope_x, ax, dx, az, dz))
+        wave_y = _wave(cy - cz * slope_y, _footprint(far, slope_y, ay, dy, az, dz))
+        mixed = _HALF + _HALF * wave_x * wave_y
+        mixed = mixed if mixed > _ZERO else _ZERO
+        share[j] = mixed if mixed < _ONE else _ONE
 
 
 @jit
-def _footprint(far, slope, row, row_z):
-    """Extent of a pixel on the ground along one world axis [m], from the derivatives along both image axes."""
-    return max(abs(far * (row[0] - slope * row_z[0])), abs(far * (row[1] - slope * row_z[1])), 1e-6)
+def mix_row(colours, v, first, share, row):
+    """Write pixels (n, 3) of row `v` from column `first`: the parabola through the three bytes, at the tiles' share.
 
-
-@jit
-def _draw_ground(x, y, z, to_world, centre, settings, lights, ambient, colours, encode, lit, dark):
-    """Write the bytes of the ground where the ray with direction (x, y, z), z < 0, meets it."""
-    far = -centre[2] / z
-    # How much ground a pixel covers: the derivative of the point along both image axes.
-    wide_x = _footprint(far, x / z, to_world[0], to_world[2]) / settings[0]
-    wide_y = _footprint(far, y / z, to_world[1], to_world[2]) / settings[0]
-    first = _tile((centre[0] + far * x) / settings[0], (centre[1] + far * y) / settings[0], wide_x, wide_y)
-    length = math.sqrt(x * x + y * y + z * z)
-    distance = far * math.sqrt(x * x + y * y)
-    fade = distance * distance / (distance * distance + settings[1] * settings[1])
-    for i in range(3):
-        base = colours[1, i] + (colours[0, i] - colours[1, i]) * first
-        dim = base * ambient[i]
-        bright = dim
-        for k in range(2):
-            lv = -(lights[k, 0] * x + lights[k, 1] * y + lights[k, 2] * z) / length
-            diffuse, specular = reflect(np.float32(lights[k, 2]), np.float32(-z / length), np.float32(lv))
-            light = (base * diffuse + specular) * lights[k, 3 + i]
-            bright += light
-            dim += light if k == 1 else 0.0
-        lit[i] = byte(np.float32(bright + (colours[2, i] - bright) * fade), encode)
-        dark[i] = byte(np.float32(dim + (colours[2, i] - dim) * fade), encode)
-
-
-@jit
-def _shadow_box(limb, to_pixel, width, height, box):
-    """Write to `box` the pixels (first and last column and row) that a limb's shadow can cover.
+    It keeps within half a byte of encoding the mixed light unless the tiles' bytes differ by more than 100.
 
     Args:
-        limb: (10,) as `_project_limb` writes it.
-        to_pixel: (3, 3), point of the light's plane (s, t, 1) → pixel times depth.
-        width, height: picture size [pixels].
-        box: (4,) to write.
+        colours: (3, rows, columns, 3) as `colour_background` writes them.
+        v, first: where to begin.
+        share: float32 (4, n), shares in the first row; the others are scratch.
+        row: uint8 to write.
     """
-    edge = 2.0 * (_EDGE + _EDGE_PER_METRE * max(limb[6], limb[6] + limb[7]))
-    side = limb[4] + edge
-    length = math.sqrt(limb[2] * limb[2] + limb[3] * limb[3])
-    ax, ay = (limb[2] / length, limb[3] / length) if length > 1e-9 else (1.0, 0.0)
-    box[0], box[1], box[2], box[3] = width, -1, height, -1
-    for corner in range(4):
-        along = -side if corner < 2 else length + side
-        across = side if corner % 2 else -side
-        s, t = limb[0] + along * ax - across * ay, limb[1] + along * ay + across * ax
-        depth = to_pixel[2, 0] * s + to_pixel[2, 1] * t + to_pixel[2, 2]
-        if depth < 1e-3:  # reaches behind the camera
-            box[0], box[1], box[2], box[3] = 0, width - 1, 0, height - 1
-            return
-        u = (to_pixel[0, 0] * s + to_pixel[0, 1] * t + to_pixel[0, 2]) / depth
-        v = (to_pixel[1, 0] * s + to_pixel[1, 1] * t + to_pixel[1, 2]) / depth
-        box[0], box[1] = min(box[0], max(u - 1.0, 0.0)), max(box[1], min(u + 1.0, width - 1.0))
-        box[2], box[3] = min(box[2], max(v - 1.0, 0.0)), max(box[3], min(v + 1.0, height - 1.0))
+    n = row.shape[0]
+    wide, out = share.reshape(-1)[n:], row.reshape(-1)
+    for j in range(n):
+        wide[3 * j] = wide[3 * j + 1] = wide[3 * j + 2] = share[0, j]
+    span = slice(3 * first, 3 * (first + n))
+    none, half = colours[0, v].reshape(-1)[span], colours[1, v].reshape(-1)[span]
+    full = colours[2, v].reshape(-1)[span]
+    for j in range(3 * n):
+        a, b, c = np.float32(none[j]), np.float32(half[j]), np.float32(full[j])
+        bend = a + c - _TWO * b
+        out[j] = np.uint8(np.int32(a + wide[j] * (c - a - _TWO * bend * (_ONE - wide[j])) + _HALF))
 
 
 @jit
-def _project_limb(ends, radii, across, limb):
-    """Write the limb's shape along the light's rays, where it is the hull of two circles, to `limb` (10,).
-
-    Larger circle's centre (2), way to the other's (2), larger radius, difference of the radii, height of the larger
-    end and rise to the other [m], inverse of the way's length, how far the touching points lie towards the larger.
-    """
-    big = 0 if radii[0] >= radii[1] else 1
-    for i in range(2):
-        p, q = 0.0, 0.0
-        for j in range(3):
-            p += across[i, j] * ends[big, j]
-            q += across[i, j] * ends[1 - big, j]
-        limb[i], limb[2 + i] = p, q - p
-    limb[4], limb[5] = radii[big], radii[big] - radii[1 - big]
-    limb[6], limb[7] = ends[big, 2], ends[1 - big, 2] - ends[big, 2]
-    length = math.sqrt(limb[2] ** 2 + limb[3] ** 2)
-    if length <= limb[5] + 1e-9:  # seen along its length: one circle contains the other
-        limb[2] = limb[3] = limb[5] = limb[8] = limb[9] = 0.0
-    else:
-        limb[8], limb[9] = 1.0 / length, limb[5] / math.sqrt(length**2 - limb[5] ** 2)
-
-
-@jit
-def _shade_row(limb, start, step, shade):
-    """Raise `shade` (n,) to how dark the limb makes each pixel of a row, 0 to 1.
-
-    Args:
-        limb: (10,) float32.
-        start, step: (3,) float32, homogeneous point of the light's plane at the row's first pixel and per pixel.
-        shade: float32 to raise.
-    """
-    for j in range(len(shade)):
-        x = np.float32(j)
-        w = _ONE / (start[2] + step[2] * x)
-        ps, pt = (start[0] + step[0] * x) * w - limb[0], (start[1] + step[1] * x) * w - limb[1]
-        along = (ps * limb[2] + pt * limb[3]) * limb[8]
-        aside = abs(ps * limb[3] - pt * limb[2]) * limb[8]
-        share = (along - aside * limb[9]) * limb[8]
-        share = _ZERO if not share > _ZERO else (_ONE if share > _ONE else share)
-        qs, qt = ps - share * limb[2], pt - share * limb[3]
-        outside = math.sqrt(qs * qs + qt * qt) - (limb[4] - share * limb[5])
-        edge = _EDGE + _EDGE_PER_METRE * (limb[6] + share * limb[7])
-        dark = _HALF - _HALF * outside / edge
-        dark = _ZERO if not dark > _ZERO else (_ONE if dark > _ONE else dark)
-        dark = dark * dark * (_ONE + _ONE + _ONE - dark - dark) if w > _ZERO else _ZERO
-        shade[j] = dark if dark > shade[j] else shade[j]
-
-
-@jit
-def draw_shadows(ends, radii, across, to_pixel, from_pixel, lit, dark, limbs, shade, rgb):
-    """Darken the ground where limbs keep the key light away, softly: sharp at the feet, blurred from above.
-
-    Args:
-        ends: (limbs, 2, 3) [m], world; radii: (limbs, 2) [m].
-        across: (2, 3), two unit vectors at right angles to the light.
-        to_pixel, from_pixel: (3, 3), point of the light's plane (s, t, 1) ↔ pixel, homogeneous.
-        lit, dark: the ground in light and without the key light, bytes.
-        limbs: ids; where they aren't 0 nothing changes.
-        shade: float32 (height, width), scratch.
-        rgb: the picture.
-    """
-    height, width = limbs.shape
-    shapes, boxes = np.empty((len(radii), 10), np.float32), np.empty((len(radii), 4), np.int64)
-    shape, box = np.empty(10), np.empty(4)
-    for i in range(len(radii)):
-        _project_limb(ends[i], radii[i], across, shape)
-        _shadow_box(shape, to_pixel, width, height, box)
-        shapes[i], boxes[i] = shape, box
-    low_u, high_u = max(boxes[:, 0].min(), 0), boxes[:, 1].max() + 1
-    low_v, high_v = max(boxes[:, 2].min(), 0), boxes[:, 3].max() + 1
-    if low_u >= high_u or low_v >= high_v:
-        return
-    shade[low_v:high_v, low_u:high_u] = 0
-    start, step = np.empty(3, np.float32), np.empty(3, np.float32)
-    for i in range(len(radii)):
-        first, last = boxes[i, 0], boxes[i, 1] + 1
-        for v in range(boxes[i, 2], boxes[i, 3] + 1 if last > first else boxes[i, 2]):
-            start[:] = from_pixel[:, 0] * first + from_pixel[:, 1] * v + from_pixel[:, 2]
-            step[:] = from_pixel[:, 0]
-            _shade_row(shapes[i], start, step, shade[v, first:last])
-    for v in range(low_v, high_v):
-        _darken_row(lit[v], dark[v], limbs[v], shade[v], rgb[v], low_u, high_u)
-
-
-@jit
-def _darken_row(lit, dark, limbs, shade, rgb, first, end):
-    """Blend columns [first, end) of a row of the ground from `lit` towards `dark` by `shade`."""
-    for u in range(first, end):
-        if limbs[u] == 0 and shade[u] > _ZERO:
-            for k in range(3):
-                a, b = np.float32(lit[u, k]), np.float32(dark[u, k])
-                rgb[u, k] = np.uint8(a + (b - a) * shade[u] + _HALF)
+def draw_background(to_world, centre, lit, rgb):
+    """Write the picture without a body: see `share_row` and `mix_row`."""
+    height, width = rgb.shape[:2]
+    share = np.empty((4, width), np.float32)
+    for v in range(height):
+        left = to_world[2, 1] * np.float32(v) + to_world[2, 2]
+        if left < _ZERO or left + to_world[2, 0] * np.float32(width - 1) < _ZERO:
+            share_row(to_world, centre, v, 0, share[0])
+            mix_row(lit, v, 0, share, rgb[v])
+        else:
+            sky, row = lit[0, v].reshape(-1), rgb[v].reshape(-1)
+            for i in range(3 * width):
+                row[i] = sky[i]

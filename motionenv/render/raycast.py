@@ -6,26 +6,30 @@ The same bits come out on every call, in any order, with any number of threads.
 import os
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 import numpy as np
 
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
-from motionenv.render._draw_kernel import View, draw, draw_smooth
-from motionenv.render._ground_kernel import draw_background
+from motionenv.render._draw_kernel import View, draw
+from motionenv.render._ground_kernel import colour_background
 from motionenv.render._shade_kernel import encoding
 from motionenv.render.batch import Batch, batch, enlarged
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Camera, Frame, Skeleton
 
+Kept = TypeVar("Kept")
+
 _CACHED_VIEWS = 8
+_ENCODING = encoding()
 _CHUNK = 64  # bodies per piece of work: enough to hide the call, few enough to share among threads
 
 
 class Raycaster:
-    """Draws bodies in a scene; keeps the background of the cameras that it saw last.
+    """Draws bodies in a scene; keeps the colours of the ground that it drew last, wherever a camera travels.
 
     Args:
         scene: what is drawn besides the body.
@@ -38,6 +42,7 @@ class Raycaster:
         self.scene = scene or Scene()
         self.threads = threads
         self._views: OrderedDict[tuple, View] = OrderedDict()
+        self._colours: OrderedDict[tuple, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._lock = threading.Lock()
         self._pool: ThreadPoolExecutor | None = None
         self._process = 0
@@ -91,28 +96,29 @@ class Raycaster:
         """Draw bodies `index`, all seen by `camera`."""
         ends = limb_segments(work.poses[index], skeleton)
         radii = skeleton.radii
-        view = self._view(camera, 1, flat.rgb is not None)
-        nothing = np.empty((0, 0, 0, 3), np.uint8)
-        smooth = flat.rgb is not None and self.scene.samples > 1
-        draw(index, ends, radii, view, flat.depth, flat.limbs, nothing if flat.rgb is None or smooth else flat.rgb)
-        if smooth:
-            samples = self.scene.samples
-            draw_smooth(index, ends, radii, self._view(camera, samples, True), samples, flat.rgb)
+        view = self._view(camera, flat.rgb is not None)
+        rgb = np.empty((0, 0, 0, 3), np.uint8) if flat.rgb is None else flat.rgb
+        draw(index, ends, radii, view, self.scene.samples, flat.depth, flat.limbs, rgb)
 
-    def _view(self, camera: Camera, samples: int, rgb: bool) -> View:
-        """The view of `camera` with so many samples per pixel and axis, from the cache where it is there."""
-        parts = (camera.K.tobytes(), camera.R.tobytes(), camera.t.tobytes(), camera.width, camera.height)
-        key = (*parts, samples, rgb)
+    def _view(self, camera: Camera, rgb: bool) -> View:
+        """Everything about `camera` that all its pictures share."""
+        parts = (camera.K.tobytes(), camera.R.tobytes(), camera.width, camera.height, rgb)
+        height = round(float(camera.centre[2]), 6)  # a camera that travels stays at its height but for rounding
+        colours = self._kept(self._colours, (*parts, height), lambda: ground_colours(camera, height, self.scene, rgb))
+        return self._kept(self._views, (*parts, camera.t.tobytes()), lambda: make_view(camera, self.scene, *colours))
+
+    def _kept(self, kept: OrderedDict[tuple, Kept], key: tuple, make: Callable[[], Kept]) -> Kept:
+        """What `make` makes or made before. Other threads don't wait meanwhile: at worst they make the same again."""
         with self._lock:
-            if key in self._views:
-                self._views.move_to_end(key)
-                return self._views[key]
-        view = make_view(enlarged(camera, samples), self.scene, rgb=rgb)
+            if key in kept:
+                kept.move_to_end(key)
+                return kept[key]
+        made = make()
         with self._lock:
-            self._views[key] = view
-            while len(self._views) > _CACHED_VIEWS:
-                self._views.popitem(last=False)
-        return view
+            kept[key] = made
+            while len(kept) > _CACHED_VIEWS:
+                kept.popitem(last=False)
+        return made
 
     def __getstate__(self):
         return {"scene": self.scene, "threads": self.threads}
@@ -129,30 +135,49 @@ def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:
             yield camera, mine[start : start + most]
 
 
-def make_view(camera: Camera, scene: Scene, *, rgb: bool = True) -> View:
-    """Everything about `camera` and `scene` that all its pictures share, the drawn background above all.
+def ground_colours(camera: Camera, height: float, scene: Scene, rgb: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Bytes (3, height, width, 3) of ground and sky in full light and without the key light: `colour_background`.
+
+    They hold wherever the camera is, as long as it stays at its height.
+
+    Args:
+        camera: whose intrinsics and turn they are for.
+        height: of the camera [m].
+        scene: what is there.
+        rgb: False leaves them empty.
+    """
+    size = (3, camera.height, camera.width, 3) if rgb else (3, 0, 0, 3)
+    lit, dark = np.empty(size, np.uint8), np.empty(size, np.uint8)
+    to_world = camera.R.T @ np.linalg.inv(camera.K)
+    settings = np.array([scene.fade, float(scene.ground)])
+    colours = linear([*scene.tiles, scene.horizon, scene.zenith])
+    colour_background(to_world, height, settings, scene.lights, np.array(scene.ambient), colours, _ENCODING, lit, dark)
+    return lit, dark
+
+
+def make_view(camera: Camera, scene: Scene, lit: np.ndarray, dark: np.ndarray) -> View:
+    """Everything about `camera` and `scene` that all its pictures share.
 
     Args:
         camera: whose view it is.
         scene: what is there.
-        rgb: False leaves the background out.
+        lit: `ground_colours` in full light.
+        dark: `ground_colours` without the key light.
     """
     k, kinv = camera.K, np.linalg.inv(camera.K)
-    centre = camera.centre
+    fine = enlarged(camera, scene.samples).K
     lights = scene.lights
-    size = (camera.height, camera.width, 3) if rgb else (0, 0, 3)
-    lit, dark = np.empty(size, np.uint8), np.empty(size, np.uint8)
-    encode, ambient = encoding(), np.array(scene.ambient)
-    sky = linear([*scene.tiles, scene.horizon, scene.zenith])
-    settings = np.array([scene.tile, scene.fade, float(scene.ground)])
-    draw_background(camera.R.T @ kinv, centre, settings, lights, ambient, sky, encode, lit, dark)
-    turned = np.concatenate([lights[:, :3] @ camera.R.T, lights[:, 3:]], axis=1)
-    shadows = bool(scene.shadows and scene.ground and rgb and centre[2] > 1e-3)
-    across, to_pixel = _light_plane(scene, k @ camera.R, k @ camera.t)
+    lights[:, :3] = lights[:, :3] @ camera.R.T
+    centre = camera.centre / scene.tile
+    centre[:2] %= 2  # the pattern's period
+    shadows = bool(scene.shadows and scene.ground and lit.size and camera.centre[2] > 1e-3)
+    across, to_pixel = _light_plane(scene, fine @ camera.R, fine @ camera.t)
     from_pixel = np.linalg.inv(to_pixel) if shadows else np.zeros((3, 3))
+    to_world = (camera.R.T @ kinv).astype(np.float32)
     return View(
-        k, kinv, camera.R, camera.t, turned.astype(np.float32), ambient.astype(np.float32),
-        scene.limb_colours.astype(np.float32), encode, lit, dark, shadows, across, to_pixel, from_pixel,
+        k, kinv, camera.R, camera.t, fine, np.linalg.inv(fine), lights.astype(np.float32),
+        np.array(scene.ambient, np.float32), scene.limb_colours.astype(np.float32), _ENCODING,
+        to_world, centre.astype(np.float32), lit, dark, shadows, across, to_pixel, from_pixel,
     )  # fmt: skip
 
 
