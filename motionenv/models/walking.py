@@ -210,12 +210,13 @@ class WalkingModel:
     def _paced(self, stride: Stride, speed: float, walk) -> Stride:
         """The same walkers with the stride times that make `walk(stride)` go at `speed` [m/s].
 
-        Contact decides how far a cycle carries, whatever its pace; the later rounds correct for which cycles fit.
+        Contact decides how far a cycle carries, whatever its pace; but the pace decides which cycles fit, so the steps
+        are shorter than a fixed stride would ask for, and there are four.
         """
         for _ in range(4):
             x, fps = walk(stride)
             pace = (x[:, -1] - x[:, 0]) * fps / (x.shape[1] - 1)
-            stride = Stride(stride.scores, stride.seconds * pace / speed)
+            stride = Stride(stride.scores, stride.seconds * (pace / speed) ** 0.75)
         return stride
 
     def _walk(self, stride: Stride, frames: int, fps: float, body: Skeleton, phase, wobble) -> np.ndarray:
