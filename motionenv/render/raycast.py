@@ -6,7 +6,7 @@ The same bits come out on every call, in any order, with any number of threads.
 import os
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -84,11 +84,13 @@ class Raycaster:
             self._share(work, skeleton, pieces, flat)
         return frame
 
-    def _share(self, work: Batch, skeleton: Skeleton, pieces: Iterator, flat: Frame) -> None:
+    def _share(self, work: Batch, skeleton: Skeleton, pieces: Iterable[tuple[Camera, np.ndarray]], flat: Frame) -> None:
         """Draw the pieces in the pool's threads."""
         if self._pool is None or self._process != os.getpid():  # threads don't survive a fork
             self._pool, self._process = ThreadPoolExecutor(self.threads, thread_name_prefix="raycast"), os.getpid()
-        pool = self._pool
+        pool, pieces = self._pool, list(pieces)
+        if pieces:  # the colours that most pieces need are drawn once, not by each thread
+            self._view(pieces[0][0], flat.rgb is not None)
         for done in [pool.submit(self._draw, work, skeleton, camera, index, flat) for camera, index in pieces]:
             done.result()
 
