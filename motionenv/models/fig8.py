@@ -3,15 +3,17 @@
 Both steps descend ‖X⁽²⁾ - X⁽⁵⁾‖ (Theorem 1), and so does each part of them: scores given components, components given
 scores, gaps given both. Done by parts, no cycle is ever filled in: a pass over the Fourier coefficients of what was
 seen finds all scores, with the gaps imputed several times on the way, and sums from which the components follow,
-again with the gaps imputed several times. It ends where fig. 8 ends, after fewer passes that cost far less than an SVD.
+again with the gaps imputed several times. Components are extrapolated from pass to pass, and what raises the error is
+taken back. It ends where fig. 8 ends, after fewer passes that cost far less than an SVD.
 """
 
 import numpy as np
 
+from motionenv.models.acceleration import Anderson
 from motionenv.models.observations import Observations, from_triangle, functions, in_parts, missed, running, triangle
 from motionenv.models.ppca import FLOOR, WARM, first_parameters
 
-REPEATS = 6  # imputations per pass, of scores and of components
+REPEATS = 3  # imputations per pass, of scores and of components
 LEAST = 1e-6  # relative error that counts as none: its square is what rounding leaves
 
 
@@ -45,17 +47,30 @@ def _descend(data: Observations, loadings, tol, max_iter):
     z, squares, total = np.zeros((len(data.groups), q)), np.empty(len(data.groups)), data.square.sum()
     shapes = [(q, size), ((len(data.basis) + 1) * m, q * (q + 1) // 2)]
     errors: list[float] = []
+    ahead, plain = Anderson(), (loadings, z)
     while True:
         curves = functions(loadings, data.basis, m)
         outer = running(triangle(curves[..., :, None] * curves[..., None, :])).reshape(shapes[1])
         tables = np.ascontiguousarray(loadings.T), outer
         yz, edges = in_parts(impute_scores, data, tables, (z, squares), shapes, REPEATS)
+        error = float(np.sqrt(max(total + squares.sum(), LEAST**2 * total)))
+        if loadings is not plain[0] and not error <= errors[-1]:
+            loadings, z = plain
+            ahead.forget()
+            continue
+        errors.append(error)
         zz, missing_zz = z.T @ z, from_triangle(missed(edges, m), q)
-        errors.append(float(np.sqrt(max(total + squares.sum(), LEAST**2 * total))))
         if len(errors) >= max_iter or (len(errors) > 1 and errors[-2] - errors[-1] <= tol * errors[-2]):
             return loadings, z, _noise(data, loadings, zz, missing_zz, yz.T), errors
-        loadings, turn = np.linalg.qr(_regress(data.basis, loadings, zz, missing_zz, yz.T))
-        z = z @ turn.T
+        following, turn = _orthonormal(_regress(data.basis, loadings, zz, missing_zz, yz.T))
+        plain = following, z @ turn
+        loadings, z = _orthonormal(ahead.propose(loadings, following))[0], plain[1].copy()
+
+
+def _orthonormal(w):
+    """The orthonormal matrix nearest to `w`, so that steps can be compared, and the factor (q, q) from it to `w`."""
+    left, scale, right = np.linalg.svd(w, full_matrices=False)
+    return left @ right, (right.T * scale) @ right
 
 
 def _regress(basis, loadings, zz, missing_zz, yz):

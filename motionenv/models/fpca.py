@@ -6,7 +6,15 @@ from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models._threads import in_chunks
 from motionenv.models.fig8 import fit_svd
 from motionenv.models.fourier import fourier_columns, sampled_basis
-from motionenv.models.observations import Columns, Observations, column_sums, functions, group_centres
+from motionenv.models.observations import (
+    Columns,
+    Observations,
+    column_sums,
+    from_triangle,
+    functions,
+    group_centres,
+    triangle,
+)
 from motionenv.models.ppca import Parameters, e_step, fit_ppca
 from motionenv.models.residual import expected_residual, residual_model
 from motionenv.models.store import save_model
@@ -15,6 +23,7 @@ from motionenv.types import Cycles
 FITS = {"ppca": fit_ppca, "svd": fit_svd}
 CENTRES = ("all", "subject")
 NO_VARIANCE = 1e-12  # relative to the largest λ: what rounding leaves of none
+SAFE = 1e-6  # determinant above which normal equations of orthonormal components are plainly solved
 SETTINGS = ("n_components", "n_harmonics", "centre", "method", "residual_harmonics", "tol", "max_iter")
 STORED = (
     "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
@@ -302,9 +311,14 @@ def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
 def _least_squares(data: Observations, w) -> np.ndarray:
     """Scores (K, q) of least squares on what each cycle shows; the shortest where it shows too little."""
     curves = functions(w, data.basis, data.square.shape[1])
-    products = (curves[..., :, None] * curves[..., None, :]).reshape(*curves.shape[:2], -1)
-    normal = np.eye(w.shape[1]) - data.gap_sums(products).reshape(-1, w.shape[1], w.shape[1])
-    return (np.linalg.pinv(normal, hermitian=True) @ (data.coefficients @ w)[..., None])[..., 0]
+    products = triangle(curves[..., :, None] * curves[..., None, :])
+    normal, right = np.eye(w.shape[1]) - from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
+    # Eigenvalues lie in [0, 1], so the least is no less than the determinant.
+    safe = np.linalg.det(normal) > SAFE
+    scores = np.empty_like(right)
+    scores[safe] = np.linalg.solve(normal[safe], right[safe, :, None])[..., 0]
+    scores[~safe] = (np.linalg.pinv(normal[~safe], hermitian=True) @ right[~safe, :, None])[..., 0]
+    return scores
 
 
 def _select(cycles: Cycles, channels) -> np.ndarray:
