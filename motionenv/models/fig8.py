@@ -14,6 +14,7 @@ from motionenv.models.observations import Observations, from_triangle, functions
 from motionenv.models.ppca import FLOOR, WARM, first_parameters
 
 REPEATS = 3  # imputations per pass, of scores and of components
+OVERSAMPLING = 2  # components that a large fit starts from, in q (Halko, Martinsson & Tropp 2011)
 LEAST = 1e-6  # relative error that counts as none: its square is what rounding leaves
 
 
@@ -23,16 +24,19 @@ def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
     Args:
         data: the cycles; means stay those of the observed samples of each group.
         rank: q.
-        tol: stop when an iteration gains less than this fraction of the error.
+        tol: stop when two iterations in a row gain less than this fraction of the error each.
         max_iter: iterations at most.
 
     Returns:
         As `ppca.fit_ppca`, but errors are ‖X⁽²⁾ - X⁽⁵⁾‖ with the gaps of X⁽²⁾ filled from X⁽⁵⁾: the root of
         the squared error on the observed samples; noise is the mean square of what is left of them.
     """
-    loadings = np.linalg.qr(first_parameters(data, rank).w)[0]
-    if len(data.groups) >= 2 * WARM:  # most iterations are spent where they are cheap
-        loadings = _descend(data.every(len(data.groups) // WARM), loadings, tol, max_iter)[0]
+    if len(data.groups) < 2 * WARM:
+        loadings = np.linalg.qr(first_parameters(data, rank).w)[0]
+    else:  # first parameters are of some cycles only: keep the components of more that explain best what all show
+        wide = np.linalg.qr(first_parameters(data, OVERSAMPLING * rank).w)[0]
+        wide, z, *_ = _descend(data, wide, tol, 1)
+        loadings = wide @ np.linalg.eigh(z.T @ z)[1][:, : -rank - 1 : -1]
     loadings, z, noise, errors = _descend(data, loadings, tol, max_iter)
     _, s, vt = np.linalg.svd(z, full_matrices=False)
     components = (loadings @ vt.T).T.reshape(rank, *data.centre.shape[1:])
@@ -47,7 +51,7 @@ def _descend(data: Observations, loadings, tol, max_iter):
     z, squares, total = np.zeros((len(data.groups), q)), np.empty(len(data.groups)), data.square.sum()
     shapes = [(q, size), ((len(data.basis) + 1) * m, q * (q + 1) // 2)]
     errors: list[float] = []
-    ahead, plain = Anderson(), (loadings, z)
+    ahead, plain, small = Anderson(), (loadings, z), 0
     while True:
         curves = functions(loadings, data.basis, m)
         outer = running(triangle(curves[..., :, None] * curves[..., None, :])).reshape(shapes[1])
@@ -58,9 +62,10 @@ def _descend(data: Observations, loadings, tol, max_iter):
             loadings, z = plain
             ahead.forget()
             continue
+        small = small + 1 if errors and errors[-1] - error <= tol * errors[-1] else 0
         errors.append(error)
         zz, missing_zz = z.T @ z, from_triangle(missed(edges, m), q)
-        if len(errors) >= max_iter or (len(errors) > 1 and errors[-2] - errors[-1] <= tol * errors[-2]):
+        if len(errors) >= max_iter or small == 2:  # one may be an extrapolation's bad luck
             return loadings, z, _noise(data, loadings, zz, missing_zz, yz.T), errors
         following, turn = _orthonormal(_regress(data.basis, loadings, zz, missing_zz, yz.T))
         plain = following, z @ turn

@@ -269,6 +269,16 @@ def test_a_large_fit_that_starts_from_a_part_ends_where_others_do():
     assert len(large.errors_) < len(part.errors_)
 
 
+def test_a_large_fig_8_starts_from_more_components_and_ends_where_small_steps_end():
+    values = with_gaps(low_rank(1100, 32, 4, noise=0.3)[0])[0]
+    large = FunctionalPCA(3, n_harmonics=8, method="svd").fit(as_cycles(values))
+    exact = FunctionalPCA(3, n_harmonics=8, method="svd", tol=1e-12).fit(as_cycles(values))
+    assert large.errors_[-1] <= exact.errors_[-1] * (1 + 1e-6)
+    assert np.diff(large.errors_).max() <= 0
+    overlap = np.linalg.svd(large.components_.reshape(3, -1) @ exact.components_.reshape(3, -1).T)[1]
+    assert overlap.min() > 1 - 1e-5
+
+
 @pytest.mark.parametrize("centre", ["all", "subject"])
 def test_same_data_same_file_and_back(gappy, tmp_path, centre):
     cycles = as_cycles(gappy[2], tuple("abc"[i % 3] for i in range(60)))
