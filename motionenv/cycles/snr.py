@@ -55,7 +55,8 @@ def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> S
     deviations, total, n = centre(z)
     count = np.uint8 if len(z) <= 255 * order[0] else np.int32
     paper = weighting == "paper"
-    between, means, bins = _fold.sums_of_squares(deviations, seen.astype(count), order, paper)
+    z = np.ascontiguousarray(deviations)  # the kernels reshape, and callers may hold another memory order
+    between, means, bins = _fold.sums_of_squares(z, np.ascontiguousarray(seen, dtype=count), order, paper)
     with np.errstate(divide="ignore", invalid="ignore"):
         signal = means * n / ((bins - 1) * bins) if paper else between / (bins - 1)
         noise = np.maximum(total - between, ROUNDING * total) / (n - bins)

@@ -1,5 +1,9 @@
 """One way to ask any walking model for a motion."""
 
+from copy import deepcopy
+
+import numpy as np
+
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers import Eigenwalkers
@@ -39,8 +43,14 @@ def synthesize(
     if isinstance(fitted, WalkingModel):
         return fitted.synthesize(seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation)
     if isinstance(fitted, Eigenwalkers):
-        motion = fitted.walker_motion(seconds, fps, seed=seed, speed=speed, phase=phase)
-        return motion if height is None else scaled(motion, height)
+        if height is None or speed is None:
+            motion = fitted.walker_motion(seconds, fps, seed=seed, speed=speed, phase=phase)
+            return motion if height is None else scaled(motion, height)
+        # Scaling a body scales its speed: pace the walker so that it is right afterwards.
+        rng = np.random.default_rng(seed)
+        own = fitted.walker_motion(1.0, fps, seed=deepcopy(rng)).skeleton.height
+        motion = fitted.walker_motion(seconds, fps, seed=rng, speed=speed * own / height, phase=phase)
+        return scaled(motion, height)
     raise MotionError(f"{model!r} is a {fitted.kind} model, which doesn't walk; see `motionenv models`")
 
 

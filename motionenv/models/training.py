@@ -1,5 +1,6 @@
 """From a folder of motion capture to the fitted models that ship: which walks, of whom, and the model card."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from motionenv import __version__
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget, to_markers
+from motionenv.mocap.sources import find_source
 from motionenv.models.eigenwalkers import Eigenwalkers
 from motionenv.models.gait import gait_channels
 from motionenv.models.walking import WalkingModel
@@ -20,6 +22,18 @@ _SAME_PERSON = {"37": "12", "38": "07"}
 #: Names under which `fit` fits models.
 MODELS = ("walk/fpca", "walk/eigenwalkers")
 
+_CMU_CARD = {
+    "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
+    "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
+    "model licence": "MIT",
+    "intended use": "synthesis and tracking of straight walking; few people, most trials of one of them",
+}
+_UNKNOWN_CARD = {
+    "data": "straight walks from files that motionenv doesn't know",
+    "data licence": "not stated: ask whoever the capture is from",
+    "model licence": "not stated: it depends on the capture's",
+    "intended use": "synthesis and tracking of straight walking",
+}
 _SUFFIXES = {".amc", ".bvh", ".c3d"}
 _STRAIGHT = 0.9
 
@@ -33,12 +47,14 @@ class Walks:
         markers: their 15 markers.
         subjects: the person's label of each.
         left_out: reason by file, of what was not used.
+        cmu: whether all of it is known to be CMU's, file by file.
     """
 
     motions: tuple[Motion, ...]
     markers: tuple[Markers, ...]
     subjects: tuple[str, ...]
     left_out: dict[str, str]
+    cmu: bool
 
 
 def read_walks(
@@ -46,7 +62,8 @@ def read_walks(
 ) -> Walks:
     """Every straight, periodic walk among the capture files below `folder`.
 
-    The person is the file's name up to the first "_", as CMU numbers its trials.
+    The person is the file's name up to the first "_", as CMU numbers its trials; of CMU's, known by their SHA-256,
+    numbers that are one person count as one.
 
     Args:
         folder: searched with its subfolders for AMC, BVH and C3D.
@@ -62,17 +79,21 @@ def read_walks(
         raise MotionError(
             f"no AMC, BVH or C3D file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
         )
-    used, left_out = [], {}
+    known = {file.sha256 for file in find_source("cmu-walks").files}
+    used, left_out, cmu = [], {}, []
     for path in paths:
         on_file(path.name)
         try:
-            used.append(_walk(path, fps, unit))
+            motion, markers = _walk(path, fps, unit)
+            cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
+            person = path.stem.partition("_")[0]
+            used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
         except MotionError as error:
             left_out[path.name] = str(error)
     if not used:
         raise MotionError(f"none of {len(paths)} files is a straight walk; the first: {next(iter(left_out.values()))}")
-    motions, markers, subjects = zip(*used, strict=True)
-    return Walks(motions, markers, subjects, left_out)
+    motions, shown, subjects = zip(*used, strict=True)
+    return Walks(motions, shown, subjects, left_out, all(cmu))
 
 
 def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
@@ -106,8 +127,8 @@ def check_name(name: str) -> None:
         raise MotionError(f"model must be {' or '.join(MODELS)}, got {name!r}")
 
 
-def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers, str]:
-    """One file as motion, markers and person.
+def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers]:
+    """One file as motion and markers.
 
     Raises:
         MotionError: it can't be read or retargeted, turns, or has no period.
@@ -120,8 +141,7 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
     if straight < _STRAIGHT:
         raise MotionError(f"not straight: gets {straight:.0%} of its path's length ahead")
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
-    subject = path.stem.partition("_")[0]
-    return motion, to_markers(capture), _SAME_PERSON.get(subject, subject)
+    return motion, to_markers(capture)
 
 
 def _straightness(motion: Motion) -> float:
@@ -140,10 +160,7 @@ def _card(name: str, walks: Walks, command: str) -> dict:
         "trials": len(walks.motions),
         "frames": int(sum(len(m.poses) for m in walks.motions)),
         "seconds": round(sum(m.seconds for m in walks.motions), 1),
-        "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
-        "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
-        "model licence": "MIT",
+        **(_CMU_CARD if walks.cmu else _UNKNOWN_CARD),
         "command": command,
         "motionenv": __version__,
-        "intended use": "synthesis and tracking of straight walking; few people, most trials of one of them",
     }

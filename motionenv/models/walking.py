@@ -27,6 +27,7 @@ _STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from
 _GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
 _TOGETHER = 16  # walkers at a time, so that what is in work stays in the cache
 _FASTEST = 3.0  # [m/s]
+_SHORTEST = 0.5  # [s] stride time
 
 
 @dataclass(frozen=True)
@@ -163,6 +164,10 @@ class WalkingModel:
         """
         self._check_fitted()
         _check_request(seconds, fps, variation, phase, n)
+        if speed is not None and not 0.1 <= speed <= _FASTEST:
+            raise MotionError(f"speed must be from 0.1 to {_FASTEST} m/s, got {speed!r}")
+        if stride is not None and len(stride.seconds) != (n or 1):
+            raise MotionError(f"stride holds {len(stride.seconds)} walkers and n asks for {n or 1}: they must agree")
         rng = np.random.default_rng(seed)
         body = self.skeleton(height)
         # Fitted speeds are in body heights per second, so that a tall person walks faster with the same scores.
@@ -203,7 +208,7 @@ class WalkingModel:
     def _wobble(self, stride: Stride, seconds: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines along which scores leave their mean."""
         n, q = stride.scores.shape
-        count = int(np.ceil((seconds + 2 * _PADDING) / min(stride.seconds.min(), 0.5))) + 5
+        count = int(np.ceil((seconds + 2 * _PADDING) / min(stride.seconds.min(), _SHORTEST))) + 5
         # A uniform cubic B-spline of unit-variance points has variance 0.46 to 0.5: scaled to keep the cycles'.
         return rng.standard_normal((n, count, q)) @ _root_of(self.cycle_covariance_).T / np.sqrt(0.48)
 
@@ -213,10 +218,12 @@ class WalkingModel:
         Contact decides how far a cycle carries, whatever its pace; but the pace decides which cycles fit, so the steps
         are shorter than a fixed stride would ask for, and there are four.
         """
+        shortest = min(_SHORTEST, stride.seconds.min())  # what `_wobble` has control points for
         for _ in range(4):
             x, fps = walk(stride)
             pace = (x[:, -1] - x[:, 0]) * fps / (x.shape[1] - 1)
-            stride = Stride(stride.scores, stride.seconds * (pace / speed) ** 0.75)
+            seconds = np.maximum(stride.seconds * (pace / speed) ** 0.75, shortest)
+            stride = Stride(stride.scores, seconds)
         return stride
 
     def _walk(self, stride: Stride, frames: int, fps: float, body: Skeleton, phase, wobble) -> np.ndarray:

@@ -7,10 +7,10 @@ from typing import cast
 import numpy as np
 
 from motionenv.body import markers
-from motionenv.errors import GapError
+from motionenv.errors import GapError, MotionError
 from motionenv.render.cameras import fit_view
 from motionenv.render.cameras import follow as follow_path
-from motionenv.render.engines import render
+from motionenv.render.engines import ENGINES, render
 from motionenv.render.pointlights import render_points
 from motionenv.render.raycast import Raycaster
 from motionenv.render.scene import Scene
@@ -45,8 +45,15 @@ def film(
 
     Raises:
         GapError: the motion has gaps.
+        MotionError: a batch of motions, or no such engine.
         EngineError: the engine can't run here.
     """
+    if motion.poses.ndim != 2:
+        raise MotionError(
+            f"film one motion (frames, 25) at a time, got poses of shape {motion.poses.shape}: take poses[0]"
+        )
+    if engine not in ENGINES:
+        raise MotionError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
     if not np.isfinite(motion.poses).all():
         known = np.isfinite(motion.poses).all(1)
         raise GapError(f"{(~known).sum()} of {len(known)} frames have gaps; cut or fill them before rendering")

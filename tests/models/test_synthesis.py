@@ -83,3 +83,10 @@ def test_what_does_not_walk_is_refused():
         synthesize(FunctionalPCA(2, n_harmonics=4).fit(cycles), 1, 30)
     with pytest.raises(ModelError, match="walk/fpca"):
         synthesize("walk/none", 1, 30)
+
+
+@pytest.mark.parametrize("height", [1.3, 1.9])
+def test_eigenwalkers_of_any_height_go_as_fast_as_asked(height):
+    motion = synthesize("walk/eigenwalkers", 8, 60, seed=1, speed=1.3, height=height)
+    travelled = np.linalg.norm(motion.poses[-1, :2] - motion.poses[0, :2])
+    assert travelled / (len(motion.poses) - 1) * 60 == pytest.approx(1.3, rel=0.03)

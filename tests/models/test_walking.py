@@ -292,3 +292,18 @@ def test_before_fit_there_is_no_walk():
             call(WalkingModel())
     with pytest.raises(MotionError, match="a subject for each motion"):
         WalkingModel().fit([], [])
+
+
+def test_memory_order_of_the_input_does_not_matter(model):
+    walk = model.synthesize(4, 60, seed=1)
+    turned = Motion(np.asfortranarray(walk.poses), walk.skeleton, walk.fps)
+    assert model.score([turned]) == pytest.approx(model.score([walk]))
+
+
+def test_given_walkers_and_requests_must_agree(model):
+    three = model.sample(3, seed=0)
+    with pytest.raises(MotionError, match="stride holds 3 walkers and n asks for 5"):
+        model.synthesize(2, 30, stride=three, n=5)
+    with pytest.raises(MotionError, match=r"speed must be from 0\.1 to 3\.0 m/s, got 99\.0"):
+        model.synthesize(2, 30, stride=three, n=3, speed=99.0)
+    assert np.isfinite(model.synthesize(20, 30, stride=three, n=3, speed=3.0).poses).all()

@@ -68,3 +68,12 @@ def test_gaps_and_unknown_engines_are_refused_before_drawing(walk):
         film(Motion(poses, walk.skeleton, 10), 0.0)
     with pytest.raises(MotionError, match="raycast, pyrender"):
         next(film(walk, 0.0, engine="povray"))
+
+
+def test_a_batch_and_an_unknown_engine_are_refused():
+    batch = motionenv.load("walk/fpca").synthesize(0.2, 30, n=2, seed=1)
+    with pytest.raises(MotionError, match=r"one motion \(frames, 25\) at a time"):
+        film(batch)
+    one = motionenv.Motion(batch.poses[0], batch.skeleton, 30)
+    with pytest.raises(MotionError, match="engine must be one of raycast, pyrender, got 'foo'"):
+        film(one, points=True, engine="foo")
