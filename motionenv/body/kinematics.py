@@ -80,7 +80,7 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
     """Ends of the axes of the drawn limbs.
 
     Feet have no degree of freedom: they follow the shin, levelled sideways, and bend at the ankle so far that
-    neither heel nor toe goes under the ground z = 0.
+    the toe stays over the ground z = 0, and the heel where the ankle is high enough for it.
 
     Args:
         poses: (..., 25) [m, rad].

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv.errors import MotionError
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget
 from motionenv.types import Motion
@@ -21,7 +22,12 @@ def read_motion(path, *, fps: float | None = None, unit: str | None = None) -> M
         MotionError: as `motionenv.read` and `motionenv.retarget`.
     """
     loaded = read(path, fps=fps, unit=unit)
-    return loaded if isinstance(loaded, Motion) else retarget(loaded)
+    if isinstance(loaded, Motion):
+        return loaded
+    try:
+        return retarget(loaded)
+    except MotionError as error:
+        raise type(error)(f"{path}: {error}") from error
 
 
 def describe(path, *, fps: float | None = None, unit: str | None = None) -> str:

@@ -145,7 +145,7 @@ class WalkingModel:
         variation: float = 1.0,
         height: float | None = None,
     ) -> Motion:
-        """New walks along x, from the origin, on the ground z = 0.
+        """New walks along x (as people do: within a few degrees), from the origin, on the ground z = 0.
 
         Args:
             seconds: duration [s].
@@ -153,7 +153,7 @@ class WalkingModel:
             n: None for one walk (frames, 25), else a batch (n, frames, 25).
             seed: int or Generator for the walker and for how its cycles vary.
             stride: the walkers, from `sample`; None draws them.
-            speed: walking speed [m/s]; None takes the walker's own.
+            speed: walking speed along x [m/s]; None takes the walker's own.
             phase: where in the cycle to start [cycles]; 0 is the left leg furthest ahead.
             variation: factor on how much the cycles of one walker differ; 0 repeats one cycle exactly.
             height: body height [m]; None takes the mean.
