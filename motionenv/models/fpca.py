@@ -39,7 +39,8 @@ class FunctionalPCA:
 
     - `method="ppca"` (default) maximises the likelihood of the observed samples with EM (`motionenv.models.ppca`):
       scores are shrunk by what a cycle shows of itself, so gaps are filled well even from few cycles.
-    - `method="svd"` is paper A's fig. 8 as printed, but in the real basis: impute, project, truncate the SVD, repeat.
+    - `method="svd"` descends to paper A's fig. 8 solution in the real basis: the same error as imputing, projecting and
+      truncating the SVD in turn, by parts that need no SVD of all cycles (`motionenv.models.fig8`).
 
     Args:
         n_components: q, components to keep.
