@@ -1,0 +1,79 @@
+"""Compiled loops over frames: pose vectors to the parameters of a frame, and back."""
+
+import numpy as np
+from numba import njit
+
+_jit = njit(nogil=True, cache=True, error_model="numpy")
+
+
+@_jit
+def local_pose(before, now, out):
+    """Write to `out` (25,) the pose `now` as seen from the heading frame of the pose `before`, one frame earlier."""
+    c, s = np.cos(before[5]), np.sin(before[5])
+    dx, dy = now[0] - before[0], now[1] - before[1]
+    out[0] = c * dx + s * dy
+    out[1] = c * dy - s * dx
+    for j in range(2, 25):
+        out[j] = now[j]
+    out[5] = now[5] - before[5]
+
+
+@_jit
+def placed_pose(before, local, out):
+    """Write to `out` (25,) the pose in the world that `local_pose` sees as `local` from `before`."""
+    c, s = np.cos(before[5]), np.sin(before[5])
+    out[0] = before[0] + c * local[0] - s * local[1]
+    out[1] = before[1] + s * local[0] + c * local[1]
+    heading = before[5] + local[5]
+    for j in range(2, 25):
+        out[j] = local[j]
+    out[5] = heading
+
+
+@_jit
+def frame_parameters(poses, start, t, fps, earlier, out):
+    """Write the parameters (50,) of frame `t` of a sequence that begins at frame `start`; `earlier` (25,) is scratch.
+
+    Before its first frame a sequence is taken to have moved as it does from the first to the second.
+    """
+    i = max(t, start + 1)
+    local_pose(poses[i - 1], poses[i], out)
+    if i - 2 >= start:
+        local_pose(poses[i - 2], poses[i - 1], earlier)
+    else:
+        for j in range(25):
+            earlier[j] = poses[i - 1, j]
+        earlier[0], earlier[1], earlier[5] = out[0], out[1], out[5]
+    for j in range(25):
+        out[25 + j] = (out[j] - earlier[j]) * fps
+    if i > t:  # the first frame: its own pose, the velocities of the second
+        for j in range(2, 25):
+            if j != 5:
+                out[j] = poses[t, j]
+
+
+@_jit
+def parameters_of(poses, starts, first, last, fps, out):
+    """Write the parameters (last - first, 50) of frames `first` to `last` of sequences that begin at `starts`."""
+    earlier, row = np.empty(25), np.empty(50)
+    k = np.searchsorted(starts, first, side="right") - 1
+    for t in range(first, last):
+        while k + 1 < len(starts) and starts[k + 1] <= t:
+            k += 1
+        frame_parameters(poses, starts[k], t, fps, earlier, row)
+        for j in range(50):
+            out[t - first, j] = row[j]
+
+
+@_jit
+def successors(poses, starts, frames, fps, now, after):
+    """Write the parameters (n, 50) of `frames` (n,), and the first 25 of the frame after each, to `now` and `after`."""
+    earlier, row = np.empty(25), np.empty(50)
+    for i in range(len(frames)):
+        t = frames[i]
+        frame_parameters(poses, starts[np.searchsorted(starts, t, side="right") - 1], t, fps, earlier, row)
+        for j in range(50):
+            now[i, j] = row[j]
+        local_pose(poses[t], poses[t + 1], earlier)
+        for j in range(25):
+            after[i, j] = earlier[j]

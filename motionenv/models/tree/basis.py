@@ -1,0 +1,173 @@
+"""The low-dimensional basis of windows (paper C, section 4, eq. 4 and 5), without ever holding the windows.
+
+A window is ten frames of p parameters. The covariance of all windows is made of lag covariances: the block of the
+frames i and i + k before the last is the sum of f(t - i) f(t - i - k)ᵀ over the windows' last frames t. From i - 1 to
+i that sum changes only at the ends of the sequences, so ten products of the frames with themselves, shifted, give all
+its 100 blocks.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.models.tree._frame_kernels import parameters_of
+from motionenv.models.tree.database import Database
+from motionenv.models.tree.frames import FPS, WINDOW
+
+_CHUNK = 16384
+_NEGLIGIBLE = 1e-9  # share of the largest variance below which an axis means nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Principal components of standardised windows.
+
+    Attributes:
+        channels: (p,) which of the 50 parameters of a frame are taken.
+        mean, scale: (p,) of each parameter, in its unit: a frame is standardised to (f - mean) / scale.
+        components: (b, 10, p) orthonormal axes Ũ; the last frame of the window first.
+        centre: (10, p) mean Ψ̄ of the standardised windows.
+        deviation: (b,) standard deviation σ_l of the coefficients along each axis.
+        share: share of the windows' variance that the axes hold.
+    """
+
+    channels: np.ndarray
+    mean: np.ndarray
+    scale: np.ndarray
+    components: np.ndarray
+    centre: np.ndarray
+    deviation: np.ndarray
+    share: float
+
+    @property
+    def filter(self) -> tuple[np.ndarray, np.ndarray]:
+        """Weights (10, p, b) and offsets (b,) with which ten frames of parameters give coefficients over σ."""
+        weights = np.moveaxis(self.components, 0, -1) / self.scale[:, None] / self.deviation
+        offset = np.einsum("bdp,dp->b", self.components, self.centre + self.mean / self.scale) / self.deviation
+        return np.ascontiguousarray(weights), offset
+
+    def coefficients(self, parameters) -> np.ndarray:
+        """Coefficients over their standard deviations, c / σ (..., b), of the last ten of (..., frames, 50)."""
+        weights, offset = self.filter
+        last = np.asarray(parameters)[..., -1 : -WINDOW - 1 : -1, self.channels]
+        return np.einsum("...dp,dpb->...b", last, weights) - offset
+
+
+def fit_basis(database: Database, channels: np.ndarray) -> Basis:
+    """The basis of a database's windows: b = ⌊log₂ n⌋ components (paper C).
+
+    Each parameter is divided by its standard deviation first, as Σ of paper C's eq. 3 does: otherwise the
+    approximation of its Observation 1 does not hold.
+
+    Args:
+        database: of n windows.
+        channels: (p,) which of the 50 parameters of a frame to take.
+    """
+    n = len(database.windows)
+    middle, unit = _rough(database, channels)
+    sums, products = _window_moments(database, channels, middle, unit)
+    mean = sums[0] / n
+    scale = _positive(np.sqrt(np.maximum(np.diag(products[0, :, 0]) / n - mean**2, 0.0)))
+    average = sums / n
+    covariance = (products / n - average[:, :, None, None] * average) / (scale[:, None, None] * scale)
+    size = WINDOW * len(channels)
+    values, axes = np.linalg.eigh(covariance.reshape(size, size))
+    values, axes = values[::-1], axes[:, ::-1].T
+    b = max(1, min(int(np.log2(n)), int((values > _NEGLIGIBLE * values[0]).sum())))
+    kept = axes[:b] * np.sign(axes[np.arange(b), np.abs(axes[:b]).argmax(1)])[:, None]  # the solver's sign is chance
+    return Basis(
+        channels=channels,
+        mean=middle + unit * mean,
+        scale=unit * scale,
+        components=kept.reshape(b, WINDOW, -1),
+        centre=(average - mean) / scale,
+        deviation=_positive(np.sqrt(np.maximum(values[:b], 0.0))),
+        share=float(values[:b].sum() / values.sum()) if values[0] > 0 else 1.0,
+    )
+
+
+def project(database: Database, basis: Basis, out: np.ndarray) -> None:
+    """Write the coefficients of all windows over their standard deviations to `out` (n, b), float32.
+
+    Args:
+        database: of n windows.
+        basis: of b components.
+        out: any array-like of that shape that can be written in slices.
+    """
+    weights, offset = basis.filter
+    weights = np.ascontiguousarray(weights.transpose(1, 0, 2).reshape(len(basis.channels), -1), dtype=np.float32)
+    weights *= basis.scale[:, None].astype(np.float32)
+    offset = offset - np.einsum("dpb,p->b", basis.filter[0], basis.mean)
+    b, done = len(basis.deviation), 0
+    for first, now, frames in _chunks(database, basis.channels, basis.mean, basis.scale):
+        parts = (frames @ weights).reshape(len(frames), WINDOW, b)
+        ends = now - first + WINDOW - 1
+        whole = np.zeros((len(ends), b), dtype=np.float32)
+        for lag in range(WINDOW):
+            whole += parts[ends - lag, lag]
+        out[done : done + len(ends)] = whole - offset.astype(np.float32)
+        done += len(ends)
+
+
+def _window_moments(database, channels, middle, unit) -> tuple[np.ndarray, np.ndarray]:
+    """Sum (10, p) and sum of outer products (10, p, 10, p) of all windows of frames (f - middle) / unit."""
+    p = len(channels)
+    sums, products = np.zeros((WINDOW, p)), np.zeros((WINDOW, p, WINDOW, p))
+    for first, now, frames in _chunks(database, channels, middle, unit):
+        ends = now - first + WINDOW - 1
+        current = np.zeros((len(frames), p), dtype=np.float32)
+        current[ends] = frames[ends]
+        sums[0] += current.sum(0, dtype=np.float64)
+        for lag in range(WINDOW):
+            products[0, :, lag] += current[WINDOW - 1 :].T @ frames[WINDOW - 1 - lag : len(frames) - lag]
+    heads = _edges(database, channels, middle, unit, database.starts[:-1])
+    tails = _edges(database, channels, middle, unit, database.starts[1:] - WINDOW)
+    for i in range(1, WINDOW):
+        entering, leaving = heads[:, WINDOW - 1 - i], tails[:, WINDOW - 1 - i]
+        sums[i] = sums[i - 1] + entering.sum(0) - leaving.sum(0)
+        for j in range(i, WINDOW):
+            change = entering.T @ heads[:, WINDOW - 1 - j] - leaving.T @ tails[:, WINDOW - 1 - j]
+            products[i, :, j] = products[i - 1, :, j - 1] + change
+    for i in range(WINDOW):
+        for j in range(i):
+            products[i, :, j] = products[j, :, i].T
+    return sums, products
+
+
+def _chunks(database, channels, middle, unit) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """Frames in pieces: the first new frame, the windows that end in the piece, and its standardised parameters.
+
+    The parameters (9 + frames, p) begin nine frames earlier, with zeros where there are none.
+    """
+    bounds = np.searchsorted(database.windows, np.arange(0, len(database.poses) + _CHUNK, _CHUNK))
+    for i, first in enumerate(range(0, len(database.poses), _CHUNK)):
+        lead = min(first, WINDOW - 1)
+        last = min(first + _CHUNK, len(database.poses))
+        frames = np.zeros((WINDOW - 1 + last - first, len(channels)), dtype=np.float32)
+        frames[WINDOW - 1 - lead :] = _standardised(database, channels, middle, unit, first - lead, last)
+        yield first, database.windows[bounds[i] : bounds[i + 1]], frames
+
+
+def _edges(database, channels, middle, unit, firsts) -> np.ndarray:
+    """Standardised parameters (sequences, 10, p) of the ten frames that begin at each of `firsts`."""
+    return np.stack([_standardised(database, channels, middle, unit, f, f + WINDOW) for f in firsts])
+
+
+def _standardised(database, channels, middle, unit, first, last) -> np.ndarray:
+    """Parameters (last - first, p) of frames, less `middle`, over `unit`."""
+    raw = np.empty((last - first, 50))
+    parameters_of(database.poses, database.starts[:-1], first, last, FPS, raw)
+    return (raw[:, channels] - middle) / unit
+
+
+def _rough(database, channels) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation (p,) of some of the frames, so that sums can be kept in single precision."""
+    firsts = np.linspace(0, len(database.poses) - WINDOW, 500).astype(int)
+    some = _edges(database, channels, 0.0, 1.0, np.unique(firsts)).reshape(-1, len(channels))
+    return some.mean(0), _positive(some.std(0))
+
+
+def _positive(scale: np.ndarray) -> np.ndarray:
+    """`scale` with 1 for what doesn't vary."""
+    return np.where(scale > 1e-6, scale, 1.0)

@@ -1,0 +1,97 @@
+"""How the pose goes on from a drawn window: the paper's way, or carrying over what differs.
+
+Paper C takes the pose after the window as it is, with a little Gaussian noise (section 4.2). Neighbours in a database
+differ from the motion at hand, though, by far more than a body moves in one frame. Analog forecasting (Lguensat et al.
+2017, "The analog data assimilation", eq. 5 and 6) therefore carries the difference over; here a share of it, per
+parameter, by least squares over pairs of neighbours from different sequences:
+
+    next = ψ(i + 1) + a (φ(t) - ψ(i)) + b (φ̇(t) - ψ̇(i)) / fps + η,    η ~ N(0, diag(deviation²))
+
+Poses are the first 25 parameters of `motionenv.models.tree.frames`, so that place and heading are increments.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.models.tree._frame_kernels import successors
+from motionenv.models.tree.database import Database
+from motionenv.models.tree.exact import KernelIndex
+from motionenv.models.tree.frames import FPS
+
+_TEMPERATURE = 0.05  # at which neighbours are drawn
+_PROBES, _KNOWN, _DRAWS = 2000, 200_000, 8  # windows asked, windows asked among, neighbours of each
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """What is carried over, and how far off predictions are on average.
+
+    Attributes:
+        pose, velocity: (25,) the shares a and b.
+        deviation: (25,) [m, rad] root mean square error of one neighbour's prediction with these shares.
+        plain_deviation: (25,) [m, rad] the same where nothing is carried over, as in the paper.
+    """
+
+    pose: np.ndarray
+    velocity: np.ndarray
+    deviation: np.ndarray
+    plain_deviation: np.ndarray
+
+    def carried(self, history, now, after) -> np.ndarray:
+        """Predicted next poses (..., 25) as local parameters.
+
+        Args:
+            history: (..., 50) parameters of the last frame at hand.
+            now: (..., 50) parameters of the windows' last frames.
+            after: (..., 25) first parameters of the frames after them.
+        """
+        difference = history - now
+        return after + self.pose * difference[..., :25] + self.velocity * difference[..., 25:] / FPS
+
+
+def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (..., 50) of frames (...) of a database, and the first 25 of the frames after them, (..., 25).
+
+    Args:
+        database: any.
+        frames: (...) indices of frames that are not the last of their sequence.
+    """
+    flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
+    now, after = np.empty((len(flat), 50)), np.empty((len(flat), 25))
+    successors(database.poses, database.starts[:-1], flat, FPS, now, after)
+    return now.reshape(*np.shape(frames), 50), after.reshape(*np.shape(frames), 25)
+
+
+def fit_forecast(database: Database, coefficients, frames) -> Forecast:
+    """The forecast that suits a database, from neighbours of one half of the sequences among those of the other.
+
+    A single sequence is halved in time. The windows asked are evenly spaced, and the neighbours' key is fixed: the
+    same database gives the same forecast.
+
+    Args:
+        database: any.
+        coefficients: (n, b) float32, the windows' coefficients over their deviations; a copy is taken.
+        frames: (n,) the windows' last frames, ascending.
+    """
+    sequence = database.sequence_of(frames)
+    half = sequence % 2 == 0 if len(database.clips) > 1 else np.arange(len(frames)) < len(frames) / 2
+    known, asked = np.flatnonzero(half)[:_KNOWN], np.flatnonzero(~half)
+    asked = asked[np.linspace(0, len(asked) - 1, min(_PROBES, len(asked))).astype(int)] if len(asked) else known
+    index, order = KernelIndex.build(coefficients[known])
+    drawn = order[index.draw(coefficients[asked], _DRAWS, _TEMPERATURE, key=0)]
+    here, truth = steps(database, frames[asked])
+    now, after = steps(database, frames[known][drawn])
+    error = truth[:, None] - after
+    difference = here[:, None] - now
+    x = np.stack([difference[..., :25], difference[..., 25:] / FPS], axis=-1)
+    a, b = _least_squares(x, error)
+    rest = error - a * x[..., 0] - b * x[..., 1]
+    return Forecast(a, b, *(np.sqrt((e**2).mean((0, 1))) for e in (rest, error)))
+
+
+def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Weights (2, 25) of x (..., 25, 2) that explain y (..., 25) best, each parameter by itself."""
+    normal = np.einsum("pdck,pdcl->ckl", x, x)
+    normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12 * np.eye(2)
+    return np.linalg.solve(normal, np.einsum("pdck,pdc->ck", x, y)[..., None])[..., 0].T

@@ -1,0 +1,277 @@
+"""The implicit probabilistic model of human motion (Sidenbladh, Black & Sigal 2002, sections 4 and 5).
+
+Given the last ten frames Φ_t, the next pose is the one that follows a window Ψ_i of the database, drawn with
+
+    p(Ψ_i | Φ_t) ∝ exp(-½ (c_i - c_t)ᵀ Σ̃⁻² (c_i - c_t) / β)                            (eq. 3, Observation 1)
+
+where c are the coefficients in the database's principal components and β is the temperature. `method="tree"` draws
+with the paper's probabilistic search (eq. 7, 8), which is very fast and only roughly of that distribution;
+`method="exact"` draws from the distribution itself.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.errors import ModelError, MotionError
+from motionenv.models.tree.basis import fit_basis, project
+from motionenv.models.tree.database import Database, leg_length
+from motionenv.models.tree.descent import CoefficientTree
+from motionenv.models.tree.exact import KernelIndex
+from motionenv.models.tree.forecast import fit_forecast, steps
+from motionenv.models.tree.frames import FPS, WINDOW, local, parameters, placed
+from motionenv.types import Motion
+
+#: Entries of the pose vector that a tree of a part of the body looks at, and predicts.
+PARTS = {
+    "body": tuple(range(25)),
+    "lower": (*range(6), *range(17, 25)),
+    "upper": tuple(range(6, 17)),
+    "left_arm": tuple(range(9, 13)),
+    "right_arm": tuple(range(13, 17)),
+}
+METHODS = ("tree", "exact")
+
+_TURN = 2 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """What may come next.
+
+    Attributes:
+        poses: (..., n, 25) [m, rad], in the world of the history.
+        windows: (..., n) which windows were drawn; `MotionTree.frames_[windows]` is the last frame of each.
+        log_probability: (..., n) log of the probability with which each was drawn, or None where not asked for.
+    """
+
+    poses: np.ndarray
+    windows: np.ndarray
+    log_probability: np.ndarray | None
+
+
+class MotionTree:
+    """A database of motion as a probability distribution over the next pose.
+
+    Args:
+        splits: "sign" as in the paper, or "median" for the balanced tree that it mentions.
+        part: which part of the body it is about, a key of `PARTS`.
+
+    Attributes:
+        database_: the `Database`.
+        basis_: the `Basis` of its windows.
+        frames_: (n,) last frame of each window.
+        index_: the windows' coefficients in a kd-tree.
+        descent_: the paper's tree.
+        forecast_: how poses go on from a window.
+        card_: the model card.
+
+    Raises:
+        MotionError: an unknown `splits` or `part`.
+    """
+
+    kind = "tree"
+
+    def __init__(self, *, splits: str = "sign", part: str = "body"):
+        if part not in PARTS:
+            raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
+        if splits not in ("sign", "median"):
+            raise MotionError(f"splits must be 'sign' or 'median', got {splits!r}")
+        self.splits, self.part = splits, part
+        self.card_: dict = {}
+
+    def fit(self, database: Database) -> "MotionTree":
+        """Learn from `database`; what is kept refers to its arrays, without a copy."""
+        channels = np.array(PARTS[self.part])
+        self.database_ = database
+        self.basis_ = fit_basis(database, np.concatenate([channels, channels + 25]))
+        coefficients = np.empty((len(database.windows), len(self.basis_.deviation)), dtype=np.float32)
+        project(database, self.basis_, coefficients)
+        self.forecast_ = fit_forecast(database, coefficients, database.windows)
+        self.index_, order = KernelIndex.build(coefficients)
+        self.frames_ = database.windows[order]
+        self.descent_ = CoefficientTree.build(self.index_.blocks, self.index_.n, self.splits)
+        return self
+
+    def coefficients(self, history) -> np.ndarray:
+        """Coefficients over their standard deviations, c / σ (..., b) float32, of what just happened.
+
+        Args:
+            history: (..., frames, 25) poses at 30 frames/s, oldest first, or a `Motion` of that rate. The last ten
+                frames count, and the two before them for their velocities, where there are any.
+
+        Raises:
+            MotionError: fewer than ten frames, another shape or rate, or NaN.
+        """
+        return self.basis_.coefficients(self._recent(history)).astype(np.float32)
+
+    def sample(
+        self,
+        history,
+        n: int = 1,
+        *,
+        temperature: float = 0.05,
+        seed=None,
+        method: str = "tree",
+        leaf: str = "uniform",
+        noise: float = 0.0,
+        carry: bool = False,
+        probability: bool = False,
+    ) -> Samples:
+        """Draw what may come next.
+
+        Args:
+            history: (..., frames, 25), as in `coefficients`; each leading axis is a history of its own.
+            n: draws for each history.
+            temperature: β; near 0 the nearest window follows, at 1 anything of the database's own spread.
+            seed: int or Generator.
+            method: "tree", the paper's search, or "exact".
+            leaf: of "tree": how a window is chosen in the leaf, "uniform" or by the "kernel" p(c_i | c_t).
+            noise: Gaussian noise added to the poses, as a share of how far predictions are off on average.
+            carry: carry over the difference between the history and the window (`motionenv.models.tree.forecast`);
+                False takes the pose after the window, as the paper does.
+            probability: also say the probability of each draw; for "exact" this costs a sum over the neighbourhood.
+
+        Raises:
+            MotionError: a history as in `coefficients`, or an option out of range.
+        """
+        self._check_options(n, noise, method)
+        recent = self._recent(history)
+        probes = self.basis_.coefficients(recent.parameters).astype(np.float32)
+        flat = probes.reshape(-1, probes.shape[-1])
+        rng = np.random.default_rng(seed)
+        key = int(rng.integers(2**64, dtype=np.uint64))
+        windows, log_probability = self.draw(flat, n, temperature, key, method, leaf, probability)
+        windows = windows.reshape(*probes.shape[:-1], n)
+        now, after = steps(self.database_, self.frames_[windows])
+        if carry:
+            after = self.forecast_.carried(recent.parameters[..., -1:, :], now, after)
+        if noise > 0:
+            deviation = self.forecast_.deviation if carry else self.forecast_.plain_deviation
+            after = after + noise * deviation * rng.standard_normal(after.shape)
+        if log_probability is not None:
+            log_probability = log_probability.reshape(windows.shape)
+        return Samples(self._poses(recent, after), windows, log_probability)
+
+    def draw(
+        self, probes, n: int, temperature: float, key: int, method: str, leaf: str, probability: bool
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Windows (B, n) drawn for each of the coefficients `probes`, and the log of their probabilities or None.
+
+        Args:
+            probes: (B, b) float32, from `coefficients`.
+            n: draws for each probe.
+            temperature: β.
+            key: whole number that the draws are determined by.
+            method, leaf, probability: as in `sample`.
+
+        Raises:
+            MotionError: an option out of range.
+        """
+        if method == "tree":
+            return self.descent_.draw(probes, n, temperature, key, leaf, self.index_.blocks)
+        windows = self.index_.draw(probes, n, temperature, key)
+        if not probability:
+            return windows, None
+        total = self.index_.log_normaliser(probes, temperature)
+        return windows, self.index_.log_kernel(probes, windows, temperature) - total[:, None]
+
+    def log_density(self, history, after, *, temperature: float = 0.05, draws: int = 256, seed=None,
+                    method: str = "exact") -> np.ndarray:  # fmt: skip
+        """Log of the predictive density (...) of the local pose that came next, per metre and radian.
+
+        The density is that of the mean of `draws` Gaussians: predictions with the difference carried over, as wide as
+        they are off on average. As a Monte Carlo mean it is on average a little too low.
+
+        Args:
+            history: (..., frames, 25), as in `coefficients`.
+            after: (..., 25) the pose that came next.
+            temperature: β.
+            draws: windows drawn for each history.
+            seed: int or Generator.
+            method: "tree" or "exact".
+
+        Raises:
+            MotionError: as `sample`.
+        """
+        drawn = self.sample(history, draws, temperature=temperature, seed=seed, method=method, carry=True)
+        chosen = np.array(PARTS[self.part])
+        last = (history.poses if isinstance(history, Motion) else np.asarray(history))[..., -1, :]
+        error = (local(last, after)[..., None, :] - local(last[..., None, :], drawn.poses))[..., chosen]
+        deviation = self.forecast_.deviation[chosen]
+        each = -0.5 * ((error / deviation) ** 2).sum(-1) - np.log(deviation * np.sqrt(2 * np.pi)).sum()
+        return np.logaddexp.reduce(each, axis=-1) - np.log(draws)
+
+    def source(self, windows) -> np.ndarray:
+        """Index (...) of the database's sequence that each of `windows` (...) is from."""
+        return self.database_.sequence_of(self.frames_[windows])
+
+    def _recent(self, history) -> "_Recent":
+        """What a history says, in the database's terms."""
+        self._check_fitted()
+        poses, scale = _checked_history(history, self.database_)
+        poses = poses.copy()
+        poses[..., :3] *= scale
+        turns = np.zeros((*poses.shape[:-2], 1, 25))
+        turning = [i for i in PARTS[self.part] if i > 2 and i != 5]  # angles that the database knows as they are
+        usual = self.basis_.mean[[PARTS[self.part].index(i) for i in turning]]
+        turns[..., turning] = _TURN * np.round((poses[..., turning].mean(-2, keepdims=True) - usual) / _TURN)
+        return _Recent(parameters(poses - turns)[..., -WINDOW:, :], poses[..., -1, :], turns, scale)
+
+    def _poses(self, recent: "_Recent", after: np.ndarray) -> np.ndarray:
+        """Poses (..., n, 25) in the world of the history that come next by local parameters `after` (..., n, 25)."""
+        poses = placed(recent.last[..., None, :], after) + recent.turns
+        others = [i for i in range(25) if i not in PARTS[self.part]]
+        poses[..., others] = recent.last[..., None, others]
+        poses[..., :3] /= recent.scale
+        return poses
+
+    def _check_options(self, n, noise, method) -> None:
+        if isinstance(n, bool) or n != int(n) or n < 1:
+            raise MotionError(f"n must be a whole number of draws from 1, got {n!r}")
+        if not 0 <= noise < np.inf:
+            raise MotionError(f"noise must be a share of the predictions' error from 0, got {noise!r}")
+        if method not in METHODS:
+            raise MotionError(f"method must be {' or '.join(map(repr, METHODS))}, got {method!r}")
+
+    def _check_fitted(self) -> None:
+        if not hasattr(self, "index_"):
+            raise ModelError("this MotionTree is not fitted: call fit(database) first, or motionenv.load")
+
+
+@dataclass(frozen=True, eq=False)
+class _Recent:
+    """A history in the database's terms: parameters (..., 10, 50), last pose (..., 25); whole turns and scale to undo.
+
+    The last pose is in the database's lengths, with the history's turns.
+    """
+
+    parameters: np.ndarray
+    last: np.ndarray
+    turns: np.ndarray
+    scale: float
+
+
+def _checked_history(history, database: Database) -> tuple[np.ndarray, float]:
+    """The last frames (..., 10 to 12, 25) of a history, and the factor from its lengths to the database's.
+
+    Raises:
+        MotionError: fewer than ten frames, another shape or rate, or NaN.
+    """
+    scale = 1.0
+    if isinstance(history, Motion):
+        if not np.isclose(history.fps, FPS, rtol=1e-6):
+            raise MotionError(
+                f"history must be at {FPS:g} frames/s, got {history.fps:g}: see motionenv.models.tree.resample"
+            )
+        scale = leg_length(database.skeleton) / leg_length(history.skeleton)
+        history = history.poses
+    poses = np.asarray(history, dtype=np.float64)
+    if poses.ndim < 2 or poses.shape[-1] != 25 or poses.shape[-2] < WINDOW:
+        raise MotionError(f"history must have shape (..., {WINDOW} or more frames, 25), got {poses.shape}")
+    recent = poses[..., -WINDOW - 2 :, :]
+    if not np.isfinite(recent).all():
+        raise MotionError(
+            f"history has NaN or infinite values in its last {recent.shape[-2]} frames: fill the gap or start after it"
+        )
+    return recent, scale
