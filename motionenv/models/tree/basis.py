@@ -16,7 +16,7 @@ from motionenv.models.tree.database import Database
 from motionenv.models.tree.frames import FPS, WINDOW
 
 _CHUNK = 16384
-_NEGLIGIBLE = 1e-9  # share of the largest variance below which an axis means nothing
+_NEGLIGIBLE = 1e-6  # share of the largest variance below which an axis is rounding (sums are of single precision)
 
 
 @dataclass(frozen=True, eq=False)

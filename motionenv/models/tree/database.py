@@ -1,5 +1,6 @@
-"""A database of motion (paper C, section 4): poses at 30 frames/s, sequence after sequence, and what is known of each."""
+"""A database of motion (paper C, section 4): poses at 30 frames/s, sequence after sequence, and their labels."""
 
+import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +10,7 @@ import numpy as np
 from motionenv.body.skeleton import NODES, mirror
 from motionenv.errors import MotionError
 from motionenv.models.tree.frames import WINDOW, resample
-from motionenv.types import Motion, Skeleton, frozen
+from motionenv.types import Motion, Skeleton
 
 _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right_ankle")]
 
@@ -84,7 +85,7 @@ def build_database(
     mirrored: bool = False,
     on_short: Callable[[str], None] = lambda name: None,
 ) -> Database:
-    """A database of clips, taken in one after the other.
+    """A database of clips, taken in one after the other; their poses go to an unnamed temporary file meanwhile.
 
     Args:
         clips: motions at any frame rate; a gap (NaN) ends a sequence and begins another.
@@ -96,32 +97,28 @@ def build_database(
     Raises:
         MotionError: not one clip is long enough.
     """
-    poses, labels, short = [], [], ""
-    for clip in clips:
-        skeleton = skeleton or clip.motion.skeleton
-        stretches = [s for s in resample(clip.motion) if len(s) > WINDOW]
-        if not stretches:
-            short = clip.name
-            on_short(short)
-        scale = leg_length(skeleton) / leg_length(clip.motion.skeleton)
-        for stretch, flipped in _with_mirror_images(stretches, mirrored):
-            poses.append(_from_origin(stretch, scale))
-            labels.append((clip.name, clip.activity, clip.person, flipped))
-    if not labels or skeleton is None:
-        raise MotionError(
-            f"a database needs clips of at least {WINDOW + 1} frames at 30 frames/s (a window of {WINDOW} and its "
-            "successor); there are " + (f"only shorter ones, the last {short!r}" if short else "no clips at all")
-        )
+    starts, labels, short = [0], [], ""
+    with tempfile.TemporaryFile() as spool:
+        for clip in clips:
+            skeleton = skeleton or clip.motion.skeleton
+            stretches = [s for s in resample(clip.motion) if len(s) > WINDOW]
+            if not stretches:
+                short = clip.name
+                on_short(short)
+            scale = leg_length(skeleton) / leg_length(clip.motion.skeleton)
+            for stretch, flipped in _with_mirror_images(stretches, mirrored):
+                spool.write(_from_origin(stretch, scale).tobytes())
+                starts.append(starts[-1] + len(stretch))
+                labels.append((clip.name, clip.activity, clip.person, flipped))
+        if not labels or skeleton is None:
+            raise MotionError(
+                f"a database needs clips of at least {WINDOW + 1} frames at 30 frames/s (a window of {WINDOW} and its "
+                "successor); there are " + (f"only shorter ones, the last {short!r}" if short else "no clips at all")
+            )
+        spool.flush()
+        poses = np.asarray(np.memmap(spool, np.float32, "r", shape=(starts[-1], 25)))
     names, activities, persons, flags = zip(*labels, strict=True)
-    return Database(
-        frozen(np.concatenate(poses), (None, 25), "poses", np.float32),
-        np.concatenate([[0], np.cumsum([len(p) for p in poses])]),
-        names,
-        activities,
-        persons,
-        np.array(flags),
-        skeleton,
-    )
+    return Database(poses, np.array(starts), names, activities, persons, np.array(flags), skeleton)
 
 
 def _with_mirror_images(stretches: list[np.ndarray], mirrored: bool) -> Iterator[tuple[np.ndarray, bool]]:
