@@ -4,13 +4,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motionenv.body import EDGES, LIMBS, limb_segments, markers
 from motionenv.errors import MotionError
-from motionenv.types import frozen
+from motionenv.types import MARKERS, Motion, Skeleton, frozen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BLUE, _ORANGE, _GREEN, _GREY = "#0072b2", "#d55e00", "#009e73", "0.35"  # apart for colour-blind eyes too
+_SIDES = {"left": _BLUE, "right": _ORANGE}
+_ANKLES = [MARKERS.index(f"{side}_ankle") for side in _SIDES]
+_FEET = [LIMBS.index(f"{side}_foot") for side in _SIDES]
+_TRACED = {"wrist": "--", "ankle": "-"}  # whose ways are drawn, and how
 
 
 def snr_curve(periods, snr, *, best: float | None = None) -> "Figure":
@@ -99,7 +104,163 @@ def variance_curve(ratios, *, marked: int | None = None) -> "Figure":
     return figure
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float]):
+def pose_samples(probe, samples, skeleton: Skeleton, titles) -> "Figure":
+    """Poses that may come next, over each other and seen from the side (paper C, fig. 3).
+
+    Args:
+        probe: (25,) [m, rad], the last pose before them.
+        samples: (panels, n, 25) [m, rad], n draws in each panel, for instance at one temperature each.
+        skeleton: the body.
+        titles: one for each panel.
+
+    Returns:
+        Stick figures, forward to the right: the probe black, draws with left limbs blue and right limbs orange.
+
+    Raises:
+        MotionError: shapes that don't go together, or NaN.
+    """
+    probe = _finite(frozen(probe, (25,), "probe"), "probe")
+    samples = _finite(frozen(samples, (None, None, 25), "samples"), "samples")
+    titles = _one_each(titles, len(samples), "titles")
+    sticks, own = (_from_the_side(_sticks(poses, skeleton), probe) for poses in (samples, probe[None]))
+    figure, axes = _figure(1, len(samples), (2.0 * len(samples) + 0.4, 3.2))
+    for panel, title, drawn in zip(axes[0], titles, sticks, strict=True):
+        _draw_sticks(panel, drawn, _stick_colours(), alpha=0.4)
+        _draw_sticks(panel, own, "black", linewidth=1.6)
+        panel.set_title(title, fontsize="medium")
+        panel.set(aspect="equal", xlabel="forward [m]")
+    axes[0, 0].set_ylabel("height [m]")
+    return figure
+
+
+def coefficient_histograms(draws, probe, temperature: float, *, show=(3, 7, 11, 15), bins: int = 40) -> "Figure":
+    """How single coefficients of drawn windows are distributed, beside the Gaussian model (paper C, fig. 4).
+
+    Args:
+        draws: {name: (n, b)} coefficients over their standard deviations, c / σ, of the windows that each way to draw
+            gave for one probe.
+        probe: (b,) those of the probe.
+        temperature: β they were drawn with.
+        show: which coefficients to draw, counted from 1 as in the paper, one panel each.
+        bins: how many.
+
+    Returns:
+        Densities over c / σ: a step line for each way to draw, the Gaussian N(c_t / σ, β) dashed.
+
+    Raises:
+        MotionError: shapes that don't go together, NaN, β not above 0, or no coefficient of that number.
+    """
+    probe = _finite(frozen(probe, (None,), "probe"), "probe")
+    draws = {name: _finite(frozen(z, (None, len(probe)), f"draws of {name}"), name) for name, z in draws.items()}
+    if not draws or not all(len(z) for z in draws.values()) or not 0 < temperature < np.inf:
+        raise MotionError(f"there must be draws, and a temperature above 0; got {list(draws)}, {temperature!r}")
+    if not show or not all(1 <= k <= len(probe) for k in show):
+        raise MotionError(f"show must name coefficients from 1 to {len(probe)}, got {tuple(show)}")
+    figure, axes = _figure(1, len(show), (2.2 * len(show) + 0.6, 2.6), sharex=False)
+    for panel, k in zip(axes[0], show, strict=True):
+        columns = [z[:, k - 1] for z in draws.values()]
+        centre, width = probe[k - 1], np.sqrt(temperature)
+        ends = [*np.concatenate(columns), centre - 3 * width, centre + 3 * width]
+        x = np.linspace(min(ends), max(ends), bins + 1)
+        for name, column, colour in zip(draws, columns, (_BLUE, _ORANGE, _GREEN), strict=False):
+            panel.stairs(np.histogram(column, x, density=True)[0], x, color=colour, label=name)
+        fine = np.linspace(x[0], x[-1], 400)
+        bell = np.exp(-0.5 * ((fine - centre) / width) ** 2) / (width * np.sqrt(2 * np.pi))
+        panel.plot(fine, bell, "--", color=_GREY, linewidth=1, label="Gaussian")
+        panel.set(xlabel=f"coefficient {k} [σ]", xlim=(x[0], x[-1]))
+    axes[0, 0].set_ylabel("density [1/σ]")
+    axes[0, 0].legend(frameon=False, fontsize="small")
+    return figure
+
+
+def trajectories(motion: Motion) -> "Figure":
+    """A motion from the side: every pose grey, and the ways of hands and feet (paper C, fig. 5).
+
+    Args:
+        motion: one sequence, (frames, 25), without gaps.
+
+    Returns:
+        Forward to the right, along the mean heading: left blue, right orange, wrists dashed.
+
+    Raises:
+        MotionError: a batch of motions, no frames, or NaN.
+    """
+    poses = _finite(frozen(motion.poses, (None, 25), "motion.poses"), "motion.poses")
+    if not len(poses):
+        raise MotionError("motion.poses has no frames: there is nothing to draw")
+    sticks = _from_the_side(_sticks(poses, motion.skeleton), poses)
+    points = _from_the_side(markers(poses, motion.skeleton), poses)
+    wide = np.clip(np.ptp(sticks[..., 0]), 4.0, 8.0)
+    figure, axes = _figure(1, 1, (1.2 * wide + 0.8, 3.1))
+    panel = axes[0, 0]
+    _draw_sticks(panel, sticks, "0.75", linewidth=0.6)
+    for name, style in _TRACED.items():
+        for side, colour in _SIDES.items():
+            x, z = points[:, MARKERS.index(f"{side}_{name}")].T
+            panel.plot(x, z, style, color=colour, linewidth=1.4, label=f"{side} {name}")
+    panel.set(aspect="equal", xlabel="forward [m]", ylabel="height [m]")
+    figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize="small")
+    return figure
+
+
+def _sticks(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Ends (..., sticks, 2, 3) [m] of the sticks between the markers, then from each ankle to its toes."""
+    points = markers(poses, skeleton)
+    toes = limb_segments(poses, skeleton)[..., _FEET, 1, :]
+    feet = np.stack([points[..., _ANKLES, :], toes], axis=-2)
+    return np.concatenate([points[..., np.array(EDGES), :], feet], axis=-3)
+
+
+def _stick_colours() -> list[str]:
+    """A colour for each of `_sticks`, by the side that it is on."""
+    ends = [MARKERS[b].split("_")[0] for _, b in EDGES]
+    return [_SIDES.get(side, _GREY) for side in (*ends, *_SIDES)]
+
+
+def _from_the_side(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Points (..., 3) as (way forward, height) [m] for who goes as in `poses` (..., 25): from the first, ahead."""
+    heading = poses.reshape(-1, 25)[:, 5]
+    ahead = np.array([np.cos(heading).mean(), np.sin(heading).mean()])
+    first = poses.reshape(-1, 25)[0, :2]
+    return np.stack([(points[..., :2] - first) @ (ahead / np.linalg.norm(ahead)), points[..., 2]], axis=-1)
+
+
+def _draw_sticks(panel, sticks: np.ndarray, colours, *, linewidth: float = 1.0, alpha: float = 1.0) -> None:
+    """Draw sticks (n, sticks, 2, 2), one figure after the other; `colours` for each stick, or one."""
+    from matplotlib.collections import LineCollection
+
+    repeated = colours if isinstance(colours, str) else list(colours) * len(sticks)
+    lines = LineCollection(
+        sticks.reshape(-1, 2, 2), colors=repeated, linewidths=linewidth, alpha=alpha, capstyle="round"
+    )
+    panel.add_collection(lines)
+    panel.autoscale_view()
+
+
+def _finite(array: np.ndarray, name: str) -> np.ndarray:
+    """`array`, if all of it is there.
+
+    Raises:
+        MotionError: NaN or infinite values.
+    """
+    if not np.isfinite(array).all():
+        raise MotionError(f"{name} has NaN or infinite values: draw a stretch without gaps")
+    return array
+
+
+def _one_each(labels, count: int, name: str) -> tuple[str, ...]:
+    """`labels` as a tuple of `count`, at least one.
+
+    Raises:
+        MotionError: another number.
+    """
+    labels = tuple(labels)
+    if not labels or len(labels) != count:
+        raise MotionError(f"{name} must hold one label for each of {count} panels, got {labels}")
+    return labels
+
+
+def _figure(rows: int, columns: int, size: tuple[float, float], *, sharex: bool = True):
     """A figure that pyplot knows nothing of, so that no state is shared, and its axes (rows, columns).
 
     Raises:
@@ -112,7 +273,7 @@ def _figure(rows: int, columns: int, size: tuple[float, float]):
         raise MotionError("figures need matplotlib: pip install 'motionenv[plots]'") from None
     figure = Figure(figsize=size, dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, sharex=True, sharey="row", squeeze=False)
+    axes = figure.subplots(rows, columns, sharex=sharex, sharey="row", squeeze=False)
     for panel in axes.flat:
         panel.spines[["top", "right"]].set_visible(False)
     return figure, axes

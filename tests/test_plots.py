@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from motionenv import plots
+from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
-from motionenv.types import ANGLES
+from motionenv.types import ANGLES, MARKERS, Motion
 
 pytest.importorskip("matplotlib")
 
@@ -22,6 +23,23 @@ def cycle(seed=0):
     mean = 0.4 * np.sin(phase[:, None] + rng.uniform(0, 6, 19))
     modes = 0.1 * np.sin((1 + np.arange(5))[:, None, None] * phase[:, None] + rng.uniform(0, 6, (5, 1, 19)))
     return mean, modes
+
+
+BODY = from_height(1.75)
+
+
+def walk(frames=40) -> Motion:
+    """Straight on for 1 m/s, heading 50° to the left of x."""
+    poses = np.zeros((frames, 25))
+    way = np.arange(frames) / 30
+    poses[:, 0], poses[:, 1], poses[:, 2], poses[:, 5] = way * np.cos(0.87), way * np.sin(0.87), 0.93, 0.87
+    poses[:, 17], poses[:, 21] = 0.4 * np.sin(6 * way), -0.4 * np.sin(6 * way)
+    return Motion(poses, BODY, 30)
+
+
+def draws(n=1000, b=16, seed=0):
+    rng = np.random.default_rng(seed)
+    return {"tree": rng.normal(size=(n, b)), "exact": 0.3 + 0.5 * rng.normal(size=(n, b))}
 
 
 def saved(figure) -> bytes:
@@ -62,13 +80,81 @@ def test_variance_curve_is_cumulative():
     assert mark.get_label() == "2 components: 75.0 %"
 
 
+def test_pose_samples_draw_each_pose_and_the_probe_black_over_them():
+    probe = walk().poses[20]
+    samples = probe + 0.1 * np.random.default_rng(0).normal(size=(3, 10, 25)) * (np.arange(25) > 5)
+    figure = plots.pose_samples(probe, samples, BODY, ["cold", "warm", "hot"])
+    assert [panel.get_title() for panel in figure.axes] == ["cold", "warm", "hot"]
+    for panel, poses in zip(figure.axes, samples, strict=True):
+        drawn, own = (np.array(lines.get_segments()) for lines in panel.collections)
+        assert len(drawn) == 10 * len(own)
+        points = markers(poses, BODY)
+        head = drawn[:: len(own), 0]  # the first stick goes from the head down
+        forward = (points[:, 0, :2] - probe[:2]) @ [np.cos(probe[5]), np.sin(probe[5])]
+        np.testing.assert_allclose(head, np.stack([forward, points[:, 0, 2]], -1), atol=1e-12)
+        np.testing.assert_array_equal(panel.collections[1].get_colors(), [[0, 0, 0, 1]])
+
+
+def test_sides_have_their_colours():
+    """A figure whose left side is all that was moved differs from the probe's in blue sticks only."""
+    probe = walk().poses[20]
+    moved = probe.copy()
+    moved[[9, 12, 17, 20]] += 0.3
+    (panel,) = plots.pose_samples(probe, moved[None, None], BODY, [""]).axes
+    drawn, own = (np.array(lines.get_segments()) for lines in panel.collections)
+    colours = panel.collections[0].get_colors()[:, :3]
+    differ = np.abs(drawn - own).max((1, 2)) > 1e-9
+    blue = colours[:, 2] > colours[:, 0] + 0.2
+    assert differ.sum() == 5  # upper arm, forearm, thigh, shin, foot
+    assert blue[differ].all()
+
+
+def test_coefficient_histograms_are_densities_beside_the_gaussian():
+    drawn, probe = draws(), np.linspace(-1, 1, 16)
+    figure = plots.coefficient_histograms(drawn, probe, 0.25, show=(3, 16))
+    assert [panel.get_xlabel() for panel in figure.axes] == ["coefficient 3 [σ]", "coefficient 16 [σ]"]
+    for panel, k in zip(figure.axes, (3, 16), strict=True):
+        for patch, z in zip(panel.patches, drawn.values(), strict=True):
+            heights, edges, _ = patch.get_data()
+            assert np.sum(heights * np.diff(edges)) == pytest.approx(1)
+            middle = (edges[1:] + edges[:-1]) / 2
+            assert np.sum(middle * heights * np.diff(edges)) == pytest.approx(z[:, k - 1].mean(), abs=np.diff(edges)[0])
+        x, bell = panel.lines[0].get_xydata().T
+        assert x[bell.argmax()] == pytest.approx(probe[k - 1], abs=0.02)
+        assert bell.max() == pytest.approx(1 / (0.5 * np.sqrt(2 * np.pi)), rel=1e-3)
+
+
+def test_trajectories_follow_hands_and_feet_along_the_heading():
+    motion = walk()
+    (panel,) = plots.trajectories(motion).axes
+    points = markers(motion.poses, BODY)
+    ways = {line.get_label(): line.get_xydata() for line in panel.lines}
+    assert set(ways) == {f"{side} {joint}" for side in ("left", "right") for joint in ("wrist", "ankle")}
+    for label, way in ways.items():
+        point = points[:, MARKERS.index(label.replace(" ", "_"))]
+        np.testing.assert_allclose(way[:, 1], point[:, 2])
+        np.testing.assert_allclose(way[:, 0], point[:, :2] @ [np.cos(0.87), np.sin(0.87)], atol=1e-12)
+    grey = np.array(panel.collections[0].get_segments())
+    assert len(grey) % len(motion.poses) == 0
+    assert np.ptp(grey[..., 0]) > 39 / 30
+
+
 def test_no_curve_leaves_its_panel():
     mean, modes = cycle()
-    figure = plots.components(mean, modes, ANGLES)
-    figure.draw_without_rendering()
-    for panel in figure.axes:
-        low, high = panel.get_ylim()
-        assert all(low <= y <= high for line in panel.lines for y in line.get_ydata())
+    figures = (
+        plots.components(mean, modes, ANGLES),
+        plots.trajectories(walk()),
+        plots.pose_samples(walk().poses[0], walk().poses[None, :20], BODY, ["20"]),
+        plots.coefficient_histograms(draws(), np.zeros(16), 1.0),
+    )
+    for figure in figures:
+        figure.draw_without_rendering()
+        for panel in figure.axes:
+            low, high = panel.get_ylim()
+            assert all(low <= y <= high for line in panel.lines for y in line.get_ydata())
+            assert all(
+                low <= y <= high for lines in panel.collections for stick in lines.get_segments() for _, y in stick
+            )
 
 
 def test_same_data_same_picture_and_pyplot_stays_out():
@@ -87,6 +173,18 @@ def test_same_data_same_picture_and_pyplot_stays_out():
         (lambda: plots.components(*cycle(), ANGLES[1:]), "mean must have shape"),
         (lambda: plots.components(cycle()[0], cycle()[1][:, :9], ANGLES), "modes must have shape"),
         (lambda: plots.components(*cycle(), ANGLES, count=0), "at least one"),
+        (lambda: plots.pose_samples(np.zeros(24), np.zeros((1, 2, 25)), BODY, ["a"]), "probe must have shape"),
+        (lambda: plots.pose_samples(np.zeros(25), np.zeros((2, 25)), BODY, ["a"]), "samples must have shape"),
+        (lambda: plots.pose_samples(np.zeros(25), np.full((1, 2, 25), np.nan), BODY, ["a"]), "samples has NaN"),
+        (lambda: plots.pose_samples(np.zeros(25), np.zeros((2, 2, 25)), BODY, ["a"]), "each of 2 panels"),
+        (lambda: plots.pose_samples(np.zeros(25), np.zeros((0, 2, 25)), BODY, []), "each of 0 panels"),
+        (lambda: plots.coefficient_histograms({}, np.zeros(16), 1.0), "there must be draws"),
+        (lambda: plots.coefficient_histograms(draws(), np.zeros(16), 0.0), "temperature above 0"),
+        (lambda: plots.coefficient_histograms(draws(), np.zeros(9), 1.0), "draws of tree must have shape"),
+        (lambda: plots.coefficient_histograms(draws(), np.zeros(16), 1.0, show=(17,)), "1 to 16"),
+        (lambda: plots.trajectories(Motion(np.zeros((2, 9, 25)), BODY, 30)), "must have shape"),
+        (lambda: plots.trajectories(Motion(np.full((9, 25), np.nan), BODY, 30)), "NaN"),
+        (lambda: plots.trajectories(Motion(np.zeros((0, 25)), BODY, 30)), "no frames"),
         (lambda: plots.variance_curve([]), "shares"),
         (lambda: plots.variance_curve([0.9, 0.2]), "shares"),
         (lambda: plots.variance_curve([0.9, np.nan]), "shares"),
