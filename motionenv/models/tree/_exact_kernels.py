@@ -1,0 +1,467 @@
+"""Compiled loops of the honest sampler (`exact.KernelIndex`): the tree of boxes, draws, and sums of kernels.
+
+Layout, for n points of b coordinates. Points are kept in blocks (blocks, b, 32), the last filled up with +inf; a leaf
+is half a block: points 16 j to 16 j + 15. Sixteen leaves make a group, sixteen groups a group of the next level, up to
+one root. `boxes` (groups, 2, 16, width) holds for each group the lowest and highest coordinates of its 16 children,
++inf where there is no child, and zeros from b to `width`, which is b rounded up to a multiple of 8. Groups are
+numbered from the root down, level after level.
+"""
+
+import numpy as np
+from numba import njit
+
+from motionenv.models.tree._random_kernels import restart, uniform
+
+_jit = njit(nogil=True, cache=True, error_model="numpy")
+_simd = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "nnan", "nsz", "reassoc"})
+
+BLOCK = 32  # points in a block of memory
+FAN = 16  # children of a group, points of a leaf: what one vector instruction takes
+_LEVELS = 8  # more than 16⁸ points don't fit in memory
+_SAMPLE = 256  # points from which the axis of a split is chosen
+_HIGHEST = 60.0  # kernels are at most e⁶⁰ in units of the reference's: 10⁷ of them don't overflow in single precision
+_LOWEST = np.float32(-87.0)  # below e⁻⁸⁷ a kernel counts as zero
+_STEEPEST = 1e30  # a greater 1/2β does the same as this
+_FAR = 1e3  # distance² over 2β from which single precision is too coarse
+_SLACK = np.float32(1.0 - 4e-6)  # boxes count as nearer by more than rounding makes of it
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_LOG2E, _LN2, _LN2_REST = np.float32(1.4426950408889634), np.float32(0.693359375), np.float32(-2.12194440e-4)
+
+
+@_jit
+def first_groups(n):
+    """For n points: the number of levels of groups, and the first group (8,) of each level; level 0 is over leaves."""
+    first, counts = np.zeros(_LEVELS + 1, np.int64), np.zeros(_LEVELS + 1, np.int64)
+    nodes, levels = (n + FAN - 1) // FAN, 0
+    while levels == 0 or nodes > 1:
+        nodes = (nodes + FAN - 1) // FAN
+        counts[levels] = nodes
+        levels += 1
+    for level in range(levels - 2, -1, -1):
+        first[level] = first[level + 1] + counts[level + 1]
+    first[levels] = first[0] + counts[0]
+    return levels, first
+
+
+@_jit
+def scratch(n, width):
+    """What a draw works in, for n points and boxes of `width`: reserved in full, but only what draws open is touched.
+
+    Returns:
+        mass (entries, 16) float32, child (entries, 16) int32 with an entry for each group and leaf; the probe (width,)
+        float32; three rows (3, 16) float32; powers of two (16,) int32; path (8, 2) int64; stack (8 * 16, 2) int64 and (8 * 16,) float32.
+    """
+    levels, first = first_groups(n)
+    entries = first[levels] + (n + FAN - 1) // FAN
+    return (
+        np.empty((entries, FAN), np.float32),
+        np.empty((entries, FAN), np.int32),
+        np.zeros(width, np.float32),
+        np.empty((3, FAN), np.float32),
+        np.empty(FAN, np.int32),
+        np.empty((_LEVELS, 2), np.int64),
+        np.empty((_LEVELS * FAN, 2), np.int64),
+        np.empty(_LEVELS * FAN, np.float32),
+    )
+
+
+@_simd
+def _box_distances(box, probe, out):
+    """Squared distances (16,) of a probe (width,) to the boxes (2, 16, width) of a group."""
+    low, high = box[0], box[1]
+    for i in range(FAN):
+        whole = _ZERO
+        for d in range(len(probe)):
+            below, above = low[i, d] - probe[d], probe[d] - high[i, d]
+            away = below if below > above else above
+            away = away if away > _ZERO else _ZERO
+            whole += away * away
+        out[i] = whole * _SLACK
+
+
+@_simd
+def _near_excess(block, half, probe, reference, out):
+    """Squared distances (16,) of a probe to the points of half a block (b, 32), less `reference`."""
+    b = len(block)
+    for i in range(FAN):
+        out[i] = -reference
+    for k in range(b // 4):
+        d = 4 * k
+        for i in range(FAN):
+            p, q = block[d, half + i] - probe[d], block[d + 1, half + i] - probe[d + 1]
+            r, s = block[d + 2, half + i] - probe[d + 2], block[d + 3, half + i] - probe[d + 3]
+            out[i] += (p * p + q * q) + (r * r + s * s)
+    for d in range(b // 4 * 4, b):
+        for i in range(FAN):
+            p = block[d, half + i] - probe[d]
+            out[i] += p * p
+
+
+@_jit
+def _far_excess(block, half, probe, reference, out):
+    """As `_near_excess`, in double precision."""
+    for i in range(FAN):
+        whole = 0.0
+        for d in range(len(block)):
+            away = np.float64(block[d, half + i]) - np.float64(probe[d])
+            whole += away * away
+        out[i] = np.float32(whole - reference)
+
+
+@_jit
+def _leaf_excess(blocks, leaf, probe, reference, far, out):
+    """Squared distances (16,) of a probe to the points of a leaf, less `reference`."""
+    block, half = blocks[leaf // 2], leaf % 2 * FAN
+    if far:
+        _far_excess(block, half, probe, reference, out)
+    else:
+        _near_excess(block, half, probe, np.float32(reference), out)
+
+
+@_simd
+def kernels(excess, steepness, count, powers, out):
+    """Write count · exp(-steepness · excess) (16,) to `out`, at most count · e⁶⁰, 0 below count · e⁻⁸⁷.
+
+    The exponential is 2ᵏ eᶠ with a polynomial of degree 6 for |f| <= ln 2 / 2 (after Cephes' expf): its relative error
+    is below 3e-7. `powers` (16,) int32 is scratch.
+    """
+    twos = powers.view(np.float32)
+    for i in range(FAN):
+        x = -excess[i] * steepness
+        x = x if x < np.float32(_HIGHEST) else np.float32(_HIGHEST)
+        below = x < _LOWEST
+        x = _LOWEST if below else x
+        k = np.float32(np.rint(x * _LOG2E))
+        f = (x - k * _LN2) - k * _LN2_REST
+        p = np.float32(1.9875691500e-4)
+        p = p * f + np.float32(1.3981999507e-3)
+        p = p * f + np.float32(8.3334519073e-3)
+        p = p * f + np.float32(4.1665795894e-2)
+        p = p * f + np.float32(1.6666665459e-1)
+        p = p * f + np.float32(0.5)
+        out[i] = _ZERO if below else (p * f * f + f + _ONE) * count
+        powers[i] = (np.int32(k) + np.int32(127)) << np.int32(23)
+    for i in range(FAN):
+        out[i] *= twos[i]
+
+
+@_simd
+def _total(row):
+    """Sum of a row (16,)."""
+    whole = _ZERO
+    for i in range(FAN):
+        whole += row[i]
+    return whole
+
+
+@_simd
+def _least(row):
+    """Index of the least of a row (16,)."""
+    best = 0
+    for i in range(1, FAN):
+        if row[i] < row[best]:
+            best = i
+    return best
+
+
+@_jit
+def _descend(blocks, boxes, levels, first, probe, far, row):
+    """Squared distance of the nearest point of the leaf that the nearest boxes lead to."""
+    node = 0
+    for level in range(levels - 1, -1, -1):
+        _box_distances(boxes[first[level] + node], probe, row)
+        node = FAN * node + _least(row)
+    _leaf_excess(blocks, node, probe, 0.0, far, row)
+    return np.float64(row[_least(row)])
+
+
+@_jit
+def _search(blocks, boxes, levels, first, probe, best, margin, far, row, stack, bounds):
+    """The least squared distance of a point, or one that none undercuts by more than `margin`; `best` to begin with."""
+    stack[0, 0], stack[0, 1], bounds[0] = levels - 1, 0, 0.0
+    top = 1
+    while top > 0:
+        top -= 1
+        level, node = stack[top]
+        if bounds[top] > best - margin:
+            continue
+        if level < 0:
+            _leaf_excess(blocks, node, probe, best, far, row)
+            best += min(0.0, np.float64(row[_least(row)]))
+            continue
+        _box_distances(boxes[first[level] + node], probe, row)
+        top = _push(row, level, node, best - margin, stack, bounds, top)
+    return best
+
+
+@_jit
+def _push(row, level, node, limit, stack, bounds, top):
+    """Put the children of a group that are at squared distances `row` below `limit` on the stack, the nearest last."""
+    nearest = _least(row)
+    for i in range(FAN + 1):
+        k = nearest if i == FAN else i
+        if (i == FAN or i != nearest) and row[k] < limit:
+            stack[top, 0], stack[top, 1], bounds[top] = level - 1, FAN * node + k, row[k]
+            top += 1
+    return top
+
+
+@_jit
+def reference(blocks, boxes, levels, first, probe, steepness, row, stack, bounds):
+    """A squared distance in units of whose kernel none is above e⁶⁰, and whether single precision is too coarse."""
+    best = _descend(blocks, boxes, levels, first, probe, False, row)
+    far = best * steepness > _FAR
+    if far:
+        best = _descend(blocks, boxes, levels, first, probe, True, row)
+    if best * steepness > _HIGHEST:
+        best = _search(blocks, boxes, levels, first, probe, best, _HIGHEST / steepness, far, row, stack, bounds)
+    return best, far
+
+
+@_jit
+def steepness_of(beta):
+    """1 / 2β, within what single precision can tell apart."""
+    return min(max(0.5 / beta, 1.0 / _STEEPEST), _STEEPEST)
+
+
+@_jit
+def draw(blocks, boxes, n, probe, beta, state, work, out):
+    """Draw positions `out` (count,) int32 with probabilities proportional to exp(-|z_i - probe|² / 2β), exactly.
+
+    See `exact`. What one draw opens is kept for the next of the same call.
+
+    Args:
+        blocks, boxes, n: of a `KernelIndex`.
+        probe: (b,) float32, finite.
+        beta: above 0, finite.
+        state: a stream of `_random_kernels`, which it moves on.
+        work: from `scratch(n, boxes.shape[3])`; nothing in it need be kept or cleared between calls.
+        out: written.
+    """
+    levels, first = first_groups(n)
+    wide, rows = work[2], work[3]
+    wide[: len(probe)] = probe
+    steepness = steepness_of(beta)
+    best, far = reference(blocks, boxes, levels, first, wide, steepness, rows[0], work[6], work[7])
+    _open(boxes[0], wide, best, steepness, FAN**levels, 0, work)
+    entries = 1
+    for i in range(len(out)):
+        out[i] = -1
+        while out[i] < 0:
+            out[i], entries = _throw(blocks, boxes, levels, first, best, far, steepness, state, entries, work)
+
+
+@_jit
+def _throw(blocks, boxes, levels, first, best, far, steepness, state, entries, work):
+    """Throw once: the position hit or -1, and the number of entries there are now."""
+    mass, child, probe, rows, powers, path, _, _ = work
+    u = uniform(state) * np.float64(_total(mass[0]))
+    entry, node = 0, 0
+    for depth in range(levels + 1):
+        k, u = _choose(mass[entry], u)
+        if k == FAN:
+            return -1, entries
+        node = FAN * node + k
+        if depth == levels:
+            break
+        path[depth, 0], path[depth, 1] = entry, k
+        following = child[entry, k]
+        if following < 0:
+            following = entries
+            entries += 1
+            child[entry, k] = following
+            level = levels - 2 - depth
+            if level < 0:
+                _leaf_excess(blocks, node, probe, best, far, rows[0])
+                kernels(rows[0], np.float32(steepness), _ONE, powers, mass[following])
+            else:
+                _open(boxes[first[level] + node], probe, best, steepness, FAN ** (level + 1), following, work)
+            _tighten(mass, path, depth, following)
+        entry = following
+    return node, entries
+
+
+@_jit
+def _tighten(mass, path, depth, entry):
+    """Bring the bounds on the path down to `entry`, just opened, up to date."""
+    for j in range(depth, -1, -1):
+        above = path[j, 0]
+        mass[above, path[j, 1]] = _total(mass[entry])
+        entry = above
+
+
+@_simd
+def _open(box, probe, best, steepness, size, entry, work):
+    """Write the upper bounds of the kernel mass (16,) of a group's children of `size` points; none is opened yet."""
+    row, near, child = work[3][0], np.float32(best), work[1][entry]
+    _box_distances(box, probe, row)
+    for i in range(FAN):
+        row[i] -= near
+        child[i] = -1
+    kernels(row, np.float32(steepness), np.float32(size), work[4], work[0][entry])
+
+
+@_jit
+def _choose(row, u):
+    """The entry of a row (16,) in which `u` falls and how far into it; 16 if it falls beyond them all."""
+    for k in range(FAN):
+        if u < row[k]:
+            return k, u
+        u -= row[k]
+    return FAN, u
+
+
+@_jit
+def draw_all(blocks, boxes, n, probes, beta, key, start, out):
+    """Draw `out` (probes, count) for probes (probes, b), of which the first is number `start` of its batch."""
+    work = scratch(n, boxes.shape[3])
+    state = np.empty(1, np.uint64)
+    for i in range(len(probes)):
+        restart(state, key, start + i)
+        draw(blocks, boxes, n, probes[i], beta, state, work, out[i])
+
+
+@_jit
+def log_sums(blocks, boxes, n, probes, beta, tolerance, out):
+    """Write log Σᵢ exp(-|z_i - probe|² / 2β) of probes (probes, b) to `out`: below the truth by `tolerance` at most.
+
+    Children whose kernels can't sum to more than their share of the tolerance are left out, nearest looked at first.
+    """
+    work = scratch(n, boxes.shape[3])
+    wide, rows = work[2], work[3]
+    levels, first = first_groups(n)
+    steepness = steepness_of(beta)
+    for i in range(len(probes)):
+        wide[: probes.shape[1]] = probes[i]
+        best, far = reference(blocks, boxes, levels, first, wide, steepness, rows[0], work[6], work[7])
+        whole = _sum(blocks, boxes, levels, first, n, best, far, steepness, tolerance, work)
+        out[i] = np.log(whole) - best * steepness
+
+
+@_jit
+def _sum(blocks, boxes, levels, first, n, best, far, steepness, tolerance, work):
+    """Sum of the kernels of all n points over that at squared distance `best`, short by `tolerance` of it at most."""
+    probe, rows, powers, stack, bounds = work[2], work[3], work[4], work[6], work[7]
+    whole, limit = 0.0, np.inf
+    stack[0, 0], stack[0, 1], bounds[0] = levels - 1, 0, 0.0
+    top = 1
+    while top > 0:
+        top -= 1
+        level, node = stack[top]
+        if bounds[top] > limit:
+            continue
+        if level < 0:
+            _leaf_excess(blocks, node, probe, best, far, rows[0])
+            kernels(rows[0], np.float32(steepness), _ONE, powers, rows[1])
+            whole += _total(rows[1])
+            if whole > 0.0:
+                limit = best + np.log(n / (tolerance * whole)) / steepness
+            continue
+        _box_distances(boxes[first[level] + node], probe, rows[0])
+        top = _push(rows[0], level, node, limit, stack, bounds, top)
+    return whole
+
+
+@_jit
+def arrange(rows, order, start, stop, unit):
+    """Bring points `start` to `stop` of `rows` (n, b) and `order` (n,) into the order of the tree, in place.
+
+    A range of several units (16ᵐ points) is split between units, so that only the last of its groups isn't full.
+    """
+    while stop - start > FAN:
+        while unit >= stop - start:
+            unit //= FAN
+        middle = start + ((stop - start + unit - 1) // unit + 1) // 2 * unit
+        _select(rows, order, start, stop, middle, _widest(rows, start, stop))
+        arrange(rows, order, start, middle, unit)
+        start = middle
+
+
+@_jit
+def split(rows, order, start, stop, unit):
+    """The first split of `arrange`: brings about and returns where it is."""
+    while unit >= stop - start:
+        unit //= FAN
+    middle = start + ((stop - start + unit - 1) // unit + 1) // 2 * unit
+    _select(rows, order, start, stop, middle, _widest(rows, start, stop))
+    return middle
+
+
+@_simd
+def _widest(rows, start, stop):
+    """The coordinate with the largest mean absolute deviation, which a few outliers don't decide; from a sample."""
+    step = max(1, (stop - start) // _SAMPLE)
+    best, widest = _ZERO, 0
+    for d in range(rows.shape[1]):
+        mean, spread, count = _ZERO, _ZERO, 0
+        for i in range(start, stop, step):
+            mean += rows[i, d]
+            count += 1
+        mean /= np.float32(count)
+        for i in range(start, stop, step):
+            spread += abs(rows[i, d] - mean)
+        if spread > best:
+            best, widest = spread, d
+    return widest
+
+
+@_jit
+def _select(rows, order, start, stop, middle, d):
+    """Reorder points `start` to `stop` so that coordinate `d` of none from `middle` is below one before (Hoare)."""
+    stop -= 1
+    while start < stop:
+        pivot = rows[middle, d]
+        i, j = start, stop
+        while i <= j:
+            while rows[i, d] < pivot:
+                i += 1
+            while rows[j, d] > pivot:
+                j -= 1
+            if i <= j:
+                for k in range(rows.shape[1]):
+                    rows[i, k], rows[j, k] = rows[j, k], rows[i, k]
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if j < middle:
+            start = i
+        if i > middle:
+            stop = j
+
+
+@_jit
+def to_blocks(rows, n):
+    """Turn rows (blocks * 32, b), n of them points, into blocks (b, 32) in the same memory; others become +inf."""
+    b = rows.shape[1]
+    rows[n:] = np.inf
+    flat, block = rows.reshape(-1), np.empty((BLOCK, b), np.float32)
+    for start in range(0, len(rows), BLOCK):
+        block[:] = rows[start : start + BLOCK]
+        for d in range(b):
+            for i in range(BLOCK):
+                flat[start * b + d * BLOCK + i] = block[i, d]
+
+
+@_jit
+def make_boxes(blocks, n, width):
+    """The boxes (groups, 2, 16, width) of n points in blocks (blocks, b, 32)."""
+    levels, first = first_groups(n)
+    b = blocks.shape[1]
+    boxes = np.zeros((first[levels], 2, FAN, width), np.float32)
+    boxes[:, :, :, :b] = np.inf
+    for leaf in range((n + FAN - 1) // FAN):
+        points = blocks[leaf // 2, :, leaf % 2 * FAN : leaf % 2 * FAN + min(FAN, n - FAN * leaf)]
+        group = boxes[first[0] + leaf // FAN]
+        for d in range(b):
+            group[0, leaf % FAN, d], group[1, leaf % FAN, d] = points[d].min(), points[d].max()
+    for level in range(1, levels):
+        end = first[level - 2] if level > 1 else first[levels]
+        for node in range(end - first[level - 1]):
+            group, above = boxes[first[level - 1] + node], boxes[first[level] + node // FAN]
+            for d in range(b):
+                highest = group[1, 0, d]
+                for k in range(1, FAN):
+                    if group[1, k, d] < np.inf:
+                        highest = max(highest, group[1, k, d])
+                above[0, node % FAN, d], above[1, node % FAN, d] = group[0, :, d].min(), highest
+    return boxes
