@@ -1,3 +1,8 @@
 """A database of motion as a probability distribution: the tree of paper C, and beyond it."""
 
-__all__: list[str] = []
+from motionenv.models.tree.capture import read_clips
+from motionenv.models.tree.database import Clip, Database, build_database
+from motionenv.models.tree.frames import resample
+from motionenv.models.tree.model import MotionTree, Samples
+
+__all__ = ["Clip", "Database", "MotionTree", "Samples", "build_database", "read_clips", "resample"]

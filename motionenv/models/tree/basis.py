@@ -80,7 +80,7 @@ def fit_basis(database: Database, channels: np.ndarray) -> Basis:
         channels=channels,
         mean=middle + unit * mean,
         scale=unit * scale,
-        components=kept.reshape(b, WINDOW, -1),
+        components=np.ascontiguousarray(kept).reshape(b, WINDOW, -1),
         centre=(average - mean) / scale,
         deviation=_positive(np.sqrt(np.maximum(values[:b], 0.0))),
         share=float(values[:b].sum() / values.sum()) if values[0] > 0 else 1.0,

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv.models.tree._exact_kernels import BLOCK
 from motionenv.models.tree._frame_kernels import successors
 from motionenv.models.tree.database import Database
 from motionenv.models.tree.exact import KernelIndex
@@ -63,7 +64,7 @@ def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
     return now.reshape(*np.shape(frames), 50), after.reshape(*np.shape(frames), 25)
 
 
-def fit_forecast(database: Database, coefficients, frames) -> Forecast:
+def fit_forecast(database: Database, coefficients) -> Forecast:
     """The forecast that suits a database, from neighbours of one half of the sequences among those of the other.
 
     A single sequence is halved in time. The windows asked are evenly spaced, and the neighbours' key is fixed: the
@@ -71,15 +72,17 @@ def fit_forecast(database: Database, coefficients, frames) -> Forecast:
 
     Args:
         database: any.
-        coefficients: (n, b) float32, the windows' coefficients over their deviations; a copy is taken.
-        frames: (n,) the windows' last frames, ascending.
+        coefficients: (n, b) float32, the windows' coefficients over their deviations, in the database's order.
     """
+    frames = database.windows
     sequence = database.sequence_of(frames)
     half = sequence % 2 == 0 if len(database.clips) > 1 else np.arange(len(frames)) < len(frames) / 2
     known, asked = np.flatnonzero(half)[:_KNOWN], np.flatnonzero(~half)
     asked = asked[np.linspace(0, len(asked) - 1, min(_PROBES, len(asked))).astype(int)] if len(asked) else known
-    index, order = KernelIndex.build(coefficients[known])
-    drawn = order[index.draw(coefficients[asked], _DRAWS, _TEMPERATURE, key=0)]
+    rows = np.zeros((-(-len(known) // BLOCK) * BLOCK, coefficients.shape[1]), dtype=np.float32)
+    rows[: len(known)] = coefficients[known]
+    order = np.arange(len(known), dtype=np.int32)
+    drawn = order[KernelIndex.build(rows, order).draw(coefficients[asked], _DRAWS, _TEMPERATURE, key=0)]
     here, truth = steps(database, frames[asked])
     now, after = steps(database, frames[known][drawn])
     error = truth[:, None] - after

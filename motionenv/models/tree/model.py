@@ -14,12 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.errors import ModelError, MotionError
+from motionenv.models.mapped import Mapping
+from motionenv.models.store import load, save_model
+from motionenv.models.tree._exact_kernels import BLOCK
 from motionenv.models.tree.basis import fit_basis, project
 from motionenv.models.tree.database import Database, leg_length
 from motionenv.models.tree.descent import CoefficientTree
 from motionenv.models.tree.exact import KernelIndex
 from motionenv.models.tree.forecast import fit_forecast, steps
 from motionenv.models.tree.frames import FPS, WINDOW, local, parameters, placed
+from motionenv.models.tree.packing import pack, unpack
 from motionenv.types import Motion
 
 #: Entries of the pose vector that a tree of a part of the body looks at, and predicts.
@@ -65,6 +69,7 @@ class MotionTree:
         descent_: the paper's tree.
         forecast_: how poses go on from a window.
         card_: the model card.
+        mapping_: the file that its arrays are mapped from, or None.
 
     Raises:
         MotionError: an unknown `splits` or `part`.
@@ -79,16 +84,19 @@ class MotionTree:
             raise MotionError(f"splits must be 'sign' or 'median', got {splits!r}")
         self.splits, self.part = splits, part
         self.card_: dict = {}
+        self.mapping_: Mapping | None = None
 
     def fit(self, database: Database) -> "MotionTree":
         """Learn from `database`; what is kept refers to its arrays, without a copy."""
         channels = np.array(PARTS[self.part])
         self.database_ = database
         self.basis_ = fit_basis(database, np.concatenate([channels, channels + 25]))
-        coefficients = np.empty((len(database.windows), len(self.basis_.deviation)), dtype=np.float32)
-        project(database, self.basis_, coefficients)
-        self.forecast_ = fit_forecast(database, coefficients, database.windows)
-        self.index_, order = KernelIndex.build(coefficients)
+        n = len(database.windows)
+        rows = np.empty((-(-n // BLOCK) * BLOCK, len(self.basis_.deviation)), dtype=np.float32)
+        project(database, self.basis_, rows)
+        self.forecast_ = fit_forecast(database, rows[:n])
+        order = np.arange(n, dtype=np.int32)
+        self.index_ = KernelIndex.build(rows, order)
         self.frames_ = database.windows[order]
         self.descent_ = CoefficientTree.build(self.index_.blocks, self.index_.n, self.splits)
         return self
@@ -103,7 +111,8 @@ class MotionTree:
         Raises:
             MotionError: fewer than ten frames, another shape or rate, or NaN.
         """
-        return self.basis_.coefficients(self._recent(history)).astype(np.float32)
+        self._check_fitted()
+        return self.basis_.coefficients(self._recent(history).parameters).astype(np.float32)
 
     def sample(
         self,
@@ -135,6 +144,7 @@ class MotionTree:
         Raises:
             MotionError: a history as in `coefficients`, or an option out of range.
         """
+        self._check_fitted()
         self._check_options(n, noise, method)
         recent = self._recent(history)
         probes = self.basis_.coefficients(recent.parameters).astype(np.float32)
@@ -167,7 +177,9 @@ class MotionTree:
 
         Raises:
             MotionError: an option out of range.
+            ModelError: not fitted, or its file was changed in place.
         """
+        self._check_fitted()
         if method == "tree":
             return self.descent_.draw(probes, n, temperature, key, leaf, self.index_.blocks)
         windows = self.index_.draw(probes, n, temperature, key)
@@ -202,13 +214,38 @@ class MotionTree:
         each = -0.5 * ((error / deviation) ** 2).sum(-1) - np.log(deviation * np.sqrt(2 * np.pi)).sum()
         return np.logaddexp.reduce(each, axis=-1) - np.log(draws)
 
+    def save(self, path, card: dict | None = None) -> None:
+        """Write the tree to `path` with its model card, by default `card_`; it is mapped into memory when loaded.
+
+        Raises:
+            MotionError: the file can't be written.
+        """
+        arrays, meta = self.to_arrays()
+        save_model(path, self.kind, arrays, {**meta, "card": card or self.card_})
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and settings from which `from_arrays` makes the same tree."""
+        self._check_fitted()
+        return pack(self)
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "MotionTree":
+        """The tree that `to_arrays` took apart into `arrays` and `meta`; the arrays are kept, without a copy.
+
+        Raises:
+            ModelError: shapes that don't belong together.
+        """
+        tree = cls(splits=meta["splits"], part=meta["part"])
+        unpack(tree, arrays, meta)
+        tree.card_ = meta.get("card", {})
+        return tree
+
     def source(self, windows) -> np.ndarray:
         """Index (...) of the database's sequence that each of `windows` (...) is from."""
         return self.database_.sequence_of(self.frames_[windows])
 
     def _recent(self, history) -> "_Recent":
         """What a history says, in the database's terms."""
-        self._check_fitted()
         poses, scale = _checked_history(history, self.database_)
         poses = poses.copy()
         poses[..., :3] *= scale
@@ -234,9 +271,14 @@ class MotionTree:
         if method not in METHODS:
             raise MotionError(f"method must be {' or '.join(map(repr, METHODS))}, got {method!r}")
 
+    def __reduce__(self):
+        return super().__reduce__() if self.mapping_ is None else self.mapping_.reduced(load)
+
     def _check_fitted(self) -> None:
         if not hasattr(self, "index_"):
             raise ModelError("this MotionTree is not fitted: call fit(database) first, or motionenv.load")
+        if self.mapping_ is not None:
+            self.mapping_.check()
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -19,9 +21,9 @@ def literal(poses):
     """Parameters frame by frame, as the module's docstring tells them."""
     steps = [None] + [
         np.concatenate([np.linalg.solve(turn(a[5]), b[:2] - a[:2]), b[2:5], [b[5] - a[5]], b[6:]])
-        for a, b in zip(poses[:-1], poses[1:], strict=True)
+        for a, b in pairwise(poses)
     ]
-    return np.array([[*b, *(b - a) * 30.0] for a, b in zip(steps[1:-1], steps[2:], strict=True)])
+    return np.array([[*b, *(b - a) * 30.0] for a, b in pairwise(steps[1:])])
 
 
 def turn(angle):
