@@ -231,7 +231,7 @@ def _draw_sticks(panel, sticks: np.ndarray, colours, *, linewidth: float = 1.0, 
 
     repeated = colours if isinstance(colours, str) else list(colours) * len(sticks)
     lines = LineCollection(
-        sticks.reshape(-1, 2, 2), colors=repeated, linewidths=linewidth, alpha=alpha, capstyle="round"
+        list(sticks.reshape(-1, 2, 2)), colors=repeated, linewidths=linewidth, alpha=alpha, capstyle="round"
     )
     panel.add_collection(lines)
     panel.autoscale_view()

@@ -1,0 +1,116 @@
+"""Share of the variance in b principal components of windows, why it isn't paper C's 89 %, and how fast they are found.
+
+    python benchmarks/tree_variance.py [--mocap FOLDER] [--quick]
+
+Needs scikit-learn. Shares of other ways to prepare the windows come from explicit windows and their covariance.
+"""
+
+import numpy as np
+from bandai import bounds, capture, enlarged, options, seconds
+from scipy.signal import butter, sosfiltfilt
+
+from motionenv.models.tree.basis import Basis, fit_basis, project
+from motionenv.models.tree.database import Clip, Database, build_database
+from motionenv.models.tree.frames import WINDOW, parameters
+from motionenv.types import Motion
+
+PAPER = 0.89
+EVERYTHING, POSES = np.arange(50), np.arange(25)
+ROOT_AND_LEGS = np.array([*range(6), *range(17, 25), *range(25, 31), *range(42, 50)])
+
+
+def windows(database: Database, channels: np.ndarray) -> np.ndarray:
+    """Every window of the database as a row (n, 10 p), the oldest frame first, float32."""
+    rows = [parameters(database.poses[a:b])[:, channels] for a, b in zip(*bounds(database), strict=True)]
+    view = np.lib.stride_tricks.sliding_window_view
+    cut = [view(r, WINDOW, axis=0)[:-1].swapaxes(1, 2).reshape(-1, WINDOW * len(channels)) for r in rows]
+    return np.concatenate(cut).astype(np.float32)
+
+
+def spectrum(rows: np.ndarray, standardise: bool) -> np.ndarray:
+    """Shares of the variance along the principal axes of `rows` (n, 10 p), largest first."""
+    rows = rows - rows.mean(0)
+    covariance = (rows.T @ rows).astype(float)
+    if standardise:
+        each = np.diag(covariance).reshape(WINDOW, -1).mean(0)
+        scale = np.tile(np.sqrt(np.where(each > 1e-6 * each.max(), each, np.inf)), WINDOW)
+        covariance /= scale[:, None] * scale
+    values = np.linalg.eigvalsh(covariance)[::-1]
+    return values / values.sum()
+
+
+def smoothed(clip: Clip, cutoff: float) -> Clip:
+    """The clip with everything above `cutoff` [Hz] taken out, both ways, so without delay."""
+    m = clip.motion
+    poses = sosfiltfilt(butter(2, cutoff, fs=m.fps, output="sos"), m.poses, axis=0)
+    return Clip(Motion(poses, m.skeleton, m.fps, m.name), clip.name, clip.activity, clip.person)
+
+
+def shares_table(clips: list[Clip]) -> None:
+    """Print the share of variance in b components, of the database as it is and prepared in other ways."""
+    whole = build_database(clips)
+    b = int(np.log2(len(whole.windows)))
+    active = [c for c in clips if c.activity in ("walk", "run", "dash")]
+    rows = [
+        ("as it is", whole, EVERYTHING, True),
+        ("without velocities", whole, POSES, True),
+        ("root and legs only", whole, ROOT_AND_LEGS, True),
+        ("not standardised (m, rad, m/s, rad/s)", whole, EVERYTHING, False),
+        ("not standardised, without velocities", whole, POSES, False),
+        ("smoothed, 6 Hz", build_database(smoothed(c, 6.0) for c in clips), EVERYTHING, True),
+        ("smoothed, 3 Hz", build_database(smoothed(c, 3.0) for c in clips), EVERYTHING, True),
+        ("walking and running only", build_database(active or clips), EVERYTHING, True),
+        ("walking and running, without velocities", build_database(active or clips), POSES, True),
+    ]
+    print(f"| {len(clips)} clips | windows | b = {b} components hold | for {PAPER:.0%} it takes |\n|-|-|-|-|")
+    print("| paper C | 50,000 | 89 % (b = 16) | 16 |")
+    for name, database, channels, standardise in rows:
+        held = np.cumsum(spectrum(windows(database, channels), standardise))
+        needed = int(np.searchsorted(held, PAPER)) + 1
+        print(f"| {name} | {len(database.windows):,} | {held[b - 1]:.1%} | {needed} |", flush=True)
+    print(f"\n`fit_basis` says {fit_basis(whole, EVERYTHING).share:.4%} of the first.")
+
+
+def ours(database: Database) -> tuple[Basis, np.ndarray]:
+    """Basis and coefficients, by lag covariances."""
+    basis = fit_basis(database, EVERYTHING)
+    out = np.empty((len(database.windows), len(basis.deviation)), np.float32)
+    project(database, basis, out)
+    return basis, out
+
+
+def speed_table(clips: list[Clip], n: int) -> None:
+    """Print the time of basis and coefficients beside scikit-learn's, which get the standardised windows ready-made."""
+    from sklearn.decomposition import PCA, IncrementalPCA
+
+    database = build_database(enlarged(clips, n))
+    ours(build_database(clips[:5]))  # compiles
+    taken = seconds(lambda: ours(database))
+    basis, _ = ours(database)
+    axes, b = basis.components[:, ::-1].reshape(len(basis.deviation), -1), len(basis.deviation)
+    rows = windows(database, EVERYTHING)
+    rows -= np.tile(basis.mean, WINDOW).astype(np.float32)
+    rows /= np.tile(basis.scale, WINDOW).astype(np.float32)
+    peers = {
+        "IncrementalPCA, batches of 2,500 (its default)": IncrementalPCA(b, batch_size=2500),
+        "PCA, covariance_eigh": PCA(b, svd_solver="covariance_eigh"),
+    }
+    print(f"\n| {len(rows):,} windows of {rows.shape[1]}, b = {b} | s | ratio | least cosine to ours |\n|-|-|-|-|")
+    print(f"| ours, from the poses (windows are never made) | {taken:.2f} | 1.0 | |", flush=True)
+    for name, model in peers.items():
+        theirs = seconds(lambda m=model: m.fit(rows).transform(rows), 1)
+        cosine = np.linalg.svd(axes @ model.components_.T)[1].min()
+        print(f"| {name}, fit and transform | {theirs:.2f} | {theirs / taken:.1f} | {cosine:.4f} |", flush=True)
+    print(f"\nThe windows for scikit-learn take {rows.nbytes / 1e6:,.0f} MB, and their making isn't counted.")
+
+
+def main() -> None:
+    """Print the tables."""
+    asked = options(__doc__).parse_args()
+    clips = capture(asked)
+    shares_table(clips)
+    speed_table(clips, 50_000 if asked.quick else 500_000)
+
+
+if __name__ == "__main__":
+    main()
