@@ -3,7 +3,20 @@
 import numpy as np
 from numba import njit
 
+from motionenv.body.skeleton import LIMITS
+
 _jit = njit(nogil=True, cache=True, error_model="numpy")
+
+_TURN = 2 * np.pi
+# Angles are told within half a turn of the middle of the joint's range; NaN for what is no angle.
+_MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
+_MIDDLE[[0, 1, 2, 5]] = np.nan  # metres, and the heading's increment
+
+
+@_jit
+def turned_towards(angle, aim):
+    """`angle` less as many whole turns as bring it within half a turn of `aim`."""
+    return angle - _TURN * np.round((angle - aim) / _TURN)
 
 
 @_jit
@@ -45,11 +58,15 @@ def frame_parameters(poses, start, t, fps, earlier, out):
             earlier[j] = poses[i - 1, j]
         earlier[0], earlier[1], earlier[5] = out[0], out[1], out[5]
     for j in range(25):
-        out[25 + j] = (out[j] - earlier[j]) * fps
+        change = out[j] - earlier[j]
+        out[25 + j] = (change if np.isnan(_MIDDLE[j]) else turned_towards(change, 0.0)) * fps
     if i > t:  # the first frame: its own pose, the velocities of the second
         for j in range(2, 25):
             if j != 5:
                 out[j] = poses[t, j]
+    for j in range(25):
+        if not np.isnan(_MIDDLE[j]):
+            out[j] = turned_towards(out[j], _MIDDLE[j])
 
 
 @_jit

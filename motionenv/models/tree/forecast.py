@@ -18,7 +18,7 @@ from motionenv.models.tree._exact_kernels import BLOCK
 from motionenv.models.tree._frame_kernels import successors
 from motionenv.models.tree.database import Database
 from motionenv.models.tree.exact import KernelIndex
-from motionenv.models.tree.frames import FPS
+from motionenv.models.tree.frames import FPS, turned_towards
 
 _TEMPERATURE = 0.05  # at which neighbours are drawn
 _PROBES, _KNOWN, _DRAWS = 2000, 200_000, 8  # windows asked, windows asked among, neighbours of each
@@ -47,7 +47,7 @@ class Forecast:
             now: (..., 50) parameters of the windows' last frames.
             after: (..., 25) first parameters of the frames after them.
         """
-        difference = history - now
+        difference = _difference(history, now)
         return after + self.pose * difference[..., :25] + self.velocity * difference[..., 25:] / FPS
 
 
@@ -85,12 +85,19 @@ def fit_forecast(database: Database, coefficients) -> Forecast:
     drawn = order[KernelIndex.build(rows, order).draw(coefficients[asked], _DRAWS, _TEMPERATURE, key=0)]
     here, truth = steps(database, frames[asked])
     now, after = steps(database, frames[known][drawn])
-    error = truth[:, None] - after
-    difference = here[:, None] - now
+    difference = _difference(here[:, None], now)
+    error = turned_towards(truth[:, None] - after, difference[..., :25])
     x = np.stack([difference[..., :25], difference[..., 25:] / FPS], axis=-1)
     a, b = _least_squares(x, error)
     rest = error - a * x[..., 0] - b * x[..., 1]
     return Forecast(a, b, *(np.sqrt((e**2).mean((0, 1))) for e in (rest, error)))
+
+
+def _difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a - b of parameters (..., 25 or 50), angles the shorter way round."""
+    difference = a - b
+    difference[..., :25] = turned_towards(difference[..., :25], np.zeros(25))
+    return difference
 
 
 def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:

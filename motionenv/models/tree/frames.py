@@ -4,11 +4,15 @@ The paper's frame has 50 parameters: 25 of the pose and their velocities. Where 
 must not matter, so three of the 25 are increments since the frame before, seen in the heading frame of that frame:
 forward, left [m] and heading [rad]. Height, tilt and obliquity of the pelvis and the 19 joint angles are as they are.
 The other 25 are the velocities of these [per second], backward differences, so that nothing of the future is needed.
+
+Angles that differ by whole turns are the same: parameters tell them within half a turn of the middle of the joint's
+range (`motionenv.body.LIMITS`), and velocities are those of the shorter way.
 """
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from motionenv.body.skeleton import LIMITS
 from motionenv.errors import MotionError
 from motionenv.models.tree._frame_kernels import parameters_of
 from motionenv.types import POSE, Motion
@@ -21,6 +25,11 @@ WINDOW = 10
 PARAMETERS = (*POSE, *(f"{name}_velocity" for name in POSE))
 
 _TURN = 2 * np.pi
+_IS_ANGLE = np.arange(25) > 2
+_IS_ANGLE[5] = False  # the heading goes on and on
+_MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
+_BALL_JOINTS = [POSE.index(n) for n in ("neck_flexion", "left_shoulder_flexion", "right_shoulder_flexion",
+                                        "left_hip_flexion", "right_hip_flexion")]  # fmt: skip
 
 
 def parameters(poses) -> np.ndarray:
@@ -64,11 +73,19 @@ def placed(before, step) -> np.ndarray:
     return out
 
 
+def turned_towards(poses, aim) -> np.ndarray:
+    """Poses (..., 25) with whole turns added to their angles so that each is within half a turn of `aim` (..., 25)."""
+    turned = np.array(poses, dtype=np.float64)
+    turned[..., 3:] -= _TURN * np.round((turned[..., 3:] - np.asarray(aim)[..., 3:]) / _TURN)
+    return turned
+
+
 def resample(motion: Motion, fps: float = FPS) -> list[np.ndarray]:
     """The gapless stretches of a motion at another frame rate, each (frames, 25) [m, rad].
 
-    Poses between frames come from cubic splines through the frames of a stretch; a frame with NaN in it ends one.
-    Angles are shifted by whole turns so that each is on average within half a turn of zero.
+    Poses between frames come from cubic splines through the frames of a stretch; a frame with NaN in it ends one. A
+    joint with three angles has two ways to tell each rotation, (f, a, r) and (f + π, π - a, r + π), and whole turns
+    besides; each stretch is told in the way that is on average nearest to the middle of the joints' ranges.
 
     Args:
         motion: one sequence, (frames, 25).
@@ -82,7 +99,7 @@ def resample(motion: Motion, fps: float = FPS) -> list[np.ndarray]:
     whole = np.isfinite(motion.poses).all(1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(np.int8)))
     return [
-        _within_half_a_turn(_at_rate(motion.poses[first:last], motion.fps, fps))
+        _plainly_told(_at_rate(motion.poses[first:last], motion.fps, fps))
         for first, last in zip(edges[::2], edges[1::2], strict=True)
         if last - first > 1
     ]
@@ -96,6 +113,17 @@ def _at_rate(poses: np.ndarray, have: float, want: float) -> np.ndarray:
     return CubicSpline(np.arange(len(poses)) / have, poses)(np.arange(frames) / want)
 
 
-def _within_half_a_turn(poses: np.ndarray) -> np.ndarray:
-    poses[:, 3:] -= _TURN * np.round(poses[:, 3:].mean(0) / _TURN)
-    return poses
+def _plainly_told(poses: np.ndarray) -> np.ndarray:
+    """Poses (frames, 25) with every ball joint told in the way that is nearest to the middle of its range."""
+    told = poses - _TURN * np.round((poses.mean(0) - _MIDDLE) / _TURN) * _IS_ANGLE
+    for at in _BALL_JOINTS:
+        other = told[:, at : at + 3] * [1, -1, 1] + np.pi
+        other -= _TURN * np.round((other.mean(0) - _MIDDLE[at : at + 3]) / _TURN)
+        if _off(other, at) < _off(told[:, at : at + 3], at):
+            told[:, at : at + 3] = other
+    return told
+
+
+def _off(angles: np.ndarray, at: int) -> float:
+    """Mean squared distance [rad²] of a ball joint's angles (frames, 3) from the middle of their ranges."""
+    return float(((angles - _MIDDLE[at : at + 3]) ** 2).mean())

@@ -22,7 +22,7 @@ from motionenv.models.tree.database import Database, leg_length
 from motionenv.models.tree.descent import CoefficientTree
 from motionenv.models.tree.exact import KernelIndex
 from motionenv.models.tree.forecast import fit_forecast, steps
-from motionenv.models.tree.frames import FPS, WINDOW, local, parameters, placed
+from motionenv.models.tree.frames import FPS, WINDOW, local, parameters, placed, turned_towards
 from motionenv.models.tree.packing import pack, unpack
 from motionenv.types import Motion
 
@@ -35,8 +35,6 @@ PARTS = {
     "right_arm": tuple(range(13, 17)),
 }
 METHODS = ("tree", "exact")
-
-_TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +207,8 @@ class MotionTree:
         drawn = self.sample(history, draws, temperature=temperature, seed=seed, method=method, carry=True)
         chosen = np.array(PARTS[self.part])
         last = (history.poses if isinstance(history, Motion) else np.asarray(history))[..., -1, :]
-        error = (local(last, after)[..., None, :] - local(last[..., None, :], drawn.poses))[..., chosen]
+        error = local(last, after)[..., None, :] - local(last[..., None, :], drawn.poses)
+        error = turned_towards(error, np.zeros(25))[..., chosen]
         deviation = self.forecast_.deviation[chosen]
         each = -0.5 * ((error / deviation) ** 2).sum(-1) - np.log(deviation * np.sqrt(2 * np.pi)).sum()
         return np.logaddexp.reduce(each, axis=-1) - np.log(draws)
@@ -249,17 +248,14 @@ class MotionTree:
         poses, scale = _checked_history(history, self.database_)
         poses = poses.copy()
         poses[..., :3] *= scale
-        turns = np.zeros((*poses.shape[:-2], 1, 25))
-        turning = [i for i in PARTS[self.part] if i > 2 and i != 5]  # angles that the database knows as they are
-        usual = self.basis_.mean[[PARTS[self.part].index(i) for i in turning]]
-        turns[..., turning] = _TURN * np.round((poses[..., turning].mean(-2, keepdims=True) - usual) / _TURN)
-        return _Recent(parameters(poses - turns)[..., -WINDOW:, :], poses[..., -1, :], turns, scale)
+        return _Recent(parameters(poses)[..., -WINDOW:, :], poses[..., -1, :], scale)
 
     def _poses(self, recent: "_Recent", after: np.ndarray) -> np.ndarray:
         """Poses (..., n, 25) in the world of the history that come next by local parameters `after` (..., n, 25)."""
-        poses = placed(recent.last[..., None, :], after) + recent.turns
+        last = recent.last[..., None, :]
+        poses = turned_towards(placed(last, after), last)
         others = [i for i in range(25) if i not in PARTS[self.part]]
-        poses[..., others] = recent.last[..., None, others]
+        poses[..., others] = last[..., others]
         poses[..., :3] /= recent.scale
         return poses
 
@@ -283,14 +279,10 @@ class MotionTree:
 
 @dataclass(frozen=True, eq=False)
 class _Recent:
-    """A history in the database's terms: parameters (..., 10, 50), last pose (..., 25); whole turns and scale to undo.
-
-    The last pose is in the database's lengths, with the history's turns.
-    """
+    """A history in the database's lengths: parameters (..., 10, 50), last pose (..., 25), and the scale to undo."""
 
     parameters: np.ndarray
     last: np.ndarray
-    turns: np.ndarray
     scale: float
 
 

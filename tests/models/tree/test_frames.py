@@ -92,3 +92,31 @@ def test_bad_shapes_are_named():
     batch = motionenv.load("walk/fpca").synthesize(seconds=1, fps=30, seed=1, n=2)
     with pytest.raises(MotionError, match="one sequence at a time"):
         frames.resample(batch)
+
+
+@given(st.integers(-3, 3), st.sampled_from([3, 6, 9, 12, 20]))
+def test_whole_turns_do_not_matter(turns, angle):
+    walk = motionenv.load("walk/fpca").synthesize(seconds=0.5, fps=30, seed=5).poses
+    turned = walk.copy()
+    turned[7:, angle] += 2 * np.pi * turns
+    np.testing.assert_allclose(frames.parameters(turned), frames.parameters(walk), atol=1e-8)
+
+
+@pytest.mark.parametrize("joint", ["neck", "left_shoulder", "right_hip"])
+def test_the_other_way_to_tell_a_rotation_is_undone(walk, joint):
+    """(f, a, r) and (f + π, π - a, r + π) put the body in the same place; a clip is told the plain way."""
+    at = motionenv.types.POSE.index(f"{joint}_flexion")
+    other = walk.poses.copy()
+    other[:, at : at + 3] = other[:, at : at + 3] * [1, -1, 1] + np.pi
+    np.testing.assert_allclose(
+        motionenv.markers(other, walk.skeleton), motionenv.markers(walk.poses, walk.skeleton), atol=1e-12
+    )
+    (told,) = frames.resample(Motion(other, walk.skeleton, 30.0))
+    np.testing.assert_allclose(told, walk.poses, atol=1e-12)
+
+
+def test_turned_towards_is_within_half_a_turn(walk):
+    turned = frames.turned_towards(walk.poses + 11.0, walk.poses[0])
+    assert np.abs(turned - walk.poses[0])[:, 3:].max() <= np.pi + 1e-9
+    np.testing.assert_allclose(np.cos(turned[:, 3:]), np.cos(walk.poses[:, 3:] + 11.0), atol=1e-9)
+    np.testing.assert_array_equal(turned[:, :3], walk.poses[:, :3] + 11.0)
