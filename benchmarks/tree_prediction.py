@@ -1,0 +1,95 @@
+"""How well the motion tree foretells the next pose of clips it doesn't know: log score against simpler models.
+
+    python benchmarks/tree_prediction.py [--mocap FOLDER] [--quick]
+
+Every fifth clip is held out. A score is the log density of the pose that came, in nats per frame (25 parameters, place
+and heading as increments; metres and radians): the higher the better. 95 % intervals by drawing clips anew, 1,000
+times. The tree's density is `MotionTree.log_density`, 256 draws. The others learn from the same clips:
+
+- constant velocity: the pose goes on as from the frame before, increments stay; a deviation for each parameter.
+- Gaussian: pose and b coefficients jointly Gaussian, so linear regression on the coefficients.
+- autoregression: linear regression on the 50 parameters of the last frame.
+
+The tree's Gaussians are diagonal. The others are shown with diagonal and with full covariance of their error.
+"""
+
+import numpy as np
+from bandai import capture, held_out, histories, options
+
+from motionenv.models.tree.frames import FPS, local, parameters
+from motionenv.models.tree.model import MotionTree
+
+TEMPERATURES = (0.002, 0.05, 0.2, 1.0)
+PIECE = 500
+
+
+def regression(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Weights (k + 1, 25) of x (n, k) and 1 for y (n, 25), by least squares."""
+    return np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), y, rcond=None)[0]
+
+
+def log_densities(error: np.ndarray, learnt: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of `error` (n, 25) under zero-mean Gaussians with diagonal and full covariance of `learnt` (m, 25)."""
+    covariance = learnt.T @ learnt / len(learnt)
+    found = []
+    for c in (np.diag(np.diag(covariance)), covariance):
+        root = np.linalg.cholesky(c)
+        scaled = np.linalg.solve(root, error.T)
+        found.append(-0.5 * (scaled**2).sum(0) - np.log(np.diag(root)).sum() - 12.5 * np.log(2 * np.pi))
+    return found[0], found[1]
+
+
+def baselines(model: MotionTree, learn, test) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Log densities (n,) of the other models, diagonal and full, by name; `learn` and `test` are (histories, after)."""
+    frames = [parameters(h)[:, -1] for h, _ in (learn, test)]
+    truth = [local(h[:, -1], after) for h, after in (learn, test)]
+    steady = [f[:, :25] + f[:, 25:] / FPS for f in frames]
+    for s, f in zip(steady, frames, strict=True):
+        s[:, [0, 1, 5]] = f[:, [0, 1, 5]]
+    coefficients = [model.coefficients(h).astype(float) for h, _ in (learn, test)]
+    errors = {"constant velocity": [t - s for t, s in zip(truth, steady, strict=True)]}
+    for name, x in (("Gaussian", coefficients), ("autoregression", frames)):
+        weights = regression(x[0], truth[0])
+        errors[name] = [t - np.column_stack([k, np.ones(len(k))]) @ weights for k, t in zip(x, truth, strict=True)]
+    return {name: log_densities(test, learn) for name, (learn, test) in errors.items()}
+
+
+def interval(score: np.ndarray, clip: np.ndarray) -> str:
+    """Mean of scores (n,) and its 95 % interval, clips (n,) drawn anew."""
+    _, number = np.unique(clip, return_inverse=True)
+    sums, counts = np.bincount(number, score), np.bincount(number)
+    drawn = np.random.default_rng(0).integers(len(sums), size=(1000, len(sums)))
+    low, high = np.percentile(sums[drawn].sum(1) / counts[drawn].sum(1), [2.5, 97.5])
+    return f"{score.mean():.1f} ({low:.1f} to {high:.1f})"
+
+
+def main() -> None:
+    """Print the table."""
+    asked = options(__doc__).parse_args()
+    database, others = held_out(capture(asked))
+    model = MotionTree().fit(database)
+    history, after, clip = histories(others, 300 if asked.quick else 3000)
+    pieces = range(0, len(history), PIECE)
+    print(f"n = {model.index_.n:,} windows; {len(history):,} frames of {len(np.unique(clip))} held-out clips.\n")
+    print("| nats per frame | | full covariance |\n|-|-|-|")
+    scores = {}
+    for name, (diagonal, full) in baselines(model, histories(database)[:2], (history, after)).items():
+        scores[name] = full
+        print(f"| {name} | {interval(diagonal, clip)} | {interval(full, clip)} |")
+    for method in ("exact", "tree"):
+        for temperature in TEMPERATURES:
+            asks = {"temperature": temperature, "seed": 0, "method": method}
+            parts = [model.log_density(history[a : a + PIECE], after[a : a + PIECE], **asks) for a in pieces]
+            scores[f"{method}, {temperature:g}"] = np.concatenate(parts)
+            print(
+                f"| {method}, β = {temperature:g} | {interval(scores[f'{method}, {temperature:g}'], clip)} | |",
+                flush=True,
+            )
+    best = max((k for k in scores if k.startswith("exact")), key=lambda k: scores[k].mean())
+    print()
+    for name in ("constant velocity", "Gaussian", "autoregression"):
+        print(f"- {best} less {name} (full): {interval(scores[best] - scores[name], clip)}")
+
+
+if __name__ == "__main__":
+    main()
