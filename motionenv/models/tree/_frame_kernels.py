@@ -44,6 +44,22 @@ def placed_pose(before, local, out):
 
 
 @_jit
+def _rate_of_change(earlier, now, fps, out):
+    """Write (now - earlier) · fps (25,) to `out`, of angles the shorter way."""
+    for j in range(25):
+        change = now[j] - earlier[j]
+        out[j] = (change if np.isnan(_MIDDLE[j]) else turned_towards(change, 0.0)) * fps
+
+
+@_jit
+def _plainly_told(out):
+    """Turn the angles of `out` (25,) to within half a turn of the middle of their ranges."""
+    for j in range(25):
+        if not np.isnan(_MIDDLE[j]):
+            out[j] = turned_towards(out[j], _MIDDLE[j])
+
+
+@_jit
 def frame_parameters(poses, start, t, fps, earlier, out):
     """Write the parameters (50,) of frame `t` of a sequence that begins at frame `start`; `earlier` (25,) is scratch.
 
@@ -54,19 +70,13 @@ def frame_parameters(poses, start, t, fps, earlier, out):
     if i - 2 >= start:
         local_pose(poses[i - 2], poses[i - 1], earlier)
     else:
-        for j in range(25):
-            earlier[j] = poses[i - 1, j]
+        earlier[:] = poses[i - 1]
         earlier[0], earlier[1], earlier[5] = out[0], out[1], out[5]
-    for j in range(25):
-        change = out[j] - earlier[j]
-        out[25 + j] = (change if np.isnan(_MIDDLE[j]) else turned_towards(change, 0.0)) * fps
-    if i > t:  # the first frame: its own pose, the velocities of the second
-        for j in range(2, 25):
-            if j != 5:
-                out[j] = poses[t, j]
-    for j in range(25):
-        if not np.isnan(_MIDDLE[j]):
-            out[j] = turned_towards(out[j], _MIDDLE[j])
+    _rate_of_change(earlier, out, fps, out[25:])
+    if i > t:  # the first frame: its own pose, the increments and velocities of the second
+        out[2:5] = poses[t, 2:5]
+        out[6:25] = poses[t, 6:]
+    _plainly_told(out)
 
 
 @_jit

@@ -94,7 +94,7 @@ def fit_forecast(database: Database, coefficients) -> Forecast:
 
 
 def _difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a - b of parameters (..., 25 or 50), angles the shorter way round."""
+    """What `a` is more than `b`, parameters (..., 25 or 50), angles the shorter way round."""
     difference = a - b
     difference[..., :25] = turned_towards(difference[..., :25], np.zeros(25))
     return difference
