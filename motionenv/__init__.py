@@ -39,6 +39,7 @@ _HOME = {
     "segment": "cycles",
     "Eigenwalkers": "models.eigenwalkers",
     "FunctionalPCA": "models.fpca",
+    "MotionTree": "models.tree",
     "WalkingModel": "models.walking",
     "load": "models.store",
     "Scene": "render",

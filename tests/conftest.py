@@ -1,6 +1,7 @@
 """What the tests share: where the real motion capture is, and whether OpenGL works here."""
 
 import os
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,14 @@ settings.register_profile("motionenv", deadline=None, derandomize=True, database
 settings.load_profile("motionenv")
 
 MOCAP = Path(os.environ.get("MOTIONENV_MOCAP", Path(__file__).parents[2] / "shared" / "mocap"))
+
+
+def pytest_configure(config) -> None:
+    """Models that are made on first use go to a folder of this run, not to the user's cache."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:  # workers share what the run's first process sets here
+        folder = tempfile.TemporaryDirectory(prefix="motionenv-cache-")
+        config.add_cleanup(folder.cleanup)
+        os.environ["MOTIONENV_CACHE"] = folder.name
 
 
 @pytest.fixture(scope="session")

@@ -25,7 +25,7 @@ from motionenv.mocap import sources
 PIPES = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(motionenv.__file__).parents[1])}
 COMMANDS = [
-    "demo", "synth", "render", "fit", "models", "mocap list", "mocap download", "mocap info", "mocap convert",
+    "demo", "synth", "render", "fit", "models", "bench", "mocap list", "mocap download", "mocap info", "mocap convert",
 ]  # fmt: skip
 
 
@@ -174,8 +174,9 @@ def test_models_are_listed_with_their_cards(run):
     assert result.code == 0
     for name in ("walk/fpca", "walk/eigenwalkers"):
         assert name in result.out
-    assert result.out.count("model licence: MIT") == 2
+    assert result.out.count("model licence: MIT") == 3
     assert result.out.count("command: motionenv fit") == 2
+    assert "mixed/tree\n    model: mixed/tree\n    people: 48" in result.out
 
 
 def test_version(run):
@@ -261,7 +262,7 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
 @pytest.mark.parametrize(
     ("command", "says"),
     [
-        ("synth walk/nothing --out w.npz", "walk/eigenwalkers, walk/fpca"),
+        ("synth walk/nothing --out w.npz", "mixed/tree, walk/eigenwalkers, walk/fpca"),
         ("synth missing.npz --out w.npz", "missing.npz"),
         ("synth walk/fpca --out w.xyz", ".xyz"),
         ("synth walk/fpca --out nowhere/w.npz", "nowhere"),
@@ -288,8 +289,8 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
         ("render WALK --size 16x16 --out nowhere/w.mp4", "nowhere"),
         ("render missing.npz --out w.mp4", "missing.npz"),
         ("render WALK --fps 30 --out w.mp4", "fps"),
-        ("fit walk/other --mocap . --out m.npz", "walk/fpca or walk/eigenwalkers"),
-        ("fit walk/fpca --mocap . --out m.npz", "no AMC, BVH or C3D"),
+        ("fit walk/other --mocap . --out m.npz", "tree, walk/fpca or walk/eigenwalkers"),
+        ("fit walk/fpca --mocap . --out m.npz", "no AMC, BVH, C3D or TRC"),
         ("fit walk/fpca --mocap nowhere --out m.npz", "nowhere"),
         ("fit walk/fpca --mocap . --out nowhere/m.npz", "nowhere"),
         ("mocap info missing.amc --fps 120", "missing.amc"),

@@ -55,7 +55,7 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
         FormatError: no fps, no or several skeletons, or not whole, regular ASF and AMC files; names the line.
     """
     if fps is None:
-        raise FormatError(path, "AMC files don't say their frame rate; pass fps= (120 for the CMU database)")
+        raise FormatError(path, "AMC files don't say their frame rate; pass fps= (--fps), 120 for the CMU database")
     fps = checked_fps(fps)
     lines = read_lines(path)
     asf = _Asf(_beside(path) if asf is None else asf)
@@ -120,10 +120,10 @@ class _Asf:
         """Metres per file unit: `length` says how many make an inch."""
         units = self._fields(self._section("units"))
         if "length" not in units:
-            raise FormatError(self.path, "doesn't say its 'length'; pass unit=", ":units")
+            raise FormatError(self.path, "doesn't say its 'length'; pass unit= (--unit)", ":units")
         (length,) = self._numbers(units, "length", 1, 1)
         if length <= 0:
-            raise FormatError(self.path, f"'length' must be above 0, got {length:g}; pass unit=", ":units")
+            raise FormatError(self.path, f"'length' must be above 0, got {length:g}; pass unit= (--unit)", ":units")
         return _INCH / length
 
     def bones(self) -> list[_Bone]:

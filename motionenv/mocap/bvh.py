@@ -147,7 +147,7 @@ def _check_size(path, pose: np.ndarray):
     low, high = _PEOPLE
     if not low <= size <= high:
         problem = f"in centimetres the first pose would be {size:.3g} m long, no person's size"
-        raise FormatError(path, f'{problem}; pass its unit, e.g. unit="m", or unit="cmu" for CMU\'s', "MOTION")
+        raise FormatError(path, f'{problem}; pass its unit= (--unit), e.g. "m", or "cmu" for CMU\'s', "MOTION")
 
 
 def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.ndarray]:
@@ -190,7 +190,7 @@ def _fps(path, frame_time: str) -> float:
     except (ArithmeticError, ValueError, TypeError):
         seconds = half_digit = np.nan
     if not 1e-6 < seconds < 1e6:
-        raise FormatError(path, f"'Frame Time' must be above 0, got {frame_time!r}; pass fps=", "MOTION")
+        raise FormatError(path, f"'Frame Time' must be above 0, got {frame_time!r}; pass fps= (--fps)", "MOTION")
     whole = round(1 / seconds)
     return float(whole) if whole and abs(1 / whole - seconds) <= half_digit else 1 / seconds
 

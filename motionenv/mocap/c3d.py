@@ -138,7 +138,7 @@ def _scale(path, found: dict[str, np.ndarray], unit) -> float:
     try:
         return metres_per(written)
     except MotionError:
-        problem = f"the unit of length must be a known one, got {written!r}; pass unit=, e.g. unit='mm'"
+        problem = f"the unit of length must be a known one, got {written!r}; pass unit= (--unit), e.g. 'mm'"
         raise FormatError(path, problem, "POINT:UNITS") from None
 
 
@@ -163,4 +163,4 @@ def _fps(path, found: dict[str, np.ndarray], fps: float | None) -> float:
     for rate in rates:
         if 0 < rate < np.inf:
             return float(rate)
-    raise FormatError(path, "doesn't say its frame rate; pass fps=", "POINT:RATE")
+    raise FormatError(path, "doesn't say its frame rate; pass fps= (--fps)", "POINT:RATE")

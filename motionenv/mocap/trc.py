@@ -105,10 +105,10 @@ def _fps(path, rate: str, times: np.ndarray) -> float:
     """The file's frame rate, if its times agree."""
     fps = number(path, 3, rate, "DataRate")
     if fps <= 0:
-        raise FormatError(path, f"'DataRate' must be above 0, got {rate!r}; pass fps=", "line 3")
+        raise FormatError(path, f"'DataRate' must be above 0, got {rate!r}; pass fps= (--fps)", "line 3")
     took, expected = times[-1] - times[0], (len(times) - 1) / fps
     if not abs(took - expected) <= _CLOCK * expected + 0.001:
-        problem = f"the times span {took:g} s, but 'DataRate' makes {expected:g} s of the frames; pass fps="
+        problem = f"the times span {took:g} s, but 'DataRate' makes {expected:g} s of the frames; pass fps= (--fps)"
         raise FormatError(path, problem, "column 2")
     return fps
 
@@ -120,4 +120,4 @@ def _scale(path, written: str, unit) -> float:
     except MotionError as error:
         if unit is not None:
             raise
-        raise FormatError(path, f"{error}; pass unit=", "line 3") from None
+        raise FormatError(path, f"{error}; pass unit= (--unit)", "line 3") from None

@@ -237,6 +237,11 @@ class Eigenwalkers:
             MotionError: too few people.
         """
         most = self.n_people_ - 1
+        if most < 1:
+            raise MotionError(
+                f"eigenwalkers are how people differ, and the walks are of {self.n_people_}: add other people's "
+                "(subjects= says who is who; of files, the name up to the first '_')"
+            )
         rank = min(_USUAL, most) if self.n_components is None else self.n_components
         if not (1 <= rank <= most and rank == int(rank)):
             raise MotionError(

@@ -43,7 +43,7 @@ KINDS = {
 #: Kinds whose arrays are mapped. Their classes have a `mapping_`, which `load` sets to the file's `mapped.Mapping`.
 MAPPED = {"tree"}
 #: Models that are made when they are first loaded, and who makes them: a module with `path`, the file, and `card`.
-MADE: dict[str, str] = {}
+MADE = {"mixed/tree": "motionenv.models.tree.mixed"}
 
 
 def save_model(path, kind: str, arrays: Mapping[str, np.ndarray], meta: Mapping) -> None:

@@ -34,7 +34,7 @@ _UNKNOWN_CARD = {
     "model licence": "not stated: it depends on the capture's",
     "intended use": "synthesis and tracking of straight walking",
 }
-_SUFFIXES = {".amc", ".bvh", ".c3d"}
+_SUFFIXES = {".amc", ".bvh", ".c3d", ".trc"}
 _STRAIGHT = 0.9
 
 
@@ -66,7 +66,7 @@ def read_walks(
     numbers that are one person count as one.
 
     Args:
-        folder: searched with its subfolders for AMC, BVH and C3D.
+        folder: searched with its subfolders for AMC, BVH, C3D and TRC.
         fps: frames per second, where the files don't say (AMC never does; CMU's is 120).
         unit: unit of length, where the files don't say.
         on_file: called with each file's name before it is read.
@@ -77,7 +77,7 @@ def read_walks(
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
     if not paths:
         raise MotionError(
-            f"no AMC, BVH or C3D file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
+            f"no AMC, BVH, C3D or TRC file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
         )
     known = {file.sha256 for file in find_source("cmu-walks").files}
     used, left_out, cmu = [], {}, []
@@ -124,7 +124,7 @@ def check_name(name: str) -> None:
         MotionError: it isn't one of `MODELS`.
     """
     if name not in MODELS:
-        raise MotionError(f"model must be {' or '.join(MODELS)}, got {name!r}")
+        raise MotionError(f"model must be tree, {' or '.join(MODELS)}, got {name!r}")
 
 
 def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers]:

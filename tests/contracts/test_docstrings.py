@@ -69,7 +69,7 @@ def documentation(thing) -> str:
 
 
 def parameters(thing) -> set[str]:
-    if thing.__module__ == OPTIONS_HAVE_HELP or (inspect.isclass(thing) and "__init__" not in vars(thing)):
+    if thing.__module__.startswith(OPTIONS_HAVE_HELP) or (inspect.isclass(thing) and "__init__" not in vars(thing)):
         return set()
     named = inspect.signature(thing).parameters.values()
     return {p.name for p in named if not p.name.startswith("_")} - {"self", "cls"}

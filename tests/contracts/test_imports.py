@@ -34,6 +34,7 @@ HOME = {
     "numba": STAGES,
     "ezc3d": {"mocap"},
     "pygltflib": {"mocap"},
+    "platformdirs": {"models"},
     "pooch": {"mocap"},
     "requests": {"mocap"},
     "trimesh": {"body", "render"},

@@ -195,7 +195,7 @@ def test_all_cmu_walks_read_fast_and_walk(mocap):
 
 
 def test_the_frame_rate_is_asked_for(tmp_path):
-    with pytest.raises(FormatError, match="pass fps= \\(120 for the CMU"):
+    with pytest.raises(FormatError, match="pass fps= \\(--fps\\), 120 for the CMU"):
         asfamc.read(save(tmp_path))
 
 

@@ -1,0 +1,75 @@
+"""What the commands share: options, the console, progress, and reading views and sizes."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from motionenv.errors import MotionError
+
+#: Where everything but results goes.
+err = Console(stderr=True)
+
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")]
+Fps = Annotated[float | None, typer.Option(help="Frames per second, where the file doesn't say (CMU's AMC: 120).")]
+Unit = Annotated[str | None, typer.Option(help="Unit of length, where the file doesn't say: m, cm, mm, inch, cmu.")]
+Height = Annotated[float | None, typer.Option(help="Body height in metres; by default the model's.")]
+Speed = Annotated[float | None, typer.Option(help="Walking speed in m/s; by default the walker's own.")]
+
+_VIEWS = {"side": 0.0, "front": math.pi / 2, "oblique": math.pi / 4}
+
+
+@contextmanager
+def progress(title: str, total: int | None) -> Iterator[Callable[..., None]]:
+    """A bar on stderr, where that is a terminal; gives a function to call once per step."""
+    columns = (TextColumn("{task.description:32}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
+        task = bar.add_task(title, total=total)
+        yield lambda _=None: bar.advance(task)
+
+
+def note(text: str) -> None:
+    """One line on stderr, as it is."""
+    err.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def check_folder(out: Path) -> None:
+    """Refuse an output file without a folder, before any work.
+
+    Raises:
+        MotionError: there is no such folder.
+    """
+    if not out.parent.is_dir():
+        raise MotionError(f"can't write {out}: there is no folder {out.parent}; make it first, or choose another")
+
+
+def parsed_view(text: str) -> float:
+    """View angle α [rad] (paper B) from "side", "front", "oblique" or degrees.
+
+    Raises:
+        MotionError: none of them.
+    """
+    try:
+        alpha = _VIEWS[text] if text in _VIEWS else math.radians(float(text))
+    except ValueError:
+        alpha = math.nan
+    if not math.isfinite(alpha):
+        raise MotionError(f"view must be {', '.join(_VIEWS)} or an angle in degrees, got {text!r}")
+    return alpha
+
+
+def parsed_size(text: str) -> tuple[int, int]:
+    """Width and height [pixels] from "640x480".
+
+    Raises:
+        MotionError: not two whole numbers from 16 to 4096.
+    """
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(p.isdecimal() and 16 <= int(p) <= 4096 for p in parts):
+        raise MotionError(f"size must be WIDTHxHEIGHT in pixels from 16 to 4096, such as 640x480; got {text!r}")
+    return int(parts[0]), int(parts[1])
