@@ -140,7 +140,8 @@ class CoefficientTree:
         def work(start, stop):
             kernels.draw_all(
                 self.nodes, self.starts, self.members, blocks, probes[start:stop], beta, leaf == "kernel",
-                np.uint64(key), np.uint64(first + start), self.largest, positions[start:stop], log_probability[start:stop],
+                np.uint64(key), np.uint64(first + start), self.largest, positions[start:stop],
+                log_probability[start:stop],
             )  # fmt: skip
 
         in_chunks(work, len(probes))

@@ -164,6 +164,15 @@ def test_at_low_temperature_the_search_follows_the_probe(splits, leaf):
             assert_allclose(log_probability, 0.0, atol=1e-12)
 
 
+@EITHER_LEAF
+def test_what_is_never_drawn_has_probability_zero(leaf):
+    z = np.array([[-3.0], [3.0], [90.0]], np.float32)
+    tree = CoefficientTree.build(blocks_of(z), 3, "sign")
+    found = tree.log_prob([[3.0]], [[0, 1, 2]], 0.1, leaf, blocks_of(z))[0]
+    certain = [-np.inf, 0.0, -np.inf] if leaf == "kernel" else [-np.inf, -np.log(2), -np.log(2)]
+    assert_allclose(found, certain, atol=1e-12)
+
+
 @BOTH
 @EITHER_LEAF
 @pytest.mark.parametrize("n", [1, 2, 33, 500])
