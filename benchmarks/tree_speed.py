@@ -1,0 +1,180 @@
+"""Draws per second from the motion tree, n = 10⁴ to 5·10⁶, beside brute force and cKDTree; build time and memory.
+
+    python benchmarks/tree_speed.py [--mocap FOLDER] [--quick] [--large] [--plot FILE]
+
+Databases are the capture without every fifth clip and, from 5·10⁴ on, variants of it (`bandai.enlarged`). Probes are
+the windows of the clips held out, one draw each, β = 0.05 where nothing is said; two threads on two cores for
+everybody. Each size has a process of its own. Memory is the highest resident size during fitting, over that before
+the database was made, less the database's poses and the tree's coefficients ("data"), as a share of those.
+"""
+
+import multiprocessing
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import softmax
+from bandai import capture, enlarged, held_out, histories, options, seconds
+from scipy.spatial import cKDTree
+
+from motionenv.models.tree.database import Clip, build_database
+from motionenv.models.tree.model import MotionTree
+
+SIZES, LARGE, AS_TOLD = (10_000, 50_000, 500_000), 5_000_000, 0.05
+STATUS = Path("/proc/self/status")
+
+
+def resident(what: str) -> float:
+    """Resident memory [MB]: "VmRSS" now, "VmHWM" the highest so far; NaN where the system doesn't tell."""
+    if not STATUS.exists():
+        return float("nan")
+    return next(int(line.split()[1]) / 1e3 for line in STATUS.read_text().splitlines() if line.startswith(what))
+
+
+def forget_highest() -> None:
+    """Let VmHWM begin anew."""
+    if STATUS.exists():
+        Path("/proc/self/clear_refs").write_text("5")
+
+
+def fitted(clips: list[Clip], n: int, splits: str = "sign") -> tuple[MotionTree, dict[str, float]]:
+    """A tree of about n windows, and what building it took."""
+    MotionTree().fit(build_database(clips[:8]))  # compiles
+    before, start = resident("VmRSS"), time.perf_counter()
+    few = clips[::5] if n < 20_000 else clips
+    database = build_database(enlarged(few, n))
+    forget_highest()
+    middle = time.perf_counter()
+    model = MotionTree(splits=splits).fit(database)
+    data = (database.poses.nbytes + model.index_.blocks.nbytes) / 1e6
+    highest = resident("VmHWM") - before
+    taken = {"database": middle - start, "fit": time.perf_counter() - middle, "data": data, "highest": highest}
+    return model, taken
+
+
+def draws_per_second(model: MotionTree, probes: np.ndarray, method: str, **settings) -> float:
+    """Of `model`, one draw for each of `probes`."""
+    beta, leaf = settings.get("beta", AS_TOLD), settings.get("leaf", "uniform")
+    count = settings.get("count", 1)
+    call = lambda: model.draw(probes, count, beta, 1, method, leaf, False)
+    call()
+    return count * len(probes) / seconds(call, 5)
+
+
+def of_size(clips: list[Clip], histories_: np.ndarray, n: int) -> dict[str, float]:
+    """Everything measured of a database of about n windows."""
+    model, found = fitted(clips, n)
+    found["n"] = n = model.index_.n
+    probes = model.coefficients(histories_)
+    probes = np.ascontiguousarray(
+        np.resize(probes[np.random.default_rng(0).permutation(len(probes))], (10_000, probes.shape[1]))
+    )
+    found["b"] = probes.shape[1]
+    for batch in (300, 10_000):
+        found[f"tree {batch}"] = draws_per_second(model, probes[:batch], "tree")
+    found["kernel leaf"] = draws_per_second(model, probes, "tree", leaf="kernel")
+    many = max(128, min(10_000, int(2e8 / n)))  # of the slow ones: as many as take a second or so
+    found["exact"] = draws_per_second(model, probes[:many], "exact")
+    z = model.index_.coefficients(np.arange(n))
+    near = z[np.random.default_rng(1).integers(n, size=many)] + 0.1 * np.random.default_rng(2).normal(
+        size=(many, found["b"])
+    )
+    found["exact, near"] = draws_per_second(model, near.astype(np.float32), "exact")
+    found["exact, 300 each"] = draws_per_second(model, probes[: max(many // 30, 16)], "exact", count=300)
+    found |= brute_force(z, probes[:many])
+    return found
+
+
+def brute_force(z: np.ndarray, probes: np.ndarray) -> dict[str, float]:
+    """Draws per second by brute force, and of the 32 nearest neighbours that cKDTree finds."""
+    both, u = softmax.transposed(z), np.random.default_rng(0).random(len(probes))
+    found = {}
+    for name, draw in (("numpy", softmax.numpy_draws), ("compiled", softmax.compiled_draws)):
+        some = slice(len(probes) // 4 if name == "numpy" else None)
+        draw(*both, probes[:8], AS_TOLD, u)
+        found[name] = len(probes[some]) / seconds(lambda d=draw, s=some: d(*both, probes[s], AS_TOLD, u[s]), 2)
+    nearest = cKDTree(z, leafsize=32, balanced_tree=False, compact_nodes=False)
+    found["cKDTree"] = len(probes) / seconds(lambda: nearest.query(probes, 32, workers=2), 1)
+    return found
+
+
+def by_temperature(clips: list[Clip], histories_: np.ndarray) -> None:
+    """Print draws per second at other temperatures, for the capture alone."""
+    print("\n| β (n ≈ 40,000, 10,000 probes) | tree, uniform leaf | tree, median splits | tree, kernel leaf | exact |")
+    print("|-|-|-|-|-|")
+    model, median = MotionTree().fit(build_database(clips)), MotionTree(splits="median").fit(build_database(clips))
+    probes = np.resize(model.coefficients(histories_), (10_000, model.descent_.depth))
+    for beta in (0.002, 0.05, 0.2, 1.0):
+        rates = [
+            draws_per_second(model, probes, "tree", beta=beta),
+            draws_per_second(median, probes, "tree", beta=beta),
+            draws_per_second(model, probes, "tree", beta=beta, leaf="kernel"),
+            draws_per_second(model, probes, "exact", beta=beta),
+        ]
+        print(f"| {beta:g} | {' | '.join(f'{r:,.0f}' for r in rates)} |", flush=True)
+
+
+def tables(rows: list[dict[str, float]]) -> None:
+    """Print draws per second, ratios, and what building took."""
+    shown = {
+        "tree 300": "tree, 300 probes",
+        "tree 10000": "tree, 10,000 probes",
+        "kernel leaf": "tree, kernel leaf, 10,000 probes",
+        "exact": "exact",
+        "exact, near": "exact, probes 0.1 σ from windows",
+        "exact, 300 each": "exact, 300 draws a probe",
+        "compiled": "brute force, BLAS and compiled exponentials",
+        "numpy": "brute force, NumPy",
+        "cKDTree": "cKDTree, 32 neighbours (only found)",
+    }
+    heads = [f"n = {r['n']:,} (b = {r['b']})" for r in rows]
+    print(f"| draws per second | {' | '.join(heads)} |\n|-|{'-|' * len(rows)}")
+    for key, name in shown.items():
+        print(f"| {name} | {' | '.join(f'{r[key]:,.0f}' for r in rows)} |")
+    for ours in ("tree 10000", "exact", "exact, near"):
+        for peer in ("compiled", "numpy", "cKDTree"):
+            print(f"| {shown[ours]} / {shown[peer]} | {' | '.join(f'**{r[ours] / r[peer]:,.1f}×**' for r in rows)} |")
+    print("\n| build | database from clips, s | fit, s | data, MB | highest, MB | above data / data |\n|-|-|-|-|-|-|")
+    for r in rows:
+        above = (r["highest"] - r["data"]) / r["data"]
+        cells = [f"{r['n']:,}", *(f"{r[k]:.1f}" for k in ("database", "fit", "data", "highest")), f"{above:.2f}"]
+        print(f"| {' | '.join(cells)} |")
+
+
+def plot(rows: list[dict[str, float]], path: Path) -> None:
+    """Write draws per second over n to `path`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6, 4), dpi=120, layout="constrained")
+    axes = figure.subplots()
+    for key in ("tree 10000", "tree 300", "kernel leaf", "exact, near", "exact", "compiled", "numpy", "cKDTree"):
+        axes.loglog([r["n"] for r in rows], [r[key] for r in rows], "o-", label=key)
+    axes.set(xlabel="windows n", ylabel="draws per second")
+    axes.legend(frameon=False, fontsize="small")
+    figure.savefig(path)
+
+
+def apart(clips: list[Clip], histories_: np.ndarray, n: int) -> dict[str, float]:
+    """`of_size` in a process of its own."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        return pool.apply(of_size, (clips, histories_, n))
+
+
+def main() -> None:
+    """Print the tables."""
+    asked = options(__doc__).parse_args()
+    os.environ["OMP_NUM_THREADS"] = "1"
+    clips = capture(asked)
+    probes = histories(held_out(clips)[1])[0]
+    known = [c for i, c in enumerate(clips) if i % 5 != 4]
+    sizes = SIZES[:2] if asked.quick else (*SIZES, LARGE) if asked.large else SIZES
+    rows = [apart(known, probes, n) for n in sizes]
+    tables(rows)
+    if asked.plot:
+        plot(rows, asked.plot)
+    by_temperature(known, probes)
+
+
+if __name__ == "__main__":
+    main()
