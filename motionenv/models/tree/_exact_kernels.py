@@ -22,7 +22,7 @@ _SAMPLE = 256  # points from which the axis of a split is chosen
 _HIGHEST = 60.0  # kernels are at most e⁶⁰ in units of the reference's: 10⁷ of them don't overflow in single precision
 _LOWEST = np.float32(-87.0)  # below e⁻⁸⁷ a kernel counts as zero
 _STEEPEST = 1e30  # a greater 1/2β does the same as this
-_FAR = 1e3  # distance² over 2β from which single precision is too coarse
+_FAR = 200.0  # distance² over 2β from which single precision is too coarse
 _SLACK = np.float32(1.0 - 4e-6)  # boxes count as nearer by more than rounding makes of it
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _LOG2E, _LN2, _LN2_REST = np.float32(1.4426950408889634), np.float32(0.693359375), np.float32(-2.12194440e-4)
@@ -48,31 +48,33 @@ def scratch(n, width):
     """What a draw works in, for n points and boxes of `width`: reserved in full, but only what draws open is touched.
 
     Returns:
-        mass (entries, 16) float32, child (entries, 16) int32 with an entry for each group and leaf; the probe (width,)
-        float32; three rows (3, 16) float32; powers of two (16,) int32; path (8, 2) int64; stack (8 * 16, 2) int64 and (8 * 16,) float32.
+        mass and child (entries, 16), float32 and int32, with an entry for each group and leaf; the probe (width,) and
+        a row (16,) float32; another row and its memory as int32; stack (128, 2) int64 and its bounds (128,) float32;
+        path (8, 2) int64.
     """
     levels, first = first_groups(n)
     entries = first[levels] + (n + FAN - 1) // FAN
+    powers = np.empty(FAN, np.float32)
     return (
         np.empty((entries, FAN), np.float32),
         np.empty((entries, FAN), np.int32),
         np.zeros(width, np.float32),
-        np.empty((3, FAN), np.float32),
-        np.empty(FAN, np.int32),
-        np.empty((_LEVELS, 2), np.int64),
+        np.empty(FAN, np.float32),
+        powers,
+        powers.view(np.int32),
         np.empty((_LEVELS * FAN, 2), np.int64),
         np.empty(_LEVELS * FAN, np.float32),
+        np.empty((_LEVELS, 2), np.int64),
     )
 
 
 @_simd
-def _box_distances(box, probe, out):
-    """Squared distances (16,) of a probe (width,) to the boxes (2, 16, width) of a group."""
-    low, high = box[0], box[1]
+def box_distances(boxes, group, probe, out):
+    """Squared distances (16,) of a probe (width,) to the boxes of the children of a group."""
     for i in range(FAN):
         whole = _ZERO
         for d in range(len(probe)):
-            below, above = low[i, d] - probe[d], probe[d] - high[i, d]
+            below, above = boxes[group, 0, i, d] - probe[d], probe[d] - boxes[group, 1, i, d]
             away = below if below > above else above
             away = away if away > _ZERO else _ZERO
             whole += away * away
@@ -80,9 +82,9 @@ def _box_distances(box, probe, out):
 
 
 @_simd
-def _near_excess(block, half, probe, reference, out):
-    """Squared distances (16,) of a probe to the points of half a block (b, 32), less `reference`."""
-    b = len(block)
+def _near_excess(blocks, leaf, probe, reference, out):
+    """Squared distances (16,) of a probe to the points of a leaf, less `reference`."""
+    block, half, b = blocks[leaf // 2], leaf % 2 * FAN, blocks.shape[1]
     for i in range(FAN):
         out[i] = -reference
     for k in range(b // 4):
@@ -98,34 +100,22 @@ def _near_excess(block, half, probe, reference, out):
 
 
 @_jit
-def _far_excess(block, half, probe, reference, out):
-    """As `_near_excess`, in double precision."""
-    for i in range(FAN):
-        whole = 0.0
-        for d in range(len(block)):
-            away = np.float64(block[d, half + i]) - np.float64(probe[d])
-            whole += away * away
-        out[i] = np.float32(whole - reference)
-
-
-@_jit
-def _leaf_excess(blocks, leaf, probe, reference, far, out):
-    """Squared distances (16,) of a probe to the points of a leaf, less `reference`."""
-    block, half = blocks[leaf // 2], leaf % 2 * FAN
+def leaf_excess(blocks, leaf, probe, reference, far, out):
+    """Squared distances (16,) of a probe to the points of a leaf, less `reference`; if `far`, in double precision."""
     if far:
-        _far_excess(block, half, probe, reference, out)
+        for i in range(FAN):
+            out[i] = np.float32(_far_distance(blocks, leaf, i, probe) - reference)
     else:
-        _near_excess(block, half, probe, np.float32(reference), out)
+        _near_excess(blocks, leaf, probe, np.float32(reference), out)
 
 
 @_simd
-def kernels(excess, steepness, count, powers, out):
-    """Write count · exp(-steepness · excess) (16,) to `out`, at most count · e⁶⁰, 0 below count · e⁻⁸⁷.
+def kernels(excess, steepness, count, powers, bits, mass, entry):
+    """Write count · exp(-steepness · excess) (16,) to `mass[entry]`, at most count · e⁶⁰, 0 below count · e⁻⁸⁷.
 
-    The exponential is 2ᵏ eᶠ with a polynomial of degree 6 for |f| <= ln 2 / 2 (after Cephes' expf): its relative error
-    is below 3e-7. `powers` (16,) int32 is scratch.
+    The exponential is 2ᵏ eᶠ with a polynomial of degree 7 for |f| <= ln 2 / 2 (Cephes' expf): its relative error is
+    below 4e-7. `powers` (16,) float32 is scratch, `bits` the same memory as int32, into which 2ᵏ is written bit by bit.
     """
-    twos = powers.view(np.float32)
     for i in range(FAN):
         x = -excess[i] * steepness
         x = x if x < np.float32(_HIGHEST) else np.float32(_HIGHEST)
@@ -139,18 +129,22 @@ def kernels(excess, steepness, count, powers, out):
         p = p * f + np.float32(4.1665795894e-2)
         p = p * f + np.float32(1.6666665459e-1)
         p = p * f + np.float32(0.5)
-        out[i] = _ZERO if below else (p * f * f + f + _ONE) * count
-        powers[i] = (np.int32(k) + np.int32(127)) << np.int32(23)
+        excess[i] = _ZERO if below else (p * f * f + f + _ONE) * count
+        bits[i] = (np.int32(k) + np.int32(127)) << np.int32(23)
+    whole = _ZERO
     for i in range(FAN):
-        out[i] *= twos[i]
+        kernel = excess[i] * powers[i]
+        mass[entry, i] = kernel
+        whole += kernel
+    return whole
 
 
 @_simd
-def _total(row):
-    """Sum of a row (16,)."""
+def _total(mass, entry):
+    """Sum of a row of `mass` (entries, 16)."""
     whole = _ZERO
     for i in range(FAN):
-        whole += row[i]
+        whole += mass[entry, i]
     return whole
 
 
@@ -169,10 +163,31 @@ def _descend(blocks, boxes, levels, first, probe, far, row):
     """Squared distance of the nearest point of the leaf that the nearest boxes lead to."""
     node = 0
     for level in range(levels - 1, -1, -1):
-        _box_distances(boxes[first[level] + node], probe, row)
+        box_distances(boxes, first[level] + node, probe, row)
         node = FAN * node + _least(row)
-    _leaf_excess(blocks, node, probe, 0.0, far, row)
-    return np.float64(row[_least(row)])
+    return _leaf_least(blocks, node, probe, far, row)
+
+
+@_jit
+def _leaf_least(blocks, leaf, probe, far, row):
+    """The least squared distance of a leaf's points; if `far`, not rounded, so that its excess over itself is 0."""
+    if not far:
+        _near_excess(blocks, leaf, probe, _ZERO, row)
+        return np.float64(row[_least(row)])
+    best = np.inf
+    for i in range(FAN):
+        best = min(best, _far_distance(blocks, leaf, i, probe))
+    return best
+
+
+@_jit
+def _far_distance(blocks, leaf, i, probe):
+    """Squared distance of a probe to point `i` of a leaf, in double precision."""
+    whole = 0.0
+    for d in range(blocks.shape[1]):
+        away = np.float64(blocks[leaf // 2, d, leaf % 2 * FAN + i]) - np.float64(probe[d])
+        whole += away * away
+    return whole
 
 
 @_jit
@@ -186,10 +201,9 @@ def _search(blocks, boxes, levels, first, probe, best, margin, far, row, stack, 
         if bounds[top] > best - margin:
             continue
         if level < 0:
-            _leaf_excess(blocks, node, probe, best, far, row)
-            best += min(0.0, np.float64(row[_least(row)]))
+            best = min(best, _leaf_least(blocks, node, probe, far, row))
             continue
-        _box_distances(boxes[first[level] + node], probe, row)
+        box_distances(boxes, first[level] + node, probe, row)
         top = _push(row, level, node, best - margin, stack, bounds, top)
     return best
 
@@ -238,27 +252,31 @@ def draw(blocks, boxes, n, probe, beta, state, work, out):
         work: from `scratch(n, boxes.shape[3])`; nothing in it need be kept or cleared between calls.
         out: written.
     """
+    mass, child, wide, row, powers, bits, stack, bounds, path = work  # once: every unpacking counts references
     levels, first = first_groups(n)
-    wide, rows = work[2], work[3]
     wide[: len(probe)] = probe
-    steepness = steepness_of(beta)
-    best, far = reference(blocks, boxes, levels, first, wide, steepness, rows[0], work[6], work[7])
-    _open(boxes[0], wide, best, steepness, FAN**levels, 0, work)
+    s = steepness_of(beta)
+    best, far = reference(blocks, boxes, levels, first, wide, s, row, stack, bounds)
+    _open(boxes, 0, wide, best, s, FAN**levels, row, powers, bits, mass, child, 0)
     entries = 1
     for i in range(len(out)):
         out[i] = -1
         while out[i] < 0:
-            out[i], entries = _throw(blocks, boxes, levels, first, best, far, steepness, state, entries, work)
+            out[i], entries = _throw(
+                blocks, boxes, levels, first, wide, best, far, s, state, entries, mass, child, row, powers, bits, path
+            )
 
 
 @_jit
-def _throw(blocks, boxes, levels, first, best, far, steepness, state, entries, work):
+def _throw(blocks, boxes, levels, first, probe, best, far, s, state, entries, mass, child, row, powers, bits, path):
     """Throw once: the position hit or -1, and the number of entries there are now."""
-    mass, child, probe, rows, powers, path, _, _ = work
-    u = uniform(state) * np.float64(_total(mass[0]))
+    u = uniform(state) * np.float64(_total(mass, 0))
     entry, node = 0, 0
     for depth in range(levels + 1):
-        k, u = _choose(mass[entry], u)
+        k = 0
+        while k < FAN and u >= mass[entry, k]:
+            u -= mass[entry, k]
+            k += 1
         if k == FAN:
             return -1, entries
         node = FAN * node + k
@@ -272,43 +290,35 @@ def _throw(blocks, boxes, levels, first, best, far, steepness, state, entries, w
             child[entry, k] = following
             level = levels - 2 - depth
             if level < 0:
-                _leaf_excess(blocks, node, probe, best, far, rows[0])
-                kernels(rows[0], np.float32(steepness), _ONE, powers, mass[following])
+                leaf_excess(blocks, node, probe, best, far, row)
+                whole = kernels(row, np.float32(s), _ONE, powers, bits, mass, following)
             else:
-                _open(boxes[first[level] + node], probe, best, steepness, FAN ** (level + 1), following, work)
-            _tighten(mass, path, depth, following)
+                group, size = first[level] + node, FAN ** (level + 1)
+                whole = _open(boxes, group, probe, best, s, size, row, powers, bits, mass, child, following)
+            _tighten(mass, path, depth, whole)
+            if u >= whole:
+                return -1, entries
         entry = following
     return node, entries
 
 
 @_jit
-def _tighten(mass, path, depth, entry):
-    """Bring the bounds on the path down to `entry`, just opened, up to date."""
+def _tighten(mass, path, depth, whole):
+    """Bring the bounds on the path up to date: its end, just opened, has `whole` now."""
     for j in range(depth, -1, -1):
-        above = path[j, 0]
-        mass[above, path[j, 1]] = _total(mass[entry])
-        entry = above
+        mass[path[j, 0], path[j, 1]] = whole
+        whole = _total(mass, path[j, 0])
 
 
 @_simd
-def _open(box, probe, best, steepness, size, entry, work):
+def _open(boxes, group, probe, best, s, size, row, powers, bits, mass, child, entry):
     """Write the upper bounds of the kernel mass (16,) of a group's children of `size` points; none is opened yet."""
-    row, near, child = work[3][0], np.float32(best), work[1][entry]
-    _box_distances(box, probe, row)
+    near = np.float32(best)
+    box_distances(boxes, group, probe, row)
     for i in range(FAN):
         row[i] -= near
-        child[i] = -1
-    kernels(row, np.float32(steepness), np.float32(size), work[4], work[0][entry])
-
-
-@_jit
-def _choose(row, u):
-    """The entry of a row (16,) in which `u` falls and how far into it; 16 if it falls beyond them all."""
-    for k in range(FAN):
-        if u < row[k]:
-            return k, u
-        u -= row[k]
-    return FAN, u
+        child[entry, i] = -1
+    return kernels(row, np.float32(s), np.float32(size), powers, bits, mass, entry)
 
 
 @_jit
@@ -327,21 +337,21 @@ def log_sums(blocks, boxes, n, probes, beta, tolerance, out):
 
     Children whose kernels can't sum to more than their share of the tolerance are left out, nearest looked at first.
     """
-    work = scratch(n, boxes.shape[3])
-    wide, rows = work[2], work[3]
+    mass, _, wide, row, powers, bits, stack, bounds, _ = scratch(n, boxes.shape[3])
     levels, first = first_groups(n)
-    steepness = steepness_of(beta)
+    s = steepness_of(beta)
     for i in range(len(probes)):
         wide[: probes.shape[1]] = probes[i]
-        best, far = reference(blocks, boxes, levels, first, wide, steepness, rows[0], work[6], work[7])
-        whole = _sum(blocks, boxes, levels, first, n, best, far, steepness, tolerance, work)
-        out[i] = np.log(whole) - best * steepness
+        best, far = reference(blocks, boxes, levels, first, wide, s, row, stack, bounds)
+        whole = _sum(
+            blocks, boxes, levels, first, n, wide, best, far, s, tolerance, mass, row, powers, bits, stack, bounds
+        )
+        out[i] = np.log(whole) - best * s
 
 
 @_jit
-def _sum(blocks, boxes, levels, first, n, best, far, steepness, tolerance, work):
+def _sum(blocks, boxes, levels, first, n, probe, best, far, s, tolerance, mass, row, powers, bits, stack, bounds):
     """Sum of the kernels of all n points over that at squared distance `best`, short by `tolerance` of it at most."""
-    probe, rows, powers, stack, bounds = work[2], work[3], work[4], work[6], work[7]
     whole, limit = 0.0, np.inf
     stack[0, 0], stack[0, 1], bounds[0] = levels - 1, 0, 0.0
     top = 1
@@ -351,14 +361,13 @@ def _sum(blocks, boxes, levels, first, n, best, far, steepness, tolerance, work)
         if bounds[top] > limit:
             continue
         if level < 0:
-            _leaf_excess(blocks, node, probe, best, far, rows[0])
-            kernels(rows[0], np.float32(steepness), _ONE, powers, rows[1])
-            whole += _total(rows[1])
+            leaf_excess(blocks, node, probe, best, far, row)
+            whole += kernels(row, np.float32(s), _ONE, powers, bits, mass, 0)
             if whole > 0.0:
-                limit = best + np.log(n / (tolerance * whole)) / steepness
+                limit = best + np.log(n / (tolerance * whole)) / s
             continue
-        _box_distances(boxes[first[level] + node], probe, rows[0])
-        top = _push(rows[0], level, node, limit, stack, bounds, top)
+        box_distances(boxes, first[level] + node, probe, row)
+        top = _push(row, level, node, limit, stack, bounds, top)
     return whole
 
 
@@ -410,23 +419,28 @@ def _select(rows, order, start, stop, middle, d):
     """Reorder points `start` to `stop` so that coordinate `d` of none from `middle` is below one before (Hoare)."""
     stop -= 1
     while start < stop:
-        pivot = rows[middle, d]
-        i, j = start, stop
-        while i <= j:
-            while rows[i, d] < pivot:
-                i += 1
-            while rows[j, d] > pivot:
-                j -= 1
-            if i <= j:
-                for k in range(rows.shape[1]):
-                    rows[i, k], rows[j, k] = rows[j, k], rows[i, k]
-                order[i], order[j] = order[j], order[i]
-                i += 1
-                j -= 1
+        i, j = _partition(rows, order, start, stop, rows[middle, d], d)
         if j < middle:
             start = i
         if i > middle:
             stop = j
+
+
+@_jit
+def _partition(rows, order, i, j, pivot, d):
+    """Bring points from `i` to `j` with coordinate `d` up to `pivot` before those from it on; where the two meet."""
+    while i <= j:
+        while rows[i, d] < pivot:
+            i += 1
+        while rows[j, d] > pivot:
+            j -= 1
+        if i <= j:
+            for k in range(rows.shape[1]):
+                rows[i, k], rows[j, k] = rows[j, k], rows[i, k]
+            order[i], order[j] = order[j], order[i]
+            i += 1
+            j -= 1
+    return i, j
 
 
 @_jit

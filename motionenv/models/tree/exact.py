@@ -28,6 +28,7 @@ from motionenv.models._threads import in_chunks
 from motionenv.models.tree import _exact_kernels as kernels
 
 _FARTHEST = 1e15  # squares of more overflow in single precision
+_SPLIT = 1 << 17  # points from which threads pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +115,7 @@ class KernelIndex:
         return -np.einsum("...b,...b->...", away, away) / (2.0 * beta)
 
     def log_normaliser(self, probes, beta: float, tolerance: float = 0.01) -> np.ndarray:
-        """log Σᵢ exp(-|z_i - probe|² / 2β) (probes,): the sum is short by `tolerance` at most, and too great only by rounding.
+        """Log of Σᵢ exp(-|z_i - probe|² / 2β) (probes,): the sum is short by `tolerance` of it at most.
 
         Args:
             probes: (probes, b).
@@ -147,12 +148,9 @@ class KernelIndex:
                 f"probes must be finite numbers below {_FARTHEST:g}, got {probes[tuple(worst)]} in probe {worst[0]}: "
                 "leave out or fill what is missing"
             )
-        if not (np.isreal(beta) and 0.0 < beta < np.inf):
+        if not (isinstance(beta, int | float | np.integer | np.floating) and 0.0 < beta < np.inf):
             raise MotionError(f"beta (temperature) must be a finite number above 0, got {beta!r}")
         return probes, float(beta)
-
-
-_SPLIT = 1 << 17  # points from which threads pay
 
 
 def _arrange_in_threads(rows: np.ndarray, order: np.ndarray, n: int, unit: int) -> None:
