@@ -94,7 +94,7 @@ def brute_force(z: np.ndarray, probes: np.ndarray) -> dict[str, float]:
         some = slice(len(probes) // 4 if name == "numpy" else None)
         draw(*both, probes[:8], AS_TOLD, u)
         found[name] = len(probes[some]) / seconds(lambda d=draw, s=some: d(*both, probes[s], AS_TOLD, u[s]), 2)
-    nearest = cKDTree(z, leafsize=32, balanced_tree=False, compact_nodes=False)
+    nearest = cKDTree(z)
     found["cKDTree"] = len(probes) / seconds(lambda: nearest.query(probes, 32, workers=2), 1)
     return found
 
