@@ -26,6 +26,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.models._threads import in_chunks
 from motionenv.models.tree import _exact_kernels as kernels
+from motionenv.models.tree import _index_kernels as building
 
 _FARTHEST = 1e15  # squares of more overflow in single precision
 _SPLIT = 1 << 17  # points from which threads pay
@@ -68,12 +69,12 @@ class KernelIndex:
             )
         unit = kernels.FAN ** kernels.first_groups(n)[0]
         if n <= _SPLIT:
-            kernels.arrange(rows, order, 0, n, unit)
+            building.arrange(rows, order, 0, n, unit)
         else:
             _arrange_in_threads(rows, order, n, unit)
-        kernels.to_blocks(rows, n)
+        building.to_blocks(rows, n)
         blocks = rows.reshape(-1, rows.shape[1], kernels.BLOCK)
-        return cls(blocks, kernels.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
+        return cls(blocks, building.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
 
     def coefficients(self, positions) -> np.ndarray:
         """Coordinates (..., b) float32 of the points at `positions` (...)."""
@@ -96,10 +97,10 @@ class KernelIndex:
         if isinstance(count, bool) or int(count) != count or count < 1:
             raise MotionError(f"count must be a whole number from 1, got {count!r}")
         out = np.empty((len(probes), int(count)), np.int32)
-        key = np.uint64(key)
+        stream = np.uint64(key)
 
         def draw(start, stop):
-            kernels.draw_all(self.blocks, self.boxes, self.n, probes[start:stop], beta, key, start, out[start:stop])
+            kernels.draw_all(self.blocks, self.boxes, self.n, probes[start:stop], beta, stream, start, out[start:stop])
 
         in_chunks(draw, len(probes))
         return out
@@ -155,6 +156,8 @@ class KernelIndex:
 
 def _arrange_in_threads(rows: np.ndarray, order: np.ndarray, n: int, unit: int) -> None:
     """`arrange` with the two halves in two threads."""
-    middle = kernels.split(rows, order, 0, n, unit)
+    middle = building.split(rows, order, 0, n, unit)
     with ThreadPoolExecutor(2) as pool:
-        list(pool.map(lambda span: kernels.arrange(rows, order, *span, unit), [(0, middle), (middle, n)]))
+        halves = [pool.submit(building.arrange, rows, order, a, b, unit) for a, b in ((0, middle), (middle, n))]
+        for half in halves:
+            half.result()
