@@ -156,7 +156,7 @@ def coefficient_histograms(draws, probe, temperature: float, *, show=(3, 7, 11, 
         raise MotionError(f"there must be draws, and a temperature above 0; got {list(draws)}, {temperature!r}")
     if not show or not all(1 <= k <= len(probe) for k in show):
         raise MotionError(f"show must name coefficients from 1 to {len(probe)}, got {tuple(show)}")
-    figure, axes = _figure(1, len(show), (2.2 * len(show) + 0.6, 2.6), sharex=False)
+    figure, axes = _figure(1, len(show), (2.2 * len(show) + 0.6, 2.8), sharex=False)
     for panel, k in zip(axes[0], show, strict=True):
         columns = [z[:, k - 1] for z in draws.values()]
         centre, width = probe[k - 1], np.sqrt(temperature)
@@ -169,7 +169,8 @@ def coefficient_histograms(draws, probe, temperature: float, *, show=(3, 7, 11, 
         panel.plot(fine, bell, "--", color=_GREY, linewidth=1, label="Gaussian")
         panel.set(xlabel=f"coefficient {k} [σ]", xlim=(x[0], x[-1]))
     axes[0, 0].set_ylabel("density [1/σ]")
-    axes[0, 0].legend(frameon=False, fontsize="small")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, fontsize="small")
     return figure
 
 

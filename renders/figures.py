@@ -10,8 +10,9 @@ import numpy as np
 
 from motionenv import load, write_video
 from motionenv.body import markers
+from motionenv.models.tree.growth import synthesize
 from motionenv.models.walking import WalkingModel
-from motionenv.plots import components, variance_curve
+from motionenv.plots import coefficient_histograms, components, pose_samples, trajectories, variance_curve
 from motionenv.render import Scene, render
 from motionenv.render.cameras import follow, view
 from motionenv.render.overlay import side_by_side
@@ -20,6 +21,7 @@ from motionenv.types import ANGLES, Motion
 
 HERE = Path(__file__).parent
 FPS, SIZE = 25, 320
+BETAS = (0.002, 0.05, 0.2, 1.0)
 
 
 def one_cycle(model: WalkingModel, seed: int, speed: float) -> Motion:
@@ -53,6 +55,22 @@ def figures(out: Path) -> None:
     variance_curve(load("walk/eigenwalkers").explained_variance_ratio_, marked=5).savefig(out / "variance.png", dpi=90)
 
 
+def tree(out: Path) -> None:
+    """samples.png, coefficients.png and trajectories.png (paper C, figs. 3, 4 and 5), from `mixed/tree`."""
+    model = load("mixed/tree")
+    history = load("walk/fpca").synthesize(2, 30, seed=10, speed=1.3)
+    drawn = [model.sample(history, 10, temperature=beta, seed=0, method="exact").poses for beta in BETAS]
+    titles = [f"β = {beta:g}" for beta in BETAS]
+    pose_samples(history.poses[-1], drawn, history.skeleton, titles).savefig(out / "samples.png", dpi=90)
+    draws = {}
+    for method in ("exact", "tree"):
+        found = model.sample(history, 1000, temperature=1.0, seed=0, method=method)
+        draws[method] = model.index_.coefficients(found.windows)
+    probe = model.coefficients(history)
+    coefficient_histograms(draws, probe, 1.0).savefig(out / "coefficients.png", dpi=90)
+    trajectories(synthesize(model, 2, start="brisk walk", seed=3)).savefig(out / "trajectories.png", dpi=90)
+
+
 def main() -> None:
     """Make them all."""
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
@@ -61,6 +79,7 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     walker(out)
     figures(out)
+    tree(out)
 
 
 if __name__ == "__main__":
