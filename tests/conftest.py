@@ -1,8 +1,10 @@
-"""What the tests share: where the real motion capture is, and whether OpenGL works here."""
+"""What the tests share: where the real motion capture is, whether OpenGL works here, and running commands."""
 
 import os
+import sys
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import settings
@@ -49,3 +51,21 @@ def opengl() -> None:
         if os.environ.get("MOTIONENV_REQUIRE_PYRENDER"):
             pytest.fail(f"MOTIONENV_REQUIRE_PYRENDER is set, but: {error}")
         pytest.skip(str(error))
+
+
+@pytest.fixture
+def run(monkeypatch, capsys, tmp_path):
+    """Runs `motionenv ARGS` in an empty folder, in this process; gives exit code, stdout and stderr."""
+    from motionenv import cli
+
+    monkeypatch.chdir(tmp_path)
+
+    def command(*args) -> SimpleNamespace:
+        monkeypatch.setattr(sys, "argv", ["motionenv", *map(str, args)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capsys.readouterr()
+        return SimpleNamespace(code=ended.value.code or 0, out=out, err=err)
+
+    return command

@@ -25,24 +25,9 @@ from motionenv.mocap import sources
 PIPES = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(motionenv.__file__).parents[1])}
 COMMANDS = [
-    "demo", "synth", "render", "fit", "models", "bench", "mocap list", "mocap download", "mocap info", "mocap convert",
+    "demo", "synth", "sample", "render", "fit", "models", "bench",
+    "mocap list", "mocap download", "mocap info", "mocap convert",
 ]  # fmt: skip
-
-
-@pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """Runs `motionenv ARGS` in an empty folder, in this process; gives exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*args) -> SimpleNamespace:
-        monkeypatch.setattr(sys, "argv", ["motionenv", *map(str, args)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capsys.readouterr()
-        return SimpleNamespace(code=ended.value.code or 0, out=out, err=err)
-
-    return command
 
 
 def in_a_process(*args, **options) -> subprocess.CompletedProcess:

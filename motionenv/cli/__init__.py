@@ -25,6 +25,7 @@ app = typer.Typer(
 )
 app.command()(making.demo)
 app.command()(making.synth)
+app.command()(making.sample)
 app.command()(making.render)
 app.command()(learning.fit)
 app.command()(learning.models)

@@ -20,6 +20,8 @@ Fps = Annotated[float | None, typer.Option(help="Frames per second, where the fi
 Unit = Annotated[str | None, typer.Option(help="Unit of length, where the file doesn't say: m, cm, mm, inch, cmu.")]
 Height = Annotated[float | None, typer.Option(help="Body height in metres; by default the model's.")]
 Speed = Annotated[float | None, typer.Option(help="Walking speed in m/s; by default the walker's own.")]
+View = Annotated[str, typer.Option(help="side, front, oblique, or an angle in degrees.")]
+Size = Annotated[str, typer.Option(help="Picture size, WIDTHxHEIGHT.")]
 
 _VIEWS = {"side": 0.0, "front": math.pi / 2, "oblique": math.pi / 4}
 

@@ -19,7 +19,7 @@ def bench(
     Example: motionenv bench tree --mocap ../shared/mocap
     """
     folder = Path(__file__).parents[2] / "benchmarks"
-    known = {path.stem: path for path in sorted(folder.glob("*.py"))}
+    known = {p.stem: p for p in sorted(folder.glob("*.py")) if "__main__" in p.read_text(encoding="utf-8")}
     if not known:
         raise MotionError(
             f"there is no benchmark in {folder}: they are not installed with the package, so clone the repository and "

@@ -1,11 +1,28 @@
 """Commands that make motion and pictures: demo, synth, sample, render."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fps, Height, Seed, Speed, Unit, parsed_size, parsed_view, progress
+from motionenv.cli._shared import (
+    Fps,
+    Height,
+    Seed,
+    Size,
+    Speed,
+    Unit,
+    View,
+    check_folder,
+    err,
+    parsed_size,
+    parsed_view,
+    progress,
+)  # fmt: skip
+from motionenv.errors import MotionError
+
+_FILMS = {".mp4", ".gif", ".webp"}
 
 
 def demo(
@@ -47,11 +64,54 @@ def synth(
     typer.echo(f"{out}  {motion.poses.shape[0]} frames, {motion.seconds:g} s at {motion.fps:g} fps")
 
 
+def sample(
+    out: Annotated[Path, typer.Option(help="Where to: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .npz.")],
+    tree: Annotated[str, typer.Option(help="A tree's name or file: see `motionenv fit tree`.")] = "mixed/tree",
+    start: Annotated[str | None, typer.Option(help="Activity to begin with; by default any.")] = None,
+    seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
+    temperature: Annotated[float, typer.Option(help="Near 0 the nearest motion follows; at 1 almost any.")] = 0.05,
+    seed: Seed = 0,
+    method: Annotated[str, typer.Option(help="exact, or tree: the paper's search.")] = "exact",
+    activity: Annotated[str | None, typer.Option(help="Steer to this activity.")] = None,
+    heading: Annotated[float | None, typer.Option(help="Steer to this heading in degrees; 90 is left.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Steer to this speed in m/s.")] = None,
+    blend: Annotated[bool, typer.Option("--blend/--no-blend", help="Smooth over jumps between clips.")] = True,
+    contact: Annotated[bool, typer.Option("--contact/--no-contact", help="Keep standing feet in place.")] = True,
+    view: View = "side",
+    size: Size = "640x480",
+) -> None:
+    """Let motion of any length grow from a tree, into a film or a motion file.
+
+    Example: motionenv sample --tree mixed/tree --start walk --seconds 10 --temperature 0.5 --out run.mp4
+    """
+    from motionenv.mocap import write
+    from motionenv.models.store import load
+    from motionenv.models.tree.growth import Options, Target, synthesize
+
+    filmed = out.suffix.lower() in _FILMS
+    alpha, (width, height) = parsed_view(view), parsed_size(size)
+    check_folder(out)
+    target = Target(activity, None if heading is None else math.radians(heading), speed)
+    with err.status(f"loading {tree}; the first time mixed/tree is made"):
+        loaded = load(tree)
+    if loaded.kind != "tree":
+        raise MotionError(f"{tree} is no tree but a {loaded.kind} model: `motionenv synth {tree}` makes motion from it")
+    motion = synthesize(
+        loaded, seconds, start=start, temperature=temperature, seed=seed, method=method, target=target,
+        contact=contact, blend=Options.blend if blend else 0.0,
+    )  # fmt: skip
+    if filmed:
+        _film(motion, out, alpha, width=width, height=height)
+    else:
+        write(motion, out)
+    typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:g} s at {motion.fps:g} fps")
+
+
 def render(
     motion: Annotated[Path, typer.Argument(help="A motion file: ours (.npz), or capture to retarget.")],
     out: Annotated[Path, typer.Option(help="Where to: .mp4, .gif, .webp, or a folder name for PNG frames.")],
-    view: Annotated[str, typer.Option(help="side, front, oblique, or an angle in degrees.")] = "side",
-    size: Annotated[str, typer.Option(help="Picture size, WIDTHxHEIGHT.")] = "640x480",
+    view: View = "side",
+    size: Size = "640x480",
     points: Annotated[bool, typer.Option("--points", help="Point lights instead of a body.")] = False,
     engine: Annotated[str, typer.Option(help="raycast, or pyrender (OpenGL).")] = "raycast",
     still: Annotated[bool, typer.Option("--still", help="Hold the camera still instead of following.")] = False,
@@ -63,13 +123,18 @@ def render(
     Example: motionenv render walk.npz --view oblique --out walk.mp4
     """
     from motionenv.mocap import read_motion
-    from motionenv.render.film import film
-    from motionenv.render.video import write_video
 
     width, height = parsed_size(size)
     alpha = parsed_view(view)
     loaded = read_motion(motion, fps=fps, unit=unit)
-    frames = film(loaded, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
-    with progress("rendering", len(loaded.poses)) as step:
-        write_video(out, frames, loaded.fps, progress=step)
+    _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
+
+
+def _film(motion, out: Path, alpha: float, **how) -> None:
+    """Film a motion into a file."""
+    from motionenv.render.film import film
+    from motionenv.render.video import write_video
+
+    with progress("rendering", len(motion.poses)) as step:
+        write_video(out, film(motion, alpha, **how), motion.fps, progress=step)

@@ -9,7 +9,7 @@ from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers import Eigenwalkers
 from motionenv.models.store import load
 from motionenv.models.walking import WalkingModel
-from motionenv.types import Motion, Skeleton
+from motionenv.types import Motion, Skeleton, checked_fps
 
 
 def synthesize(
@@ -23,7 +23,7 @@ def synthesize(
     phase: float = 0.0,
     variation: float = 1.0,
 ) -> Motion:
-    """A walk (frames, 25) along x from the model called `model`.
+    """A walk (frames, 25) along x from the model called `model`; from a tree, motion of the kinds that it knows.
 
     Args:
         model: a name or path for `motionenv.load`, or a fitted model.
@@ -32,11 +32,13 @@ def synthesize(
         seed: int or Generator.
         speed: walking speed [m/s], or None for the walker's own.
         height: body height [m], or None for the model's.
-        phase: where in the cycle to start [cycles].
+        phase: where in the cycle to start [cycles]; a tree has no cycles and takes neither this nor `variation`.
         variation: factor on how much the cycles of a walk differ; eigenwalkers repeat one cycle, whatever it is.
 
+    From a tree it is whatever the database holds, softly steered to `speed` where that is given.
+
     Raises:
-        MotionError: a number out of range, or a model that doesn't walk.
+        MotionError: a number out of range, a model that makes no motion, or a tree with a phase or variation.
         ModelError: no such model.
     """
     fitted = load(model) if isinstance(model, str) or not hasattr(model, "kind") else model
@@ -51,7 +53,29 @@ def synthesize(
         own = fitted.walker_motion(1.0, fps, seed=deepcopy(rng)).skeleton.height
         motion = fitted.walker_motion(seconds, fps, seed=rng, speed=speed * own / height, phase=phase)
         return scaled(motion, height)
+    if fitted.kind == "tree":
+        if phase != 0.0 or variation != 1.0:
+            raise MotionError(
+                "a tree has no cycles: leave phase and variation out; temperature is in `motionenv sample`"
+            )
+        return _from_tree(fitted, seconds, checked_fps(fps), seed, speed, height)
     raise MotionError(f"{model!r} is a {fitted.kind} model, which doesn't walk; see `motionenv models`")
+
+
+def _from_tree(tree, seconds: float, fps: float, seed, speed: float | None, height: float | None) -> Motion:
+    """Motion (frames, 25) that grows from a `MotionTree` at 30 frames/s, then at `fps` by cubic splines."""
+    from motionenv.models.tree import growth, resample
+    from motionenv.models.tree.frames import FPS
+
+    if not (0 < seconds <= 3600 and fps <= 1000 and round(seconds * fps) >= 1):
+        raise MotionError(f"seconds must be up to 3600, fps to 1000, at least one frame; got {seconds!r}, {fps!r}")
+    own = tree.database_.skeleton.height
+    target = growth.Target(speed=None if speed is None else speed * own / (height or own))
+    motion = growth.synthesize(tree, seconds + 2 / FPS, seed=seed, target=target)
+    if fps != FPS:
+        motion = Motion(resample(motion, fps)[0], motion.skeleton, fps, motion.name)
+    motion = Motion(motion.poses[: round(seconds * fps)], motion.skeleton, fps, motion.name)
+    return motion if height is None else scaled(motion, height)
 
 
 def scaled(motion: Motion, height: float) -> Motion:

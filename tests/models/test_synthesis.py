@@ -90,3 +90,39 @@ def test_eigenwalkers_of_any_height_go_as_fast_as_asked(height):
     motion = synthesize("walk/eigenwalkers", 8, 60, seed=1, speed=1.3, height=height)
     travelled = np.linalg.norm(motion.poses[-1, :2] - motion.poses[0, :2])
     assert travelled / (len(motion.poses) - 1) * 60 == pytest.approx(1.3, rel=0.03)
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+def test_a_tree_at_any_frame_rate_and_height(fps):
+    """The frames at 30 per second are the tree's own; others lie between them."""
+    own = synthesize("mixed/tree", 3, 30, seed=4, speed=1.2)
+    motion = synthesize("mixed/tree", 3, fps, seed=4, speed=1.2)
+    assert motion.poses.shape == (3 * fps, 25)
+    assert motion.fps == fps
+    every = 10 if fps == 30 else 20 if fps == 60 else 8
+    np.testing.assert_allclose(motion.poses[::every], own.poses[::10], atol=1e-6)
+    tall = synthesize("mixed/tree", 3, fps, seed=4, height=1.9)
+    assert tall.skeleton.height == 1.9
+
+
+@pytest.mark.parametrize("height", [None, 1.5])
+def test_a_tree_is_steered_to_the_speed_asked_for(height):
+    """It keeps to what it knows, so only roughly: slow walks stay slower than fast ones."""
+
+    def speed(asked: float) -> float:
+        walks = [synthesize("mixed/tree", 10, 30, seed=i, speed=asked, height=height).poses for i in range(4)]
+        return float(np.mean([np.linalg.norm(np.diff(p[60::15, :2], axis=0), axis=1).mean() * 2 for p in walks]))
+
+    slow, fast = speed(0.8), speed(1.7)
+    assert slow < fast - 0.15
+    assert slow < 1.3
+    assert fast > 1.15
+
+
+def test_a_tree_has_no_cycles():
+    for options in ({"phase": 0.5}, {"variation": 0.0}, {"height": 170}):
+        with pytest.raises(MotionError):
+            synthesize("mixed/tree", 1, 30, **options)
+    for seconds, fps in ((np.nan, 30), (1, 2000), (1, -1), (0, 30)):
+        with pytest.raises(MotionError):
+            synthesize("mixed/tree", seconds, fps)
