@@ -130,36 +130,49 @@ def _choose(sources, s, settings, state, random):
     """Position of the window that the next frame follows.
 
     The last window's successor has the probability `stay`, draws from p(i | t) share the rest; draws from the place of
-    the last window count as its successor. Then each is weighted (sampling-importance-resampling).
+    the last window count as its successor. Near the end of a sequence the best way out is offered too, by its kernel.
+    Then each is weighted (sampling-importance-resampling).
     """
     source, last = sources[s], state.windows[s]
-    drawn = np.empty(settings.candidates, dtype=np.int32)
-    _draw(source, settings, state.rows, random, drawn)
+    offered = np.empty(settings.candidates + 2, dtype=np.int32)  # draws, way out, successor
+    drawn, probe = offered[:-2], np.empty(source.weights.shape[2])
+    coefficients(source, state.rows, probe)
+    _draw(source, settings, probe.astype(np.float32), random, drawn)
     here = source.frames[last] if last >= 0 else np.int64(-1000000)
     after = source.place[here + 1] if last >= 0 else np.int64(-1)
     present = np.empty(sources[0].weights.shape[2])
     coefficients(sources[0], state.rows, present)
-    weight = np.full(len(drawn) + 1, -np.inf)
+    weight = np.full(len(offered), -np.inf)
     away, each = 0, (1.0 - settings.stay) / len(drawn)
     for k in range(len(drawn)):
         if abs(source.frames[drawn[k]] - here) > HERE:
             away += 1
             weight[k] = np.log(each) + _log_weight(sources, s, drawn[k], present, settings, state)
+    offered[-1], offered[-2] = after, _way_out(source, last, after)
     if after >= 0:
         share = settings.stay + each * (len(drawn) - away)
         weight[-1] = np.log(share) + _log_weight(sources, s, after, present, settings, state)
     elif away == 0:
-        return source.way_out[last] if source.way_out[last] >= 0 else drawn[0]
-    k = _pick(weight, random)
-    return drawn[k] if k < len(drawn) else after
+        return offered[-2] if offered[-2] >= 0 else drawn[0]
+    if settings.future and offered[-2] >= 0:
+        kernel = -_apart(source, source.frames[offered[-2]], probe) / (2.0 * settings.temperature)
+        share = max(1.0 - settings.stay, 1e-9)
+        weight[-2] = np.log(share) + kernel + _log_weight(sources, s, offered[-2], present, settings, state)
+    return offered[_pick(weight, random)]
 
 
 @_jit
-def _draw(source, settings, rows, random, drawn):
+def _way_out(source, last, after):
+    """Where best to jump to from the window `after` that ends now; if there is none, a frame after that of the last."""
+    if after >= 0 or last < 0 or source.way_out[last] < 0:
+        return source.way_out[after] if after >= 0 else np.int32(-1)
+    following = source.place[source.frames[source.way_out[last]] + 1]
+    return following if following >= 0 else source.way_out[last]
+
+
+@_jit
+def _draw(source, settings, probe, random, drawn):
     """Draw windows from p(i | t), exactly or with the paper's search and the kernel in the leaf."""
-    probe = np.empty(source.weights.shape[2])
-    coefficients(source, rows, probe)
-    probe = probe.astype(np.float32)
     if not settings.paper:
         _exact_kernels.draw(
             source.blocks, source.boxes, source.n, probe, settings.temperature, random, source.scratch, drawn
@@ -196,7 +209,8 @@ def _log_weight(sources, s, i, present, settings, state):
     if s > 0:
         w -= _apart(sources[0], source.frames[i], present) / (2.0 * settings.temperature)
     if settings.future:
-        w -= source.cost[i] / (2.0 * settings.temperature)
+        following = source.place[source.frames[i] + 1]
+        w -= source.cost[following if following >= 0 else i] / (2.0 * settings.temperature)
     if settings.activity >= 0 and source.activity[i] != settings.activity:
         w -= _OFF_ACTIVITY
     if settings.heading == settings.heading:

@@ -11,7 +11,7 @@ _HOPELESS = 1e3  # cost where there is no way out
 
 
 @_jit
-def future_cost(starts, frames, place, tails, exits, distances, discount, sweeps, cost, way_out):
+def future_cost(starts, frames, place, tails, exits, distances, toll, discount, sweeps, cost, way_out):
     """Write the future cost (n,) of windows by position, and where to leave a sequence from each of its tail.
 
     Args:
@@ -19,6 +19,7 @@ def future_cost(starts, frames, place, tails, exits, distances, discount, sweeps
         frames, place: of positions, and back.
         tails: (m,) positions of the windows near the end of their sequences, the last of each first.
         exits, distances: (m, k) windows elsewhere, and the squared distances to them, infinite where there are fewer.
+        toll: (n,) what each window costs by itself.
         discount: γ, per frame.
         sweeps: value iterations at most.
         cost, way_out: written.
@@ -29,10 +30,10 @@ def future_cost(starts, frames, place, tails, exits, distances, discount, sweeps
             i = tails[t]
             after = place[frames[i] + 1]
             leaving, way_out[i] = _leave(exits[t], distances[t], discount, cost)
-            best = min(leaving, discount * cost[after] if after >= 0 else np.inf, _HOPELESS)
+            best = toll[i] + min(leaving, discount * cost[after] if after >= 0 else np.inf, _HOPELESS)
             changed = max(changed, abs(best - cost[i]))
             cost[i] = best
-        _carry_back(starts, place, way_out, discount, cost)
+        _carry_back(starts, place, way_out, toll, discount, cost)
         if changed < 1e-6:
             return
 
@@ -48,12 +49,12 @@ def _leave(exits, distances, discount, cost):
 
 
 @_jit
-def _carry_back(starts, place, way_out, discount, cost):
+def _carry_back(starts, place, way_out, toll, discount, cost):
     """Carry costs from the tails of sequences back to their beginnings; windows of tails have a way out or nothing."""
     for s in range(len(starts) - 1):
         for f in range(starts[s + 1] - 3, starts[s] + 8, -1):
             if way_out[place[f]] < 0:
-                cost[place[f]] = discount * cost[place[f + 1]]
+                cost[place[f]] = toll[place[f]] + discount * cost[place[f + 1]]
 
 
 @_jit
@@ -68,9 +69,10 @@ def ahead(poses, starts, frames, horizon, fps, turn, speed):
 
 @_jit
 def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
-    """Write the nearest windows of another place to each of the positions `asked` (m,): `found` (m, k), nearest first.
+    """Write the nearest windows of other places to each of the positions `asked` (m,): `found` (m, k), nearest first.
 
-    Another place is more than `apart` frames away. `distances` (m, k) are squared; infinite where there are fewer.
+    Another place is more than `apart` frames away; of each place only the nearest window is taken. `distances` (m, k)
+    are squared; infinite where there are fewer.
     """
     work = scratch(n, boxes.shape[3])
     for a in range(len(asked)):
@@ -106,13 +108,19 @@ def _take(first, n, row, frames, here, apart, found, distances):
     """Keep what is near enough of the points of a leaf, from position `first` on, at squared distances `row` (16,)."""
     for i in range(min(FAN, n - first)):
         if row[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
-            _insert(first + i, row[i], found, distances)
+            _insert(first + i, row[i], frames, apart, found, distances)
 
 
 @_jit
-def _insert(position, distance, found, distances):
-    """Keep a window among the nearest, which are in order."""
+def _insert(position, distance, frames, apart, found, distances):
+    """Keep a window among the nearest, which are in order, in the stead of one of the same place or of the last."""
     k = len(found) - 1
+    for other in range(len(found)):
+        if distances[other] < np.inf and abs(frames[found[other]] - frames[position]) <= apart:
+            if distances[other] <= distance:
+                return
+            k = other
+            break
     while k > 0 and distances[k - 1] > distance:
         found[k], distances[k] = found[k - 1], distances[k - 1]
         k -= 1

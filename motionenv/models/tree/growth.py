@@ -10,7 +10,8 @@ the paper, and each to be switched off in `Options`:
 - contact: feet that stand stay where they are, on the ground (`_footing_kernels`). What is matched next is the motion
   without that.
 - a `Target`, by weighting what was drawn. With r = wanted - promised over the next second, the log weights are
-  -4 for another activity, -½ (r / 0.25 rad)² for the turn, of at most 1.2 rad/s, and -½ (r / 0.15 m/s)² for the speed.
+  -4 for another activity, which costs future too, -½ (r / 0.25 rad)² for the turn, of at most 1.2 rad/s, and
+  -½ (r / 0.15 m/s)² for the speed.
 - two trees, for the lower and the upper body: the upper body's windows are weighted by
   exp(-|c_i - c_t|² / 2β) with the coefficients c of the lower body, so that arms go with legs.
 """
@@ -127,13 +128,13 @@ class Growth:
         _check_parts(self._trees)
         self._options = options or Options()
         self._outlooks = [outlook_of(t) for t in self._trees]
+        self._sources = tuple(_source(t, o) for t, o in zip(self._trees, self._outlooks, strict=True))
         self.target = target or Target()
         self.skeleton = start.skeleton if isinstance(start, Motion) else tree.database_.skeleton
         rng = np.random.default_rng(seed)
         self._scale = 1.0
         self._state = self._started(start, rng)
         self._key = np.uint64(rng.integers(2**64, dtype=np.uint64))
-        self._sources = tuple(_source(t, o) for t, o in zip(self._trees, self._outlooks, strict=True))
 
     @property
     def target(self) -> Target:
@@ -146,6 +147,12 @@ class Growth:
         if target.activity is not None and target.activity not in known:
             raise MotionError(_unknown(target.activity, known))
         self._target = target
+        self._activity = -1 if target.activity is None else known.index(target.activity)
+        futures = [outlook.towards(self._activity) for outlook in self._outlooks]
+        self._sources = tuple(
+            source._replace(cost=_fixed(cost), way_out=_fixed(way_out))
+            for source, (cost, way_out) in zip(self._sources, futures, strict=True)
+        )
 
     @property
     def windows(self) -> np.ndarray:
@@ -188,7 +195,7 @@ class Growth:
             future=bool(o.future),
             contact=bool(o.contact),
             noise=noise,
-            activity=-1 if wanted.activity is None else self._outlooks[0].activities.index(wanted.activity),
+            activity=self._activity,
             heading=np.nan if wanted.heading is None else float(wanted.heading),
             pace=np.nan if wanted.speed is None else float(wanted.speed) * self._scale,
         )
@@ -286,11 +293,11 @@ def _source(tree: MotionTree, outlook: Outlook) -> Source:
         members=_fixed(descent.members),
         leaf_weights=np.empty(descent.largest),
         frames=_fixed(tree.frames_),
-        cost=_fixed(outlook.cost),
+        cost=_fixed(outlook.towards()[0]),
         turn=_fixed(outlook.turn),
         speed=_fixed(outlook.speed),
         activity=_fixed(outlook.activity),
-        way_out=_fixed(outlook.way_out),
+        way_out=_fixed(outlook.towards()[1]),
         ground=_fixed(outlook.ground),
         place=_fixed(outlook.place),
         channels=_fixed(tree.basis_.channels),

@@ -3,13 +3,15 @@
 The future cost of a window, after the video textures of Schödl et al. (2000, section 3.1): going on costs nothing, a
 jump the squared distance to the window jumped to, and what lies ahead counts less the further away it is,
 
-    V(i) = min(γ V(i + 1), min over j elsewhere of |z_i - z_j|² + γ V(j))
+    V(i) = a(i) + min(γ V(i + 1), min over j elsewhere of |z_i - z_j|² + γ V(j))
 
-so that a window near the end of its sequence is good only when there is a near way out that itself leads on. As
-p(i | t) is a kernel of squared distances too, exp(-V / 2β) is the weight that the future gives a window.
+so that a window near the end of its sequence is good only when there is a near way out that itself leads on. Where one
+activity is wanted, each window of another costs a(i) = 0.1, else nothing. As p(i | t) is a kernel of squared distances
+too, exp(-V / 2β) is the weight that the future gives a window.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,8 +26,9 @@ from motionenv.models.tree.frames import FPS, WINDOW
 BALL_HEIGHT = ANKLE_HEIGHT + FOOT_BALL[2]
 
 _TAIL = 30  # frames before the end of a sequence from which it may be left
-_EXITS = 16  # nearest windows elsewhere that are looked at
-_DISCOUNT = 0.97  # γ, per frame
+_EXITS = 32  # nearest windows elsewhere that are looked at
+_TOLL = 0.1  # a(i), squared distance per frame
+_DISCOUNT, _FARSIGHTED = 0.97, 0.99  # γ, per frame, and where an activity is wanted
 _SWEEPS = 50
 _HORIZON = 30  # frames over which turns and speeds are looked ahead
 _STANDING_SPEED = 0.5  # [m/s] of the ball of a foot, below which it may stand
@@ -39,8 +42,9 @@ class Outlook:
 
     Attributes:
         place: (frames,) position of the window that ends at each frame of the database, or -1.
-        cost: (n,) future cost V.
-        way_out: (n,) for windows near the end of a sequence the best one to jump to, else -1.
+        exits: what `towards` works with: positions of windows near the ends of sequences (m,), the nearest windows
+            elsewhere (m, k), and squared distances to them (m, k).
+        starts, frames: of the sequences, and of the windows by position.
         turn: (n,) [rad] by which the heading changes in the next second.
         speed: (n,) [m/s] mean over the next second.
         activity: (n,) index of the activity in `activities`.
@@ -51,15 +55,35 @@ class Outlook:
             to be moved for the balls of feet whose heel has risen.
     """
 
+    starts: np.ndarray
+    frames: np.ndarray
     place: np.ndarray
-    cost: np.ndarray
-    way_out: np.ndarray
+    exits: tuple[np.ndarray, np.ndarray, np.ndarray]
     turn: np.ndarray
     speed: np.ndarray
     activity: np.ndarray
     activities: tuple[str, ...]
     stands: np.ndarray
     ground: np.ndarray
+
+    @cached_property
+    def _known(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        return {}
+
+    def towards(self, activity: int = -1) -> tuple[np.ndarray, np.ndarray]:
+        """Future cost V (n,) of each window, and the best window to jump to (n,) where its sequence ends, else -1.
+
+        Args:
+            activity: index of the one that is wanted, or -1 for any; each is worked out once.
+        """
+        if activity not in self._known:
+            n = len(self.frames)
+            toll = (_TOLL * (self.activity != activity) if activity >= 0 else np.zeros(n)).astype(np.float32)
+            cost, way_out = np.zeros(n, dtype=np.float32), np.full(n, -1, dtype=np.int32)
+            discount = _DISCOUNT if activity < 0 else _FARSIGHTED
+            future_cost(self.starts, self.frames, self.place, *self.exits, toll, discount, _SWEEPS, cost, way_out)
+            self._known[activity] = cost, way_out
+        return self._known[activity]
 
 
 def look_ahead(database: Database, frames, blocks, boxes) -> Outlook:
@@ -73,19 +97,19 @@ def look_ahead(database: Database, frames, blocks, boxes) -> Outlook:
     n = len(frames)
     place = np.full(len(database.poses), -1, dtype=np.int32)
     place[frames] = np.arange(n, dtype=np.int32)
-    cost, turn, speed = np.zeros((3, n), dtype=np.float32)
-    way_out = np.full(n, -1, dtype=np.int32)
+    turn, speed = np.empty((2, n), dtype=np.float32)
     tails = place[_tails(database.starts)]
     exits = np.empty((len(tails), _EXITS), dtype=np.int32)
     distances = np.empty(exits.shape, dtype=np.float32)
     nearest_elsewhere(blocks, boxes, n, frames, tails, HERE, exits, distances)
-    future_cost(database.starts, frames, place, tails, exits, distances, _DISCOUNT, _SWEEPS, cost, way_out)
     ahead(database.poses, database.starts, frames, _HORIZON, FPS, turn, speed)
     sequence = database.sequence_of(frames)
     activities = tuple(sorted(set(database.activities)))
     label = np.array([activities.index(a) for a in database.activities], dtype=np.int16)
     stands, ground = _standing(database)
-    return Outlook(place, cost, way_out, turn, speed, label[sequence], activities, stands, ground[sequence])
+    near = tails, exits, distances
+    labels = label[sequence]
+    return Outlook(database.starts, frames, place, near, turn, speed, labels, activities, stands, ground[sequence])
 
 
 def _tails(starts: np.ndarray) -> np.ndarray:
