@@ -97,7 +97,7 @@ def test_soles_are_on_the_ground(crowd):
 def test_bodies_move_as_people_do(crowd):
     poses = crowd.poses
     assert np.degrees(poses[..., HINGES].min()) > -1
-    assert (poses[..., 2] > 0.42 * crowd.skeleton.height).all()
+    assert (poses[..., 2] > 0.40 * crowd.skeleton.height).all()
     assert (poses[..., 2] < 0.55 * crowd.skeleton.height).all()
     assert np.degrees(np.abs(poses[..., 3:6]).max()) < 35
     assert np.abs(poses[..., 1]).max() < 1.0
@@ -106,6 +106,14 @@ def test_bodies_move_as_people_do(crowd):
     assert (antiphase < -0.5).all()
     knees = poses[..., [POSE.index("left_knee_flexion"), POSE.index("right_knee_flexion")]]
     assert (np.degrees(np.ptp(knees, axis=1)) > 30).all()
+
+
+def test_hips_and_head_turn_no_faster_than_peoples(crowd):
+    """Captured walks turn the pelvis by up to 2.6 rad/s for 1 % of the time; a seam between cycles would show here."""
+    for name in ("root_heading", "root_tilt", "root_obliquity", "neck_rotation"):
+        rate = np.abs(np.diff(crowd.poses[..., POSE.index(name)], axis=1)) * crowd.fps
+        assert np.percentile(rate, 99) < 2, name
+        assert rate.max() < 4, name
 
 
 def test_drawn_walkers_are_as_fast_as_captured_ones(model):
