@@ -3,6 +3,19 @@
 from motionenv.models.tree.capture import read_clips
 from motionenv.models.tree.database import Clip, Database, build_database
 from motionenv.models.tree.frames import resample
+from motionenv.models.tree.growth import Growth, Options, Target, synthesize
 from motionenv.models.tree.model import MotionTree, Samples
 
-__all__ = ["Clip", "Database", "MotionTree", "Samples", "build_database", "read_clips", "resample"]
+__all__ = [
+    "Clip",
+    "Database",
+    "Growth",
+    "MotionTree",
+    "Options",
+    "Samples",
+    "Target",
+    "build_database",
+    "read_clips",
+    "resample",
+    "synthesize",
+]
