@@ -72,10 +72,9 @@ def test_standing_feet_stay_where_they_are(crowd):
     assert np.median(drift) < 0.005
 
 
-@pytest.mark.parametrize(("speed", "most"), [(0.8, 0.02), (1.2, 0.02), (1.6, 0.02), (2.2, 0.04)])
-def test_feet_stand_at_every_speed(model, speed, most):
-    """Beyond 2 m/s, faster than anyone who was captured, feet slip more."""
-    assert np.percentile(drifts(model.synthesize(6, 60, n=20, seed=2, speed=speed)), 95) < most
+@pytest.mark.parametrize("speed", [0.8, 1.2, 1.6, 2.2])
+def test_feet_stand_at_every_speed(model, speed):
+    assert np.percentile(drifts(model.synthesize(6, 60, n=20, seed=2, speed=speed)), 99) < 0.02
 
 
 def test_standing_feet_are_slow(crowd):
