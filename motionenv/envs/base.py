@@ -1,0 +1,275 @@
+"""What all tracking environments share: everything Gymnasium, on top of a world that knows the motion and the senses.
+
+An episode shows horizon + 1 frames. `reset` returns the observation of frame 0. The action of a step is the estimate
+for the frame that was observed last; it is scored against the truth of that frame, and the next frame is observed. The
+episode is truncated when frame `horizon` has been observed, and terminated when the track is lost, where that is asked
+for. A world holds n episodes in arrays. The single environment is a world with n = 1, so the vector environment does
+the same as single ones with the same seeds.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+
+from motionenv.errors import MotionError
+
+#: Estimates on end that must be off by more than `lost_after` for the track to be lost.
+LOST_ESTIMATES = 10
+
+Observation = np.ndarray | dict[str, np.ndarray]
+
+
+class World(Protocol):
+    """n episodes side by side: their motion, what is observed of it, how estimates are scored.
+
+    Everything random about an episode is drawn in `begin` from that episode's own generator, so that what a slot
+    shows depends on neither n nor on the other slots.
+
+    Attributes:
+        n: number of slots.
+        horizon: estimates asked for in an episode.
+        fps: frames per second.
+        observation_space, action_space: of one environment.
+        time: (n,) the current frame of each episode, from 0 to `horizon`.
+    """
+
+    n: int
+    horizon: int
+    fps: float
+    observation_space: gymnasium.Space
+    action_space: gymnasium.spaces.Box
+    time: np.ndarray
+
+    def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
+        """Start new episodes at frame 0.
+
+        Args:
+            slots: (k,) which.
+            rngs: the generator of each.
+        """
+
+    def observe(self, slots: np.ndarray) -> Observation:
+        """What is observed of the current frames, (k, ...) in new arrays; the same however often it is asked.
+
+        Args:
+            slots: (k,) which, in ascending order.
+        """
+
+    def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Error (n,) [m] and reward (n,) of estimates for the current frames.
+
+        Args:
+            actions: (n, ...) float64, all inside the action space, but for slots whose result nobody reads.
+        """
+
+    def advance(self, slots: np.ndarray) -> None:
+        """Go to the next frame.
+
+        Args:
+            slots: (k,) which.
+        """
+
+    def truth(self, slot: int) -> dict[str, Any]:
+        """What is really there in the current frame of one episode.
+
+        Args:
+            slot: which.
+        """
+
+    def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
+        """A picture, uint8 (H, W, 3) with H and W of at least 256.
+
+        Args:
+            slot: which episode.
+            estimate: for the frame before the current one, which is then shown with the estimate over it; None shows
+                the current frame alone.
+        """
+
+    def close(self) -> None:
+        """Let go of threads; the world stays usable."""
+
+
+class TrackingEnv(gymnasium.Env):
+    """A single tracking environment on a world with one slot.
+
+    Args:
+        world: with n = 1.
+        render_mode: None, "rgb_array" (the frame that was estimated last, with the estimate over it), or "human" (the
+            same in a window; needs pygame, as Gymnasium's own environments do).
+        lost_after: error [m] that `LOST_ESTIMATES` estimates on end must exceed to end the episode; None never does.
+    """
+
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012 (as Gymnasium declares it)
+
+    def __init__(self, world: World, *, render_mode: str | None = None, lost_after: float | None = None):
+        self.world = world
+        self.observation_space = world.observation_space
+        self.action_space = world.action_space
+        self.metadata = {**self.metadata, "render_fps": round(world.fps)}
+        self.render_mode = checked_render_mode(render_mode, self.metadata["render_modes"])
+        self.lost_after = checked_lost_after(lost_after)
+        self._slots = np.zeros(1, dtype=np.intp)
+        self._running = False
+        self._off = 0
+        self._estimate: np.ndarray | None = None
+        self._window: gymnasium.Env | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
+        """Start a new episode: the observation of its frame 0, and an empty info.
+
+        Args:
+            seed: makes the sequence of episodes from here on reproducible; None goes on with the current one.
+            options: not used.
+        """
+        super().reset(seed=seed)
+        self.world.begin(self._slots, [self.np_random])
+        self._running, self._off, self._estimate = True, 0, None
+        self._show()
+        return self._observed(), {}
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Give the estimate for the frame observed last, and observe the next.
+
+        Args:
+            action: the estimate, inside `action_space`.
+
+        Returns:
+            Observation, reward, terminated, truncated, info; info holds the estimate's mean per-joint "error" [m], and
+            whether the track is "lost".
+
+        Raises:
+            MotionError: an action of another shape, not numeric, not finite or out of bounds; nothing has changed.
+            ResetNeeded: before the first `reset`, or after the end of an episode.
+        """
+        if not self._running:
+            raise ResetNeeded("there is no episode to step: call reset() first, and again when an episode has ended")
+        actions = checked_actions(np.asarray(action)[None], self.action_space)
+        errors, rewards = self.world.judge(actions)
+        self.world.advance(self._slots)
+        error = float(errors[0])
+        self._off = self._off + 1 if self.lost_after is not None and error > self.lost_after else 0
+        lost = self._off >= LOST_ESTIMATES
+        truncated = bool(self.world.time[0] >= self.world.horizon)
+        self._running, self._estimate = not (lost or truncated), actions[0]
+        self._show()
+        return self._observed(), float(rewards[0]), lost, truncated, {"error": error, "lost": lost}
+
+    def truth(self) -> dict[str, Any]:
+        """What is really there in the frame observed last; see the environment's docstring for what that holds.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        if self._np_random is None:
+            raise ResetNeeded("there is no truth yet: call reset() first")
+        return self.world.truth(0)
+
+    def render(self) -> np.ndarray | None:
+        """The frame that was estimated last with the estimate over it, uint8 (H, W, 3); after `reset` frame 0 alone.
+
+        None without a render mode, and for "human", where `reset` and `step` show it.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        if self.render_mode is None and self.spec is not None:
+            gymnasium.logger.warn(
+                f'render() draws nothing without a render mode: gymnasium.make("{self.spec.id}", '
+                'render_mode="rgb_array") has one'
+            )
+        if self.render_mode != "rgb_array":
+            return None
+        if self._np_random is None:
+            raise ResetNeeded("there is nothing to draw yet: call reset() first")
+        return self.world.render(0, self._estimate)
+
+    def close(self) -> None:
+        """Close the window and let go of threads. Calling it again does nothing."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+        self.world.close()
+
+    def _observed(self) -> Observation:
+        """The current observation without the world's leading axis."""
+        seen = self.world.observe(self._slots)
+        return {name: value[0] for name, value in seen.items()} if isinstance(seen, dict) else seen[0]
+
+    def _show(self) -> None:
+        """The picture in a window, for render mode "human"."""
+        if self.render_mode == "human":
+            if self._window is None:
+                from motionenv.envs.window import Window
+
+                self._window = Window(self.metadata["render_fps"])
+            self._window.step(self.world.render(0, self._estimate))
+
+    def __getstate__(self):
+        return {**self.__dict__, "_window": None}
+
+
+def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
+    """`mode`, one of `modes` or None.
+
+    Raises:
+        MotionError: it is something else.
+    """
+    if mode is not None and mode not in modes:
+        raise MotionError(f"render_mode must be None or one of {', '.join(modes)}, got {mode!r}")
+    return mode
+
+
+def checked_lost_after(lost_after: float | None) -> float | None:
+    """`lost_after`, metres above 0 or None.
+
+    Raises:
+        MotionError: it is something else.
+    """
+    if lost_after is not None and not (isinstance(lost_after, int | float) and 0 < lost_after < np.inf):
+        raise MotionError(f"lost_after must be None or an error in metres above 0, got {lost_after!r}")
+    return lost_after
+
+
+def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
+    """Actions (n, ...) as float64, each inside `space`.
+
+    Args:
+        actions: one per environment.
+        space: of a single environment.
+        read: (n,) which of them count; all when None.
+
+    Raises:
+        MotionError: another shape, not numeric, not finite or out of bounds; says where.
+    """
+    actions = np.asarray(actions)
+    if (
+        actions.dtype.kind not in "fiu"
+        or actions.shape[1:] != space.shape
+        or (read is not None and len(actions) != len(read))
+    ):
+        many = "" if read is None else f"({len(read)}, ...) of "
+        raise MotionError(
+            f"action must be numbers of shape {many}{space.shape}, got {actions.dtype} of shape "
+            f"{actions.shape if read is not None else actions.shape[1:]}"
+        )
+    inside = (actions >= space.low) & (actions <= space.high)  # NaN isn't
+    if not inside.all():
+        _refuse(actions, space, inside if read is None else inside | ~read.reshape(-1, *[1] * len(space.shape)))
+    return actions.astype(np.float64)
+
+
+def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray) -> None:
+    """Name the first entry of actions (n, ...) that isn't inside, if there is one.
+
+    Raises:
+        MotionError: there is.
+    """
+    if inside.all():
+        return
+    at = tuple(int(i) for i in np.argwhere(~inside)[0])
+    low, high = space.low[at[1:]], space.high[at[1:]]
+    place = ", ".join(map(str, at[1:])) + (f" of environment {at[0]}" if len(actions) > 1 else "")
+    raise MotionError(f"action[{place}] must be finite and from {low:g} to {high:g}, got {actions[at]!r}")

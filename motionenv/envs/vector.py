@@ -1,0 +1,234 @@
+"""Many episodes in one world: the native vector environment, in all three autoreset modes of Gymnasium."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from motionenv.envs.base import (
+    LOST_ESTIMATES,
+    Observation,
+    World,
+    checked_actions,
+    checked_lost_after,
+    checked_render_mode,
+)
+from motionenv.errors import MotionError
+
+
+class TrackingVectorEnv(gymnasium.vector.VectorEnv):
+    """A vector environment on a world with a slot for each sub-environment.
+
+    It returns what a `gymnasium.vector.SyncVectorEnv` of the single environments returns for the same seeds and
+    actions, in the same autoreset mode.
+
+    Args:
+        world: with n = the number of sub-environments.
+        render_mode: None or "rgb_array".
+        lost_after: see `TrackingEnv`.
+        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+    """
+
+    metadata = {  # noqa: RUF012 (as Gymnasium declares it)
+        "render_modes": ["rgb_array"],
+        "render_fps": 30,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        render_mode: str | None = None,
+        lost_after: float | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    ):
+        self.world = world
+        self.num_envs = world.n
+        self.single_observation_space = world.observation_space
+        self.single_action_space = world.action_space
+        self.observation_space = batch_space(world.observation_space, world.n)
+        self.action_space = batch_space(world.action_space, world.n)
+        self.autoreset_mode = _checked_mode(autoreset_mode)
+        fps = round(world.fps)
+        self.metadata = {**self.metadata, "render_fps": fps, "autoreset_mode": self.autoreset_mode}
+        self.render_mode = checked_render_mode(render_mode, self.metadata["render_modes"])
+        self.lost_after = checked_lost_after(lost_after)
+        self._all = np.arange(world.n)
+        self._seeded = [seeding.np_random() for _ in self._all]
+        self._off = np.zeros(world.n, dtype=np.intp)
+        self._begun = np.zeros(world.n, dtype=bool)
+        self._ended = np.zeros(world.n, dtype=bool)
+        self._estimates: list[np.ndarray | None] = [None] * world.n
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The generator of each sub-environment."""
+        return tuple(rng for rng, _ in self._seeded)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of each sub-environment's generator."""
+        return tuple(seed for _, seed in self._seeded)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start new episodes, in all sub-environments or in some.
+
+        Args:
+            seed: of the first sub-environment, the others' follow; or one for each; None goes on with what they have.
+            options: {"reset_mask": bool (num_envs,)} resets only those, and returns the observations of all.
+
+        Raises:
+            MotionError: not a seed per sub-environment, or a mask that isn't one.
+            ResetNeeded: a mask leaves out sub-environments that have never been reset.
+        """
+        mask = _checked_mask(options, self.num_envs)
+        if not (self._begun | mask).all():
+            raise ResetNeeded("reset all environments once before resetting some of them by reset_mask")
+        seeds = [None if seed is None else seed + i for i in self._all] if not isinstance(seed, Sequence) else seed
+        if len(seeds) != self.num_envs:
+            raise MotionError(f"seed must be one number, or one for each of {self.num_envs} environments, got {seed!r}")
+        slots = np.flatnonzero(mask)
+        for slot in slots:
+            if seeds[slot] is not None:
+                self._seeded[slot] = seeding.np_random(int(seeds[slot]))
+        self._begin(slots)
+        return self.world.observe(self._all), {}
+
+    def step(self, actions: np.ndarray) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Give an estimate for each sub-environment's last observation, and observe what comes next.
+
+        Args:
+            actions: (num_envs, ...), inside `action_space`; those of sub-environments that are reset don't matter.
+
+        Returns:
+            Observations, rewards, terminated, truncated, infos; infos hold "error" [m] and "lost" of each estimate,
+            with masks "_error" and "_lost", and in SAME_STEP mode "final_obs" and "final_info" of ended episodes.
+
+        Raises:
+            MotionError: actions of another shape, not numeric, not finite or out of bounds; nothing has changed.
+            ResetNeeded: before the first `reset`, or, in DISABLED mode, after the end of an episode.
+        """
+        resets = self._ended.copy()
+        if not self._begun.all() or (self.autoreset_mode == AutoresetMode.DISABLED and resets.any()):
+            raise ResetNeeded(
+                f"environments {np.flatnonzero(resets | ~self._begun).tolist()} have no episode to step: reset them "
+                'first, by reset(options={"reset_mask": mask})'
+            )
+        actions = checked_actions(actions, self.single_action_space, ~resets)
+        errors, rewards, lost, truncated = self._estimated(actions, np.flatnonzero(~resets))
+        self._begin(np.flatnonzero(resets))
+        self._ended = lost | truncated
+        infos = _infos(errors, lost, ~resets)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
+            infos = self._renewed(errors, lost)
+        return self.world.observe(self._all), rewards, lost.copy(), truncated, infos
+
+    def _estimated(self, actions: np.ndarray, slots: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Score the actions (n, ...) of `slots` and advance them: errors, rewards, lost and truncated, all (n,)."""
+        errors, rewards = np.zeros((2, self.num_envs))
+        all_errors, all_rewards = self.world.judge(actions)
+        errors[slots], rewards[slots] = all_errors[slots], all_rewards[slots]
+        self.world.advance(slots)
+        limit = np.inf if self.lost_after is None else self.lost_after
+        self._off = np.where(errors > limit, self._off + 1, 0)
+        truncated = np.zeros(self.num_envs, dtype=bool)
+        truncated[slots] = self.world.time[slots] >= self.world.horizon
+        if self.render_mode is not None:
+            for slot in slots:
+                self._estimates[slot] = actions[slot]
+        return errors, rewards, self._off >= LOST_ESTIMATES, truncated
+
+    def _begin(self, slots: np.ndarray) -> None:
+        """Start new episodes in `slots`."""
+        if len(slots):
+            self.world.begin(slots, [self._seeded[slot][0] for slot in slots])
+            self._begun[slots], self._ended[slots], self._off[slots] = True, False, 0
+            for slot in slots:
+                self._estimates[slot] = None
+
+    def _renewed(self, errors: np.ndarray, lost: np.ndarray) -> dict[str, Any]:
+        """Reset the sub-environments that have ended, in the step of their end: the infos of that step."""
+        ended, slots = self._ended, np.flatnonzero(self._ended)
+        last = self.world.observe(slots)
+        infos = _infos(errors, lost, ~ended)
+        final = np.full(self.num_envs, None, dtype=object)
+        for i, slot in enumerate(slots):
+            final[slot] = {k: v[i].copy() for k, v in last.items()} if isinstance(last, dict) else last[i].copy()
+        infos |= {"final_obs": final, "_final_obs": ended.copy()}
+        infos |= {"final_info": _infos(errors, lost, ended), "_final_info": ended.copy()}
+        self._begin(slots)
+        return infos
+
+    def truth(self) -> list[dict[str, Any]]:
+        """What is really there in the frame that each sub-environment observed last.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        self._check_begun("truth")
+        return [self.world.truth(slot) for slot in range(self.num_envs)]
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """A picture per sub-environment, as `TrackingEnv.render` has it; None without a render mode.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+        """
+        if self.render_mode is None:
+            return None
+        self._check_begun("picture")
+        return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Let go of threads.
+
+        Args:
+            kwargs: not used.
+        """
+        self.world.close()
+
+    def _check_begun(self, what: str) -> None:
+        if not self._begun.all():
+            raise ResetNeeded(f"there is no {what} yet: call reset() first")
+
+
+def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
+    """What Gymnasium makes of the infos {"error": float, "lost": bool} of the sub-environments in `mask` (n,)."""
+    if not mask.any():
+        return {}
+    return {"error": np.where(mask, errors, 0.0), "_error": mask.copy(), "lost": lost & mask, "_lost": mask.copy()}
+
+
+def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
+    """The autoreset mode, or the one of that value.
+
+    Raises:
+        MotionError: there is no such mode.
+    """
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        known = ", ".join(repr(m.value) for m in AutoresetMode)
+        raise MotionError(f"autoreset_mode must be a gymnasium AutoresetMode or one of {known}, got {mode!r}") from None
+
+
+def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:
+    """Which of `n` sub-environments `options` ask to reset, bool (n,).
+
+    Raises:
+        MotionError: the mask isn't a boolean array of that shape with at least one True.
+    """
+    mask = (options or {}).get("reset_mask")
+    if mask is None:
+        return np.ones(n, dtype=bool)
+    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (n,) or not mask.any():
+        raise MotionError(f"options['reset_mask'] must be a boolean array ({n},) with at least one True, got {mask!r}")
+    return mask

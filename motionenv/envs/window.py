@@ -1,0 +1,54 @@
+"""A window for render mode "human": Gymnasium's own, which draws with pygame."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.wrappers import HumanRendering
+
+from motionenv.errors import EngineError
+
+
+class _Screen(gymnasium.Env):
+    """Renders the picture that it was given as its last action."""
+
+    render_mode = "rgb_array"
+
+    def __init__(self, fps: int):
+        self.metadata = {"render_modes": ["rgb_array"], "render_fps": fps}
+
+    def step(self, action: np.ndarray) -> tuple[None, float, bool, bool, dict[str, Any]]:
+        self._picture = action
+        return None, 0.0, False, False, {}
+
+    def render(self) -> np.ndarray:
+        return self._picture
+
+
+class Window(HumanRendering):
+    """A window; each `step` shows a picture in it.
+
+    Args:
+        fps: frames per second at most.
+    """
+
+    def __init__(self, fps: int):
+        super().__init__(_Screen(fps))
+
+    def step(self, action: np.ndarray) -> tuple:
+        """Show a picture.
+
+        Args:
+            action: uint8 (H, W, 3).
+
+        Raises:
+            DependencyNotInstalled: pygame is missing.
+            EngineError: no window can open here.
+        """
+        try:
+            return super().step(action)
+        except RuntimeError as error:  # pygame.error is one
+            raise EngineError(
+                f'render_mode="human" can\'t open a window here ({error}): use render_mode="rgb_array" where there is '
+                "no display, or set SDL_VIDEODRIVER=dummy"
+            ) from None
