@@ -1,0 +1,121 @@
+"""Loops over all pairs of a belief's samples."""
+
+import numpy as np
+from numba import njit
+
+_jit = njit(nogil=True, cache=True, error_model="numpy")
+# Sums may be taken in any order, so that they run in vector registers; NaN keeps its meaning.
+_sums = njit(nogil=True, cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+
+_PADDED = 48  # 45 coordinates, filled up to whole vector registers
+_ROWS = 4  # samples compared with another at a time
+
+
+@_sums
+def energy(samples, weights, truth, near, apart) -> None:
+    """Energy score's two terms: mean distance to the truth, and mean distance between independent draws.
+
+    Args:
+        samples: (n, M, 45).
+        weights: (n, M), each row of sum 1.
+        truth: (n, 45).
+        near: (n,) filled with Σ w_i |x_i - y|.
+        apart: (n,) filled with Σ w_i w_j |x_i - x_j|.
+    """
+    m = samples.shape[1]
+    whole = (m + _ROWS - 1) // _ROWS * _ROWS
+    x = np.zeros((whole, _PADDED), np.float32)  # about the truth, where single precision loses nothing
+    w = np.zeros(whole, np.float32)
+    distance = np.zeros((_ROWS, whole), np.float32)
+    for e in range(len(samples)):
+        near[e] = _centre(samples[e], weights[e], truth[e], x, w)
+        total = 0.0
+        for i in range(0, whole, _ROWS):
+            for j in range(i + _ROWS):
+                distance[0, j], distance[1, j], distance[2, j], distance[3, j] = _four_squares(x, i, j)
+            for r in range(_ROWS):
+                before, inside = (
+                    _weighted(w[:i], distance[r, :i]),
+                    _weighted(w[i : i + _ROWS], distance[r, i : i + _ROWS]),
+                )
+                total += w[i + r] * (2.0 * before + inside)
+        apart[e] = total
+
+
+@_sums
+def _centre(samples, weights, truth, x, w):
+    """Fill x with the samples about the truth and w with their weights; the mean distance to the truth."""
+    near = 0.0
+    for i in range(len(samples)):
+        square = 0.0
+        for k in range(samples.shape[1]):
+            difference = samples[i, k] - truth[k]
+            x[i, k] = difference
+            square += difference * difference
+        w[i] = weights[i]
+        near += weights[i] * np.sqrt(square)
+    return near
+
+
+@_sums
+def _four_squares(x, i, j):
+    """Squared distances of x[j] from x[i] to x[i + 3]."""
+    a0, a1, a2, a3, b = x[i], x[i + 1], x[i + 2], x[i + 3], x[j]
+    s0 = s1 = s2 = s3 = np.float32(0)
+    for k in range(_PADDED):  # of a length known to the compiler
+        d0, d1, d2, d3 = a0[k] - b[k], a1[k] - b[k], a2[k] - b[k], a3[k] - b[k]
+        s0 += d0 * d0
+        s1 += d1 * d1
+        s2 += d2 * d2
+        s3 += d3 * d3
+    return s0, s1, s2, s3
+
+
+@_sums
+def _weighted(w, square):
+    """Σ w √square."""
+    total = np.float32(0)
+    for j in range(len(w)):
+        total += w[j] * np.sqrt(square[j])
+    return total
+
+
+@_jit
+def centrality(samples, weights, truth, deeper, alike) -> None:
+    """How many of the pooled samples lie more centrally than the truth, by mean distance to the pool.
+
+    Args:
+        samples: (n, M, J, 3).
+        weights: (n, M + 1), those of the samples, then of the truth; each row of sum 1.
+        truth: (n, J, 3).
+        deeper: (n, J) filled with the weight of samples nearer to the pool than the truth is.
+        alike: (n, J) filled with the weight of those equally near, the truth included.
+    """
+    n, m, joints, _ = samples.shape
+    pool = np.empty((m + 1, 3))
+    mean = np.empty(m + 1)
+    for e in range(n):
+        w = weights[e]
+        for joint in range(joints):
+            pool[:m] = samples[e, :, joint]
+            pool[m] = truth[e, joint]
+            _mean_distances(pool, w, mean)
+            slack = 1e-12 * mean[m]
+            deeper[e, joint], alike[e, joint] = 0.0, 0.0
+            for i in range(m + 1):
+                if mean[i] < mean[m] - slack:
+                    deeper[e, joint] += w[i]
+                elif mean[i] <= mean[m] + slack:
+                    alike[e, joint] += w[i]
+
+
+@_jit
+def _mean_distances(pool, w, mean):
+    """Fill mean with each point's weighted mean distance to all points of the pool."""
+    mean[:] = 0.0
+    for i in range(len(pool)):
+        for j in range(i):
+            a, b, c = pool[i, 0] - pool[j, 0], pool[i, 1] - pool[j, 1], pool[i, 2] - pool[j, 2]
+            distance = np.sqrt(a * a + b * b + c * c)
+            mean[i] += w[j] * distance
+            mean[j] += w[i] * distance

@@ -1,0 +1,91 @@
+"""Errors of point estimates of the 15 joints: mean per-joint position error and its kin (Ionescu et al. 2014).
+
+Joints whose truth is unknown (NaN) are left out of the mean; where the truth is known, an estimate with NaN gives NaN.
+"""
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.types import MARKERS
+
+_PELVIS = MARKERS.index("pelvis")
+
+
+def mpjpe(estimate, truth) -> np.ndarray:
+    """Mean per-joint position error (...) [m]: the mean Euclidean distance over the joints.
+
+    Args:
+        estimate: (..., 15, 3) [m].
+        truth: (..., 15, 3) [m], NaN where unknown; leading axes broadcast against those of `estimate`.
+
+    Raises:
+        MotionError: another shape.
+    """
+    estimate, truth = _joints(estimate, truth)
+    distance = np.linalg.norm(estimate - truth, axis=-1)
+    known = np.isfinite(truth).all(axis=-1)
+    with np.errstate(invalid="ignore"):
+        return np.where(known, distance, 0.0).sum(axis=-1) / known.sum(axis=-1)
+
+
+def pelvis_mpjpe(estimate, truth) -> np.ndarray:
+    """`mpjpe` (...) [m] after moving both so that their pelvis markers coincide.
+
+    Args:
+        estimate: (..., 15, 3) [m].
+        truth: (..., 15, 3) [m], its pelvis known.
+
+    Raises:
+        MotionError: another shape.
+    """
+    estimate, truth = _joints(estimate, truth)
+    return mpjpe(estimate - estimate[..., [_PELVIS], :], truth - truth[..., [_PELVIS], :])
+
+
+def aligned_mpjpe(estimate, truth, *, scale: bool = True) -> np.ndarray:
+    """`mpjpe` (...) [m] after the similarity transform that takes the estimate nearest to the truth.
+
+    Nearest by least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection.
+
+    Args:
+        estimate: (..., 15, 3) [m].
+        truth: (..., 15, 3) [m], NaN where unknown.
+        scale: False keeps the estimate's size and only turns and moves it.
+
+    Raises:
+        MotionError: another shape.
+    """
+    estimate, truth = _joints(estimate, truth)
+    known = np.isfinite(truth).all(axis=-1, keepdims=True)
+    count = known.sum(axis=-2, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        x, y = (
+            np.where(known, a - np.where(known, a, 0.0).sum(-2, keepdims=True) / count, 0.0) for a in (estimate, truth)
+        )
+    usable = np.isfinite(x).all(axis=(-2, -1), keepdims=True) & (count > 0)
+    x = np.where(usable, x, 0.0)
+    u, s, vt = np.linalg.svd(np.swapaxes(y, -1, -2) @ x)
+    mirrored = np.sign(np.linalg.det(u @ vt))
+    signs = np.stack([np.ones_like(mirrored), np.ones_like(mirrored), mirrored], axis=-1)
+    rotation = (u * signs[..., None, :]) @ vt
+    size = (x**2).sum(axis=(-2, -1))
+    factor = np.divide((s * signs).sum(axis=-1), size, out=np.ones_like(size), where=(size > 0) & scale)
+    nearest = factor[..., None, None] * x @ np.swapaxes(rotation, -1, -2)
+    return mpjpe(np.where(usable, nearest, np.nan), np.where(known, y, np.nan))
+
+
+def _joints(estimate, truth) -> tuple[np.ndarray, np.ndarray]:
+    """Both as float64 (..., 15, 3) of one shape.
+
+    Raises:
+        MotionError: they are not.
+    """
+    estimate, truth = np.asarray(estimate, dtype=np.float64), np.asarray(truth, dtype=np.float64)
+    for name, points in (("estimate", estimate), ("truth", truth)):
+        if points.shape[-2:] != (len(MARKERS), 3):
+            raise MotionError(f"{name} must hold the 15 joints, (..., 15, 3), got {points.shape}")
+    try:
+        estimate, truth = np.broadcast_arrays(estimate, truth)
+    except ValueError:
+        raise MotionError(f"an estimate of shape {estimate.shape} doesn't go with a truth of {truth.shape}") from None
+    return estimate, truth
