@@ -45,19 +45,19 @@ class View(NamedTuple):
 
 
 @jit
-def _place_limbs(ends, radii, view, k, kinv, width, height, table, box):
+def place_limbs(ends, radii, r, t, k, kinv, width, height, table, box):
     """Fill the table of limbs; write the box of pixels (first and last column and row) that the body can cover."""
     box[0], box[1], box[2], box[3] = width, -1, height, -1
     for i in range(len(radii)):
         g = table[i]
-        set_limb(ends[i], radii[i], view.r, view.t, k, kinv, width, height, g)
+        set_limb(ends[i], radii[i], r, t, k, kinv, width, height, g)
         if g[BOX] <= g[BOX + 1] and g[BOX + 2] <= g[BOX + 3]:
             box[0], box[1] = min(box[0], g[BOX]), max(box[1], g[BOX + 1])
             box[2], box[3] = min(box[2], g[BOX + 2]), max(box[3], g[BOX + 3])
 
 
 @jit
-def _draw_limbs(table, kinv, scratch, where, depth, limbs):
+def draw_limbs(table, kinv, scratch, where, depth, limbs):
     """Depth and ids of one body, where they are infinite and 0 or another limb's so far."""
     flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
     for i in range(len(table)):
@@ -67,7 +67,7 @@ def _draw_limbs(table, kinv, scratch, where, depth, limbs):
 
 
 @jit
-def _clear(depth, limbs):
+def clear(depth, limbs):
     """Nothing in sight."""
     for v in range(depth.shape[0]):
         row_depth, row_limbs = depth[v], limbs[v]
@@ -105,9 +105,9 @@ def draw(index, ends, radii, view, samples, depth, limbs, rgb):
         _draw_backgrounds(index, view, rgb)
     for k in range(len(index)):
         i = index[k]
-        _place_limbs(ends[k], radii, view, view.k, view.kinv, width, height, table, box)
-        _clear(depth[i], limbs[i])
-        _draw_limbs(table, view.kinv, scratch, where, depth[i], limbs[i])
+        place_limbs(ends[k], radii, view.r, view.t, view.k, view.kinv, width, height, table, box)
+        clear(depth[i], limbs[i])
+        draw_limbs(table, view.kinv, scratch, where, depth[i], limbs[i])
         if len(rgb) == 0:
             continue
         if view.shadows:
@@ -115,10 +115,10 @@ def draw(index, ends, radii, view, samples, depth, limbs, rgb):
         if samples == 1:
             _shade(table, view, view.kinv, box, depth[i], limbs[i], rgb[i])
         else:
-            _place_limbs(ends[k], radii, view, view.fine_k, view.fine_kinv, fine[1], fine[0], table, box)
+            place_limbs(ends[k], radii, view.r, view.t, view.fine_k, view.fine_kinv, fine[1], fine[0], table, box)
             inside = slice(box[2], box[3] + 1), slice(box[0], box[1] + 1)
-            _clear(fine_depth[inside], fine_limbs[inside])
-            _draw_limbs(table, view.fine_kinv, scratch, where, fine_depth, fine_limbs)
+            clear(fine_depth[inside], fine_limbs[inside])
+            draw_limbs(table, view.fine_kinv, scratch, where, fine_depth, fine_limbs)
             _shade(table, view, view.fine_kinv, box, fine_depth, fine_limbs, fine_rgb)
             _average(fine_limbs, fine_rgb, samples, box, rgb[i])
 

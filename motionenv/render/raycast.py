@@ -3,11 +3,9 @@
 The same bits come out on every call, in any order, with any number of threads.
 """
 
-import os
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -17,6 +15,7 @@ from motionenv.errors import MotionError
 from motionenv.render._draw_kernel import View, draw
 from motionenv.render._ground_kernel import colour_background
 from motionenv.render._shade_kernel import encoding
+from motionenv.render._workers import Workers
 from motionenv.render.batch import Batch, batch, enlarged
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Camera, Frame, Skeleton
@@ -37,15 +36,16 @@ class Raycaster:
     """
 
     def __init__(self, scene: Scene | None = None, *, threads: int = 1):
-        if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-            raise MotionError(f"threads must be a whole number from 1, got {threads!r}")
         self.scene = scene or Scene()
-        self.threads = threads
+        self._workers = Workers(threads, "raycast")
         self._views: OrderedDict[tuple, View] = OrderedDict()
         self._colours: OrderedDict[tuple, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._lock = threading.Lock()
-        self._pool: ThreadPoolExecutor | None = None
-        self._process = 0
+
+    @property
+    def threads(self) -> int:
+        """How many pictures are drawn at a time."""
+        return self._workers.threads
 
     def render(
         self,
@@ -76,23 +76,16 @@ class Raycaster:
         if (frame.rgb is not None) != rgb:
             raise MotionError(f"out.rgb must be {'an array' if rgb else 'None'} when rgb={rgb}")
         flat = work.flat(frame)
-        pieces = _pieces(work, max(1, min(_CHUNK, -(-len(work.poses) // self.threads))))
-        if self.threads == 1:
-            for camera, index in pieces:
-                self._draw(work, skeleton, camera, index, flat)
-        else:
-            self._share(work, skeleton, pieces, flat)
-        return frame
+        pieces = list(_pieces(work, max(1, min(_CHUNK, -(-len(work.poses) // self.threads)))))
+        if self.threads > 1 and pieces:  # the colours that most pieces need are drawn once, not by each thread
+            self._view(pieces[0][0], rgb)
 
-    def _share(self, work: Batch, skeleton: Skeleton, pieces: Iterable[tuple[Camera, np.ndarray]], flat: Frame) -> None:
-        """Draw the pieces in the pool's threads."""
-        if self._pool is None or self._process != os.getpid():  # threads don't survive a fork
-            self._pool, self._process = ThreadPoolExecutor(self.threads, thread_name_prefix="raycast"), os.getpid()
-        pool, pieces = self._pool, list(pieces)
-        if pieces:  # the colours that most pieces need are drawn once, not by each thread
-            self._view(pieces[0][0], flat.rgb is not None)
-        for done in [pool.submit(self._draw, work, skeleton, camera, index, flat) for camera, index in pieces]:
-            done.result()
+        def draw_pieces(start: int, stop: int) -> None:
+            for camera, index in pieces[start:stop]:
+                self._draw(work, skeleton, camera, index, flat)
+
+        self._workers.share(draw_pieces, len(pieces))
+        return frame
 
     def _draw(self, work: Batch, skeleton: Skeleton, camera: Camera, index: np.ndarray, flat: Frame) -> None:
         """Draw bodies `index`, all seen by `camera`."""
