@@ -58,6 +58,22 @@ def all_finite(blocks, n):
 
 
 @_jit
+def is_whole(nodes, starts, members, depth):
+    """Whether every way down a tree ends in a leaf that holds windows, and every number in it is one of something."""
+    n, leaves = len(members), len(starts) - 1
+    whole = starts[0] == 0 and starts[leaves] == n
+    for k in range(leaves):
+        whole &= starts[k] < starts[k + 1]
+    for k in range(len(nodes)):
+        whole &= 0 <= nodes[k].level < depth
+        for child in (nodes[k].left, nodes[k].right):  # depth first: children come after their parents
+            whole &= k < child < len(nodes) if child >= 0 else ~child < leaves
+    for j in range(n):
+        whole &= 0 <= members[j] < n
+    return whole
+
+
+@_jit
 def build(blocks, median, nodes, starts, members):
     """Sort windows into a tree, depth first, left before right.
 

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.tree._descent_kernels import NODE
+from motionenv.models.tree._descent_kernels import NODE, is_whole
+from motionenv.models.tree._exact_kernels import BLOCK, FAN, first_groups
 from motionenv.models.tree.basis import Basis
 from motionenv.models.tree.database import Database
 from motionenv.models.tree.descent import CoefficientTree
 from motionenv.models.tree.exact import KernelIndex
 from motionenv.models.tree.forecast import Forecast
+from motionenv.models.tree.frames import WINDOW
 from motionenv.types import Skeleton
 
 if TYPE_CHECKING:
@@ -46,7 +48,7 @@ def unpack(tree: "MotionTree", arrays: dict[str, np.ndarray], meta: dict) -> Non
     """Fill `tree` with what `pack` gave as `arrays` and `meta`; arrays are kept as they are, without a copy.
 
     Raises:
-        ModelError: arrays that don't belong together.
+        ModelError: arrays that don't belong together, or that point outside each other.
     """
     try:
         tree.database_ = _database(arrays, meta)
@@ -58,16 +60,60 @@ def unpack(tree: "MotionTree", arrays: dict[str, np.ndarray], meta: dict) -> Non
         tree.frames_ = arrays["frames"]
     except MotionError as error:
         raise ModelError(f"the database is damaged ({error}): build it again") from None
-    n, b = len(tree.frames_), len(tree.basis_.deviation)
-    sizes = {
-        "index_blocks": (arrays["index_blocks"].shape, (-(-n // 32), b, 32)),
-        "database_starts": (tree.database_.starts[-1:].tolist(), [len(tree.database_.poses)]),
-        "descent_members": (arrays["descent_members"].shape, (n,)),
-        "basis_components": (tree.basis_.components.shape, (b, 10, len(tree.basis_.channels))),
-    }
-    wrong = [f"{name} is of {have} where {want} belong" for name, (have, want) in sizes.items() if have != want]
+    wrong = _misshapen(tree) or _misplaced(tree)
     if wrong:
-        raise ModelError(f"the database is damaged ({'; '.join(wrong)}): build it again")
+        raise ModelError(f"the database is damaged ({wrong}): build it again")
+
+
+def _misshapen(tree: "MotionTree") -> str:
+    """What is of another shape or type than the rest of `tree` makes it, or nothing."""
+    database, basis, index, descent = tree.database_, tree.basis_, tree.index_, tree.descent_
+    n, b, p, sequences = len(tree.frames_), len(basis.deviation), len(basis.channels), len(database.clips)
+    levels, first = first_groups(n)
+    expected = {
+        "frames": (tree.frames_, (n,), "i4"),
+        "database_poses": (database.poses, (len(database.poses), 25), "f4"),
+        "database_starts": (database.starts, (sequences + 1,), "i8"),
+        "database_mirrored": (database.mirrored, (sequences,), "b1"),
+        "basis_channels": (basis.channels, (p,), "i8"),
+        "basis_mean": (basis.mean, (p,), "f8"),
+        "basis_scale": (basis.scale, (p,), "f8"),
+        "basis_components": (basis.components, (b, WINDOW, p), "f8"),
+        "basis_centre": (basis.centre, (WINDOW, p), "f8"),
+        "index_blocks": (index.blocks, (-(-n // BLOCK), b, BLOCK), "f4"),
+        "index_boxes": (index.boxes, (first[levels], 2, FAN, -(-b // 8) * 8), "f4"),
+        "descent_starts": (descent.starts, (len(descent.nodes) + 2,), "i4"),
+        "descent_members": (descent.members, (n,), "i4"),
+        **{
+            f"forecast_{name}": (getattr(tree.forecast_, name), (25,), "f8")
+            for name in ("pose", "velocity", "deviation", "plain_deviation")
+        },
+    }
+    wrong = [
+        f"{name} is {array.dtype} {array.shape} where {np.dtype(kind)} {shape} belongs"
+        for name, (array, shape, kind) in expected.items()
+        if array.shape != shape or array.dtype != kind
+    ]
+    if index.n != n or descent.depth != b or n < 1:
+        wrong.append(f"{index.n} points and depth {descent.depth} where {n} and {b} belong")
+    return "; ".join(wrong)
+
+
+def _misplaced(tree: "MotionTree") -> str:
+    """Which array points where nothing is, so that compiled loops would read out of bounds, or nothing."""
+    database, n, b = tree.database_, len(tree.frames_), len(tree.basis_.deviation)
+    lengths, channels = np.diff(database.starts), tree.basis_.channels
+    inside = {
+        "database_starts": database.starts[0] == 0
+        and database.starts[-1] == len(database.poses)
+        and lengths.min() > WINDOW
+        and (lengths - WINDOW).sum() == n,
+        "basis_channels": channels.size and channels.min() >= 0 and channels.max() < 50,
+        "frames": tree.frames_.min() >= WINDOW - 1 and tree.frames_.max() < len(database.poses) - 1,
+        "descent": is_whole(tree.descent_.nodes, tree.descent_.starts, tree.descent_.members, b),
+        "index_blocks": np.isposinf(tree.index_.blocks[-1, :, n - n // BLOCK * BLOCK :]).all() or n % BLOCK == 0,
+    }
+    return "; ".join(f"{name} points outside" for name, fine in inside.items() if not fine)
 
 
 def _plain(array: np.ndarray) -> np.ndarray:
