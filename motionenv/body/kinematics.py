@@ -107,7 +107,7 @@ def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """
     flat, lead = _flat(poses)
     ankles, balls = np.empty((2, len(flat), 2, 3))
-    _feet(flat, skeleton.offsets, skeleton.height, ankles, balls)
+    feet_of(flat, skeleton.offsets, skeleton.height, ankles, balls)
     return ankles.reshape(*lead, 2, 3), balls.reshape(*lead, 2, 3)
 
 
@@ -215,7 +215,8 @@ def _forward(poses, offsets, height, nodes, rotations):
 
 
 @_jit
-def _feet(poses, offsets, height, ankles, balls):
+def feet_of(poses, offsets, height, ankles, balls):
+    """Write ankles and balls (n, 2, 3) of poses (n, 25): `feet`, for other compiled loops."""
     torso, thigh, shin, foot = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     hip, knee, ball = np.empty(3), np.empty(3), _FOOT[1] * height
     for k in range(len(poses)):

@@ -10,7 +10,7 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-from motionenv.body.kinematics import _feet
+from motionenv.body.kinematics import feet_of
 
 _jit = njit(nogil=True, cache=True, error_model="numpy")
 
@@ -45,7 +45,7 @@ def keep_footing(pose, stands, ground, footing, offsets, height):
     ankles, balls, target = np.empty((1, 2, 3)), np.empty((1, 2, 3)), np.empty((2, 3))
     for i in range(3):
         footing.ground[i] += _ADAPT * (ground[i] - footing.ground[i])
-    _feet(pose, offsets, height, ankles, balls)
+    feet_of(pose, offsets, height, ankles, balls)
     _lock(balls[0], stands, footing)
     _carry_root(pose, balls[0], footing)
     pose[0, 2] += footing.ground[0]
@@ -102,7 +102,7 @@ def _reach(pose, target, offsets, height):
     slope, error, turn = np.empty((2, 3, 3)), np.empty((2, 3)), np.empty(3)
     straightest = min(pose[0, 20], 0.0), min(pose[0, 24], 0.0)
     for _ in range(_STEPS):
-        _feet(pose, offsets, height, ankles, balls)
+        feet_of(pose, offsets, height, ankles, balls)
         if _miss(target, ankles[0], balls[0], error) < _TOLERANCE:
             return
         _slopes(pose, ankles[0], offsets, height, slope)
@@ -132,7 +132,7 @@ def _slopes(pose, ankles, offsets, height, slope):
     for j in range(3):
         for side in range(2):
             pose[0, _LEG[side, j]] += _PROBE
-        _feet(pose, offsets, height, probed, unused)
+        feet_of(pose, offsets, height, probed, unused)
         for side in range(2):
             pose[0, _LEG[side, j]] -= _PROBE
             for i in range(3):

@@ -8,9 +8,9 @@ from motionenv.body.skeleton import LIMITS
 _jit = njit(nogil=True, cache=True, error_model="numpy")
 
 _TURN = 2 * np.pi
-# Angles are told within half a turn of the middle of the joint's range; NaN for what is no angle.
-_MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
-_MIDDLE[[0, 1, 2, 5]] = np.nan  # metres, and the heading's increment
+#: Angles (25,) are told within half a turn of the middle of the joint's range; NaN for what is no angle.
+MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
+MIDDLE[[0, 1, 2, 5]] = np.nan  # metres, and the heading's increment
 
 
 @_jit
@@ -48,15 +48,15 @@ def _rate_of_change(earlier, now, fps, out):
     """Write (now - earlier) · fps (25,) to `out`, of angles the shorter way."""
     for j in range(25):
         change = now[j] - earlier[j]
-        out[j] = (change if np.isnan(_MIDDLE[j]) else turned_towards(change, 0.0)) * fps
+        out[j] = (change if np.isnan(MIDDLE[j]) else turned_towards(change, 0.0)) * fps
 
 
 @_jit
 def _plainly_told(out):
     """Turn the angles of `out` (25,) to within half a turn of the middle of their ranges."""
     for j in range(25):
-        if not np.isnan(_MIDDLE[j]):
-            out[j] = turned_towards(out[j], _MIDDLE[j])
+        if not np.isnan(MIDDLE[j]):
+            out[j] = turned_towards(out[j], MIDDLE[j])
 
 
 @_jit

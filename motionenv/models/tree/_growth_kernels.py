@@ -7,7 +7,7 @@ from numba import njit
 
 from motionenv.models.tree import _descent_kernels, _exact_kernels
 from motionenv.models.tree._footing_kernels import keep_footing
-from motionenv.models.tree._frame_kernels import _MIDDLE, frame_parameters, local_pose, placed_pose, turned_towards
+from motionenv.models.tree._frame_kernels import MIDDLE, frame_parameters, local_pose, placed_pose, turned_towards
 from motionenv.models.tree._random_kernels import normal, restart, uniform
 
 _jit = njit(nogil=True, cache=True, error_model="numpy")
@@ -102,13 +102,13 @@ def _goes_on(source, last, i):
 @_jit
 def _is_angle(c):
     """Whether entry c of a local pose is an angle, which whole turns don't change."""
-    return not np.isnan(_MIDDLE[c])
+    return not np.isnan(MIDDLE[c])
 
 
 @_jit
 def _plainly(value, c):
     """Entry c of a local pose as the parameters of frames tell it."""
-    return turned_towards(value, _MIDDLE[c]) if _is_angle(c) else value
+    return turned_towards(value, MIDDLE[c]) if _is_angle(c) else value
 
 
 @_jit

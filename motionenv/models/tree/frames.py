@@ -12,10 +12,9 @@ range (`motionenv.body.LIMITS`), and velocities are those of the shorter way.
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from motionenv.body.skeleton import LIMITS
 from motionenv.errors import MotionError
-from motionenv.models.tree._frame_kernels import parameters_of
-from motionenv.types import POSE, Motion
+from motionenv.models.tree._frame_kernels import MIDDLE, parameters_of
+from motionenv.types import POSE, Motion, checked_fps
 
 #: Frames per second of every database (paper C, fig. 5).
 FPS = 30.0
@@ -25,9 +24,8 @@ WINDOW = 10
 PARAMETERS = (*POSE, *(f"{name}_velocity" for name in POSE))
 
 _TURN = 2 * np.pi
-_IS_ANGLE = np.arange(25) > 2
-_IS_ANGLE[5] = False  # the heading goes on and on
-_MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
+_IS_ANGLE = ~np.isnan(MIDDLE)
+_MIDDLE = np.nan_to_num(MIDDLE)
 _BALL_JOINTS = [POSE.index(n) for n in ("neck_flexion", "left_shoulder_flexion", "right_shoulder_flexion",
                                         "left_hip_flexion", "right_hip_flexion")]  # fmt: skip
 
@@ -92,8 +90,9 @@ def resample(motion: Motion, fps: float = FPS) -> list[np.ndarray]:
         fps: frames per second to come.
 
     Raises:
-        MotionError: a batch of motions.
+        MotionError: a batch of motions, or a frame rate not above 0.
     """
+    fps = checked_fps(fps)
     if motion.poses.ndim != 2:
         raise MotionError(f"resample one sequence at a time: (frames, 25), got {motion.poses.shape}")
     whole = np.isfinite(motion.poses).all(1)
