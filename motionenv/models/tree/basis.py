@@ -83,7 +83,7 @@ def fit_basis(database: Database, channels: np.ndarray) -> Basis:
         components=np.ascontiguousarray(kept).reshape(b, WINDOW, -1),
         centre=(average - mean) / scale,
         deviation=_positive(np.sqrt(np.maximum(values[:b], 0.0))),
-        share=float(values[:b].sum() / values.sum()) if values[0] > 0 else 1.0,
+        share=float(values[:b].sum() / values[values > 0].sum()) if values[0] > 0 else 1.0,
     )
 
 

@@ -32,6 +32,8 @@ from motionenv.models.tree.outlook import Outlook, look_ahead
 from motionenv.types import Motion
 
 _ANGLES = [3, 4, *range(6, 25)]
+_SHORTEST = 1e-3  # [s] of blending: below, powers of its rate overflow
+_NOISIEST = 100.0  # beyond, poses are of no body, and overflow
 _LEAD = 30  # windows that follow in the clip, at least, where a motion starts
 
 
@@ -66,10 +68,10 @@ class Options:
         _check(0 < self.temperature < np.inf, "temperature", self.temperature, "a number above 0")
         _check(self.method in METHODS, "method", self.method, " or ".join(map(repr, METHODS)))
         _check(0 <= self.persistence < np.inf, "persistence", self.persistence, "seconds from 0")
-        whole = not isinstance(self.candidates, bool) and self.candidates == int(self.candidates)
-        _check(whole and self.candidates >= 1, "candidates", self.candidates, "a whole number from 1")
-        _check(0 <= self.blend < np.inf, "blend", self.blend, "seconds from 0")
-        _check(0 <= self.noise < np.inf, "noise", self.noise, "a share from 0")
+        _check(_is_count(self.candidates), "candidates", self.candidates, "a whole number from 1")
+        fine = self.blend == 0 or _SHORTEST <= self.blend < np.inf
+        _check(fine, "blend", self.blend, f"0 or seconds from {_SHORTEST}")
+        _check(0 <= self.noise <= _NOISIEST, "noise", self.noise, f"a share from 0 to {_NOISIEST:g}")
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,8 @@ class Growth:
         target: Target | None = None,
     ):
         self._trees = (tree,) if upper is None else (tree, upper)
+        for each in self._trees:
+            each.check()
         _check_parts(self._trees)
         self._options = options or Options()
         self._outlooks = [outlook_of(t) for t in self._trees]
@@ -169,10 +173,9 @@ class Growth:
             MotionError: not such a number.
             ModelError: the tree's file was changed in place.
         """
-        if isinstance(frames, bool) or frames != int(frames) or frames < 1:
-            raise MotionError(f"frames must be a whole number from 1, got {frames!r}")
+        _check(_is_count(frames), "frames", frames, "a whole number from 1")
         for tree in self._trees:
-            tree._check_fitted()
+            tree.check()
         out = np.empty((int(frames), 25))
         stands, poses = self._outlooks[0].stands, self._trees[0].database_.poses
         offsets, height = self.skeleton.offsets * self._scale, self.skeleton.height * self._scale
@@ -204,7 +207,7 @@ class Growth:
         """The state after a history, or at a window that `rng` picks."""
         if start is None or isinstance(start, str):
             return self._started_in_database(start, rng)
-        recent = self._trees[0]._recent(start)
+        recent = self._trees[0].recent(start)
         if recent.last.ndim != 1:
             raise MotionError("a motion starts from one history (frames, 25), got a batch of them")
         self._scale = recent.scale
@@ -248,7 +251,7 @@ def synthesize(
 
     Args:
         tree: of the whole body, or of the "lower" one where `upper` is given.
-        seconds: duration [s].
+        seconds: duration [s], up to an hour; `Growth` goes on for longer.
         start: a history, an activity or None, as in `Growth`; the history itself is not repeated.
         temperature: β.
         seed: int or Generator.
@@ -260,7 +263,7 @@ def synthesize(
     Raises:
         MotionError: an option out of range, or as `Growth`.
     """
-    _check(0 < seconds < np.inf, "seconds", seconds, "a number above 0")
+    _check(0 < seconds <= 3600, "seconds", seconds, "a number above 0, up to 3600")
     options = Options(temperature=temperature, method=method, **others)
     growth = Growth(tree, start, seed=seed, upper=upper, options=options, target=target)
     poses = growth.step(max(1, round(seconds * FPS)))
@@ -272,7 +275,7 @@ _OUTLOOKS: WeakKeyDictionary[MotionTree, Outlook] = WeakKeyDictionary()
 
 def outlook_of(tree: MotionTree) -> Outlook:
     """What comes after each window of a fitted tree; worked out once, as long as the tree lives."""
-    tree._check_fitted()
+    tree.check()
     if tree not in _OUTLOOKS:
         index = tree.index_
         _OUTLOOKS[tree] = look_ahead(tree.database_, tree.frames_, _fixed(index.blocks), _fixed(index.boxes))
@@ -333,6 +336,10 @@ def _check_parts(trees) -> None:
     poses = [tree.database_.poses for tree in trees]
     if len(poses) == 2 and not (poses[0].shape == poses[1].shape and np.array_equal(poses[0][::97], poses[1][::97])):
         raise MotionError("tree and upper must be fitted to the same database: their poses differ")
+
+
+def _is_count(value) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1
 
 
 def _check(fine, name: str, value, expected: str) -> None:

@@ -19,12 +19,12 @@ from motionenv.models.store import load, save_model
 from motionenv.models.tree._exact_kernels import BLOCK
 from motionenv.models.tree.basis import fit_basis, project
 from motionenv.models.tree.database import Database, leg_length
-from motionenv.models.tree.descent import CoefficientTree
+from motionenv.models.tree.descent import LEAVES, CoefficientTree
 from motionenv.models.tree.exact import KernelIndex
 from motionenv.models.tree.forecast import fit_forecast, steps
 from motionenv.models.tree.frames import FPS, WINDOW, local, parameters, placed, turned_towards
 from motionenv.models.tree.packing import pack, unpack
-from motionenv.types import Motion
+from motionenv.types import Motion, frozen
 
 #: Entries of the pose vector that a tree of a part of the body looks at, and predicts.
 PARTS = {
@@ -44,7 +44,8 @@ class Samples:
     Attributes:
         poses: (..., n, 25) [m, rad], in the world of the history.
         windows: (..., n) which windows were drawn; `MotionTree.frames_[windows]` is the last frame of each.
-        log_probability: (..., n) log of the probability with which each was drawn, or None where not asked for.
+        log_probability: (..., n) log of the probability with which each window was drawn, for "exact" up to 0.01 too
+            high; None where "exact" wasn't asked for it.
     """
 
     poses: np.ndarray
@@ -109,8 +110,8 @@ class MotionTree:
         Raises:
             MotionError: fewer than ten frames, another shape or rate, or NaN.
         """
-        self._check_fitted()
-        return self.basis_.coefficients(self._recent(history).parameters).astype(np.float32)
+        self.check()
+        return self.basis_.coefficients(self.recent(history).parameters).astype(np.float32)
 
     def sample(
         self,
@@ -142,9 +143,9 @@ class MotionTree:
         Raises:
             MotionError: a history as in `coefficients`, or an option out of range.
         """
-        self._check_fitted()
-        self._check_options(n, noise, method)
-        recent = self._recent(history)
+        self.check()
+        n = _checked_options(n, noise)
+        recent = self.recent(history)
         probes = self.basis_.coefficients(recent.parameters).astype(np.float32)
         flat = probes.reshape(-1, probes.shape[-1])
         rng = np.random.default_rng(seed)
@@ -177,7 +178,11 @@ class MotionTree:
             MotionError: an option out of range.
             ModelError: not fitted, or its file was changed in place.
         """
-        self._check_fitted()
+        self.check()
+        if method not in METHODS:
+            raise MotionError(f"method must be {' or '.join(map(repr, METHODS))}, got {method!r}")
+        if leaf not in LEAVES:
+            raise MotionError(f"leaf must be {' or '.join(map(repr, LEAVES))}, got {leaf!r}")
         if method == "tree":
             return self.descent_.draw(probes, n, temperature, key, leaf, self.index_.blocks)
         windows = self.index_.draw(probes, n, temperature, key)
@@ -204,6 +209,9 @@ class MotionTree:
         Raises:
             MotionError: as `sample`.
         """
+        after = frozen(after, (..., 25), "after")
+        if not np.isfinite(after).all():
+            raise MotionError("after has NaN or infinite values: a pose that is missing has no density")
         drawn = self.sample(history, draws, temperature=temperature, seed=seed, method=method, carry=True)
         chosen = np.array(PARTS[self.part])
         last = (history.poses if isinstance(history, Motion) else np.asarray(history))[..., -1, :]
@@ -224,7 +232,7 @@ class MotionTree:
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and settings from which `from_arrays` makes the same tree."""
-        self._check_fitted()
+        self.check()
         return pack(self)
 
     @classmethod
@@ -241,16 +249,24 @@ class MotionTree:
 
     def source(self, windows) -> np.ndarray:
         """Index (...) of the database's sequence that each of `windows` (...) is from."""
+        self.check()
         return self.database_.sequence_of(self.frames_[windows])
 
-    def _recent(self, history) -> "_Recent":
-        """What a history says, in the database's terms."""
+    def recent(self, history) -> "Recent":
+        """What a history says, in the database's terms.
+
+        Args:
+            history: as in `coefficients`.
+
+        Raises:
+            MotionError: as `coefficients`.
+        """
         poses, scale = _checked_history(history, self.database_)
         poses = poses.copy()
         poses[..., :3] *= scale
-        return _Recent(parameters(poses)[..., -WINDOW:, :], poses[..., -1, :], scale)
+        return Recent(parameters(poses)[..., -WINDOW:, :], poses[..., -1, :], scale)
 
-    def _poses(self, recent: "_Recent", after: np.ndarray) -> np.ndarray:
+    def _poses(self, recent: "Recent", after: np.ndarray) -> np.ndarray:
         """Poses (..., n, 25) in the world of the history that come next by local parameters `after` (..., n, 25)."""
         last = recent.last[..., None, :]
         poses = turned_towards(placed(last, after), last)
@@ -259,18 +275,15 @@ class MotionTree:
         poses[..., :3] /= recent.scale
         return poses
 
-    def _check_options(self, n, noise, method) -> None:
-        if isinstance(n, bool) or n != int(n) or n < 1:
-            raise MotionError(f"n must be a whole number of draws from 1, got {n!r}")
-        if not 0 <= noise < np.inf:
-            raise MotionError(f"noise must be a share of the predictions' error from 0, got {noise!r}")
-        if method not in METHODS:
-            raise MotionError(f"method must be {' or '.join(map(repr, METHODS))}, got {method!r}")
-
     def __reduce__(self):
         return super().__reduce__() if self.mapping_ is None else self.mapping_.reduced(load)
 
-    def _check_fitted(self) -> None:
+    def check(self) -> None:
+        """Make sure that the tree can be used.
+
+        Raises:
+            ModelError: not fitted, or its file was changed in place.
+        """
         if not hasattr(self, "index_"):
             raise ModelError("this MotionTree is not fitted: call fit(database) first, or motionenv.load")
         if self.mapping_ is not None:
@@ -278,12 +291,26 @@ class MotionTree:
 
 
 @dataclass(frozen=True, eq=False)
-class _Recent:
-    """A history in the database's lengths: parameters (..., 10, 50), last pose (..., 25), and the scale to undo."""
+class Recent:
+    """A history in the database's lengths.
+
+    Attributes:
+        parameters: (..., 10, 50) of its last ten frames.
+        last: (..., 25) its last pose.
+        scale: factor from the history's lengths to the database's.
+    """
 
     parameters: np.ndarray
     last: np.ndarray
     scale: float
+
+
+def _checked_options(n, noise) -> int:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise MotionError(f"n must be a whole number of draws from 1, got {n!r}")
+    if isinstance(noise, str) or noise is None or not 0 <= noise < np.inf:
+        raise MotionError(f"noise must be a share of the predictions' error from 0, got {noise!r}")
+    return int(n)
 
 
 def _checked_history(history, database: Database) -> tuple[np.ndarray, float]:
@@ -300,8 +327,8 @@ def _checked_history(history, database: Database) -> tuple[np.ndarray, float]:
             )
         scale = leg_length(database.skeleton) / leg_length(history.skeleton)
         history = history.poses
-    poses = np.asarray(history, dtype=np.float64)
-    if poses.ndim < 2 or poses.shape[-1] != 25 or poses.shape[-2] < WINDOW:
+    poses = frozen(history, (..., None, 25), "history")
+    if poses.shape[-2] < WINDOW:
         raise MotionError(f"history must have shape (..., {WINDOW} or more frames, 25), got {poses.shape}")
     recent = poses[..., -WINDOW - 2 :, :]
     if not np.isfinite(recent).all():

@@ -161,6 +161,58 @@ def test_arrays_that_do_not_belong_together_are_refused(tree):
 
 
 @pytest.mark.parametrize(
+    ("name", "at", "value"),
+    [
+        ("frames", 5, 10**6),
+        ("frames", 5, 3),
+        ("database_starts", 1, 4),
+        ("basis_channels", 0, 50),
+        ("descent_starts", 1, 0),
+        ("descent_members", 7, -1),
+        ("descent_members", 7, 10**6),
+        ("descent_nodes", (0, slice(0, 4)), 99),  # a level
+        ("descent_nodes", (3, slice(8, 12)), 0),  # a child that comes before its parent: a way without an end
+        ("descent_nodes", (0, slice(12, 16)), 127),  # a child that there isn't
+        ("index_blocks", (-1, 0, -1), 0.0),
+        ("index_boxes", None, np.zeros((1, 2, 16, 8), np.float32)),
+        ("index_boxes", None, np.zeros((1, 2, 16, 16), np.float32)),
+        ("forecast_pose", None, np.zeros(24)),
+    ],
+)
+def test_arrays_that_point_outside_each_other_are_refused(tree, name, at, value):
+    arrays, meta = tree.to_arrays()
+    damaged = value if at is None else arrays[name].copy()
+    if at is not None:
+        damaged[at] = value
+    with pytest.raises(ModelError, match="damaged.*build it again"):
+        MotionTree.from_arrays({**arrays, name: damaged}, meta)
+
+
+@pytest.mark.parametrize("n", ["a", np.nan, None, 2.5, True, 0])
+def test_numbers_of_draws_are_whole(tree, stranger, n):
+    with pytest.raises(MotionError, match="n must be a whole number"):
+        tree.sample(stranger, n)
+
+
+def test_options_are_checked_whatever_the_method(tree, stranger):
+    with pytest.raises(MotionError, match="leaf must be"):
+        tree.sample(stranger, method="exact", leaf="kernle")
+    with pytest.raises(MotionError, match="method must be"):
+        tree.draw(tree.coefficients(stranger)[None], 1, 0.1, 0, "exakt", "uniform", False)
+    with pytest.raises(MotionError, match="history must be numeric"):
+        tree.sample("walk")
+    with pytest.raises(MotionError, match=r"after must have shape \(..., 25\)"):
+        tree.log_density(stranger, stranger.poses[0, :24])
+
+
+def test_a_single_window_is_a_database_too(stranger):
+    tree = MotionTree().fit(build_database([Clip(Motion(stranger.poses[:11], stranger.skeleton, 30.0))]))
+    assert 0 <= tree.basis_.share <= 1
+    again = MotionTree.from_arrays(*tree.to_arrays())
+    np.testing.assert_allclose(again.sample(stranger, 3, noise=0).log_probability, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
     ("history", "message"),
     [
         (np.zeros((9, 25)), r"history must have shape \(..., 10 or more frames, 25\), got \(9, 25\)"),
