@@ -1,0 +1,119 @@
+"""What an agent's action means: a pose, joints, or a belief; and how far it is from the truth."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from gymnasium import spaces
+
+from motionenv.body._people_kernel import joints_of
+from motionenv.errors import MotionError
+from motionenv.metrics import energy_score
+from motionenv.metrics._joint_kernel import mean_distances
+from motionenv.render._workers import Workers
+from motionenv.types import MARKERS, POSE
+
+#: Names for `estimate`.
+FORMS = ("pose", "joints", "belief")
+#: Bounds of an estimate's positions [m], angles [rad], and log weights.
+FAR, TURNED, LOG_WEIGHT = 100.0, 4 * math.pi, 100.0
+
+
+class Estimates:
+    """Estimates of a part of the body, in one of three forms.
+
+    A pose is put on the true body, so that its error is one of angles and place alone. What it says nothing of is
+    taken to be true.
+
+    Args:
+        form: "pose" (entries of the pose vector), "joints" (k, 3) positions [m], or "belief" (n_belief, entries + 1)
+            weighted poses, each followed by its log weight.
+        n_belief: poses in a belief.
+        entries: indices into `POSE` that a pose gives; all when None.
+        joints: indices into `MARKERS` that are scored; all when None.
+        threads: that score beliefs.
+    """
+
+    def __init__(
+        self,
+        form: str,
+        n_belief: int = 64,
+        *,
+        entries: Sequence[int] | None = None,
+        joints: Sequence[int] | None = None,
+        threads: int = 1,
+    ):
+        if form not in FORMS:
+            raise MotionError(f"estimate must be one of {', '.join(FORMS)}, got {form!r}")
+        if isinstance(n_belief, bool) or not isinstance(n_belief, int) or not 1 <= n_belief <= 4096:
+            raise MotionError(f"n_belief must be a whole number of poses from 1 to 4096, got {n_belief!r}")
+        self.form = form
+        self._entries = list(range(len(POSE)) if entries is None else entries)
+        self._joints = list(range(len(MARKERS)) if joints is None else joints)
+        self._whole = entries is None and joints is None
+        self._workers = Workers(threads, "estimates")
+        bounds = np.array([FAR if i < 3 else TURNED for i in self._entries], np.float32)
+        high = {
+            "pose": bounds,
+            "joints": np.full((len(self._joints), 3), FAR, np.float32),
+            "belief": np.tile(np.append(bounds, np.float32(LOG_WEIGHT)), (n_belief, 1)),
+        }[form]
+        self.space = spaces.Box(-high, high, dtype=np.float32)
+
+    def judge(
+        self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean error per scored joint (n,) [m], and reward (n,).
+
+        The reward is minus that error, and of a belief, whose error is that of its mean, minus the energy score divided
+        by √joints, which makes it as large as an error per joint.
+
+        Args:
+            actions: (n, ...) of `space`, float64.
+            poses: (n, 25), the true ones.
+            offsets: (n, 16, 3) [m], of the true bodies.
+            heights: (n,) [m], of the true bodies.
+        """
+        true = np.empty((len(actions), 1, 15, 3))
+        joints_of(0, len(actions), poses[:, None], offsets, heights, true)
+        joints = self.joints(actions, true[:, 0], poses, offsets, heights)
+        if self.form != "belief":
+            error = self._error(joints[:, 0], true[:, 0])
+            return error, -error
+        weights = np.exp(actions[..., -1] - actions[..., -1].max(axis=1, keepdims=True))
+        weights /= weights.sum(axis=1, keepdims=True)
+        error = self._error((weights[..., None, None] * joints).sum(axis=1), true[:, 0])
+        return error, -energy_score(joints, actions[..., -1], true[:, 0]) / math.sqrt(len(self._joints))
+
+    def joints(
+        self, actions: np.ndarray, true: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray
+    ) -> np.ndarray:
+        """The 15 joints (n, k, 15, 3) [m] that estimates say: k is 1, or the number of poses in a belief.
+
+        Args:
+            actions: (n, ...) of `space`, float64.
+            true: (n, 15, 3) [m], the true joints.
+            poses: (n, 25), the true poses.
+            offsets: (n, 16, 3) [m], of the true bodies.
+            heights: (n,) [m], of the true bodies.
+        """
+        if self.form == "joints":
+            if self._whole:
+                return actions[:, None]
+            said = true.copy()
+            said[:, self._joints] = actions
+            return said[:, None]
+        said = (actions[:, None] if self.form == "pose" else actions)[..., : len(self._entries)]
+        if not self._whole:
+            whole = np.repeat(poses[:, None], said.shape[1], axis=1)
+            whole[..., self._entries] = said
+            said = whole
+        joints = np.empty((*said.shape[:2], 15, 3))
+        self._workers.share(lambda start, stop: joints_of(start, stop, said, offsets, heights, joints), len(said))
+        return joints
+
+    def _error(self, joints: np.ndarray, true: np.ndarray) -> np.ndarray:
+        """Mean distance (n,) [m] over the joints that are scored; the others agree."""
+        error = np.empty(len(joints))
+        mean_distances(joints, true, error)
+        return error if self._whole else error * (len(MARKERS) / len(self._joints))
