@@ -339,7 +339,7 @@ def _check_parts(trees) -> None:
 
 
 def _is_count(value) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= 1)
 
 
 def _check(fine, name: str, value, expected: str) -> None:
