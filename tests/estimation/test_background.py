@@ -1,0 +1,82 @@
+"""Foreground probabilities of colour pictures, on pictures whose foreground is known."""
+
+import numpy as np
+import pytest
+
+from motionenv.errors import MotionError
+from motionenv.estimation.background import Background, foreground_probability
+
+
+def scene(at, seed=0, noise=4.0, gain=1.0, plain=False):
+    """A box of another colour at column `at` before clutter: picture, background, mask."""
+    rng = np.random.default_rng(1)
+    coarse = rng.uniform(40, 180, (16, 1 if plain else 16, 3))
+    background = np.kron(coarse, np.ones((4, 64 if plain else 4, 1)))
+    mask = np.zeros((64, 64), bool)
+    mask[20:50, at : at + 10] = True
+    picture = gain * np.where(mask[..., None], [230, 30, 200], background)
+    rng = np.random.default_rng(seed)
+    return (picture + noise * rng.normal(size=picture.shape)).clip(0, 255).astype(np.uint8), background, mask
+
+
+@pytest.mark.parametrize("gain", [0.7, 1.0, 1.2])
+@pytest.mark.parametrize("noise", [0.0, 4.0, 15.0])
+def test_a_known_background_under_noise_and_other_light(gain, noise):
+    picture, background, mask = scene(30, noise=noise, gain=gain)
+    wrong = (foreground_probability(picture, background) > 0.5) != mask
+    assert wrong.mean() < 0.01
+
+
+def test_a_given_noise_is_what_counts():
+    picture, background, _ = scene(30)
+    sure, unsure = (foreground_probability(picture, background, noise=n) for n in (4.0, 60.0))
+    assert sure[~unsure.astype(bool)].size == 0  # probabilities never reach 0
+    assert np.ptp(unsure) < np.ptp(sure)
+
+
+def test_a_walker_who_passes_leaves_the_background():
+    model = Background(frames=20, least=8)
+    for i in range(20):
+        picture, background, mask = scene(2 + 2 * i, seed=i)
+        model.observe(picture)
+    assert np.abs(model.estimate() - background).mean() < 2.0
+    wrong = (foreground_probability(picture, model.estimate()) > 0.5) != mask
+    assert wrong.mean() < 0.01
+
+
+def test_the_first_picture_of_a_plain_wall_tells():
+    model = Background()
+    picture, _, mask = scene(30, plain=True)
+    model.observe(picture)
+    assert ((foreground_probability(picture, model.estimate()) > 0.5) != mask).mean() < 0.01
+
+
+def test_the_first_picture_of_clutter_tells_little_rather_than_lies():
+    model = Background()
+    picture, _, mask = scene(30)
+    model.observe(picture)
+    p = foreground_probability(picture, model.estimate())
+    assert np.mean(p[~mask] > 0.9) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("misuse", "message"),
+    [
+        (lambda: foreground_probability(np.zeros((4, 4)), np.zeros((4, 4))), "rgb must be uint8"),
+        (lambda: foreground_probability(scene(1)[0], np.zeros((4, 4, 3))), "of the picture's shape"),
+        (lambda: foreground_probability(scene(1)[0], np.full((64, 64, 3), np.nan)), "finite"),
+        (lambda: foreground_probability(*scene(1)[:2], noise=0), "noise must be"),
+        (lambda: Background().estimate(), "no picture has been observed"),
+        (lambda: Background(frames=3), "least must be"),
+    ],
+)
+def test_misuse_is_named(misuse, message):
+    with pytest.raises(MotionError, match=message):
+        misuse()
+
+
+def test_pictures_of_another_size_are_refused():
+    model = Background()
+    model.observe(np.zeros((4, 4, 3), np.uint8))
+    with pytest.raises(MotionError, match="start anew"):
+        model.observe(np.zeros((5, 4, 3), np.uint8))
