@@ -1,5 +1,7 @@
 """What can be told of a pose from observations: likelihoods that score hypotheses, and simple agents."""
 
+from motionenv.estimation.background import Background, foreground_probability
 from motionenv.estimation.observation import ObservationModel
+from motionenv.estimation.points import MarkerModel
 
-__all__ = ["ObservationModel"]
+__all__ = ["Background", "MarkerModel", "ObservationModel", "foreground_probability"]

@@ -34,6 +34,7 @@ sum over the picture's pixels counts as if only `effective` of them were indepen
 """
 
 import os
+from collections.abc import Callable
 
 import numpy as np
 
@@ -50,8 +51,12 @@ from motionenv.types import Camera, Skeleton
 #: and less with rates of 0.05 and 0.02, and 89 % with the rates below.
 EFFECTIVE = 150.0
 
+_NOTHING = "nothing has been observed yet: call observe(mask=… or rgb=… or depth=…) first"
 _PIECE = 256  # hypotheses at a time: enough to hide the calls, few enough to stay in a core's cache
 _DEPTH_RANGE = 4.0  # [m] over which depths that fit nothing are spread
+
+#: Writes the log-odds (n,) of bodies whose limbs' ends are (n, limbs, 2, 3).
+Score = Callable[[np.ndarray, np.ndarray], None]
 
 
 class ObservationModel:
@@ -66,6 +71,8 @@ class ObservationModel:
         depth_noise: standard deviation of depths, of the sensor and of the body's shape [m].
         outliers: share of depths that are off by any amount.
         effective: how many of the picture's pixels count as independent; None counts them all.
+        still: False for a camera whose background moves, as one that follows the walker; matters to `rgb` without a
+            given background.
         threads: how many hypotheses are scored at a time, the same results with any number; None is one per core.
 
     Raises:
@@ -82,6 +89,7 @@ class ObservationModel:
         depth_noise: float = 0.05,
         outliers: float = 0.05,
         effective: float | None = EFFECTIVE,
+        still: bool = True,
         threads: int | None = None,
     ):
         for name, value in (("misses", misses), ("false_alarms", false_alarms), ("outliers", outliers)):
@@ -97,13 +105,13 @@ class ObservationModel:
         self.depth_noise, self.outliers = depth_noise, outliers
         self.effective = effective
         self._workers = Workers(os.cpu_count() or 1 if threads is None else threads, "estimation")
-        self._background = Background()
+        self.still = still
         self._look(camera)
         self.forget()
 
     def forget(self) -> None:
         """Drop the observation and the background seen so far: a new episode begins."""
-        self._background = Background(still=True)
+        self._background = Background(still=self.still)
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
 
@@ -135,7 +143,7 @@ class ObservationModel:
             depths = _depths(depth, size)
         else:
             _check_size("rgb", picture(rgb).shape[:2], size)
-            foreground = self._not_background(rgb, background, camera)
+            foreground = self._not_background(rgb, background)
         self._look(camera)
         self._foreground, self._depth = foreground, depths
 
@@ -146,8 +154,11 @@ class ObservationModel:
         Raises:
             MotionError: nothing observed yet.
         """
-        self._check_observed()
-        return np.isfinite(self._depth).astype(float) if self._foreground is None else self._foreground
+        if self._depth is not None:
+            return np.isfinite(self._depth).astype(np.float64)
+        if self._foreground is not None:
+            return self._foreground
+        raise MotionError(_NOTHING)
 
     def log_likelihood(self, poses) -> np.ndarray:
         """Log-likelihood (N,) of the current picture given each of `poses` (N, 25) [m, rad].
@@ -155,9 +166,8 @@ class ObservationModel:
         Raises:
             MotionError: nothing observed yet, poses of another shape, or numbers that aren't finite.
         """
-        self._check_observed()
+        score, none = self._score()
         poses = checked_poses(poses)
-        score, none = self._silhouettes() if self._depth is None else self._depths()
         out = np.empty(len(poses))
 
         def work(start: int, stop: int) -> None:
@@ -169,34 +179,40 @@ class ObservationModel:
         out += none
         return out if self.effective is None else out * min(1.0, self.effective / self._size)
 
-    def _silhouettes(self):
-        """A function that writes sums over silhouettes, and the log-likelihood of a picture without a body."""
+    def _score(self) -> tuple[Score, float]:
+        """A function that writes log-odds of bodies, and the log-likelihood of the picture without a body."""
+        if self._depth is not None:
+            return self._depths(self._depth)
+        if self._foreground is not None:
+            return self._silhouettes(self._foreground)
+        raise MotionError(_NOTHING)
+
+    def _silhouettes(self, p: np.ndarray) -> tuple[Score, float]:
+        """`_score` of probabilities of foreground (height, width)."""
         from motionenv.estimation._silhouette_kernel import silhouette_sums
 
-        p, misses, alarms = self._foreground, self.misses, self.false_alarms
+        misses, alarms = self.misses, self.false_alarms
         body, none = np.log(p * (1 - misses) + (1 - p) * misses), np.log(p * alarms + (1 - p) * (1 - alarms))
         running = np.zeros((p.shape[0], p.shape[1] + 1))
         np.cumsum(body - none, axis=1, out=running[:, 1:])
         return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self._view, running, out), none.sum()
 
-    def _depths(self):
-        """The same for depths."""
+    def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
+        """`_score` of depths (height, width)."""
         from motionenv.estimation._depth_kernel import depth_sums
 
-        seen = np.isfinite(self._depth)
+        seen = np.isfinite(observed)
         away = 1 / _DEPTH_RANGE
         peak = (1 - self.outliers) / (self.depth_noise * np.sqrt(2 * np.pi))
         found = (1 - self.misses) / (self.false_alarms * away)
         odds = np.array([np.log(self.misses / (1 - self.false_alarms)), found * peak, found * self.outliers * away])
         none = seen.sum() * np.log(self.false_alarms * away) + (~seen).sum() * np.log(1 - self.false_alarms)
-        args = (self._depth, odds, self.depth_noise)
+        args = (observed, odds, self.depth_noise)
         return lambda ends, out: depth_sums(ends, self.skeleton.radii, *self._view, *args, out), none
 
-    def _not_background(self, rgb, background, camera: Camera) -> np.ndarray:
+    def _not_background(self, rgb, background) -> np.ndarray:
         """Probability (height, width) that pixels of `rgb` aren't background."""
         if background is None:
-            if not np.array_equal(camera.R, self.camera.R) or not np.array_equal(camera.t, self.camera.t):
-                self._background.still = False
             self._background.observe(rgb)
             background = self._background.estimate()
         return foreground_probability(rgb, background)
@@ -212,10 +228,6 @@ class ObservationModel:
         turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
         k = camera.K @ turn.T
         self._view = (turn @ camera.R, turn @ camera.t, k, np.linalg.inv(k))
-
-    def _check_observed(self) -> None:
-        if self._foreground is None and self._depth is None:
-            raise MotionError("nothing has been observed yet: call observe(mask=… or rgb=… or depth=…) first")
 
 
 def checked_poses(poses) -> np.ndarray:
