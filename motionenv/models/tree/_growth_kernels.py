@@ -59,6 +59,9 @@ def grow(sources, settings, state, poses, stands, offsets, height, key, out):
     random = np.empty(1, dtype=np.uint64)
     step, shown = np.empty(25), np.empty((1, 25))
     for k in range(len(out)):
+        if not np.isfinite(state.rows).all():  # a damaged database: no draw would ever be accepted
+            out[k:] = np.nan
+            return
         restart(random, key, state.count[0])
         for s in range(len(sources)):
             _follow(sources, s, settings, state, poses, random, step)
@@ -131,7 +134,8 @@ def _choose(sources, s, settings, state, random):
 
     The last window's successor has the probability `stay`, draws from p(i | t) share the rest; draws from the place of
     the last window count as its successor. Near the end of a sequence the best way out is offered too, by its kernel.
-    Then each is weighted (sampling-importance-resampling).
+    Then each is weighted: sampling-importance-resampling, roughly, for candidates are few, and the way out's kernel isn't
+    divided by the sum that the draws are.
     """
     source, last = sources[s], state.windows[s]
     offered = np.empty(settings.candidates + 2, dtype=np.int32)  # draws, way out, successor

@@ -22,7 +22,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from motionenv.body.skeleton import ANKLE_HEIGHT
-from motionenv.errors import MotionError
+from motionenv.errors import ModelError, MotionError
 from motionenv.models.tree._exact_kernels import scratch
 from motionenv.models.tree._footing_kernels import footing_on
 from motionenv.models.tree._growth_kernels import Settings, Source, State, grow
@@ -171,7 +171,7 @@ class Growth:
 
         Raises:
             MotionError: not such a number.
-            ModelError: the tree's file was changed in place.
+            ModelError: the tree's file was changed in place, or holds NaN.
         """
         _check(_is_count(frames), "frames", frames, "a whole number from 1")
         for tree in self._trees:
@@ -180,6 +180,8 @@ class Growth:
         stands, poses = self._outlooks[0].stands, self._trees[0].database_.poses
         offsets, height = self.skeleton.offsets * self._scale, self.skeleton.height * self._scale
         grow(self._sources, self._settings(), self._state, _fixed(poses), stands, offsets, height, self._key, out)
+        if not np.isfinite(out).all():
+            raise ModelError("the tree's database holds NaN or infinity, so its file is damaged: build it again")
         out[:, :3] /= self._scale
         return out
 

@@ -6,7 +6,7 @@ import pytest
 import motionenv
 from motionenv.body.kinematics import feet, markers
 from motionenv.cycles import estimate_period
-from motionenv.errors import MotionError
+from motionenv.errors import ModelError, MotionError
 from motionenv.mocap import read_motion
 from motionenv.models.synthesis import synthesize as walk
 from motionenv.models.tree._growth_kernels import coefficients
@@ -321,3 +321,13 @@ def test_more_bad_input(walkers, halves):
         Target(speed=-1)
     with pytest.raises(MotionError, match="frames"):
         Growth(walkers).step(0)
+
+
+def test_a_database_with_nan_in_it_is_refused_instead_of_searched_for_ever():
+    motions = [walk("walk/fpca", 4, 30, seed=i) for i in range(3)]
+    tree = MotionTree().fit(build_database([Clip(motion) for motion in motions]))
+    poses = tree.database_.poses.copy()
+    poses[20:] = np.nan
+    object.__setattr__(tree.database_, "poses", poses)
+    with pytest.raises(ModelError, match="damaged: build it again"):
+        Growth(tree, seed=1).step(300)
