@@ -57,8 +57,10 @@ def synth(
     Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --seed 3 --out walk.bvh
     """
     from motionenv.mocap import write
+    from motionenv.mocap.writing import check_suffix
     from motionenv.models.synthesis import synthesize
 
+    check_suffix(out)
     motion = synthesize(model, seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation)
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames, {motion.seconds:g} s at {motion.fps:g} fps")
@@ -85,10 +87,13 @@ def sample(
     Example: motionenv sample --tree mixed/tree --start walk --seconds 10 --temperature 0.5 --out run.mp4
     """
     from motionenv.mocap import write
+    from motionenv.mocap.writing import check_suffix
     from motionenv.models.store import load
     from motionenv.models.tree.growth import Options, Target, synthesize
 
     filmed = out.suffix.lower() in _FILMS
+    if not filmed:
+        check_suffix(out)
     alpha, (width, height) = parsed_view(view), parsed_size(size)
     check_folder(out)
     target = Target(activity, None if heading is None else math.radians(heading), speed)

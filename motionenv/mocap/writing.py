@@ -40,9 +40,18 @@ def write(motion: Motion, path) -> None:
         raise MotionError(
             f"only a Motion can be written, got {type(motion).__name__}; retarget Markers to a body first"
         )
+    check_suffix(path)
+    _WRITERS[Path(path).suffix.lower()](motion, path)
+
+
+def check_suffix(path) -> None:
+    """Refuse, before any work, the name of a file that `write` can't write: `path` with another suffix.
+
+    Raises:
+        MotionError: says which suffixes there are.
+    """
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise MotionError(
             f"{path} can't be written by its suffix {suffix!r}; there are writers for {', '.join(_WRITERS)}"
         )
-    _WRITERS[suffix](motion, path)
