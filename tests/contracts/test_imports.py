@@ -57,6 +57,7 @@ DISTRIBUTION = {
     "pyglet": "pyrender",
     "skfda": "scikit-fda",
     "sklearn": "scikit-learn",
+    "stable_baselines3": "stable-baselines3",
 }
 
 
@@ -117,7 +118,12 @@ def declared(*extras: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    ("folder", "extras"), [("motionenv", ("plots",)), ("tests", ("test",)), ("benchmarks", ("test", "bench"))]
+    ("folder", "extras"),
+    [
+        ("motionenv", ("plots",)),
+        ("tests", ("test", "agents", "integrations")),
+        ("benchmarks", ("test", "bench")),
+    ],
 )
 def test_every_library_that_is_imported_is_declared(folder, extras):
     paths = list((ROOT / folder).rglob("*.py"))
