@@ -125,7 +125,7 @@ def _checked(values, name: str, shape: tuple) -> np.ndarray:
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape != shape:
         raise MotionError(f"{name} must have shape {shape_text(shape)}, got {array.shape}")
-    return array
+    return array if array.flags.writeable else array.copy()  # kernels are compiled for arrays that can be written
 
 
 def _inverse(K: np.ndarray) -> np.ndarray:
