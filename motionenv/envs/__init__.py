@@ -14,6 +14,8 @@ _HOME = {
     "TrackingEnv": "base",
     "World": "base",
     "TrackingVectorEnv": "vector",
+    "WalkerTracking": "walker",
+    "WalkerTrackingVector": "walker",
 }
 
 __all__ = sorted(_HOME)

@@ -112,7 +112,7 @@ class TrackingEnv(gymnasium.Env):
         self.render_mode = checked_render_mode(render_mode, self.metadata["render_modes"])
         self.lost_after = checked_lost_after(lost_after)
         self._slots = np.zeros(1, dtype=np.intp)
-        self._running = False
+        self._begun = self._running = False
         self._off = 0
         self._estimate: np.ndarray | None = None
         self._window: gymnasium.Env | None = None
@@ -126,7 +126,7 @@ class TrackingEnv(gymnasium.Env):
         """
         super().reset(seed=seed)
         self.world.begin(self._slots, [self.np_random])
-        self._running, self._off, self._estimate = True, 0, None
+        self._begun, self._running, self._off, self._estimate = True, True, 0, None
         self._show()
         return self._observed(), {}
 
@@ -163,8 +163,7 @@ class TrackingEnv(gymnasium.Env):
         Raises:
             ResetNeeded: before the first `reset`.
         """
-        if self._np_random is None:
-            raise ResetNeeded("there is no truth yet: call reset() first")
+        self.check_begun("truth")
         return self.world.truth(0)
 
     def render(self) -> np.ndarray | None:
@@ -182,8 +181,7 @@ class TrackingEnv(gymnasium.Env):
             )
         if self.render_mode != "rgb_array":
             return None
-        if self._np_random is None:
-            raise ResetNeeded("there is nothing to draw yet: call reset() first")
+        self.check_begun("picture")
         return self.world.render(0, self._estimate)
 
     def close(self) -> None:
@@ -192,6 +190,18 @@ class TrackingEnv(gymnasium.Env):
             self._window.close()
             self._window = None
         self.world.close()
+
+    def check_begun(self, what: str) -> None:
+        """Refuse what there isn't before the first `reset`.
+
+        Args:
+            what: is asked for.
+
+        Raises:
+            ResetNeeded: there has been none.
+        """
+        if not self._begun:
+            raise ResetNeeded(f"there is no {what} yet: call reset() first")
 
     def _observed(self) -> Observation:
         """The current observation without the world's leading axis."""

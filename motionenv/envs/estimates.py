@@ -49,13 +49,13 @@ class Estimates:
             raise MotionError(f"n_belief must be a whole number of poses from 1 to 4096, got {n_belief!r}")
         self.form = form
         self._entries = list(range(len(POSE)) if entries is None else entries)
-        self._joints = list(range(len(MARKERS)) if joints is None else joints)
+        self._scored = list(range(len(MARKERS)) if joints is None else joints)
         self._whole = entries is None and joints is None
         self._workers = Workers(threads, "estimates")
         bounds = np.array([FAR if i < 3 else TURNED for i in self._entries], np.float32)
         high = {
             "pose": bounds,
-            "joints": np.full((len(self._joints), 3), FAR, np.float32),
+            "joints": np.full((len(self._scored), 3), FAR, np.float32),
             "belief": np.tile(np.append(bounds, np.float32(LOG_WEIGHT)), (n_belief, 1)),
         }[form]
         self.space = spaces.Box(-high, high, dtype=np.float32)
@@ -74,34 +74,32 @@ class Estimates:
             offsets: (n, 16, 3) [m], of the true bodies.
             heights: (n,) [m], of the true bodies.
         """
-        true = np.empty((len(actions), 1, 15, 3))
-        joints_of(0, len(actions), poses[:, None], offsets, heights, true)
-        joints = self.joints(actions, true[:, 0], poses, offsets, heights)
+        true = _true_joints(poses, offsets, heights)
+        joints = self._joints_of(actions, true, poses, offsets, heights)
+        error = self._error(self._point(actions, joints), true)
         if self.form != "belief":
-            error = self._error(joints[:, 0], true[:, 0])
             return error, -error
-        weights = np.exp(actions[..., -1] - actions[..., -1].max(axis=1, keepdims=True))
-        weights /= weights.sum(axis=1, keepdims=True)
-        error = self._error((weights[..., None, None] * joints).sum(axis=1), true[:, 0])
-        return error, -energy_score(joints, actions[..., -1], true[:, 0]) / math.sqrt(len(self._joints))
+        return error, -energy_score(joints, actions[..., -1], true) / math.sqrt(len(self._scored))
 
-    def joints(
-        self, actions: np.ndarray, true: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray
-    ) -> np.ndarray:
-        """The 15 joints (n, k, 15, 3) [m] that estimates say: k is 1, or the number of poses in a belief.
+    def points(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray) -> np.ndarray:
+        """The 15 joints (n, 15, 3) [m] that estimates say; of a belief their mean.
 
         Args:
             actions: (n, ...) of `space`, float64.
-            true: (n, 15, 3) [m], the true joints.
-            poses: (n, 25), the true poses.
+            poses: (n, 25), the true ones.
             offsets: (n, 16, 3) [m], of the true bodies.
             heights: (n,) [m], of the true bodies.
         """
+        true = _true_joints(poses, offsets, heights)
+        return self._point(actions, self._joints_of(actions, true, poses, offsets, heights))
+
+    def _joints_of(self, actions, true, poses, offsets, heights) -> np.ndarray:
+        """The 15 joints (n, k, 15, 3) [m] of estimates: k is 1, or the number of poses in a belief."""
         if self.form == "joints":
             if self._whole:
                 return actions[:, None]
             said = true.copy()
-            said[:, self._joints] = actions
+            said[:, self._scored] = actions
             return said[:, None]
         said = (actions[:, None] if self.form == "pose" else actions)[..., : len(self._entries)]
         if not self._whole:
@@ -112,8 +110,23 @@ class Estimates:
         self._workers.share(lambda start, stop: joints_of(start, stop, said, offsets, heights, joints), len(said))
         return joints
 
+    def _point(self, actions: np.ndarray, joints: np.ndarray) -> np.ndarray:
+        """The mean (n, 15, 3) [m] of the joints (n, k, 15, 3) of estimates."""
+        if self.form != "belief":
+            return joints[:, 0]
+        weights = np.exp(actions[..., -1] - actions[..., -1].max(axis=1, keepdims=True))
+        weights /= weights.sum(axis=1, keepdims=True)
+        return (weights[..., None, None] * joints).sum(axis=1)
+
     def _error(self, joints: np.ndarray, true: np.ndarray) -> np.ndarray:
         """Mean distance (n,) [m] over the joints that are scored; the others agree."""
         error = np.empty(len(joints))
         mean_distances(joints, true, error)
-        return error if self._whole else error * (len(MARKERS) / len(self._joints))
+        return error if self._whole else error * (len(MARKERS) / len(self._scored))
+
+
+def _true_joints(poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray) -> np.ndarray:
+    """The joints (n, 15, 3) [m] of poses (n, 25)."""
+    joints = np.empty((len(poses), 1, 15, 3))
+    joints_of(0, len(poses), poses[:, None], offsets, heights, joints)
+    return joints[:, 0]

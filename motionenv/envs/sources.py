@@ -38,6 +38,17 @@ _SPARE = 1.5  # seconds that a model's recording is longer than an episode, so t
 _SPEEDS, _HEIGHTS = (0.1, 3.0), (0.5, 2.5)
 
 
+def episode_frames(horizon: int) -> int:
+    """Frames of an episode in which `horizon` estimates are asked for.
+
+    Raises:
+        MotionError: `horizon` isn't a whole number from 1 to 100,000.
+    """
+    if isinstance(horizon, bool) or not isinstance(horizon, int) or not 1 <= horizon <= 100_000:
+        raise MotionError(f"horizon must be a whole number of estimates from 1 to 100000, got {horizon!r}")
+    return horizon + 1
+
+
 @dataclass(frozen=True)
 class Source:
     """What motion is asked for. Equal ones share their recordings.

@@ -1,0 +1,190 @@
+"""People before cameras: the motion, bodies, clothes and views of n episodes, and the pictures of them."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from motionenv.body import LIMBS
+from motionenv.body._people_kernel import joints_of
+from motionenv.body.skeleton import COLOURS
+from motionenv.envs.sources import Recordings
+from motionenv.envs.views import FOV, View
+from motionenv.errors import MotionError
+from motionenv.render.cameras import view as camera_view
+from motionenv.render.crowd import Crowd
+from motionenv.render.scenery import FAR, Scenery, SceneryChoice
+from motionenv.types import Camera, Frame, Skeleton
+
+#: Least and greatest side of a picture [pixels].
+SIZES = (36, 256)
+#: What can be observed of a picture.
+SENSES = ("rgb", "mask", "depth")
+
+
+class Motions(Protocol):
+    """Where motion comes from, such as a `motionenv.envs.sources.Source`.
+
+    Attributes:
+        frames: of an episode.
+        fps: frames per second.
+    """
+
+    frames: int
+    fps: float
+
+    def open(self) -> Recordings:
+        """The recordings."""
+
+
+class Stage:
+    """n episodes: bodies that move, clothes, cameras and scenery.
+
+    Args:
+        n: how many.
+        motions: whence each episode draws its motion.
+        view: where people and cameras are placed.
+        size: side of the square pictures [pixels].
+        scenery: background, things in the way, noise.
+        clothes: whether their colours are drawn, or always the same.
+        threads: that draw.
+
+    Attributes:
+        time: (n,) current frame of each episode.
+        poses: (n, frames, 25) [m, rad].
+        offsets, radii, heights: of the bodies, (n, 16, 3), (n, limbs, 2) and (n,) [m].
+        colours: (n, 4, 3) of `motionenv.render.crowd.WORN`.
+        K, R, t: the cameras, (n, 3, 3), (n, 3, 3), (n, 3).
+        pan: (n, frames) [pixels] that the background has moved left since the start.
+    """
+
+    def __init__(
+        self, n: int, motions: Motions, view: View, *, size: int, scenery: SceneryChoice, clothes: bool, threads: int
+    ):
+        if isinstance(n, bool) or not isinstance(n, int) or n < 1:
+            raise MotionError(f"num_envs must be a whole number from 1, got {n!r}")
+        if isinstance(size, bool) or not isinstance(size, int) or not SIZES[0] <= size <= SIZES[1]:
+            raise MotionError(f"size must be a whole number of pixels from {SIZES[0]} to {SIZES[1]}, got {size!r}")
+        self.n, self.motions, self.view, self.size, self.clothes = n, motions, view, size, clothes
+        motions.open()
+        self._crowd = Crowd(size, size, threads=threads)
+        self._scenery = Scenery(scenery, n, size, size, fps=motions.fps, threads=threads)
+        self.time = np.zeros(n, dtype=np.intp)
+        self.poses, self.pan = np.zeros((n, motions.frames, 25)), np.zeros((n, motions.frames))
+        self.offsets, self.radii, self.heights = np.zeros((n, 16, 3)), np.zeros((n, len(LIMBS), 2)), np.ones(n)
+        self.colours = np.tile(np.array([*COLOURS.values()]), (n, 1, 1))
+        self.K = np.tile(camera_view(0.0, width=size, height=size, fov_degrees=FOV).K, (n, 1, 1))
+        self.R, self.t = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
+        self._all = np.arange(n)
+
+    def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
+        """New people in `slots`.
+
+        Args:
+            slots: (k,) which.
+            rngs: the generator of each.
+        """
+        recordings = self.motions.open()
+        for slot, rng in zip(slots.tolist(), rngs, strict=True):
+            poses, body = recordings.draw(rng)
+            self.poses[slot] = poses
+            self.offsets[slot], self.radii[slot], self.heights[slot] = body.offsets, body.radii, body.height
+            placed, focal = self.view.place(self.poses[slot], body, rng), float(self.K[slot, 0, 0])
+            self.R[slot], self.t[slot] = placed.R, placed.t
+            self.pan[slot] = placed.way * focal / placed.behind
+            if self.clothes:
+                self.colours[slot] = _colours(rng)
+            self._scenery.begin(slot, rng, distance=float(placed.t[2]), focal=focal)
+        self.time[slots] = 0
+
+    def now(self) -> np.ndarray:
+        """The true poses (n, 25) of the current frames."""
+        return self.poses[self._all, self.time]
+
+    def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
+        """Pictures of `slots` as their cameras see them.
+
+        Args:
+            slots: (k,) which, in ascending order.
+            rgb: whether to draw colours.
+            back: how many frames ago.
+        """
+        time = self.time[slots] - back
+        people = self.offsets, self.radii, self.heights, self.colours, self.K, self.R, self.t
+        if len(slots) < self.n:
+            people = tuple(array[slots] for array in people)
+        frame = self._crowd.render(self.poses[slots, time], *people, rgb=rgb)
+        return self._scenery.compose(frame, time, self.pan[slots, time], slots)
+
+    def truth(self, slot: int) -> dict[str, Any]:
+        """The true pose (25,), joints (15, 3) [m], camera and skeleton of the current frame of `slot`."""
+        pose, joints = self.poses[slot, self.time[slot]].copy(), np.empty((1, 1, 15, 3))
+        joints_of(0, 1, pose[None, None], self.offsets[slot : slot + 1], self.heights[slot : slot + 1], joints)
+        skeleton = Skeleton(self.offsets[slot], self.radii[slot], float(self.heights[slot]))
+        return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
+
+    def camera(self, slot: int) -> Camera:
+        """The camera of an episode, which stays where it is in the frame of positions."""
+        return Camera(self.K[slot], self.R[slot], self.t[slot], self.size, self.size)
+
+
+class Sense:
+    """What of a picture is observed: one of `SENSES`, or several as a flat Dict.
+
+    Args:
+        observation: a name, or a sequence of different names.
+        size: side of the square pictures [pixels].
+    """
+
+    def __init__(self, observation: str | Sequence[str], size: int):
+        names = [observation] if isinstance(observation, str) else list(observation)
+        if not names or len(set(names)) < len(names) or not set(names) <= set(SENSES):
+            raise MotionError(
+                f"observation must be one of {', '.join(SENSES)}, or several different ones, got {observation!r}"
+            )
+        known: dict[str, gymnasium.Space] = {
+            "rgb": spaces.Box(0, 255, (size, size, 3), np.uint8),
+            "mask": spaces.Box(0, 255, (size, size, 1), np.uint8),
+            "depth": spaces.Box(0.0, FAR, (size, size, 1), np.float32),
+        }
+        self._names, self._alone = names, isinstance(observation, str)
+        self.rgb = "rgb" in names
+        self.space = known[names[0]] if self._alone else spaces.Dict({name: known[name] for name in names})
+
+    def of(self, frame: Frame) -> np.ndarray | dict[str, np.ndarray]:
+        """What is observed of pictures.
+
+        Args:
+            frame: (k, size, size), which nobody else keeps.
+        """
+        seen = {name: _SEEN[name](frame) for name in self._names}
+        return seen[self._names[0]] if self._alone else seen
+
+    def evidence(self, frame: Frame) -> dict[str, np.ndarray]:
+        """What tells most about the pose in what is observed of a picture, as `ObservationModel.observe` takes it.
+
+        Args:
+            frame: (1, size, size).
+        """
+        name = next(name for name in ("mask", "depth", "rgb") if name in self._names)
+        seen = _SEEN[name](frame)[0]
+        if name == "depth":
+            seen = np.where(seen < FAR, seen, np.inf)
+        return {name: seen if name == "rgb" else seen[..., 0]}
+
+
+_SEEN = {
+    "rgb": lambda frame: frame.rgb,
+    "mask": lambda frame: (-(frame.limbs > 0).view(np.uint8))[..., None],  # 0 and -1 are 0 and 255
+    "depth": lambda frame: frame.depth[..., None],
+}
+
+
+def _colours(rng: np.random.Generator) -> np.ndarray:
+    """Colours (4, 3) of skin, shirt, trousers and shoes, sRGB from 0 to 1."""
+    light, dark = np.array([0.96, 0.80, 0.69]), np.array([0.27, 0.17, 0.12])
+    drawn = rng.random((4, 3)) * [[1.0], [1.0], [0.75], [0.6]]
+    drawn[0] = dark + drawn[0, 0] * (light - dark)
+    return drawn

@@ -1,0 +1,85 @@
+"""The world of the environments whose agents see pictures."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from motionenv.envs.estimates import Estimates
+from motionenv.envs.stage import Sense, Stage
+from motionenv.estimation import ObservationModel
+from motionenv.render.batch import enlarged
+from motionenv.render.overlay import draw_pose
+
+#: Least side of a rendered picture [pixels].
+SHOWN = 256
+
+
+class PictureWorld:
+    """A `motionenv.envs.World` of people before cameras.
+
+    Args:
+        stage: the episodes.
+        sense: what of the pictures is observed.
+        estimates: what actions mean.
+    """
+
+    def __init__(self, stage: Stage, sense: Sense, estimates: Estimates):
+        self.stage, self.estimates, self._sense = stage, estimates, sense
+        self.n, self.horizon, self.fps = stage.n, stage.motions.frames - 1, stage.motions.fps
+        self.observation_space, self.action_space = sense.space, estimates.space
+        self.time = stage.time
+        self._models: dict[int, ObservationModel] = {}
+        self._known = np.full((self.n, 2), -1)
+        self._episodes = np.zeros(self.n, dtype=np.intp)
+
+    def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
+        """As `World.begin`, for `slots` with their `rngs`."""
+        self.stage.begin(slots, rngs)
+        self._episodes[slots] += 1
+
+    def observe(self, slots: np.ndarray) -> np.ndarray | dict[str, np.ndarray]:
+        """As `World.observe`, of `slots`."""
+        return self._sense.of(self.stage.draw(slots, rgb=self._sense.rgb))
+
+    def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As `World.judge`, of `actions`."""
+        return self.estimates.judge(actions, self.stage.now(), self.stage.offsets, self.stage.heights)
+
+    def advance(self, slots: np.ndarray) -> None:
+        """As `World.advance`, for `slots`."""
+        self.time[slots] += 1
+
+    def truth(self, slot: int) -> dict[str, Any]:
+        """As `Stage.truth`, of `slot`."""
+        return self.stage.truth(slot)
+
+    def observation_model(self, slot: int) -> ObservationModel:
+        """What scores hypotheses against the current observation of `slot`: its mask, else its depth, else its rgb.
+
+        It knows the camera, but neither the truth nor the true body, and is brought up to date only when asked for.
+        """
+        if self._known[slot, 0] != self._episodes[slot]:
+            still = not self.stage.pan[slot].any()
+            self._models[slot] = ObservationModel(self.stage.camera(slot), still=still)
+        if tuple(self._known[slot]) != (self._episodes[slot], self.time[slot]):
+            frame = self.stage.draw(np.array([slot]), rgb=self._sense.rgb)
+            self._models[slot].observe(**self._sense.evidence(frame))
+            self._known[slot] = self._episodes[slot], self.time[slot]
+        return self._models[slot]
+
+    def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
+        """As `World.render`, of `slot` with its `estimate`."""
+        only = np.array([slot])
+        picture = self.stage.draw(only, back=0 if estimate is None else 1).rgb[0]
+        finer = -(-SHOWN // len(picture))
+        picture = np.repeat(np.repeat(picture, finer, axis=0), finer, axis=1)
+        if estimate is None:
+            return picture
+        stage = self.stage
+        poses = stage.poses[only, stage.time[only] - 1]
+        joints = self.estimates.points(estimate[None], poses, stage.offsets[only], stage.heights[only])
+        return draw_pose(picture, joints[0], enlarged(stage.camera(slot), finer), width=len(picture) / 100)
+
+    def close(self) -> None:
+        """Nothing to let go of: threads end with the world."""
