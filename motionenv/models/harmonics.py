@@ -127,7 +127,7 @@ def grounded(coefficients) -> np.ndarray:
     """
     w = np.array(coefficients, dtype=np.float64)
     cycle = np.arange(180) * (2 * np.pi / 180)
-    lowest = np.nanmin(positions_at(w, cycle)[..., [LEFT_ANKLE, RIGHT_ANKLE], 2], axis=(-2, -1))
+    lowest = np.nanmin(positions_at(w[..., [LEFT_ANKLE, RIGHT_ANKLE], 2:], cycle), axis=(-3, -2, -1))
     ankle = ANKLE_HEIGHT / _LEG * (w[..., 0, PELVIS, 2] - lowest)
     w[..., 0, :, 2] += (ankle - lowest)[..., None]
     return w

@@ -1,0 +1,200 @@
+"""MarkerTracking: Gymnasium's checks, the vector environment against single ones, observations against the truth."""
+
+import pickle
+
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+from motionenv.body import from_height, markers
+from motionenv.body.fitting import fit_skeleton
+from motionenv.envs.markers import MarkerTracking, MarkerTrackingVector
+from motionenv.errors import MotionError
+from motionenv.render.cameras import orthographic
+from motionenv.types import MARKERS
+
+PELVIS = MARKERS.index("pelvis")
+SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
+CLEAR = {"noise": 0.0, "dropout": 0.0, "gaps": 0.0}
+
+
+def episode(env, seed=0):
+    """Observations, truths and errors of one episode in which the estimate is where markers are seen, at depth 0."""
+    seen, _ = env.reset(seed=seed)
+    observed, truths, errors, done = [seen], [env.unwrapped.truth()], [], False
+    while not done:
+        seen, reward, terminated, truncated, info = env.step(flat(seen))
+        assert reward == -info["error"]
+        observed.append(seen)
+        truths.append(env.unwrapped.truth())
+        errors.append(info["error"])
+        done = terminated or truncated
+    return observed, truths, errors
+
+
+def flat(seen):
+    return np.insert(seen["points"], 1, 0.0, axis=-1)
+
+
+@pytest.mark.parametrize("settings", [{}, {"distance": 4.0, "view": (-30, 30)}, {"motion": "walk/fpca", "horizon": 30}])
+def test_gymnasium_finds_nothing_wrong(settings):
+    check_env(MarkerTracking(render_mode="rgb_array", **settings), skip_render_check=True)
+
+
+@pytest.mark.parametrize("settings", [{}, {"distance": 3.0}, {"height": (1.5, 2.0), "speed": (0.8, 1.6), "view": 20}])
+def test_the_vector_environment_is_many_single_ones(settings):
+    settings = {"horizon": 12, "lost_after": 0.4, **settings}
+    for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
+        single = SyncVectorEnv([lambda: MarkerTracking(**settings)] * 5, autoreset_mode=mode)
+        native = MarkerTrackingVector(5, autoreset_mode=mode, **settings)
+        rng = np.random.default_rng(0)
+        a, b = single.reset(seed=7)[0], native.reset(seed=7)[0]
+        for _ in range(40):
+            np.testing.assert_array_equal(a["points"], b["points"])
+            np.testing.assert_array_equal(a["seen"], b["seen"])
+            guess = rng.normal(0, 0.5, (5, 15, 3)).astype(np.float32)
+            (a, *rest_a, _), (b, *rest_b, _) = single.step(guess), native.step(guess)
+            for x, y in zip(rest_a, rest_b, strict=True):
+                np.testing.assert_array_equal(x, y)
+
+
+def test_the_same_seed_is_the_same_episode():
+    first, again, other = (episode(MarkerTracking(horizon=20), seed)[0] for seed in (3, 3, 4))
+    for a, b, c in zip(first, again, other, strict=True):
+        np.testing.assert_array_equal(a["points"], b["points"])
+        assert not np.array_equal(a["points"], c["points"])
+
+
+def test_an_episode_has_as_many_estimates_as_its_horizon():
+    observed, _, errors = episode(MarkerTracking(horizon=7))
+    assert (len(observed), len(errors)) == (8, 7)
+
+
+def test_observations_are_in_their_space_and_errors_are_of_the_frame_before():
+    env = MarkerTracking(horizon=40, noise=0.03, dropout=0.2, gaps=0.2)
+    observed, truths, errors = episode(env, 5)
+    assert all(env.observation_space.contains(seen) for seen in observed)
+    expected = [
+        np.linalg.norm(flat(seen) - truth["joints"], axis=-1).mean()
+        for seen, truth in zip(observed, truths, strict=True)
+    ]
+    np.testing.assert_allclose(errors, expected[:-1], atol=1e-6)
+
+
+def test_without_noise_points_are_the_truth_less_its_depth():
+    for settings in ({}, {"motion": "walk/fpca", "horizon": 20}):
+        observed, truths, _ = episode(MarkerTracking(**CLEAR, **settings))
+        for seen, truth in zip(observed, truths, strict=True):
+            np.testing.assert_allclose(seen["points"], orthographic(truth["joints"], 0.0), atol=1e-6)
+
+
+def test_the_view_angle_is_that_of_the_paper():
+    """At 0 the walker faces +x, at 90 degrees the camera: knees bend backwards, so ankles trail the knees."""
+    for degrees, ahead in ((0, (1, 0)), (90, (0, -1))):
+        truths = episode(MarkerTracking(view=degrees, **CLEAR))[1]
+        assert truths[0]["alpha"] == pytest.approx(np.radians(degrees))
+        joints = np.array([truth["joints"] for truth in truths])
+        shanks = joints[:, [MARKERS.index("left_knee"), MARKERS.index("right_knee")]].mean((0, 1))
+        shanks -= joints[:, [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")]].mean((0, 1))
+        assert shanks[:2] @ ahead > 0.05
+        across = (joints[:, MARKERS.index("left_hip")] - joints[:, MARKERS.index("right_hip")]).mean(0)
+        assert across[:2] @ (-ahead[1], ahead[0]) > 0.1
+
+
+@pytest.mark.parametrize("motion", ["walk/eigenwalkers", "walk/fpca"])
+def test_walkers_stay_in_place(motion):
+    for seed in range(3):
+        truths = episode(MarkerTracking(motion=motion, horizon=90), seed)[1]
+        pelvis = np.array([truth["joints"][PELVIS] for truth in truths])
+        assert np.linalg.norm(pelvis[:, :2], axis=-1).max() < 0.3
+        assert 0.6 < pelvis[:, 2].mean() < 1.2
+
+
+def test_heights_and_speeds_are_those_asked_for():
+    envs = MarkerTrackingVector(60, height=(1.9, 1.9), speed=(1.0, 1.0), horizon=300, fps=100.0, view=0, **CLEAR)
+    envs.reset(seed=0)
+    tracks = []
+    for _ in range(300):
+        tracks.append(envs.world._view.joints.copy())
+        envs.step(np.zeros((60, 15, 3), np.float32))
+    tracks = np.array(tracks)
+    nodes = np.concatenate([tracks, tracks[:, :, SHOULDERS].mean(axis=2, keepdims=True)], axis=2)
+    assert [fit_skeleton(nodes[:, i]).height for i in range(60)] == pytest.approx([1.9] * 60, rel=0.01)
+    ankles = tracks[:, :, [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")], 0]
+    back = -np.gradient(ankles, 0.01, axis=0).min(axis=-1)
+    assert back.mean() == pytest.approx(1.0 / 1.086, rel=0.03)  # the body gains on ankles while feet roll
+
+
+def test_train_and_eval_share_no_walker():
+    splits = [MarkerTrackingVector(2, split=split).world._motion._walkers for split in ("train", "eval")]
+    rows = {w.tobytes() for split in splits for w in split.coefficients}
+    assert len(rows) == sum(len(split.coefficients) for split in splits)
+
+
+def test_truth_is_the_callers_own():
+    env = MarkerTracking()
+    env.reset(seed=0)
+    env.unwrapped.truth()["joints"][:] = 0
+    assert env.unwrapped.truth()["joints"].any()
+
+
+@pytest.mark.parametrize("distance", [None, 4.0])
+def test_the_likelihood_knows_the_truth_when_it_sees_it(distance):
+    """Bodies that stand: the one that was seen is the most likely, others the less the more they are turned."""
+    env = MarkerTracking(distance=distance)
+    env.reset(seed=1)
+    poses = np.zeros((5, 25))
+    poses[:, 2] = 0.93
+    poses[:, 5] = np.radians([0, 5, 10, 20, 40])
+    points = orthographic(markers(poses[0], from_height()), 0.0)
+    if distance is not None:
+        depth = markers(poses[0], from_height())[:, 1]
+        points = (points - [0, 0.95]) * (distance / (distance + depth))[:, None] + [0, 0.95]
+    env.world._view.points[0], env.world._view.seen[0] = points, 1
+    likely = env.observation_model.log_likelihood(poses)
+    assert (np.diff(likely) < 0).all()
+
+
+def test_pictures_show_the_estimate():
+    env = MarkerTracking(render_mode="rgb_array")
+    observed, _ = env.reset(seed=0)
+    alone = env.render()
+    assert alone.dtype == np.uint8
+    assert min(alone.shape[:2]) >= 256
+    env.step(flat(observed))
+    over = env.render()
+    lit = alone.max(axis=-1) > 0
+    assert (over[lit].max(axis=-1) > 0).all()  # the dots of frame 0, under lines that connect them
+    assert (over[~lit].max(axis=-1) > 0).any()
+
+
+def test_pickled_environments_go_on_where_they_were():
+    env = MarkerTracking()
+    env.reset(seed=0)
+    env.step(np.zeros((15, 3), np.float32))
+    copy = pickle.loads(pickle.dumps(env))
+    for _ in range(5):
+        a, b = (e.step(np.zeros((15, 3), np.float32)) for e in (env, copy))
+        np.testing.assert_array_equal(a[0]["points"], b[0]["points"])
+        assert a[1:] == b[1:]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"noise": -1}, {"dropout": 2}, {"gaps": "some"}, {"distance": 0.5}, {"view": (30, -30)}, {"view": "side"},
+        {"view": np.nan}, {"horizon": 0}, {"horizon": 2.5}, {"fps": 0}, {"split": "test"}, {"motion": "walk/nobody"},
+        {"height": (1.8, 1.6)}, {"speed": (0, 9)}, {"lost_after": -1}, {"render_mode": "ansi"},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_impossible_arguments_are_refused_by_name(wrong):
+    for make in (MarkerTracking, lambda **settings: MarkerTrackingVector(2, **settings)):
+        with pytest.raises(MotionError, match=next(iter(wrong))):
+            make(**wrong)
+
+
+def test_a_number_of_environments_that_is_none_is_refused():
+    with pytest.raises(MotionError, match="num_envs"):
+        MarkerTrackingVector(0)
