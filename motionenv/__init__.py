@@ -20,6 +20,8 @@ importing motionenv costs next to nothing.
 
 from importlib import import_module
 
+from motionenv.envs.registration import register_with_gymnasium
+
 __version__ = "0.1.0"
 
 #: Public names and the modules that hold them.
@@ -63,3 +65,6 @@ def __getattr__(name: str) -> object:
 def __dir__() -> list[str]:
     """The public names."""
     return [*__all__, "__version__"]
+
+
+register_with_gymnasium()

@@ -11,8 +11,9 @@ from importlib import import_module
 
 #: Public names and the modules that hold them.
 _HOME = {
+    "ArmTracking": "arm",
+    "ArmTrackingVector": "arm",
     "TrackingEnv": "base",
-    "World": "base",
     "TrackingVectorEnv": "vector",
     "WalkerTracking": "walker",
     "WalkerTrackingVector": "walker",
