@@ -13,6 +13,8 @@ from importlib import import_module
 _HOME = {
     "ArmTracking": "arm",
     "ArmTrackingVector": "arm",
+    "MarkerTracking": "markers",
+    "MarkerTrackingVector": "markers",
     "TrackingEnv": "base",
     "TrackingVectorEnv": "vector",
     "WalkerTracking": "walker",

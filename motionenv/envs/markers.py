@@ -1,12 +1,13 @@
 """motionenv/MarkerTracking-v0: 15 markers in 2D, noisy and with gaps, from an unknown view; the estimate is 3D."""
 
+from typing import Any
+
 import numpy as np
-from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
 from motionenv.envs.base import TrackingEnv
 from motionenv.envs.marker_world import MarkerWorld
-from motionenv.envs.sources import Source
+from motionenv.envs.sources import Source, episode_frames
 from motionenv.envs.vector import TrackingVectorEnv
 from motionenv.errors import MotionError
 from motionenv.estimation import MarkerModel
@@ -46,65 +47,48 @@ class MarkerTracking(TrackingEnv):
     exceeded ten times on end.
 
     ## Arguments
-    See below. `truth()` holds "joints" (15, 3) [m], "alpha" [rad], and "camera", the one of `render`'s pictures.
+    - `motion="walk/eigenwalkers"`: whose Fourier walkers are evaluated as they are, 4,096 of them per split; or any
+      other that `motionenv/WalkerTracking-v0` takes, less its way along a straight line. `file_fps` and `unit` are for
+      files that don't say.
+    - `split="train"`: or "eval": other walkers; of a folder other people.
+    - `view=None`: view angle α [degrees], or (low, high); None is the full circle.
+    - `distance=None`: of the camera [m], from 2 on; None is orthographic, as in the paper.
+    - `noise=0.01`: standard deviation [m] of each coordinate.
+    - `dropout=0.05`: share of markers that are missing, by chance in each frame.
+    - `gaps=0.1`: share of the time for which a marker is missing in one piece, of `gap_seconds=0.3` on average.
+    - `fps=30`, `horizon=200`: frames per second, and estimates in an episode.
+    - `speed=None`, `height=None`: (low, high) of walking speed [m/s] and body height [m]; None leaves them to the
+      motion.
+    - `lost_after=None`: see Episode End.
+    - `render_mode=None`: "rgb_array", the points that were estimated last with the estimate over them; or "human", the
+      same in a window.
+
+    `truth()` gives "joints" (15, 3) [m], "alpha" [rad], and "camera", that of `render`'s pictures, for the frame
+    observed last. Fourier walkers have no pose and no skeleton. `observation_model` scores hypotheses, poses in this
+    world, against that frame without knowing the truth.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/MarkerTracking-v0", num_envs=1024)` steps all in compiled loops, in any
-    `autoreset_mode`.
+    `gymnasium.make_vec("motionenv/MarkerTracking-v0", num_envs=1024)` steps all in compiled loops; it takes
+    `autoreset_mode` ("NextStep", "SameStep", "Disabled") too.
 
     ## Version History
-    v0: initial version.
+    - v0: initial version.
 
     Args:
-        motion: "walk/eigenwalkers", whose Fourier walkers are evaluated as they are, 4,096 of them per split; or any
-            other that `motionenv/WalkerTracking-v0` takes, less its way along a straight line.
-        view: view angle α [degrees], or the least and the greatest; None is the full circle.
-        distance: of the camera [m], from 2 on; None is orthographic, as in the paper.
-        noise: standard deviation [m] of each coordinate.
-        dropout: share of markers that are missing, by chance in each frame.
-        gaps: share of the time for which a marker is missing in one piece.
-        gap_seconds: mean duration of that [s].
-        height: least and greatest body height [m]; None leaves it to the motion.
-        speed: least and greatest walking speed [m/s]; None leaves it to the model.
-        fps: frames per second.
-        horizon: estimates in an episode.
-        split: "train" or "eval": other walkers, or other people.
-        lost_after: error [m] beyond which the track counts as lost; None for never.
         render_mode: None, "rgb_array" or "human".
+        lost_after: error [m] beyond which the track counts as lost; None for never.
+        arguments: see Arguments.
     """
 
-    def __init__(
-        self,
-        *,
-        motion: str = "walk/eigenwalkers",
-        view: float | tuple[float, float] | None = None,
-        distance: float | None = None,
-        noise: float = 0.01,
-        dropout: float = 0.05,
-        gaps: float = 0.1,
-        gap_seconds: float = 0.3,
-        height: tuple[float, float] | None = None,
-        speed: tuple[float, float] | None = None,
-        fps: float = 30.0,
-        horizon: int = 200,
-        split: str = "train",
-        lost_after: float | None = None,
-        render_mode: str | None = None,
-    ):
-        source = Source(motion, split, _frames(horizon), fps, speed, height)
-        sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
-        self.world: MarkerWorld
-        super().__init__(MarkerWorld(1, source, sensor, _degrees(view)), render_mode=render_mode, lost_after=lost_after)
+    world: MarkerWorld
+
+    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
+        super().__init__(marker_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
 
     @property
     def observation_model(self) -> MarkerModel:
-        """The likelihood of the current observation, given poses (N, 25) in this world; it doesn't see the truth.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
-        """
-        if self._np_random is None:
-            raise ResetNeeded("there is no observation yet: call reset() first")
+        """Scores thousands of poses against the frame observed last, without the truth."""
+        self.check_begun("observation")
         return self.world.observation_model(0)
 
 
@@ -113,10 +97,10 @@ class MarkerTrackingVector(TrackingVectorEnv):
 
     Args:
         num_envs: how many.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED.
+        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
         render_mode: None or "rgb_array".
-        lost_after: see `MarkerTracking`.
-        motion, view, distance, noise, dropout, gaps, gap_seconds, height, speed, fps, horizon, split: see there.
+        lost_after: as in `MarkerTracking`.
+        arguments: as in `MarkerTracking`.
     """
 
     def __init__(
@@ -124,45 +108,53 @@ class MarkerTrackingVector(TrackingVectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        motion: str = "walk/eigenwalkers",
-        view: float | tuple[float, float] | None = None,
-        distance: float | None = None,
-        noise: float = 0.01,
-        dropout: float = 0.05,
-        gaps: float = 0.1,
-        gap_seconds: float = 0.3,
-        height: tuple[float, float] | None = None,
-        speed: tuple[float, float] | None = None,
-        fps: float = 30.0,
-        horizon: int = 200,
-        split: str = "train",
-        lost_after: float | None = None,
         render_mode: str | None = None,
+        lost_after: float | None = None,
+        **arguments: Any,
     ):
         if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
             raise MotionError(f"num_envs must be a whole number from 1, got {num_envs!r}")
-        source = Source(motion, split, _frames(horizon), fps, speed, height)
-        sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
         super().__init__(
-            MarkerWorld(num_envs, source, sensor, _degrees(view)),
+            marker_world(num_envs, **arguments),
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,
         )
 
 
-def _frames(horizon) -> int:
-    """Frames of an episode.
+def marker_world(
+    n: int,
+    *,
+    motion: str = "walk/eigenwalkers",
+    split: str = "train",
+    view: float | tuple[float, float] | None = None,
+    distance: float | None = None,
+    noise: float = 0.01,
+    dropout: float = 0.05,
+    gaps: float = 0.1,
+    gap_seconds: float = 0.3,
+    fps: float = 30.0,
+    horizon: int = 200,
+    speed: tuple[float, float] | None = None,
+    height: tuple[float, float] | None = None,
+    file_fps: float | None = None,
+    unit: str | None = None,
+) -> MarkerWorld:
+    """Walkers in place, before a camera each.
+
+    Args:
+        n: how many.
+        motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon: see `MarkerTracking`.
+        speed, height, file_fps, unit: see `MarkerTracking`.
 
     Raises:
-        MotionError: `horizon` isn't a whole number above 0.
+        MotionError: an impossible argument; names it.
     """
-    if isinstance(horizon, bool) or not isinstance(horizon, int) or not 1 <= horizon <= 100_000:
-        raise MotionError(f"horizon must be a whole number of estimates from 1 to 100000, got {horizon!r}")
-    return horizon + 1
+    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
+    return MarkerWorld(n, source, MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps), _radians(view))
 
 
-def _degrees(view) -> tuple[float, float]:
+def _radians(view) -> tuple[float, float]:
     """Least and greatest view angle [rad].
 
     Raises:
