@@ -1,7 +1,20 @@
 """What can be told of a pose from observations: likelihoods that score hypotheses, and simple agents."""
 
+from motionenv.estimation.agents import ConstantVelocity, MeanPose, Oracle
 from motionenv.estimation.background import Background, foreground_probability
 from motionenv.estimation.observation import ObservationModel
+from motionenv.estimation.playing import Agent, Scores, play
 from motionenv.estimation.points import MarkerModel
 
-__all__ = ["Background", "MarkerModel", "ObservationModel", "foreground_probability"]
+__all__ = [
+    "Agent",
+    "Background",
+    "ConstantVelocity",
+    "MarkerModel",
+    "MeanPose",
+    "ObservationModel",
+    "Oracle",
+    "Scores",
+    "foreground_probability",
+    "play",
+]

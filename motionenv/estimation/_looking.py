@@ -1,0 +1,134 @@
+"""Where things are in observations of n environments: markers, and silhouettes of walkers."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from motionenv.estimation.background import Background, foreground_probability
+from motionenv.types import Camera
+
+_HEIGHT = 1.75  # [m], of the average body
+_TALL = 0.06  # share by which people's heights differ from that
+_BESIDE = 0.03  # [m] by which the middle of a silhouette is beside the body's
+_LEVEL = 0.95  # [m], about how high that middle is
+_LEAST = 0.3  # share of the silhouette's usual size that has to be seen
+_SURE = 0.9  # probability of foreground from which on a pixel of colours counts
+
+
+class SeenPoints:
+    """The 2D points of n environments, carried on at constant velocity while they aren't seen.
+
+    Args:
+        never: (15, 2), where points are thought that have never been seen.
+        n: environments.
+    """
+
+    def __init__(self, never: np.ndarray, n: int):
+        self._never = never
+        self._points = np.tile(never, (2, n, 1, 1))  # the last two seen
+        self._times = np.zeros((2, n, 15))
+        self._time = np.zeros(n)
+
+    def forget(self, began: np.ndarray) -> None:
+        """Start anew in the environments `began` (n,)."""
+        self._points[:, began] = self._never
+        self._times[0, began], self._times[1, began] = -1.0, -2.0
+        self._time[began] = 0.0
+
+    def at(self, points: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """Where the points (n, 15, 2) are now, given those that are seen (n, 15)."""
+        seen = seen > 0
+        now = np.broadcast_to(self._time[:, None], seen.shape)
+        first = seen & (self._times[0] < 0)  # once seen there is no velocity yet: as if it had been there before
+        self._points[1] = np.where((seen & ~first)[..., None], self._points[0], self._points[1])
+        self._times[1] = np.where(seen & ~first, self._times[0], self._times[1])
+        self._points[1] = np.where(first[..., None], points, self._points[1])
+        self._points[0] = np.where(seen[..., None], points, self._points[0])
+        self._times[0] = np.where(seen, now, self._times[0])
+        self._time += 1.0
+        velocity = (self._points[0] - self._points[1]) / (self._times[0] - self._times[1])[..., None]
+        return self._points[0] + velocity * (now - self._times[0])[..., None]
+
+
+class SeenWalkers:
+    """Where walkers along x are, by their silhouettes in n environments.
+
+    Args:
+        n: environments.
+    """
+
+    def __init__(self, n: int):
+        self._cameras: list[Camera | None] = [None] * n
+        self._backgrounds = [Background() for _ in range(n)]
+        self._first, self._last = np.zeros((2, n, 2))  # time and place
+        self._size = np.zeros(n)
+        self._time = np.zeros(n)
+
+    def forget(self, began: np.ndarray, cameras: Sequence[Camera]) -> None:
+        """Start anew in the environments `began` (n,), with these cameras, one for each of them."""
+        for slot, camera in zip(np.flatnonzero(began), cameras, strict=True):
+            self._cameras[slot], self._backgrounds[slot] = camera, Background()
+        self._first[began] = self._last[began] = 0.0
+        self._size[began] = self._time[began] = 0.0
+
+    def at(self, pictures: dict[str, np.ndarray], far: float) -> np.ndarray:
+        """The walkers' x (n,) [m].
+
+        Args:
+            pictures: by name, "mask", "depth" or "rgb", each (n, height, width, channels).
+            far: depth [m] from which on there is nothing.
+        """
+        for slot in range(len(self._time)):
+            if "mask" in pictures:
+                foreground = pictures["mask"][slot, ..., 0] > 0
+            elif "depth" in pictures:
+                foreground = pictures["depth"][slot, ..., 0] < far
+            else:
+                foreground = self._coloured(slot, pictures["rgb"][slot])
+            self._place(slot, foreground)
+        self._time += 1.0
+        went = self._last - self._first
+        speed = went[:, 1] / np.maximum(went[:, 0], 1.0)
+        return self._last[:, 1] + speed * (self._time - 1.0 - self._last[:, 0])
+
+    def _coloured(self, slot: int, rgb: np.ndarray) -> np.ndarray:
+        """Which pixels of a colour picture are foreground."""
+        self._backgrounds[slot].observe(rgb)
+        return foreground_probability(rgb, self._backgrounds[slot].estimate()) > _SURE
+
+    def _place(self, slot: int, foreground: np.ndarray) -> None:
+        """Take in one silhouette (height, width), unless too little is seen of it."""
+        size = float(foreground.sum())
+        if size == 0.0 or size < _LEAST * self._size[slot]:
+            return
+        camera = self._cameras[slot]
+        assert camera is not None, "forget() comes first"
+        columns, rows = foreground.sum(0), foreground.sum(1).cumsum()
+        middle = columns @ np.arange(len(columns)) / size
+        high = np.searchsorted(rows, 0.99 * size) - np.searchsorted(rows, 0.01 * size) + 1
+        here = self._time[slot], walker_at(camera, float(middle), float(high))
+        if self._size[slot] == 0.0:
+            self._first[slot] = here
+        self._last[slot] = here
+        self._size[slot] = max(self._size[slot], size)
+
+
+def walker_at(camera: Camera, column: float, rows: float) -> float:
+    """The x [m] of a walker on the line y = 0, by least squares.
+
+    Args:
+        camera: that sees the walker.
+        column: the middle of the silhouette [pixels].
+        rows: the silhouette's height [pixels].
+    """
+    ray = (column - camera.K[0, 2]) / camera.K[0, 0]
+    across, along = camera.R[0] - ray * camera.R[2], camera.R[2]
+    depth = camera.K[1, 1] * _HEIGHT / rows
+    a = np.array([across[0] / _BESIDE, along[0] / (_TALL * depth)])
+    b = np.array(
+        [
+            -(across[2] * _LEVEL + camera.t[0] - ray * camera.t[2]) / _BESIDE,
+            (depth - along[2] * _LEVEL - camera.t[2]) / (_TALL * depth),
+        ]
+    )
+    return float(a @ b / (a @ a))
