@@ -44,9 +44,9 @@ def draw_crowd(start, stop, bodies, looks, cameras, lights, pictures):
 def first_not_finite(arrays):
     """Which of `arrays`, a tuple of (n,) float64, first holds something that isn't a finite number, or -1."""
     for k in range(len(arrays)):
-        array, rest = arrays[k], 0.0
+        array, bad = arrays[k], False
         for i in range(len(array)):
-            rest += array[i] * 0.0  # not a number, once one isn't finite
-        if rest != 0.0:
+            bad |= array[i] * 0.0 != 0.0
+        if bad:
             return k
     return -1

@@ -97,8 +97,15 @@ class Scenery:
             rng: where all of them come from.
             distance: from the camera to the body [m]; passers-by and occluders keep clear of it.
             focal: of the camera [pixels]; that of 40 degrees from top to bottom when None.
+
+        Raises:
+            MotionError: there is no such slot, or a distance or focal length isn't above 0.
         """
+        if not 0 <= slot < self.n:
+            raise MotionError(f"slot must lie from 0 to {self.n - 1}, got {slot!r}")
         focal = self.height / 2 / math.tan(math.radians(20)) if focal is None else focal
+        if not (0 < distance < math.inf and 0 < focal < math.inf):
+            raise MotionError(f"distance and focal must be finite and above 0, got {distance!r} and {focal!r}")
         self._keys[slot] = rng.integers(2**64, dtype=np.uint64)
         self._waves[slot] = self._draw_waves(rng)
         self._draw_backdrop(slot, rng)
@@ -127,7 +134,7 @@ class Scenery:
             `frame`.
 
         Raises:
-            MotionError: the pictures are of another size.
+            MotionError: the pictures are of another size, there is no such slot, or a number isn't finite.
         """
         if frame.depth.shape[1:] != (self.height, self.width):
             raise MotionError(f"frame must hold pictures {self.height} × {self.width}, got {frame.depth.shape[1:]}")
@@ -135,8 +142,8 @@ class Scenery:
         slots, time, pan = np.array(slots, np.int64), np.array(time, np.float64), np.array(pan, np.float64)
         if not len(slots) == len(time) == len(pan) == m:
             raise MotionError(f"time, pan and slots must have one entry per picture ({m}), got {len(time)}, {len(pan)}")
-        if m and not (slots.min() >= 0 and slots.max() < self.n and np.isfinite(pan).all()):
-            raise MotionError(f"slots must lie from 0 to {self.n - 1}, and pan must be finite")
+        if m and not (slots.min() >= 0 and slots.max() < self.n and np.isfinite(time + pan).all()):
+            raise MotionError(f"slots must lie from 0 to {self.n - 1}, and time and pan be finite")
         backdrop = self._photographs, self._which, self._offset, self._gain, self._colours, self._rise
         things = self._sprites, self._things
         light = float(self.choice.brightness), self._waves, float(self.choice.noise), self._keys, _gaussian()

@@ -302,5 +302,11 @@ def test_refuses_frames_and_slots_that_do_not_fit(bodies):
         compose(Scenery(SceneryChoice(), 1, 64, 64), bodies(1))
     with pytest.raises(MotionError, match="slots must lie from 0 to 0"):
         compose(made, bodies(1), slots=[1])
+    with pytest.raises(MotionError, match="time and pan be finite"):
+        compose(made, bodies(1), time=np.nan)
+    with pytest.raises(MotionError, match="slot must lie from 0 to 0, got 1"):
+        made.begin(1, np.random.default_rng(0))
+    with pytest.raises(MotionError, match="distance and focal"):
+        made.begin(0, np.random.default_rng(0), distance=0.0)
     with pytest.raises(MotionError, match="one entry per picture"):
         compose(made, bodies(2), slots=[0])
