@@ -11,7 +11,8 @@ _HEIGHT = 1.75  # [m], of the average body
 _TALL = 0.06  # share by which people's heights differ from that
 _BESIDE = 0.03  # [m] by which the middle of a silhouette is beside the body's
 _LEVEL = 0.95  # [m], about how high that middle is
-_LEAST = 0.3  # share of the silhouette's usual size that has to be seen
+_AREA = 0.45  # [m²] of a silhouette, about
+_CREDIBLE = 0.3, 2.0  # shares of that between which something may be a silhouette
 _SURE = 0.9  # probability of foreground from which on a pixel of colours counts
 
 
@@ -61,15 +62,16 @@ class SeenWalkers:
         self._cameras: list[Camera | None] = [None] * n
         self._backgrounds = [Background() for _ in range(n)]
         self._first, self._last = np.zeros((2, n, 2))  # time and place
-        self._size = np.zeros(n)
         self._time = np.zeros(n)
+        self._found = np.zeros(n, dtype=bool)
 
     def forget(self, began: np.ndarray, cameras: Sequence[Camera]) -> None:
         """Start anew in the environments `began` (n,), with these cameras, one for each of them."""
         for slot, camera in zip(np.flatnonzero(began), cameras, strict=True):
             self._cameras[slot], self._backgrounds[slot] = camera, Background()
         self._first[began] = self._last[began] = 0.0
-        self._size[began] = self._time[began] = 0.0
+        self._time[began] = 0.0
+        self._found[began] = False
 
     def at(self, pictures: dict[str, np.ndarray], far: float) -> np.ndarray:
         """The walkers' x (n,) [m].
@@ -97,20 +99,19 @@ class SeenWalkers:
         return foreground_probability(rgb, self._backgrounds[slot].estimate()) > _SURE
 
     def _place(self, slot: int, foreground: np.ndarray) -> None:
-        """Take in one silhouette (height, width), unless too little is seen of it."""
-        size = float(foreground.sum())
-        if size == 0.0 or size < _LEAST * self._size[slot]:
-            return
-        camera = self._cameras[slot]
+        """Take in one silhouette (height, width), unless it is too small or too large to be one."""
+        camera, size = self._cameras[slot], float(foreground.sum())
         assert camera is not None, "forget() comes first"
+        usual = _AREA * (camera.K[1, 1] / np.linalg.norm(camera.centre)) ** 2
+        if not _CREDIBLE[0] * usual < size < _CREDIBLE[1] * usual:
+            return
         columns, rows = foreground.sum(0), foreground.sum(1).cumsum()
         middle = columns @ np.arange(len(columns)) / size
         high = np.searchsorted(rows, 0.99 * size) - np.searchsorted(rows, 0.01 * size) + 1
         here = self._time[slot], walker_at(camera, float(middle), float(high))
-        if self._size[slot] == 0.0:
+        if not self._found[slot]:
             self._first[slot] = here
-        self._last[slot] = here
-        self._size[slot] = max(self._size[slot], size)
+        self._last[slot], self._found[slot] = here, True
 
 
 def walker_at(camera: Camera, column: float, rows: float) -> float:
