@@ -118,7 +118,7 @@ class ArmTrackingVector(TrackingVectorEnv):
         **arguments: Any,
     ):
         super().__init__(
-            arm_world(num_envs, threads=threads or os.cpu_count() or 1, **arguments),
+            arm_world(num_envs, threads=(os.cpu_count() or 1) if threads is None else threads, **arguments),
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,

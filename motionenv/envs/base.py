@@ -62,7 +62,7 @@ class World(Protocol):
         """Error (n,) [m] and reward (n,) of estimates for the current frames.
 
         Args:
-            actions: (n, ...) float64, all inside the action space, but for slots whose result nobody reads.
+            actions: (n, ...) float64, all inside the action space.
         """
 
     def advance(self, slots: np.ndarray) -> None:
@@ -146,7 +146,7 @@ class TrackingEnv(gymnasium.Env):
         """
         if not self._running:
             raise ResetNeeded("there is no episode to step: call reset() first, and again when an episode has ended")
-        actions = checked_actions(np.asarray(action)[None], self.action_space)
+        actions = checked_actions(np.asarray(action)[None], self.world.action_space)
         errors, rewards = self.world.judge(actions)
         self.world.advance(self._slots)
         error = float(errors[0])
@@ -244,12 +244,12 @@ def checked_lost_after(lost_after: float | None) -> float | None:
 
 
 def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
-    """Actions (n, ...) as float64, each inside `space`.
+    """Actions (n, ...) as float64, each inside `space`, which holds 0.
 
     Args:
         actions: one per environment.
         space: of a single environment.
-        read: (n,) which of them count; all when None.
+        read: (n,) which of them count, all when None; the others become 0.
 
     Raises:
         MotionError: another shape, not numeric, not finite or out of bounds; says where.
@@ -268,7 +268,10 @@ def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | Non
     inside = (actions >= space.low) & (actions <= space.high)  # NaN isn't
     if not inside.all():
         _refuse(actions, space, inside if read is None else inside | ~read.reshape(-1, *[1] * len(space.shape)))
-    return actions.astype(np.float64)
+    actions = actions.astype(np.float64)
+    if read is not None:
+        actions[~read] = 0.0
+    return actions
 
 
 def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray) -> None:
@@ -281,5 +284,7 @@ def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray
         return
     at = tuple(int(i) for i in np.argwhere(~inside)[0])
     low, high = space.low[at[1:]], space.high[at[1:]]
-    place = ", ".join(map(str, at[1:])) + (f" of environment {at[0]}" if len(actions) > 1 else "")
-    raise MotionError(f"action[{place}] must be finite and from {low:g} to {high:g}, got {actions[at]!r}")
+    whose = f" of environment {at[0]}" if len(actions) > 1 else ""
+    raise MotionError(
+        f"action[{', '.join(map(str, at[1:]))}]{whose} must be finite and from {low:g} to {high:g}, got {actions[at]}"
+    )

@@ -58,7 +58,7 @@ class Estimates:
             "joints": np.full((len(self._scored), 3), FAR, np.float32),
             "belief": np.tile(np.append(bounds, np.float32(LOG_WEIGHT)), (n_belief, 1)),
         }[form]
-        self.space = spaces.Box(-high, high, dtype=np.float32)
+        self.space: spaces.Box = spaces.Box(-high, high, dtype=np.float32)
 
     def judge(
         self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray

@@ -25,15 +25,15 @@ SENSES = ("rgb", "mask", "depth")
 
 
 class Motions(Protocol):
-    """Where motion comes from, such as a `motionenv.envs.sources.Source`.
+    """Where motion comes from, such as a `motionenv.envs.sources.Source`."""
 
-    Attributes:
-        frames: of an episode.
-        fps: frames per second.
-    """
+    @property
+    def frames(self) -> int:
+        """Of an episode."""
 
-    frames: int
-    fps: float
+    @property
+    def fps(self) -> float:
+        """Frames per second."""
 
     def open(self) -> Recordings:
         """The recordings."""
@@ -162,7 +162,7 @@ class Sense:
         seen = {name: _SEEN[name](frame) for name in self._names}
         return seen[self._names[0]] if self._alone else seen
 
-    def evidence(self, frame: Frame) -> dict[str, np.ndarray]:
+    def evidence(self, frame: Frame) -> dict[str, Any]:
         """What tells most about the pose in what is observed of a picture, as `ObservationModel.observe` takes it.
 
         Args:

@@ -66,7 +66,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         self._ended = np.zeros(world.n, dtype=bool)
         self._estimates: list[np.ndarray | None] = [None] * world.n
 
-    @property
+    @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The generator of each sub-environment."""
         return tuple(rng for rng, _ in self._seeded)
@@ -92,13 +92,17 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         mask = _checked_mask(options, self.num_envs)
         if not (self._begun | mask).all():
             raise ResetNeeded("reset all environments once before resetting some of them by reset_mask")
-        seeds = [None if seed is None else seed + i for i in self._all] if not isinstance(seed, Sequence) else seed
+        seeds = (
+            list(seed)
+            if isinstance(seed, Sequence)
+            else [seed if seed is None else seed + i for i in range(self.num_envs)]
+        )
         if len(seeds) != self.num_envs:
             raise MotionError(f"seed must be one number, or one for each of {self.num_envs} environments, got {seed!r}")
         slots = np.flatnonzero(mask)
-        for slot in slots:
+        for slot in slots.tolist():
             if seeds[slot] is not None:
-                self._seeded[slot] = seeding.np_random(int(seeds[slot]))
+                self._seeded[slot] = seeding.np_random(seeds[slot])
         self._begin(slots)
         return self.world.observe(self._all), {}
 
@@ -122,7 +126,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
                 f"environments {np.flatnonzero(resets | ~self._begun).tolist()} have no episode to step: reset them "
                 'first, by reset(options={"reset_mask": mask})'
             )
-        actions = checked_actions(actions, self.single_action_space, ~resets)
+        actions = checked_actions(actions, self.world.action_space, ~resets)
         errors, rewards, lost, truncated = self._estimated(actions, np.flatnonzero(~resets))
         self._begin(np.flatnonzero(resets))
         self._ended = lost | truncated

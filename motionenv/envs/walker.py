@@ -126,7 +126,7 @@ class WalkerTrackingVector(TrackingVectorEnv):
         **arguments: Any,
     ):
         super().__init__(
-            walker_world(num_envs, threads=threads or os.cpu_count() or 1, **arguments),
+            walker_world(num_envs, threads=(os.cpu_count() or 1) if threads is None else threads, **arguments),
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,

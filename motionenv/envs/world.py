@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
+import gymnasium
 import numpy as np
+from gymnasium import spaces
 
 from motionenv.envs.estimates import Estimates
 from motionenv.envs.stage import Sense, Stage
@@ -27,7 +29,8 @@ class PictureWorld:
     def __init__(self, stage: Stage, sense: Sense, estimates: Estimates):
         self.stage, self.estimates, self._sense = stage, estimates, sense
         self.n, self.horizon, self.fps = stage.n, stage.motions.frames - 1, stage.motions.fps
-        self.observation_space, self.action_space = sense.space, estimates.space
+        self.observation_space: gymnasium.Space = sense.space
+        self.action_space: spaces.Box = estimates.space
         self.time = stage.time
         self._models: dict[int, ObservationModel] = {}
         self._known = np.full((self.n, 2), -1)
@@ -71,7 +74,7 @@ class PictureWorld:
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
         """As `World.render`, of `slot` with its `estimate`."""
         only = np.array([slot])
-        picture = self.stage.draw(only, back=0 if estimate is None else 1).rgb[0]
+        picture = np.asarray(self.stage.draw(only, back=0 if estimate is None else 1).rgb)[0]
         finer = -(-SHOWN // len(picture))
         picture = np.repeat(np.repeat(picture, finer, axis=0), finer, axis=1)
         if estimate is None:

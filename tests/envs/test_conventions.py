@@ -1,0 +1,287 @@
+"""What Gymnasium expects of an environment, and what it says when misused."""
+
+import json
+import multiprocessing
+import pickle
+import subprocess
+import sys
+from functools import partial
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env, data_equivalence, data_shares_objects
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, RecordEpisodeStatistics
+
+import motionenv.envs
+from motionenv.envs import TrackingVectorEnv, WalkerTracking
+from motionenv.errors import MotionError
+
+IDS = ["motionenv/WalkerTracking-v0", "motionenv/ArmTracking-v0"]
+
+
+@pytest.fixture
+def no_display(monkeypatch) -> None:
+    """Windows open in SDL's dummy driver."""
+    pytest.importorskip("pygame", reason="pygame is missing: pip install -e '.[test]'")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+def numbers(env, steps: int = 3):
+    """Everything that some steps return."""
+    out = [env.reset(seed=5)]
+    return [*out, *(env.step(0 * env.action_space.sample()) for _ in range(steps))]
+
+
+# An estimate in metres and radians is what the action means; it isn't scaled to ±1.
+@pytest.mark.filterwarnings("ignore:.*For Box action spaces, we recommend:UserWarning")
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasiums_checker_finds_nothing(name, no_display):
+    check_env(gymnasium.make(name, disable_env_checker=True, size=40).unwrapped)
+
+
+@pytest.mark.filterwarnings("ignore:.*For Box action spaces, we recommend:UserWarning")
+def test_gymnasiums_checker_finds_nothing_in_other_forms(kind):
+    check_env(kind.single(), skip_render_check=True)
+
+
+def test_types_are_pythons_own(kind):
+    env = kind.single()
+    observed, info = env.reset(seed=0)
+    assert info == {}
+    assert env.observation_space.contains(observed)
+    for i in range(15):
+        observed, reward, terminated, truncated, info = env.step(kind.perfect(env.truth()))
+        assert env.observation_space.contains(observed)
+        assert [type(x) for x in (reward, terminated, truncated)] == [float, bool, bool]
+        assert {key: type(value) for key, value in info.items()} == {"error": float, "lost": bool}
+        assert -1e-6 < reward <= 0
+        assert info["error"] < 1e-6
+        assert (terminated, truncated) == (False, i == 14)
+
+
+def test_the_same_seed_gives_the_same_episodes(kind):
+    one, two = kind.single(), kind.single()
+    assert data_equivalence(numbers(one), numbers(two), exact=True)
+    assert data_equivalence(one.reset(), two.reset(), exact=True)  # and those that follow
+    assert not data_equivalence(one.reset(), one.reset(), exact=True)
+    assert not data_equivalence(one.reset(seed=1), one.reset(seed=2), exact=True)
+
+
+def test_a_step_takes_nothing_from_the_generator(kind):
+    env = kind.single()
+    env.reset(seed=0)
+    state = env.np_random.bit_generator.state
+    env.step(0 * env.action_space.sample())
+    env.observation_space.sample()
+    assert env.np_random.bit_generator.state == state
+
+
+def test_lost_tracks_end_when_asked_for():
+    env = WalkerTracking(size=36, lost_after=0.5)
+    for _ in range(2):
+        env.reset(seed=0)
+        for i in range(14):
+            bad = i != 3  # one good estimate starts the count anew
+            action = env.truth()["pose"] + (50.0 * (np.arange(25) == 0) if bad else 0.0)
+            _, _, terminated, truncated, info = env.step(action)
+            assert terminated == info["lost"] == (i == 13)
+            assert not truncated
+        with pytest.raises(ResetNeeded):
+            env.step(action)
+
+
+def test_pickles_in_the_middle_of_an_episode(kind):
+    env = kind.single(render_mode="rgb_array")
+    env.reset(seed=0)
+    for _ in range(2):
+        env.step(0 * env.action_space.sample())
+    env.render()
+    twin = pickle.loads(pickle.dumps(env))
+    action = kind.perfect(env.truth())
+    assert data_equivalence(env.step(action), twin.step(action), exact=True)
+    assert data_equivalence(env.render(), twin.render(), exact=True)
+    assert data_equivalence(env.reset(), twin.reset(), exact=True)
+
+
+def test_vectors_pickle_too(kind):
+    envs = kind.vector(3, threads=2)
+    envs.reset(seed=0)
+    envs.step(0 * envs.action_space.sample())
+    twin = pickle.loads(pickle.dumps(envs))
+    for _ in range(16):
+        assert data_equivalence(
+            envs.step(0 * envs.action_space.sample()), twin.step(0 * envs.action_space.sample()), exact=True
+        )
+
+
+@pytest.mark.parametrize("context", ["fork", "spawn"])
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
+def test_in_processes_as_in_this_one(context):
+    make = partial(WalkerTracking, size=36, horizon=4, background="clutter")
+    here = SyncVectorEnv([make] * 2)
+    here.reset(seed=0)  # threads and tables exist before the fork
+    there = AsyncVectorEnv([make] * 2, context=context)
+    try:
+        assert data_equivalence(here.reset(seed=3), there.reset(seed=3), exact=True)
+        for _ in range(6):
+            actions = 0 * here.action_space.sample()
+            assert data_equivalence(here.step(actions), there.step(actions), exact=True)
+    finally:
+        there.close()
+
+
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
+def test_a_vector_with_threads_forks():
+    envs = motionenv.envs.WalkerTrackingVector(8, size=36, threads=2)
+    envs.reset(seed=0)
+    envs.step(0 * envs.action_space.sample())
+    answer = multiprocessing.get_context("fork").Queue()
+
+    def child() -> None:
+        answer.put(int(envs.step(0 * envs.action_space.sample())[0].sum()))
+
+    process = multiprocessing.get_context("fork").Process(target=child)
+    process.start()
+    assert answer.get(timeout=60) == int(envs.step(0 * envs.action_space.sample())[0].sum())
+    process.join(60)
+    assert process.exitcode == 0
+
+
+SCRIPT = """
+import hashlib, json, numpy as np, gymnasium, motionenv
+env = gymnasium.make("motionenv/WalkerTracking-v0", size=40, background="clutter", noise=3, speed=(1, 1.5))
+digest = hashlib.sha256(env.reset(seed=11)[0].tobytes())
+for _ in range(5):
+    observed, reward, *_ = env.step(np.zeros(25, np.float32))
+    digest.update(observed.tobytes() + np.float64(reward).tobytes())
+print(digest.hexdigest())
+"""
+
+
+def test_the_same_in_every_process():
+    runs = [subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True) for _ in (1, 2)]
+    assert len({run.stdout for run in runs}) == 1
+
+
+def test_closes_as_often_as_one_likes(kind):
+    for env in (kind.single(render_mode="rgb_array"), kind.vector(2)):
+        env.close()
+        env.reset(seed=0)
+        env.close()
+        env.close()
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_specs_survive_json(name):
+    env = gymnasium.make(name, size=40, observation=["mask", "depth"], camera=30.0, horizon=5)
+    again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))
+    assert again.spec == env.spec
+    assert data_equivalence(numbers(env), numbers(again), exact=True)
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_make_vec_takes_the_native_vector(name):
+    envs = gymnasium.make_vec(name, num_envs=3, size=40, autoreset_mode="SameStep")
+    assert isinstance(envs, TrackingVectorEnv)
+    assert envs.num_envs == 3
+    assert envs.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.SAME_STEP
+    again = gymnasium.make_vec(EnvSpec.from_json(json.dumps(json.loads(envs.spec.to_json()))))
+    assert data_equivalence(envs.reset(seed=0), again.reset(seed=0), exact=True)
+    sync = gymnasium.make_vec(name, num_envs=3, size=40, vectorization_mode="sync")
+    assert data_equivalence(envs.reset(seed=0), sync.reset(seed=0), exact=True)
+
+
+def test_whatever_is_returned_is_new(kind):
+    env = kind.single()
+    kept = [env.reset(seed=0), *(env.step(0 * env.action_space.sample()) for _ in range(15)), env.reset()]
+    for i, one in enumerate(kept):
+        assert not any(data_shares_objects(one, other) for other in kept[i + 1 :])
+    truth, again = env.truth(), env.truth()
+    truth["pose"][:] = 0.0
+    truth["joints"][:] = 0.0
+    assert again["pose"].any()
+    assert env.truth()["pose"].any()
+
+
+def test_render_shows_the_estimate_over_its_frame(kind):
+    assert kind.single().render() is None
+    env = kind.single(render_mode="rgb_array")
+    with pytest.raises(ResetNeeded):
+        env.render()
+    env.reset(seed=0)
+    before = env.render()
+    assert before.dtype == np.uint8
+    assert before.shape == (288, 288, 3)
+    env.step(kind.perfect(env.truth()))
+    drawn = env.render()
+    assert 0.002 < (before != drawn).any(-1).mean() < 0.2
+    env.step(0 * env.action_space.sample())
+    assert (drawn != env.render()).any()
+
+
+def test_gymnasiums_wrappers_work():
+    env = FrameStackObservation(WalkerTracking(size=36, horizon=3), 4)
+    assert env.reset(seed=0)[0].shape == (4, 36, 36, 3)
+    env = AddRenderObservation(WalkerTracking(size=36, render_mode="rgb_array"), render_only=True)
+    assert env.reset(seed=0)[0].shape == (288, 288, 3)
+    env = RecordEpisodeStatistics(WalkerTracking(size=36, horizon=3))
+    env.reset(seed=0)
+    rewards = [env.step(np.zeros(25, np.float32)) for _ in range(3)]
+    assert rewards[-1][-1]["episode"]["r"] == pytest.approx(sum(r[1] for r in rewards))
+    envs = gymnasium.wrappers.vector.RecordEpisodeStatistics(motionenv.envs.WalkerTrackingVector(2, size=36, horizon=3))
+    envs.reset(seed=0)
+    *_, infos = [envs.step(np.zeros((2, 25), np.float32)) for _ in range(3)][-1]
+    assert infos["episode"]["l"].tolist() == [3, 3]
+
+
+def test_a_window_shows_it(no_display):
+    env = WalkerTracking(size=36, render_mode="human", fps=1000, horizon=5)
+    env.reset(seed=0)
+    env.step(np.zeros(25))
+    assert env.render() is None
+    env.close()
+    env.close()
+
+
+def test_a_window_that_cant_open_says_so(monkeypatch):
+    pytest.importorskip("pygame", reason="pygame is missing: pip install -e '.[test]'")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "nonesuch")
+    env = WalkerTracking(size=36, render_mode="human")
+    with pytest.raises(motionenv.errors.EngineError, match='use render_mode="rgb_array"'):
+        env.reset(seed=0)
+
+
+def test_misuse_is_named_and_changes_nothing(kind):
+    env, twin = kind.single(), kind.single()
+    good = 0 * env.action_space.sample()
+    with pytest.raises(ResetNeeded):
+        env.step(good)
+    with pytest.raises(ResetNeeded):
+        env.truth()
+    with pytest.raises(ResetNeeded):
+        _ = env.observation_model
+    env.reset(seed=1), twin.reset(seed=1)
+    for action, why in [
+        (good + np.nan, "must be finite and from .* got nan"),
+        (good + np.inf, "must be finite and from .* got inf"),
+        (good - 1e4, "must be finite and from"),
+        (good[..., :-1], "shape"),
+        (good[None], "shape"),
+        (0.0, "shape"),
+        (None, "numbers"),
+        ("up", "numbers"),
+        (good.astype(complex), "numbers"),
+        (good > 0, "numbers"),
+    ]:
+        with pytest.raises(MotionError, match=why):
+            env.step(action)
+    assert data_equivalence(env.step(good), twin.step(good), exact=True)
+    for _ in range(14):
+        env.step(good.astype(np.float64).tolist())
+    with pytest.raises(ResetNeeded, match="reset"):
+        env.step(good)
+    assert env.truth()["pose"].shape == (25,)
