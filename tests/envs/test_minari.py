@@ -7,6 +7,8 @@ import gymnasium
 import numpy as np
 import pytest
 
+import motionenv  # noqa: F401 (registers the environments)
+
 minari = pytest.importorskip("minari", reason="Minari is missing: pip install -e '.[integrations]'")
 pytest.importorskip("h5py", reason="Minari's storage is missing: pip install -e '.[integrations]'")
 

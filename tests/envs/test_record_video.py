@@ -7,6 +7,8 @@ from gymnasium.wrappers import RecordVideo
 
 pytest.importorskip("moviepy", reason="MoviePy is missing: pip install -e '.[integrations]'")
 
+import motionenv  # noqa: F401 (registers the environments)
+
 pytestmark = pytest.mark.integration
 
 IDS = ["motionenv/WalkerTracking-v0", "motionenv/MarkerTracking-v0", "motionenv/ArmTracking-v0"]

@@ -10,6 +10,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_checker import check_env
 from stable_baselines3.common.env_util import make_vec_env
 
+import motionenv  # noqa: F401 (registers the environments)
+
 pytestmark = [
     pytest.mark.integration,
     # Advice about what learns well, not about what works: metres aren't from -1 to 1, points aren't a flat vector.

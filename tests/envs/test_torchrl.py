@@ -9,6 +9,8 @@ pytest.importorskip("torchrl", reason="TorchRL is missing: pip install -e '.[int
 
 from torchrl.envs import GymEnv, GymWrapper, check_env_specs
 
+import motionenv  # noqa: F401 (registers the environments)
+
 pytestmark = pytest.mark.integration
 
 WALKER, MARKERS = "motionenv/WalkerTracking-v0", "motionenv/MarkerTracking-v0"
