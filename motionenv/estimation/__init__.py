@@ -3,11 +3,10 @@
 from motionenv.estimation.agents import ConstantVelocity, MeanPose, Oracle
 from motionenv.estimation.background import Background, foreground_probability
 from motionenv.estimation.observation import ObservationModel
-from motionenv.estimation.playing import Agent, Scores, play
+from motionenv.estimation.playing import Scores, play
 from motionenv.estimation.points import MarkerModel
 
 __all__ = [
-    "Agent",
     "Background",
     "ConstantVelocity",
     "MarkerModel",

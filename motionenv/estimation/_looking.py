@@ -39,7 +39,7 @@ class SeenPoints:
     def at(self, points: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """Where the points (n, 15, 2) are now, given those that are seen (n, 15)."""
         seen = seen > 0
-        now = np.broadcast_to(self._time[:, None], seen.shape)
+        now = np.repeat(self._time[:, None], 15, axis=1)
         first = seen & (self._times[0] < 0)  # once seen there is no velocity yet: as if it had been there before
         self._points[1] = np.where((seen & ~first)[..., None], self._points[0], self._points[1])
         self._times[1] = np.where(seen & ~first, self._times[0], self._times[1])

@@ -16,16 +16,20 @@ import numpy as np
 from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
 from motionenv.estimation._looking import SeenPoints, SeenWalkers
+from motionenv.models.reaching import RIGHT_ARM, reach
 from motionenv.models.store import load
-from motionenv.types import POSE
+from motionenv.types import MARKERS, POSE
 
 _WALK = "walk/fpca"
 _CYCLE = 64  # frames of a cycle, of which the mean is taken
+_REACHED = 20_000  # frames of reaching, of which the mean is taken
+_STANDING = 0.53  # of the height: how high the pelvis of a standing body is
+_ARM_JOINTS = [MARKERS.index("right_elbow"), MARKERS.index("right_wrist")]
 _SPREAD = 0.02  # [m, rad] of the oracle's beliefs
 
 
 class MeanPose:
-    """Says always the same: the mean pose of walking, in the middle of the world.
+    """Says always the same: the mean pose of walking, in the middle of the world; of an arm, where it is on average.
 
     Where the direction of walking is unknown, as in MarkerTracking, the mean is over all directions.
 
@@ -35,7 +39,7 @@ class MeanPose:
 
     def __init__(self, env):
         self._actions = _Actions(env)
-        self._poses = walking_poses(self._actions.samples)
+        self._poses = (reaching_poses if self._actions.arm else walking_poses)(self._actions.samples)
         joints = markers(self._poses, from_height())
         if self._actions.points:
             joints[..., :2] = 0.0
@@ -58,10 +62,15 @@ class ConstantVelocity:
 
     Args:
         env: the environment, single or vector; its pictures are masks, depths or rgb, or several.
+
+    Raises:
+        MotionError: ArmTracking, where silhouettes stay where they are.
     """
 
     def __init__(self, env):
         self._actions = _Actions(env)
+        if self._actions.arm:
+            raise MotionError("ConstantVelocity follows markers and walkers: for an arm that moves take another agent")
         self._poses = walking_poses(self._actions.samples)
         self._joints = markers(self._poses, from_height())
         self._look: SeenPoints | SeenWalkers
@@ -152,6 +161,21 @@ def walking_poses(n: int) -> np.ndarray:
     return poses
 
 
+@lru_cache(maxsize=4)
+def reaching_poses(n: int) -> np.ndarray:
+    """Poses (n, 25) of people who stand at x = y = 0 and reach with the right arm; for n = 1 the mean.
+
+    Args:
+        n: how many; more than one are independent, always the same ones.
+    """
+    angles = reach(_REACHED, 30.0, np.random.default_rng(0))
+    poses = np.zeros((n, len(POSE)))
+    poses[:, 2] = _STANDING * from_height().height
+    poses[:, RIGHT_ARM] = angles.mean(axis=0) if n == 1 else angles[np.linspace(0, _REACHED - 1, n).astype(int)]
+    poses.flags.writeable = False
+    return poses
+
+
 class _Actions:
     """The spaces of an environment, and estimates as actions in it.
 
@@ -159,6 +183,7 @@ class _Actions:
         n: environments in it; 1 for a single one.
         form: "pose", "joints" or "belief".
         samples: poses that an estimate holds.
+        arm: whether estimates are of the right arm alone.
         points: whether markers are observed instead of pictures.
         far: depth [m] from which on a depth picture shows nothing.
     """
@@ -174,6 +199,7 @@ class _Actions:
         self.far = float(np.max(getattr(depth, "high", np.inf)))
         self._low, self._high, shape = space.low, space.high, space.shape
         self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
+        self.arm = shape in {(len(RIGHT_ARM),), (len(_ARM_JOINTS), 3)} or shape[-1] == len(RIGHT_ARM) + 1
         self.samples = shape[0] if self.form == "belief" else 1
         self._shape = shape
 
@@ -184,14 +210,14 @@ class _Actions:
 
     def of(self, poses: np.ndarray | None, joints: np.ndarray) -> np.ndarray:
         """The action that says poses (n or 1, samples, 25), or joints (n or 1, samples, 15, 3)."""
-        if self.form == "joints":
+        if self.arm:
+            poses, joints = None if poses is None else poses[..., RIGHT_ARM], joints[..., _ARM_JOINTS, :]
+        if self.form == "joints" or poses is None:
             said = joints[:, 0]
+        elif self.form == "belief":
+            said = np.concatenate([poses, np.zeros((*poses.shape[:2], 1))], axis=-1)
         else:
-            said = poses
-            if self.form == "belief":
-                said = np.concatenate([poses, np.zeros((*poses.shape[:2], 1))], axis=-1)
-            else:
-                said = poses[:, 0]
+            said = poses[:, 0]
         said = np.clip(np.broadcast_to(said, (self.n, *self._shape)), self._low, self._high).astype(np.float32)
         return said if self.vector else said[0]
 

@@ -179,14 +179,27 @@ def test_a_pickled_model_scores_the_same(sense):
     assert np.array_equal(pickle.loads(pickle.dumps(model)).log_likelihood(poses), scores)
 
 
-def test_only_so_many_pixels_count():
-    camera, poses = CAMERAS["64"], walking(9)
-    scores = []
-    for effective in (None, 64 * 64, 64 * 64 / 4, 1e9):
-        model = ObservationModel(camera, effective=effective)
-        model.observe(mask=drawn(poses[0], camera).limbs)
-        scores.append(model.log_likelihood(poses))
-    assert np.allclose(scores, [scores[0], scores[0], scores[0] / 4, scores[0]])
+def test_only_so_many_of_the_bodys_pixels_count():
+    """Whatever the picture's size and the distance, the same body in the same pose is about as telling."""
+    poses, tempers, ratios = walking(60), [], []
+    for size, distance in ((64, 4.0), (128, 4.0), (64, 8.0), (256, 8.0)):
+        camera = view(0.4, width=size, height=size, distance=distance)
+        pixels = (drawn(poses, camera).limbs > 0).sum((1, 2)).mean()
+        model, every = ObservationModel(camera, effective=5.0), ObservationModel(camera, effective=None)
+        for m in (model, every):
+            m.observe(mask=drawn(poses[0], camera).limbs)
+        tempers.append(model.temper * pixels)
+        ratios.append(model.log_likelihood(poses) / every.log_likelihood(poses) / model.temper)
+    assert np.allclose(ratios, 1.0)
+    assert np.allclose(tempers, 5.0, rtol=0.25)
+    assert every.temper == ObservationModel(camera, effective=1e9).temper == 1.0
+
+
+def test_a_given_distance_counts_as_one():
+    camera = view(0.4, width=64, height=64, distance=5.0)
+    origin = ObservationModel(camera).temper
+    assert ObservationModel(camera, distance=float(np.linalg.norm(camera.centre))).temper == pytest.approx(origin)
+    assert ObservationModel(camera, distance=2.5).temper < origin
 
 
 def test_the_camera_may_move():
@@ -233,6 +246,7 @@ def seeing():
         (lambda: ObservationModel(CAMERAS["64"], misses=0.0), "misses must be a probability"),
         (lambda: ObservationModel(CAMERAS["64"], false_alarms=0.7), "false_alarms must be a probability"),
         (lambda: ObservationModel(CAMERAS["64"], depth_noise=0), "depth_noise must be a finite number"),
+        (lambda: ObservationModel(CAMERAS["64"], distance=np.inf), "distance must be a finite number"),
         (lambda: ObservationModel(CAMERAS["64"], effective=-1), "effective must be a finite number"),
         (lambda: ObservationModel(CAMERAS["64"], threads=0), "threads must be a whole number"),
     ],
