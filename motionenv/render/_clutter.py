@@ -56,13 +56,14 @@ class Bank:
         self._lock = threading.Lock()
 
     def get(self, which: int) -> int:
-        """Make picture `which` if nobody did yet, and give `which` back."""
+        """Make the scene of picture `which` if nobody did yet, and give `which` back."""
+        number = which // 2
         with self._lock:
-            if which not in self._made:
-                scene = photograph(which // 2, 2 * self.width, self.height)
-                scene = scene[:, ::-1] if which % 2 else scene
-                self.pictures[which] = np.concatenate([scene, scene[:, : self.width]], axis=1)
-                self._made.add(which)
+            if number not in self._made:
+                scene = photograph(number, 2 * self.width, self.height)
+                for picture, view in zip(self.pictures[2 * number :], (scene, scene[:, ::-1]), strict=False):
+                    picture[:] = np.concatenate([view, view[:, : self.width]], axis=1)
+                self._made.add(number)
         return which
 
 

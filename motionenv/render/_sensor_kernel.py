@@ -29,7 +29,8 @@ def compose(start, stop, slots, time, pan, backdrop, things, light, pictures):
         start, stop: which pictures.
         slots: (m,) the episode that each belongs to; time: (m,) [frames]; pan: (m,) [pixels].
         backdrop: photographs (b, height, period + width, 3), or none where colours are even; per episode which of
-            them, offset [pixels] and gain; and the even colour (n, 3) and its rise from top to bottom (n,), 0 to 255.
+            them, offset [pixels] and gain, a whole number up to 256; and the even colour (n, 3), uint8, and its rise
+            from top to bottom (n,), which must not lead out of 0 to 255.
         things: sprites (s, rows, columns, 4) and table (n, k, THING).
         light: share by which it changes; frequency [rad/frame] and phase of two waves (n, 4); noise [grey levels],
             its keys (n,) and its table (int8, STEPS per standard deviation, g for g + 1/2).
@@ -67,22 +68,22 @@ def _put_behind(backdrop, slot, pan, limbs, line, rgb):
     height, width = limbs.shape
     even = len(photographs) == 0
     if even:
-        base = np.empty(3 * width, np.float32)
+        base = np.empty(3 * width, np.uint8)
         for j in range(3 * width):
             base[j] = colours[slot, j % 3]
     else:
         period = photographs.shape[2] - width
         at = (offset[slot] + pan) % period
         first = min(int(at), period - 1)
-        left = np.float32((1.0 - at + first) * gain[slot])
-        right = np.float32((at - first) * gain[slot])
+        right = np.uint32((at - first) * gain[slot] + 0.5)
+        left = np.uint32(gain[slot] - right)
         photograph = photographs[which[slot]]
     for v in range(height):
         row = rgb[v].reshape(-1)
         body = _any(limbs[v])
         to = line if body else row
         if even:
-            _fade(base, np.float32(rise[slot] * ((v + 0.5) / height - 0.5) + 0.5), to)
+            _fade(base, np.uint8(math.floor(rise[slot] * ((v + 0.5) / height - 0.5) + 0.5) % 256), to)
         else:
             _slide(photograph[v].reshape(-1)[3 * first :], left, right, to)
         if body:
@@ -100,19 +101,18 @@ def _any(limbs):
 
 @jit
 def _fade(base, rise, row):
-    """Write `base` (n,) plus `rise` as bytes."""
+    """Write `base` plus `rise`, which is negative modulo 256: uint8, because the compiler then adds 32 at a time."""
     for j in range(len(row)):
-        x = base[j] + rise
-        x = x if x > _ZERO else _ZERO
-        row[j] = np.uint8(np.int32(x if x < _MOST else _MOST))
+        row[j] = base[j] + rise
 
 
 @jit
 def _slide(photograph, left, right, row):
-    """Write a row of a photograph between two pixels: `left` of each one and `right` of its right neighbour."""
+    """Write a row of a photograph between two pixels: `left` / 256 of each and `right` / 256 of its right neighbour."""
     here, next_ = photograph[: len(row)], photograph[3 : len(row) + 3]
+    half, bits = np.uint32(128), np.uint32(8)  # unsigned throughout, so that the compiler can work in 16 bits
     for j in range(len(row)):
-        row[j] = np.uint8(np.int32(np.float32(here[j]) * left + np.float32(next_[j]) * right + _HALF))
+        row[j] = (np.uint32(here[j]) * left + np.uint32(next_[j]) * right + half) >> bits
 
 
 @jit

@@ -83,8 +83,8 @@ class Scenery:
         self.choice = choice
         self.n, self.width, self.height, self.fps = int(n), int(width), int(height), float(fps)
         self._workers = Workers(threads, "scenery")
-        self._which, self._offset, self._gain = np.zeros(n, np.int64), np.zeros(n), np.ones(n)
-        self._colours, self._rise = np.zeros((n, 3)), np.zeros(n)
+        self._which, self._offset, self._gain = np.zeros(n, np.int64), np.zeros(n), np.zeros(n)
+        self._colours, self._rise = np.zeros((n, 3), np.uint8), np.zeros(n)
         self._things = np.ones((n, choice.distractors + choice.occluders, THING))
         self._waves, self._keys = np.zeros((n, 4)), np.zeros(n, np.uint64)
         self._find()
@@ -169,12 +169,12 @@ class Scenery:
     def _draw_backdrop(self, slot: int, rng: np.random.Generator) -> None:
         """Choose a photograph and its part, or an even colour."""
         if self._bank is None:
-            grey, tint = rng.uniform(50, 205), rng.uniform(-35, 35, 3)
+            grey, tint = rng.integers(50, 205), rng.integers(-34, 35, 3)
             self._colours[slot], self._rise[slot] = grey + tint, rng.uniform(-30, 30)
         else:
             self._which[slot] = self._bank.get(int(rng.integers(len(self._photographs))))
             self._offset[slot] = rng.integers(self._photographs.shape[2] - self.width)
-            self._gain[slot] = rng.uniform(0.6, 1.0)
+            self._gain[slot] = rng.integers(154, 257)
 
     def _draw_passer(self, rng: np.random.Generator, distance: float, focal: float) -> np.ndarray:
         """A person or, one time in four, a thing that passes through: one row of the kernel's table."""

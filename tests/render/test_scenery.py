@@ -164,7 +164,7 @@ def noise_of(made: Scenery, bodies, times) -> np.ndarray:
     pictures = []
     for t in times:
         frame = bodies(made.n, blank=True)
-        made._colours[:], made._rise[:] = 128.0, 0.0
+        made._colours[:], made._rise[:] = 128, 0.0
         pictures.append(compose(made, frame, time=float(t)).rgb.astype(float) - 128.0)
     return np.array(pictures)
 
