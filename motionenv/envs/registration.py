@@ -28,7 +28,7 @@ def register() -> None:
 
 def register_with_gymnasium() -> None:
     """`register` now if Gymnasium is loaded, else as soon as it is."""
-    if "gymnasium" in sys.modules:
+    if sys.modules.get("gymnasium") is not None:
         register()
     else:
         sys.meta_path.insert(0, _Watch())

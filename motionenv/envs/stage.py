@@ -46,7 +46,7 @@ class Stage:
         n: how many.
         motions: whence each episode draws its motion.
         view: where people and cameras are placed.
-        size: side of the square pictures [pixels].
+        size: side of the square pictures [pixels], as `Sense` checked it.
         scenery: background, things in the way, noise.
         clothes: whether their colours are drawn, or always the same.
         threads: that draw.
@@ -65,8 +65,6 @@ class Stage:
     ):
         if isinstance(n, bool) or not isinstance(n, int) or n < 1:
             raise MotionError(f"num_envs must be a whole number from 1, got {n!r}")
-        if isinstance(size, bool) or not isinstance(size, int) or not SIZES[0] <= size <= SIZES[1]:
-            raise MotionError(f"size must be a whole number of pixels from {SIZES[0]} to {SIZES[1]}, got {size!r}")
         self.n, self.motions, self.view, self.size, self.clothes = n, motions, view, size, clothes
         motions.open()
         self._crowd = Crowd(size, size, threads=threads)
@@ -136,9 +134,14 @@ class Sense:
     Args:
         observation: a name, or a sequence of different names.
         size: side of the square pictures [pixels].
+
+    Raises:
+        MotionError: no such name or size.
     """
 
     def __init__(self, observation: str | Sequence[str], size: int):
+        if isinstance(size, bool) or not isinstance(size, int) or not SIZES[0] <= size <= SIZES[1]:
+            raise MotionError(f"size must be a whole number of pixels from {SIZES[0]} to {SIZES[1]}, got {size!r}")
         names = [observation] if isinstance(observation, str) else list(observation)
         if not names or len(set(names)) < len(names) or not set(names) <= set(SENSES):
             raise MotionError(
