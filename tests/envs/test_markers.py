@@ -198,3 +198,14 @@ def test_impossible_arguments_are_refused_by_name(wrong):
 def test_a_number_of_environments_that_is_none_is_refused():
     with pytest.raises(MotionError, match="num_envs"):
         MarkerTrackingVector(0)
+
+
+def test_captured_people_walk_in_place_too(mocap):
+    env = MarkerTracking(
+        motion=str(mocap / "cmu_asfamc" / "07" / "07_01.amc"), file_fps=120, horizon=60, view=0, **CLEAR
+    )
+    joints = np.array([truth["joints"] for truth in episode(env)[1]])
+    assert np.isfinite(joints).all()
+    assert np.linalg.norm(joints[:, PELVIS, :2], axis=-1).max() < 0.3
+    hips = joints[:, MARKERS.index("left_hip")] - joints[:, MARKERS.index("right_hip")]
+    assert (hips[:, 1] > 0.05).all()  # facing +x, the left is away from the camera
