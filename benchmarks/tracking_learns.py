@@ -160,7 +160,7 @@ def plot(path: str, curve, others: dict[str, float]) -> None:
     for (name, error), style in zip(others.items(), (":", "--", "-."), strict=True):
         axes.axhline(1000 * error, color="0.4", ls=style, label=name)
     axes.plot([s / 60 for s, _, _ in curve], [1000 * error for _, _, error in curve], "o-", label="recurrent network")
-    axes.set(xlabel="minutes of training on two cores", ylabel="error per joint [mm]", title=NAME)
+    axes.set(xlabel="minutes of training, one thread", ylabel="error per joint [mm]", title=NAME)
     axes.set_ylim(bottom=0)
     axes.legend()
     figure.savefig(path, dpi=120)
