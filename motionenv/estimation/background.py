@@ -81,7 +81,8 @@ class Background:
         if not self._pictures:
             raise MotionError("no picture has been observed yet: call observe(rgb) first")
         if self.still and len(self._pictures) >= self.least:
-            return np.median(np.stack(self._pictures), axis=0)
+            middle = len(self._pictures) // 2
+            return np.partition(np.stack(self._pictures, axis=-1), middle, axis=-1)[..., middle]
         last = self._pictures[-1]
         return np.broadcast_to(np.median(last, axis=1, keepdims=True), last.shape)
 

@@ -44,11 +44,11 @@ from motionenv.estimation.background import Background, foreground_probability, 
 from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
 
-#: Effective number of independent pixels of a body. Measured with 50 walkers of random height (1.72 ± 0.09 m) and
-#: girth (± 10 %), and weighted hypotheses with the average body: the energy score was best, and 90 % intervals held
-#: 96 % of the truths, with 6 to 11 for masks, at every size of the body from 18 to 206 pixels, in pictures of 64² and
-#: 128²; with 3 to 5 for depths; and with 1 to 3 where something hid half of the bodies. With four times as many,
-#: intervals held 70 %. So what errs is the shape of the body, whatever the resolution.
+#: Effective number of independent pixels of a body, as benchmarks/likelihood.py measures it: with walkers of random
+#: height (1.72 ± 0.09 m) and girth (± 10 %), and weighted hypotheses with the average body, the energy score was best
+#: and 90 % intervals held 96 % of the truths with about 8 for masks, at every size of the body from 20 to 216 pixels,
+#: in pictures of 64² and 128²; with about 4 for depths; and with fewer where something hid half of the bodies. With 32,
+#: intervals for masks held 60 to 70 %. So what errs is the shape of the body, whatever the resolution.
 EFFECTIVE = 6.0
 
 _AREA = 0.14  # of a silhouette, in squares of the body's height; walkers seen from all sides
