@@ -8,7 +8,7 @@ MuJoCo wants a newer PyOpenGL than pyrender allows, so it has a Python of its ow
     motionenv bench env --mujoco .mujoco/bin/python
 
 Environments are as `gymnasium.make` and `make_vec` give them, resets are counted, actions were sampled before. What is
-shown of a rate is the best of a few rounds, ours and theirs.
+shown of a rate is the best of a few rounds, ours and theirs, after the walkers that a process makes once are made.
 """
 
 import argparse
@@ -39,7 +39,7 @@ def single(name: str, **settings) -> tuple[gymnasium.Env, Callable[[], None]]:
     env = gymnasium.make(name, **settings)
     env.action_space.seed(0)
     actions = [env.action_space.sample() for _ in range(16)]
-    env.reset(seed=0)
+    known(env, 1)
 
     def step() -> None:
         actions.append(actions.pop(0))
@@ -54,13 +54,22 @@ def vector(name: str, n: int, **settings) -> tuple[gymnasium.vector.VectorEnv, C
     envs = gymnasium.make_vec(name, num_envs=n, vectorization_mode="vector_entry_point", **settings)
     envs.action_space.seed(0)
     actions = [envs.action_space.sample() for _ in range(4)]
-    envs.reset(seed=0)
+    known(envs, n)
 
     def step() -> None:
         actions.append(actions.pop(0))
         envs.step(actions[0])
 
     return envs, step
+
+
+def known(env: gymnasium.Env | gymnasium.vector.VectorEnv, n: int) -> float:
+    """Begin 256 episodes, so that all walkers are made and kernels compiled; how many seconds that takes."""
+    start = time.perf_counter()
+    env.reset(seed=0)
+    for _ in range(256 // n):
+        env.reset()
+    return time.perf_counter() - start
 
 
 #: What is timed: its name, what makes it, how many environments that steps at a time.
@@ -87,6 +96,15 @@ def per_second(step: Callable[[], None], seconds: float, rounds: int = 3) -> flo
             n += 1
         best = max(best, n / (time.perf_counter() - start))
     return best
+
+
+def first_episodes() -> None:
+    """Print how long a new process takes to make an environment, and the walkers of its first episodes."""
+    start = time.perf_counter()
+    env = gymnasium.make(WALKER)
+    made = time.perf_counter() - start
+    first, then = known(env, 1), known(env, 1)
+    print(f"WalkerTracking: made in {made:.2f} s, 256 episodes begun in {first:.2f} s, the next in {then:.2f} s.\n")
 
 
 def peer(python: str, size: int, how: str) -> float | None:
@@ -233,6 +251,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="a tenth of the time")
     asked = parser.parse_args()
     seconds = 0.15 if asked.quick else 1.5
+    first_episodes()
     speed(asked.mujoco, seconds)
     profile(2 * seconds)
     gymnasiums(1 if asked.quick else 2)
