@@ -3,22 +3,21 @@
 import numpy as np
 from numba import njit
 
-from motionenv.body.kinematics import _forward_one
+from motionenv.body.kinematics import _nodes_one
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def joints_of(start, stop, poses, offsets, heights, out):
+def joints_of(start, stop, poses, offsets, out):
     """Fill `out` for people `start` to `stop`.
 
     Args:
         start, stop: which people.
         poses: (n, k, 25) [m, rad], k poses of each.
         offsets: (n, 16, 3) [m].
-        heights: (n,) [m].
         out: (n, k, 15, 3) [m], the markers.
     """
     nodes, rotations = np.empty((16, 3)), np.empty((12, 3, 3))
     for i in range(start, stop):
         for j in range(poses.shape[1]):
-            _forward_one(poses[i, j], offsets[i], heights[i], nodes, rotations)
+            _nodes_one(poses[i, j], offsets[i], nodes, rotations)
             out[i, j] = nodes[:15]

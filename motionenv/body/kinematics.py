@@ -187,8 +187,8 @@ def _turn_foot(shin, ankle, height, out):
 
 
 @_jit
-def _forward_one(pose, offsets, height, nodes, rotations):
-    """Nodes (16, 3) and rotations (12, 3, 3) of one pose (25,)."""
+def _nodes_one(pose, offsets, nodes, rotations):
+    """Nodes (16, 3) of one pose (25,), and all rotations but those of the feet."""
     torso, head = rotations[0], rotations[1]
     _root(pose, torso)
     nodes[_PELVIS] = pose[:3]
@@ -204,6 +204,12 @@ def _forward_one(pose, offsets, height, nodes, rotations):
         _hinge(upper, _HINGE_SIGN[i] * pose[at + 3], lower)
         _place(nodes[proximal], upper, offsets[middle], nodes[middle])
         _place(nodes[middle], lower, offsets[distal], nodes[distal])
+
+
+@_jit
+def _forward_one(pose, offsets, height, nodes, rotations):
+    """Nodes (16, 3) and rotations (12, 3, 3) of one pose (25,)."""
+    _nodes_one(pose, offsets, nodes, rotations)
     _turn_foot(rotations[7], nodes[13], height, rotations[10])
     _turn_foot(rotations[9], nodes[14], height, rotations[11])
 

@@ -60,9 +60,7 @@ class Estimates:
         }[form]
         self.space: spaces.Box = spaces.Box(-high, high, dtype=np.float32)
 
-    def judge(
-        self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def judge(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean error per scored joint (n,) [m], and reward (n,).
 
         The reward is minus that error, and of a belief, whose error is that of its mean, minus the energy score divided
@@ -72,28 +70,33 @@ class Estimates:
             actions: (n, ...) of `space`, float64.
             poses: (n, 25), the true ones.
             offsets: (n, 16, 3) [m], of the true bodies.
-            heights: (n,) [m], of the true bodies.
         """
-        true = _true_joints(poses, offsets, heights)
-        joints = self._joints_of(actions, true, poses, offsets, heights)
+        true = _true_joints(poses, offsets)
+        joints = self._joints_of(actions, true, poses, offsets)
         error = self._error(self._point(actions, joints), true)
         if self.form != "belief":
             return error, -error
-        return error, -energy_score(joints, actions[..., -1], true) / math.sqrt(len(self._scored))
+        score = np.empty(len(actions))
 
-    def points(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray) -> np.ndarray:
+        def some(start: int, stop: int) -> None:
+            part = slice(start, stop)
+            score[part] = energy_score(joints[part], actions[part, :, -1], true[part])
+
+        self._workers.share(some, len(actions))
+        return error, -score / math.sqrt(len(self._scored))
+
+    def points(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
         """The 15 joints (n, 15, 3) [m] that estimates say; of a belief their mean.
 
         Args:
             actions: (n, ...) of `space`, float64.
             poses: (n, 25), the true ones.
             offsets: (n, 16, 3) [m], of the true bodies.
-            heights: (n,) [m], of the true bodies.
         """
-        true = _true_joints(poses, offsets, heights)
-        return self._point(actions, self._joints_of(actions, true, poses, offsets, heights))
+        true = _true_joints(poses, offsets)
+        return self._point(actions, self._joints_of(actions, true, poses, offsets))
 
-    def _joints_of(self, actions, true, poses, offsets, heights) -> np.ndarray:
+    def _joints_of(self, actions, true, poses, offsets) -> np.ndarray:
         """The 15 joints (n, k, 15, 3) [m] of estimates: k is 1, or the number of poses in a belief."""
         if self.form == "joints":
             if self._whole:
@@ -107,7 +110,7 @@ class Estimates:
             whole[..., self._entries] = said
             said = whole
         joints = np.empty((*said.shape[:2], 15, 3))
-        self._workers.share(lambda start, stop: joints_of(start, stop, said, offsets, heights, joints), len(said))
+        self._workers.share(lambda start, stop: joints_of(start, stop, said, offsets, joints), len(said))
         return joints
 
     def _point(self, actions: np.ndarray, joints: np.ndarray) -> np.ndarray:
@@ -125,8 +128,8 @@ class Estimates:
         return error if self._whole else error * (len(MARKERS) / len(self._scored))
 
 
-def _true_joints(poses: np.ndarray, offsets: np.ndarray, heights: np.ndarray) -> np.ndarray:
+def _true_joints(poses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """The joints (n, 15, 3) [m] of poses (n, 25)."""
     joints = np.empty((len(poses), 1, 15, 3))
-    joints_of(0, len(poses), poses[:, None], offsets, heights, joints)
+    joints_of(0, len(poses), poses[:, None], offsets, joints)
     return joints[:, 0]

@@ -23,6 +23,9 @@ SIZES = (36, 256)
 #: What can be observed of a picture.
 SENSES = ("rgb", "mask", "depth")
 
+_SKIN = np.array([(0.27, 0.17, 0.12), (0.96, 0.80, 0.69)])  # darkest and lightest, sRGB
+_BRIGHT = np.array([[1.0], [1.0], [0.75], [0.6]])  # how light skin, shirt, trousers and shoes are at most
+
 
 class Motions(Protocol):
     """Where motion comes from, such as a `motionenv.envs.sources.Source`."""
@@ -76,6 +79,7 @@ class Stage:
         self.K = np.tile(camera_view(0.0, width=size, height=size, fov_degrees=FOV).K, (n, 1, 1))
         self.R, self.t = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
         self._all = np.arange(n)
+        self._depth, self._limbs = np.empty((n, size, size), np.float32), np.empty((n, size, size), np.uint8)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
         """New people in `slots`.
@@ -102,24 +106,26 @@ class Stage:
         return self.poses[self._all, self.time]
 
     def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
-        """Pictures of `slots` as their cameras see them.
+        """Pictures of `slots` as their cameras see them; the next call overwrites their depth and limbs.
 
         Args:
             slots: (k,) which, in ascending order.
             rgb: whether to draw colours.
             back: how many frames ago.
         """
-        time = self.time[slots] - back
         people = self.offsets, self.radii, self.heights, self.colours, self.K, self.R, self.t
         if len(slots) < self.n:
             people = tuple(array[slots] for array in people)
-        frame = self._crowd.render(self.poses[slots, time], *people, rgb=rgb)
+        picture = np.empty((len(slots), self.size, self.size, 3), np.uint8) if rgb else None
+        canvas = Frame(picture, self._depth[: len(slots)], self._limbs[: len(slots)])
+        time = self.time[slots] - back
+        frame = self._crowd.render(self.poses[slots, time], *people, rgb=rgb, out=canvas)
         return self._scenery.compose(frame, time, self.pan[slots, time], slots)
 
     def truth(self, slot: int) -> dict[str, Any]:
         """The true pose (25,), joints (15, 3) [m], camera and skeleton of the current frame of `slot`."""
         pose, joints = self.poses[slot, self.time[slot]].copy(), np.empty((1, 1, 15, 3))
-        joints_of(0, 1, pose[None, None], self.offsets[slot : slot + 1], self.heights[slot : slot + 1], joints)
+        joints_of(0, 1, pose[None, None], self.offsets[slot : slot + 1], joints)
         skeleton = Skeleton(self.offsets[slot], self.radii[slot], float(self.heights[slot]))
         return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
 
@@ -160,7 +166,7 @@ class Sense:
         """What is observed of pictures.
 
         Args:
-            frame: (k, size, size), which nobody else keeps.
+            frame: (k, size, size), of `Stage.draw`.
         """
         seen = {name: _SEEN[name](frame) for name in self._names}
         return seen[self._names[0]] if self._alone else seen
@@ -178,16 +184,22 @@ class Sense:
         return {name: seen if name == "rgb" else seen[..., 0]}
 
 
+def _mask(limbs: np.ndarray) -> np.ndarray:
+    """255 where `limbs` isn't 0, uint8."""
+    mask = np.empty(limbs.shape, np.uint8)
+    np.not_equal(limbs, 0, out=mask.view(bool))
+    return np.negative(mask, out=mask)  # -1 is 255
+
+
 _SEEN = {
     "rgb": lambda frame: frame.rgb,
-    "mask": lambda frame: (-(frame.limbs > 0).view(np.uint8))[..., None],  # 0 and -1 are 0 and 255
-    "depth": lambda frame: frame.depth[..., None],
+    "mask": lambda frame: _mask(frame.limbs)[..., None],
+    "depth": lambda frame: frame.depth[..., None].copy(),
 }
 
 
 def _colours(rng: np.random.Generator) -> np.ndarray:
     """Colours (4, 3) of skin, shirt, trousers and shoes, sRGB from 0 to 1."""
-    light, dark = np.array([0.96, 0.80, 0.69]), np.array([0.27, 0.17, 0.12])
-    drawn = rng.random((4, 3)) * [[1.0], [1.0], [0.75], [0.6]]
-    drawn[0] = dark + drawn[0, 0] * (light - dark)
+    drawn = rng.random((4, 3)) * _BRIGHT
+    drawn[0] = _SKIN[0] + drawn[0, 0] * (_SKIN[1] - _SKIN[0])
     return drawn

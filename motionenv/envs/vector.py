@@ -120,35 +120,42 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             MotionError: actions of another shape, not numeric, not finite or out of bounds; nothing has changed.
             ResetNeeded: before the first `reset`, or, in DISABLED mode, after the end of an episode.
         """
-        resets = self._ended.copy()
-        if not self._begun.all() or (self.autoreset_mode == AutoresetMode.DISABLED and resets.any()):
+        resets = self._ended
+        renewing = bool(resets.any())
+        if not self._begun.all() or (renewing and self.autoreset_mode == AutoresetMode.DISABLED):
             raise ResetNeeded(
                 f"environments {np.flatnonzero(resets | ~self._begun).tolist()} have no episode to step: reset them "
                 'first, by reset(options={"reset_mask": mask})'
             )
-        actions = checked_actions(actions, self.world.action_space, ~resets)
-        errors, rewards, lost, truncated = self._estimated(actions, np.flatnonzero(~resets))
-        self._begin(np.flatnonzero(resets))
+        stepped = ~resets
+        actions = checked_actions(actions, self.world.action_space, stepped)
+        slots = np.flatnonzero(stepped) if renewing else self._all
+        errors, rewards = self.world.judge(actions)
+        self.world.advance(slots)
+        lost, truncated = self._ends(errors)
+        self._keep(actions, slots)
+        if renewing:
+            for array in (errors, rewards, lost, truncated):
+                array[resets] = 0
+            self._begin(np.flatnonzero(resets))
         self._ended = lost | truncated
-        infos = _infos(errors, lost, ~resets)
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
             infos = self._renewed(errors, lost)
-        return self.world.observe(self._all), rewards, lost.copy(), truncated, infos
+        else:
+            infos = _infos(errors, lost, stepped)
+        return self.world.observe(self._all), rewards, lost, truncated, infos
 
-    def _estimated(self, actions: np.ndarray, slots: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Score the actions (n, ...) of `slots` and advance them: errors, rewards, lost and truncated, all (n,)."""
-        errors, rewards = np.zeros((2, self.num_envs))
-        all_errors, all_rewards = self.world.judge(actions)
-        errors[slots], rewards[slots] = all_errors[slots], all_rewards[slots]
-        self.world.advance(slots)
-        limit = np.inf if self.lost_after is None else self.lost_after
-        self._off = np.where(errors > limit, self._off + 1, 0)
-        truncated = np.zeros(self.num_envs, dtype=bool)
-        truncated[slots] = self.world.time[slots] >= self.world.horizon
+    def _ends(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which episodes end, given the errors (n,) of the last estimates: lost and truncated, (n,) each."""
+        if self.lost_after is not None:
+            self._off = np.where(errors > self.lost_after, self._off + 1, 0)
+        return self._off >= LOST_ESTIMATES, self.world.time >= self.world.horizon
+
+    def _keep(self, actions: np.ndarray, slots: np.ndarray) -> None:
+        """Remember what is drawn over the pictures of `slots`."""
         if self.render_mode is not None:
             for slot in slots:
                 self._estimates[slot] = actions[slot]
-        return errors, rewards, self._off >= LOST_ESTIMATES, truncated
 
     def _begin(self, slots: np.ndarray) -> None:
         """Start new episodes in `slots`."""

@@ -70,17 +70,20 @@ class WalkingView:
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
         """As `View.place`, of `poses` of `body` with `rng`."""
+        ground = poses[:, :2].copy()
         if self.camera == "follow":
-            path, angle = _smoothed(poses[:, :2], _SMOOTH * self.fps), 0.0
-            poses[:, :2] -= path
+            path, R = _smoothed(ground, _SMOOTH * self.fps), level(0.0)
+            ground -= path
+            way = (path - path[0]) @ R[0, :2]
         else:
-            path, angle = np.zeros((len(poses), 2)), drawn_angle(self.camera, rng)
-            poses[:, :2] -= (poses[:, :2].min(0) + poses[:, :2].max(0)) / 2
-        R = level(angle)
-        beside, depth = np.abs(poses[:, :2] @ R[0, :2]) + _BESIDE, poses[:, :2] @ R[2, :2]
+            way, R = np.zeros(len(poses)), level(drawn_angle(self.camera, rng))
+            ground -= (ground.min(0) + ground.max(0)) / 2
+        poses[:, :2] = ground
+        across, depth = ground @ R[0, :2], ground @ R[2, :2]
         below = _BELOW + max(0.0, body.height - 1.95)
-        distance = max(_NEAREST, (beside / _EDGE - depth).max(), (below / _EDGE + _BEFORE - depth).max())
-        return Placed(R, np.array([0.0, EYE, distance]), (path - path[0]) @ R[0, :2], _BEHIND * distance)
+        beside = np.abs(across, out=across) + _BESIDE
+        distance = max(_NEAREST, float((beside / _EDGE - depth).max()), below / _EDGE + _BEFORE - float(depth.min()))
+        return Placed(R, np.array([0.0, EYE, distance]), way, _BEHIND * distance)
 
 
 class ArmView:

@@ -47,11 +47,14 @@ class PictureWorld:
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As `World.judge`, of `actions`."""
-        return self.estimates.judge(actions, self.stage.now(), self.stage.offsets, self.stage.heights)
+        return self.estimates.judge(actions, self.stage.now(), self.stage.offsets)
 
     def advance(self, slots: np.ndarray) -> None:
         """As `World.advance`, for `slots`."""
-        self.time[slots] += 1
+        if len(slots) == self.n:
+            self.time += 1
+        else:
+            self.time[slots] += 1
 
     def truth(self, slot: int) -> dict[str, Any]:
         """As `Stage.truth`, of `slot`."""
@@ -81,7 +84,7 @@ class PictureWorld:
             return picture
         stage = self.stage
         poses = stage.poses[only, stage.time[only] - 1]
-        joints = self.estimates.points(estimate[None], poses, stage.offsets[only], stage.heights[only])
+        joints = self.estimates.points(estimate[None], poses, stage.offsets[only])
         return draw_pose(picture, joints[0], enlarged(stage.camera(slot), finer), width=len(picture) / 100)
 
     def close(self) -> None:
