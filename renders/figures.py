@@ -6,6 +6,7 @@ Needs matplotlib: the `plots` extra.
 import argparse
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 
 from motionenv import load, write_video
@@ -17,6 +18,7 @@ from motionenv.render import Scene, render
 from motionenv.render.cameras import follow, view
 from motionenv.render.overlay import side_by_side
 from motionenv.render.pointlights import render_points
+from motionenv.render.video import write_image
 from motionenv.types import ANGLES, Motion
 
 HERE = Path(__file__).parent
@@ -71,6 +73,22 @@ def tree(out: Path) -> None:
     trajectories(synthesize(model, 2, start="brisk walk", seed=3)).savefig(out / "trajectories.png", dpi=90)
 
 
+def tracking(out: Path) -> None:
+    """tracking.png: what WalkerTracking shows, in three kinds of episodes, one row each."""
+    rows = []
+    for settings in (
+        {"camera": "side"},
+        {"camera": "follow", "background": "clutter", "noise": 6.0},
+        {"camera": "random", "background": "clutter", "occluders": 1, "distractors": 1},
+    ):
+        with gymnasium.make("motionenv/WalkerTracking-v0", size=128, horizon=80, **settings) as env:
+            pictures = [env.reset(seed=15)[0]]
+            for _ in range(75):
+                pictures.append(env.step(env.unwrapped.truth()["pose"].astype(np.float32))[0])
+        rows.append(np.concatenate(pictures[::15], axis=1))
+    write_image(out / "tracking.png", np.concatenate(rows))
+
+
 def main() -> None:
     """Make them all."""
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
@@ -80,6 +98,7 @@ def main() -> None:
     walker(out)
     figures(out)
     tree(out)
+    tracking(out)
 
 
 if __name__ == "__main__":
