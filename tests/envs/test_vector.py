@@ -7,11 +7,14 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
-from gymnasium.utils.env_checker import data_equivalence, data_shares_objects
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from motionenv.envs import WalkerTrackingVector
 from motionenv.errors import MotionError
+
+pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environments are new in Gymnasium 1.4")
+
+from gymnasium.utils.env_checker import data_equivalence, data_shares_objects
 
 N = 5
 
