@@ -96,6 +96,10 @@ class Estimates:
         true = _true_joints(poses, offsets)
         return self._point(actions, self._joints_of(actions, true, poses, offsets))
 
+    def close(self) -> None:
+        """End the threads that score; the next beliefs start new ones."""
+        self._workers.close()
+
     def _joints_of(self, actions, true, poses, offsets) -> np.ndarray:
         """The 15 joints (n, k, 15, 3) [m] of estimates: k is 1, or the number of poses in a belief."""
         if self.form == "joints":

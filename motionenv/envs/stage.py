@@ -129,6 +129,11 @@ class Stage:
         skeleton = Skeleton(self.offsets[slot], self.radii[slot], float(self.heights[slot]))
         return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
 
+    def close(self) -> None:
+        """End the threads that draw; the next pictures start new ones."""
+        self._crowd.close()
+        self._scenery.close()
+
     def camera(self, slot: int) -> Camera:
         """The camera of an episode, which stays where it is in the frame of positions."""
         return Camera(self.K[slot], self.R[slot], self.t[slot], self.size, self.size)

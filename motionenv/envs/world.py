@@ -88,4 +88,6 @@ class PictureWorld:
         return draw_pose(picture, joints[0], enlarged(stage.camera(slot), finer), width=len(picture) / 100)
 
     def close(self) -> None:
-        """Nothing to let go of: threads end with the world."""
+        """As `World.close`."""
+        self.stage.close()
+        self.estimates.close()

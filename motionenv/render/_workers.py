@@ -53,6 +53,12 @@ class Workers:
         for other in others:
             other.result()
 
+    def close(self) -> None:
+        """End the threads; the next `share` that needs some starts new ones."""
+        if self._pool is not None and self._process == os.getpid():
+            self._pool.shutdown()
+        self._pool = None
+
     def __getstate__(self):
         return {"threads": self.threads, "name": self.name}
 

@@ -97,6 +97,10 @@ class Crowd:
         self._workers.share(lambda start, stop: draw_crowd(start, stop, bodies, looks, cameras, lights, pictures), n)
         return frame
 
+    def close(self) -> None:
+        """End the threads; the next call starts new ones."""
+        self._workers.close()
+
     def _empty(self, n: int, rgb: bool) -> Frame:
         """A frame of n pictures with nothing in it yet."""
         shape = (n, self.height, self.width)

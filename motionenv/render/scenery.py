@@ -153,6 +153,10 @@ class Scenery:
         )
         return frame
 
+    def close(self) -> None:
+        """End the threads; the next call starts new ones."""
+        self._workers.close()
+
     def _find(self) -> None:
         """Find the pictures that all sceneries of this size share."""
         size = self.width, self.height

@@ -5,6 +5,7 @@ import multiprocessing
 import pickle
 import subprocess
 import sys
+import threading
 from functools import partial
 
 import gymnasium
@@ -12,13 +13,16 @@ import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
-from gymnasium.utils.env_checker import check_env, data_equivalence, data_shares_objects
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, RecordEpisodeStatistics
 
 import motionenv.envs
 from motionenv.envs import TrackingVectorEnv, WalkerTracking
 from motionenv.errors import MotionError
+
+pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environments are new in Gymnasium 1.4")
+
+from gymnasium.utils.env_checker import check_env, data_equivalence, data_shares_objects
 
 IDS = ["motionenv/WalkerTracking-v0", "motionenv/ArmTracking-v0"]
 
@@ -165,6 +169,19 @@ print(digest.hexdigest())
 def test_the_same_in_every_process():
     runs = [subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True) for _ in (1, 2)]
     assert len({run.stdout for run in runs}) == 1
+
+
+def test_closing_ends_threads_and_leaves_it_usable():
+    envs = motionenv.envs.WalkerTrackingVector(8, size=36, threads=3, estimate="belief", n_belief=4)
+    before = threading.active_count()
+    envs.reset(seed=0)
+    for _ in range(2):
+        envs.step(0 * envs.action_space.sample())
+        assert threading.active_count() > before
+        envs.world.close()
+        assert threading.active_count() == before
+    envs.close()
+    envs.close()
 
 
 def test_closes_as_often_as_one_likes(kind):
