@@ -7,8 +7,8 @@ MuJoCo wants a newer PyOpenGL than pyrender allows, so it has a Python of its ow
     python3 -m venv .mujoco && .mujoco/bin/pip install 'gymnasium[mujoco]'
     motionenv bench env --mujoco .mujoco/bin/python
 
-Environments are as `gymnasium.make` and `make_vec` give them, resets take their time, actions were sampled before. What is
-shown of a rate is the best of a few rounds, ours and theirs, after the walkers that a process makes once are made.
+Environments are as `gymnasium.make` and `make_vec` give them; resets take their time; actions were sampled before. What
+is shown of a rate is the best of a few rounds, ours and theirs, after the walkers that a process makes once are made.
 """
 
 import argparse
