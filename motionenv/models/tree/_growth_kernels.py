@@ -134,8 +134,8 @@ def _choose(sources, s, settings, state, random):
 
     The last window's successor has the probability `stay`, draws from p(i | t) share the rest; draws from the place of
     the last window count as its successor. Near the end of a sequence the best way out is offered too, by its kernel.
-    Then each is weighted: sampling-importance-resampling, roughly, for candidates are few, and the way out's kernel isn't
-    divided by the sum that the draws are.
+    Then each is weighted: sampling-importance-resampling, roughly, for candidates are few, and the way out's kernel
+    isn't divided by the sum that the draws are.
     """
     source, last = sources[s], state.windows[s]
     offered = np.empty(settings.candidates + 2, dtype=np.int32)  # draws, way out, successor
