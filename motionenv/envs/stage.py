@@ -68,6 +68,8 @@ class Stage:
     ):
         if isinstance(n, bool) or not isinstance(n, int) or n < 1:
             raise MotionError(f"num_envs must be a whole number from 1, got {n!r}")
+        if not isinstance(clothes, bool):
+            raise MotionError(f"clothes must be True or False, got {clothes!r}")
         self.n, self.motions, self.view, self.size, self.clothes = n, motions, view, size, clothes
         motions.open()
         self._crowd = Crowd(size, size, threads=threads)
@@ -98,7 +100,8 @@ class Stage:
             self.pan[slot] = placed.way * focal / placed.behind
             if self.clothes:
                 self.colours[slot] = _colours(rng)
-            self._scenery.begin(slot, rng, distance=float(placed.t[2]), focal=focal)
+            distance = float(placed.t[2])
+            self._scenery.begin(slot, rng, distance=distance, behind=placed.behind, focal=focal)
         self.time[slots] = 0
 
     def now(self) -> np.ndarray:
@@ -153,8 +156,11 @@ class Sense:
     def __init__(self, observation: str | Sequence[str], size: int):
         if isinstance(size, bool) or not isinstance(size, int) or not SIZES[0] <= size <= SIZES[1]:
             raise MotionError(f"size must be a whole number of pixels from {SIZES[0]} to {SIZES[1]}, got {size!r}")
-        names = [observation] if isinstance(observation, str) else list(observation)
-        if not names or len(set(names)) < len(names) or not set(names) <= set(SENSES):
+        if isinstance(observation, str):
+            names = [observation]
+        else:
+            names = list(observation) if isinstance(observation, Sequence) else []
+        if not names or any(name not in SENSES or names.count(name) > 1 for name in names):
             raise MotionError(
                 f"observation must be one of {', '.join(SENSES)}, or several different ones, got {observation!r}"
             )

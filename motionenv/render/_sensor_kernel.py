@@ -15,8 +15,9 @@ STEPS = 32.0
 
 # Columns of the table of things (float64): first sprite and number of sprites of its cycle, cycles per frame and
 # where in the cycle it starts; left edge at the start [pixels], pixels per frame, distance after which it comes again
-# [pixels]; top edge, width and height [pixels]; depth [m]; 1 when mirrored; share of its sprite's light.
-SPRITE, PHASES, CYCLES, PHASE, X, SPEED, PERIOD, TOP, WIDE, HIGH, DEPTH, MIRROR, GAIN, THING = range(14)
+# [pixels]; top edge, width and height [pixels]; depth [m]; 1 when mirrored; share of its sprite's light; how many times
+# as fast as the backdrop it pans, which is how many times nearer it is.
+SPRITE, PHASES, CYCLES, PHASE, X, SPEED, PERIOD, TOP, WIDE, HIGH, DEPTH, MIRROR, GAIN, PARALLAX, THING = range(15)
 
 _HALF, _MOST, _ZERO, _FAR = np.float32(0.5), np.float32(255), np.float32(0), np.float32(FAR)
 
@@ -128,7 +129,7 @@ def _put_thing(thing, time, pan, sprites, columns, depth, limbs, rgb):
     """Draw a thing in front of all that is farther away than it; `columns` (width,) is scratch."""
     height, width = depth.shape
     sprite = sprites[int(thing[SPRITE]) + int((thing[PHASE] + thing[CYCLES] * time) % 1.0 * thing[PHASES])]
-    left = (thing[X] + thing[SPEED] * time - pan) % thing[PERIOD] - thing[WIDE]
+    left = (thing[X] + thing[SPEED] * time - thing[PARALLAX] * pan) % thing[PERIOD] - thing[WIDE]
     first, last = max(math.ceil(left - 0.5), 0), min(math.ceil(left + thing[WIDE] - 0.5), width)
     top, bottom = max(math.ceil(thing[TOP] - 0.5), 0), min(math.ceil(thing[TOP] + thing[HIGH] - 0.5), height)
     across, down = sprite.shape[1] / thing[WIDE], sprite.shape[0] / thing[HIGH]

@@ -13,7 +13,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.render import _sensor_kernel as kernel
 from motionenv.render._clutter import OBJECTS, PEOPLE, PHASES, photographs, sprites
-from motionenv.render._sensor_kernel import FAR, THING
+from motionenv.render._sensor_kernel import DEPTH, FAR, PARALLAX, THING
 from motionenv.render._workers import Workers
 from motionenv.types import Frame
 
@@ -89,23 +89,34 @@ class Scenery:
         self._waves, self._keys = np.zeros((n, 4)), np.zeros(n, np.uint64)
         self._find()
 
-    def begin(self, slot: int, rng: np.random.Generator, *, distance: float = 4.5, focal: float | None = None) -> None:
+    def begin(
+        self,
+        slot: int,
+        rng: np.random.Generator,
+        *,
+        distance: float = 4.5,
+        behind: float | None = None,
+        focal: float | None = None,
+    ) -> None:
         """Draw the surroundings of a new episode.
 
         Args:
             slot: whose they are, 0 to n - 1.
             rng: where all of them come from.
             distance: from the camera to the body [m]; passers-by and occluders keep clear of it.
+            behind: from the camera to the backdrop [m], for what is nearer pans faster; twice `distance` when None.
             focal: of the camera [pixels]; that of 40 degrees from top to bottom when None.
 
         Raises:
-            MotionError: there is no such slot, or a distance or focal length isn't above 0.
+            MotionError: there is no such slot, or a distance or the focal length isn't above 0.
         """
         if not 0 <= slot < self.n:
             raise MotionError(f"slot must lie from 0 to {self.n - 1}, got {slot!r}")
         focal = self.height / 2 / math.tan(math.radians(20)) if focal is None else focal
-        if not (0 < distance < math.inf and 0 < focal < math.inf):
-            raise MotionError(f"distance and focal must be finite and above 0, got {distance!r} and {focal!r}")
+        behind = 2 * distance if behind is None else behind
+        for name, value in (("distance", distance), ("behind", behind), ("focal", focal)):
+            if not 0 < value < math.inf:
+                raise MotionError(f"{name} must be finite and above 0, got {value!r}")
         self._keys[slot] = rng.integers(2**64, dtype=np.uint64)
         self._waves[slot] = self._draw_waves(rng)
         self._draw_backdrop(slot, rng)
@@ -113,6 +124,7 @@ class Scenery:
             self._things[slot, k] = self._draw_passer(rng, distance, focal)
         for k in range(self.choice.distractors, self._things.shape[1]):
             self._things[slot, k] = self._draw_occluder(rng, distance)
+        self._things[slot, :, PARALLAX] = behind / self._things[slot, :, DEPTH]
 
     def compose(self, frame: Frame, time, pan, slots) -> Frame:
         """Complete pictures of bodies on black, in place.
@@ -127,7 +139,7 @@ class Scenery:
         Args:
             frame: (m, height, width) of `Crowd.render`; without rgb only depth and limbs are completed.
             time: (m,) numbers of the frames, from 0.
-            pan: (m,) pixels by which the background has moved left since the start.
+            pan: (m,) pixels by which the backdrop has moved left since the start; what is nearer moves farther.
             slots: (m,) the episodes that the pictures belong to.
 
         Returns:
@@ -183,7 +195,7 @@ class Scenery:
     def _draw_passer(self, rng: np.random.Generator, distance: float, focal: float) -> np.ndarray:
         """A person or, one time in four, a thing that passes through: one row of the kernel's table."""
         behind, person = rng.random() < 0.7, rng.random() < 0.75
-        z = distance * (rng.uniform(1.25, 2.6) if behind else rng.uniform(0.55, 0.8))
+        z = distance * (rng.uniform(1.25, 1.9) if behind else rng.uniform(0.55, 0.8))
         metre = focal / z
         high = metre * (rng.uniform(1.5, 1.95) if person else rng.uniform(0.5, 1.3))
         wide = high / 2 if person else high * rng.uniform(0.6, 1.5)
@@ -193,7 +205,7 @@ class Scenery:
         return np.array([
             first, PHASES if person else 1, abs(speed) / 1.35 / self.fps, rng.random(),
             rng.uniform(0, period), speed * metre / self.fps, period,
-            self.height / 2 + metre * _EYE - high, wide, high, z, speed < 0, rng.uniform(0.7, 1.0),
+            self.height / 2 + metre * _EYE - high, wide, high, z, speed < 0, rng.uniform(0.7, 1.0), 1,
         ])  # fmt: skip
 
     def _draw_occluder(self, rng: np.random.Generator, distance: float) -> np.ndarray:
@@ -206,7 +218,7 @@ class Scenery:
         x = wide + rng.uniform(0, self.width - wide)
         return np.array([
             OBJECTS[kind][int(rng.integers(8))], 1, 0, 0, x, 0, 2 * self.width + wide,
-            bottom - tall, wide, tall, distance * rng.uniform(0.3, 0.5), rng.random() < 0.5, rng.uniform(0.6, 1.0),
+            bottom - tall, wide, tall, distance * rng.uniform(0.3, 0.5), rng.random() < 0.5, rng.uniform(0.6, 1.0), 1,
         ])  # fmt: skip
 
     def __getstate__(self):

@@ -148,6 +148,20 @@ def test_a_panning_camera_sees_the_photograph_move_left(bodies):
     np.testing.assert_array_equal(start, round_trip)
 
 
+def test_what_is_nearer_moves_farther_when_the_camera_pans(bodies):
+    made = scenery(SceneryChoice(occluders=1), n=60)
+    focal, behind, way = 50.0, 2 * 4.5, 0.15  # the camera goes 15 cm to its right
+    start, later = (compose(made, bodies(60, blank=True), pan=p).depth for p in (0.0, way * focal / behind))
+    whole = 0
+    for before, after in zip(start, later, strict=True):
+        columns = [np.flatnonzero((depth < FAR).any(axis=0)) for depth in (before, after)]
+        if not all(len(seen) and seen[0] > 0 and seen[-1] < SIZE - 1 for seen in columns):
+            continue  # cut off by the picture's edge
+        whole += 1
+        assert columns[0][0] - columns[1][0] == pytest.approx(way * focal / before.min(), abs=1.0)
+    assert whole > 10
+
+
 def test_brightness_changes_smoothly_within_its_share(bodies):
     """The mean grey level of an even backdrop against that of the same one in steady light."""
     steady = compose(scenery(SceneryChoice(), n=8), bodies(8, blank=True)).rgb.mean((1, 2, 3))
@@ -306,7 +320,7 @@ def test_refuses_frames_and_slots_that_do_not_fit(bodies):
         compose(made, bodies(1), time=np.nan)
     with pytest.raises(MotionError, match="slot must lie from 0 to 0, got 1"):
         made.begin(1, np.random.default_rng(0))
-    with pytest.raises(MotionError, match="distance and focal"):
+    with pytest.raises(MotionError, match="distance must be finite"):
         made.begin(0, np.random.default_rng(0), distance=0.0)
     with pytest.raises(MotionError, match="one entry per picture"):
         compose(made, bodies(2), slots=[0])
