@@ -238,7 +238,8 @@ def checked_lost_after(lost_after: float | None) -> float | None:
     Raises:
         MotionError: it is something else.
     """
-    if lost_after is not None and not (isinstance(lost_after, int | float) and 0 < lost_after < np.inf):
+    number = isinstance(lost_after, int | float) and not isinstance(lost_after, bool)
+    if lost_after is not None and not (number and 0 < lost_after < np.inf):
         raise MotionError(f"lost_after must be None or an error in metres above 0, got {lost_after!r}")
     return lost_after
 

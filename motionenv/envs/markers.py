@@ -163,7 +163,7 @@ def _radians(view) -> tuple[float, float]:
     if view is None:
         return -np.pi, np.pi
     try:
-        low, high = (float(view), float(view)) if isinstance(view, int | float) else map(float, view)
+        low, high = map(float, (view, view) if np.ndim(view) == 0 and not isinstance(view, bool) else view)
     except (TypeError, ValueError):
         low = high = np.nan
     if not -360 <= low <= high <= 360:

@@ -17,6 +17,7 @@ import numpy as np
 
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
+from motionenv.mocap.world import metres_per
 from motionenv.models import store
 from motionenv.models.synthesis import scaled, synthesize
 from motionenv.models.tree.frames import resample
@@ -36,6 +37,7 @@ _WALKING_KINDS = {"walking", "eigenwalkers", "tree"}
 _TOGETHER = 32  # walkers of a walking model made at a time
 _SPARE = 1.5  # seconds that a model's recording is longer than an episode, so that episodes start at any phase
 _SPEEDS, _HEIGHTS = (0.1, 3.0), (0.5, 2.5)
+_FPS, _LONGEST = (1.0, 1000.0), 3590.0  # frames per second, and seconds, that models make
 
 
 def episode_frames(horizon: int) -> int:
@@ -78,6 +80,13 @@ class Source:
             raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
         object.__setattr__(self, "motion", str(self.motion))
         object.__setattr__(self, "fps", checked_fps(self.fps))
+        if not _FPS[0] <= self.fps <= _FPS[1]:
+            raise MotionError(f"fps must be from {_FPS[0]:g} to {_FPS[1]:g}, got {self.fps:g}")
+        if self.frames / self.fps > _LONGEST:
+            raise MotionError(
+                f"horizon must end within {_LONGEST:g} seconds, got {self.frames - 1} estimates at {self.fps:g} fps"
+            )
+        _check_reading(self.file_fps, self.unit)
         object.__setattr__(self, "speed", _checked_range("speed", self.speed, *_SPEEDS, "m/s"))
         object.__setattr__(self, "height", _checked_range("height", self.height, *_HEIGHTS, "m"))
 
@@ -177,6 +186,9 @@ class _Captured:
     def __init__(self, source: Source):
         self._source = source
         path = Path(source.motion)
+        files = path.rglob("*") if path.is_dir() else [path]
+        if source.file_fps is None and any(file.suffix.lower() == ".amc" for file in files):
+            raise MotionError("file_fps must be given: AMC files don't say theirs; it is 120 for the CMU database")
         clips = _read_folder(source) if path.is_dir() else [(path.name, _read_file(source))]
         self._pieces = [_ahead(piece) for name, motion in clips for piece in _stretches(name, motion, source)]
         starts = np.array([len(piece.poses) - source.frames + 1 for piece in self._pieces])
@@ -271,6 +283,19 @@ def _is_model(path: Path) -> bool:
         return False
     with zipfile.ZipFile(path) as archive:
         return "header.npy" in archive.namelist()
+
+
+def _check_reading(file_fps: float | None, unit: str | None) -> None:
+    """Refuse what capture files can't be read with.
+
+    Raises:
+        MotionError: not a rate, or not a unit of length.
+    """
+    number = isinstance(file_fps, int | float | np.number) and not isinstance(file_fps, bool)
+    if file_fps is not None and not (number and 0 < file_fps < np.inf):
+        raise MotionError(f"file_fps must be a finite number of frames per second above 0, got {file_fps!r}")
+    if unit is not None:
+        metres_per(unit)
 
 
 def _checked_range(name: str, value, least: float, most: float, unit: str) -> tuple[float, float] | None:

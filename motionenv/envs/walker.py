@@ -60,12 +60,16 @@ class WalkerTracking(TrackingEnv):
       one), a file of motion, or a folder of capture files (.amc, .bvh, .c3d, .trc, .npz). `file_fps` and `unit` are for
       files that don't say.
     - `split="train"`: or "eval": other walkers; of a folder other people, about one in four, by a hash of their label.
+      A single file is one person, the same in both.
     - `size=64`: side of the pictures, 36 to 256 pixels.
     - `observation="rgb"`: "rgb", "mask", "depth", or several of them.
-    - `camera="side"`: "side", "front", a view angle in degrees, "random" (any view angle, unknown to the agent), or
-      "follow" (travels along, from the side).
+    - `camera="side"`: "side", "front", a view angle in degrees, "random" (any view angle; observations don't say which,
+      the camera of `observation_model` does), or "follow" (travels along, from the side). A camera that stands still
+      shows the whole way, so with a `horizon` of more than some seconds the walker gets small, and beyond 20 m "depth"
+      doesn't show anybody: take "follow" then.
     - `background="plain"`: or "clutter"; `distractors=0` other people and things that pass by; `occluders=0` things in
       the way; `noise=0` standard deviation in grey levels of 255; `brightness=0` share by which the light changes.
+      Noise and light are those of "rgb"; "mask" and "depth" are exact.
     - `fps=30`, `horizon=90`: frames per second, and estimates in an episode.
     - `speed=None`, `height=None`: (low, high) of walking speed [m/s] and body height [m]; None is the model's own
       speeds, and heights of 1.5 to 1.95 m, or the captured people's own.
@@ -76,7 +80,8 @@ class WalkerTracking(TrackingEnv):
       wide; or "human", the same in a window.
 
     `truth()` gives "pose" (25,), "joints" (15, 3), "camera" and "skeleton" for the frame observed last, and
-    `observation_model` scores hypotheses against that frame without knowing the truth.
+    `observation_model` scores hypotheses against that frame without knowing the truth. If only "rgb" is observed, it
+    learns the background from the frames in which it is asked for: ask in each.
 
     ## Vectorized environment
     `gymnasium.make_vec("motionenv/WalkerTracking-v0", num_envs=64)` draws all pictures of a step together; it takes

@@ -184,8 +184,9 @@ def test_pickled_environments_go_on_where_they_were():
     "wrong",
     [
         {"noise": -1}, {"dropout": 2}, {"gaps": "some"}, {"distance": 0.5}, {"view": (30, -30)}, {"view": "side"},
-        {"view": np.nan}, {"horizon": 0}, {"horizon": 2.5}, {"fps": 0}, {"split": "test"}, {"motion": "walk/nobody"},
-        {"height": (1.8, 1.6)}, {"speed": (0, 9)}, {"lost_after": -1}, {"render_mode": "ansi"},
+        {"view": np.nan}, {"view": True}, {"horizon": 0}, {"horizon": 2.5}, {"fps": 0}, {"split": "test"},
+        {"motion": "walk/nobody"}, {"height": (1.8, 1.6)}, {"speed": (0, 9)}, {"lost_after": -1},
+        {"render_mode": "ansi"},
     ],
     ids=str,
 )  # fmt: skip

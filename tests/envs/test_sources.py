@@ -126,6 +126,11 @@ def test_models_of_ones_own(tmp_path):
         ({"split": "test"}, "split must be one of train, eval"),
         ({"fps": 0}, "fps"),
         ({"fps": np.nan}, "fps"),
+        ({"fps": 1e9}, "fps must be from 1 to 1000"),
+        ({"fps": 1.0, "horizon": 5000}, "horizon must end within"),
+        ({"file_fps": -120}, "file_fps"),
+        ({"file_fps": "many"}, "file_fps"),
+        ({"unit": "parsec"}, "unit"),
         ({"horizon": 0}, "horizon"),
         ({"horizon": 2.5}, "horizon"),
         ({"speed": (2.0, 1.0)}, "speed"),
@@ -138,6 +143,13 @@ def test_models_of_ones_own(tmp_path):
 def test_impossible_motion_is_named_when_the_environment_is_made(arguments, why):
     with pytest.raises(MotionError, match=why):
         WalkerTracking(**arguments)
+
+
+def test_a_rate_that_files_dont_say_is_asked_for_by_the_arguments_name(tmp_path):
+    (tmp_path / "01_01.amc").touch()
+    for motion in (tmp_path, tmp_path / "01_01.amc"):
+        with pytest.raises(MotionError, match="file_fps must be given"):
+            WalkerTracking(motion=motion)
 
 
 def test_motion_that_is_too_short_is_named(folder):
