@@ -9,15 +9,6 @@ thousands of hypotheses against it without seeing the truth.
     >>> model.observe(mask=mask)                      # or depth=…, or rgb=…, background=…
     >>> model.log_likelihood(poses)                   # (N, 25) -> (N,)
 
-An environment hands it out in a few lines, and nothing is computed before somebody asks:
-
-    @property
-    def observation_model(self):
-        if self._scored != self._time:                # the frame that the model knows
-            self._model.observe(mask=self._mask, camera=self._camera)
-            self._scored = self._time
-        return self._model
-
 **Silhouette.** A pixel is seen as foreground (y = 1) with probability 1 - misses where the hypothesis has the body,
 and with probability false_alarms where it hasn't. Colours don't tell y for certain but with a probability p, so
 
