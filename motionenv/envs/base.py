@@ -146,7 +146,7 @@ class TrackingEnv(gymnasium.Env):
         """
         if not self._running:
             raise ResetNeeded("there is no episode to step: call reset() first, and again when an episode has ended")
-        actions = checked_actions(np.asarray(action)[None], self.world.action_space)
+        actions = checked_actions([action], self.world.action_space)
         errors, rewards = self.world.judge(actions)
         self.world.advance(self._slots)
         error = float(errors[0])
@@ -255,7 +255,10 @@ def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | Non
     Raises:
         MotionError: another shape, not numeric, not finite or out of bounds; says where.
     """
-    actions = np.asarray(actions)
+    try:
+        actions = np.asarray(actions)
+    except ValueError:
+        raise MotionError(f"action must be an array of shape {space.shape}, got lists of different lengths") from None
     if (
         actions.dtype.kind not in "fiu"
         or actions.shape[1:] != space.shape

@@ -132,6 +132,7 @@ def test_a_bad_action_is_named_and_changes_nothing(kind):
         (good[..., :1][..., None, None], "shape"),
         (good.astype(complex), "numbers"),
         (np.full(good.shape, None), "numbers"),
+        ([[1.0, 2.0], [3.0]], "lists of different lengths"),
     ]:
         with pytest.raises(MotionError, match=why):
             envs.step(actions)
