@@ -1,27 +1,19 @@
 """motionenv/ArmTracking-v0: the right arm in pictures, as in paper C, section 6."""
 
-import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from gymnasium.vector import AutoresetMode
 
 from motionenv.body import from_height, markers
 from motionenv.body.skeleton import ANKLE_HEIGHT
-from motionenv.envs.base import TrackingEnv
-from motionenv.envs.estimates import Estimates
-from motionenv.envs.sources import HEIGHT, SPLITS, WALKERS, Recordings, Source, episode_frames
-from motionenv.envs.stage import Sense, Stage
-from motionenv.envs.vector import TrackingVectorEnv
+from motionenv.envs.pictures import PictureTracking, PictureTrackingVector, picture_world
+from motionenv.envs.sources import HEIGHT, SPLITS, WALKERS, Recordings, Source
 from motionenv.envs.views import ArmView
 from motionenv.envs.world import PictureWorld
 from motionenv.errors import MotionError
-from motionenv.estimation import ObservationModel
 from motionenv.models.reaching import RIGHT_ARM, reach
-from motionenv.render.scenery import SceneryChoice
 from motionenv.types import MARKERS, POSE, Skeleton
 
 _SCORED = tuple(MARKERS.index(name) for name in ("right_elbow", "right_wrist"))
@@ -29,7 +21,27 @@ _ANKLES = [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")]
 _SPARE = 3.0  # seconds that a recording of reaching is longer than an episode
 
 
-class ArmTracking(TrackingEnv):
+def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorld:
+    """`n` people who stand and move an arm, each before a camera of his own.
+
+    Args:
+        n: how many.
+        motion: whence the arm's motion comes.
+        arguments: see `picture_world`.
+
+    Raises:
+        MotionError: an impossible argument; names it.
+    """
+    return picture_world(
+        n,
+        lambda source, camera: (ArmMotion(source), ArmView(camera)),
+        motion=motion,
+        scored={"entries": RIGHT_ARM, "joints": _SCORED},
+        **arguments,
+    )
+
+
+class ArmTracking(PictureTracking):
     """Tracking an arm in pictures.
 
     ## Description
@@ -83,90 +95,13 @@ class ArmTracking(TrackingEnv):
         arguments: see Arguments.
     """
 
-    world: PictureWorld
-
-    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
-        super().__init__(arm_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
-
-    @property
-    def observation_model(self) -> ObservationModel:
-        """Scores thousands of poses (n, 25) against the frame observed last, without the truth."""
-        self.check_begun("observation")
-        return self.world.observation_model(0)
+    make_world = staticmethod(arm_world)
 
 
-class ArmTrackingVector(TrackingVectorEnv):
-    """`num_envs` times `ArmTracking`, drawn together.
+class ArmTrackingVector(PictureTrackingVector):
+    """`num_envs` times `ArmTracking`, drawn together: see `PictureTrackingVector`."""
 
-    Args:
-        num_envs: how many.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        threads: that draw; None is as many as there are cores.
-        render_mode: None or "rgb_array".
-        lost_after: as in `ArmTracking`.
-        arguments: as in `ArmTracking`.
-    """
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
-        render_mode: str | None = None,
-        lost_after: float | None = None,
-        **arguments: Any,
-    ):
-        super().__init__(
-            arm_world(num_envs, threads=(os.cpu_count() or 1) if threads is None else threads, **arguments),
-            render_mode=render_mode,
-            lost_after=lost_after,
-            autoreset_mode=autoreset_mode,
-        )
-
-
-def arm_world(
-    n: int,
-    *,
-    motion: str = "reach",
-    split: str = "train",
-    size: int = 64,
-    observation: str | Sequence[str] = "rgb",
-    camera: str | float = "side",
-    background: str = "plain",
-    distractors: int = 0,
-    occluders: int = 0,
-    noise: float = 0.0,
-    brightness: float = 0.0,
-    fps: float = 30.0,
-    horizon: int = 90,
-    speed: tuple[float, float] | None = None,
-    height: tuple[float, float] | None = None,
-    clothes: bool = True,
-    estimate: str = "pose",
-    n_belief: int = 64,
-    file_fps: float | None = None,
-    unit: str | None = None,
-    threads: int = 1,
-) -> PictureWorld:
-    """People who stand and move an arm, each before a camera of his own.
-
-    Args:
-        n: how many.
-        threads: that draw.
-        motion, split, size, observation, camera, background, distractors, occluders, noise, brightness, fps, horizon:
-            see `ArmTracking`.
-        speed, height, clothes, estimate, n_belief, file_fps, unit: see `ArmTracking`.
-
-    Raises:
-        MotionError: an impossible argument; names it.
-    """
-    sense = Sense(observation, size)
-    estimates = Estimates(estimate, n_belief, entries=RIGHT_ARM, joints=_SCORED, threads=threads)
-    scenery = SceneryChoice(background, distractors, occluders, noise, brightness)
-    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
-    stage = Stage(n, ArmMotion(source), ArmView(camera), size=size, scenery=scenery, clothes=clothes, threads=threads)
-    return PictureWorld(stage, sense, estimates)
+    make_world = staticmethod(arm_world)
 
 
 @dataclass(frozen=True)

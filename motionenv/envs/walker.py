@@ -1,23 +1,29 @@
 """motionenv/WalkerTracking-v0: the pose of a walking person in pictures."""
 
-import os
-from collections.abc import Sequence
 from typing import Any
 
-from gymnasium.vector import AutoresetMode
-
-from motionenv.envs.base import TrackingEnv
-from motionenv.envs.estimates import Estimates
-from motionenv.envs.sources import Source, episode_frames
-from motionenv.envs.stage import Sense, Stage
-from motionenv.envs.vector import TrackingVectorEnv
+from motionenv.envs.pictures import PictureTracking, PictureTrackingVector, picture_world
 from motionenv.envs.views import WalkingView
 from motionenv.envs.world import PictureWorld
-from motionenv.estimation import ObservationModel
-from motionenv.render.scenery import SceneryChoice
 
 
-class WalkerTracking(TrackingEnv):
+def walker_world(n: int, *, motion: str = "walk/fpca", **arguments: Any) -> PictureWorld:
+    """`n` walkers, each before a camera of his own.
+
+    Args:
+        n: how many.
+        motion: whence motion comes.
+        arguments: see `picture_world`.
+
+    Raises:
+        MotionError: an impossible argument; names it.
+    """
+    return picture_world(
+        n, lambda source, camera: (source, WalkingView(camera, source.fps)), motion=motion, scored={}, **arguments
+    )
+
+
+class WalkerTracking(PictureTracking):
     """Tracking the pose of a walking person in pictures.
 
     ## Description
@@ -96,87 +102,10 @@ class WalkerTracking(TrackingEnv):
         arguments: see Arguments.
     """
 
-    world: PictureWorld
-
-    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
-        super().__init__(walker_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
-
-    @property
-    def observation_model(self) -> ObservationModel:
-        """Scores thousands of poses against the frame observed last, without the truth."""
-        self.check_begun("observation")
-        return self.world.observation_model(0)
+    make_world = staticmethod(walker_world)
 
 
-class WalkerTrackingVector(TrackingVectorEnv):
-    """`num_envs` times `WalkerTracking`, drawn together.
+class WalkerTrackingVector(PictureTrackingVector):
+    """`num_envs` times `WalkerTracking`, drawn together: see `PictureTrackingVector`."""
 
-    Args:
-        num_envs: how many.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        threads: that draw; None is as many as there are cores.
-        render_mode: None or "rgb_array".
-        lost_after: as in `WalkerTracking`.
-        arguments: as in `WalkerTracking`.
-    """
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        threads: int | None = None,
-        render_mode: str | None = None,
-        lost_after: float | None = None,
-        **arguments: Any,
-    ):
-        super().__init__(
-            walker_world(num_envs, threads=(os.cpu_count() or 1) if threads is None else threads, **arguments),
-            render_mode=render_mode,
-            lost_after=lost_after,
-            autoreset_mode=autoreset_mode,
-        )
-
-
-def walker_world(
-    n: int,
-    *,
-    motion: str = "walk/fpca",
-    split: str = "train",
-    size: int = 64,
-    observation: str | Sequence[str] = "rgb",
-    camera: str | float = "side",
-    background: str = "plain",
-    distractors: int = 0,
-    occluders: int = 0,
-    noise: float = 0.0,
-    brightness: float = 0.0,
-    fps: float = 30.0,
-    horizon: int = 90,
-    speed: tuple[float, float] | None = None,
-    height: tuple[float, float] | None = None,
-    clothes: bool = True,
-    estimate: str = "pose",
-    n_belief: int = 64,
-    file_fps: float | None = None,
-    unit: str | None = None,
-    threads: int = 1,
-) -> PictureWorld:
-    """Walkers, each before a camera of his own.
-
-    Args:
-        n: how many.
-        threads: that draw.
-        motion, split, size, observation, camera, background, distractors, occluders, noise, brightness, fps, horizon:
-            see `WalkerTracking`.
-        speed, height, clothes, estimate, n_belief, file_fps, unit: see `WalkerTracking`.
-
-    Raises:
-        MotionError: an impossible argument; names it.
-    """
-    sense, estimates = Sense(observation, size), Estimates(estimate, n_belief, threads=threads)
-    scenery = SceneryChoice(background, distractors, occluders, noise, brightness)
-    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
-    view = WalkingView(camera, source.fps)
-    stage = Stage(n, source, view, size=size, scenery=scenery, clothes=clothes, threads=threads)
-    return PictureWorld(stage, sense, estimates)
+    make_world = staticmethod(walker_world)
