@@ -183,6 +183,41 @@ class Markers(_Record):
 
 
 @dataclass(frozen=True, eq=False)
+class Points(_Record):
+    """The 15 markers as one camera shows them: what lifting starts from.
+
+    Attributes:
+        positions: (frames, 15, 2) in the order of `MARKERS`; NaN in gaps. Metres with the second axis upwards, or
+            pixels with the second axis downwards, as in OpenCV.
+        fps: frames per second.
+        unit: "m" or "px".
+        truth: the walk (frames, 15, 3) that these are a picture of, where it is known.
+        name: where they came from, for people.
+    """
+
+    positions: np.ndarray
+    fps: float
+    unit: str
+    truth: Markers | None = None
+    name: str = ""
+
+    def __post_init__(self):
+        positions = frozen(self.positions, (None, len(MARKERS), 2), "Points.positions")
+        self._set(positions=positions, fps=checked_fps(self.fps))
+        if np.isinf(positions).any():
+            raise MotionError("Points.positions hold infinite values: mark what is missing as NaN")
+        if self.unit not in ("m", "px"):
+            raise MotionError(f"Points.unit must be m (metres, upwards) or px (pixels, downwards), got {self.unit!r}")
+        if self.truth is not None and self.truth.positions.shape != (*positions.shape[:2], 3):
+            raise MotionError(f"Points.truth must hold {positions.shape[:2]} points, got {self.truth.positions.shape}")
+
+    @property
+    def upward(self) -> np.ndarray:
+        """Positions (frames, 15, 2) with the second axis upwards in either unit."""
+        return self.positions if self.unit == "m" else self.positions * [1.0, -1.0]
+
+
+@dataclass(frozen=True, eq=False)
 class Cycles(_Record):
     """Motion cycles in a common reference domain (paper A, section 3.4): the design matrix X⁽¹⁾, unrolled.
 
