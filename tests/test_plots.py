@@ -139,6 +139,39 @@ def test_trajectories_follow_hands_and_feet_along_the_heading():
     assert np.ptp(grey[..., 0]) > 39 / 30
 
 
+VIEWS = np.radians(np.arange(-90, 91))
+BOTH = {"approach I": 800 + 100 * np.cos(VIEWS), "approach II": 500 + 90 * np.cos(VIEWS)}
+FOUND = {name: np.random.default_rng(k).normal(0.02, 0.05, (7, 181)) for k, name in enumerate(BOTH)}
+
+
+def test_error_over_variance_marks_the_chosen_one():
+    candidates = np.array([1, 25, 70, 300, 625])
+    (panel,) = plots.error_over_variance(candidates, {"N = 30": [9, 7, 6, 7, 8]}, chosen=70).axes
+    curve, mark = panel.lines
+    np.testing.assert_array_equal(curve.get_xydata(), np.stack([candidates, [9, 7, 6, 7, 8]], -1))
+    assert mark.get_xdata()[0] == 70
+    assert "mm²" in panel.get_xlabel()
+
+
+def test_over_views_draws_approach_one_solid_and_two_dashed_over_degrees():
+    (panel,) = plots.over_views(VIEWS, BOTH, "error [mm²]").axes
+    assert [line.get_linestyle() for line in panel.lines] == ["-", "--"]
+    for line, (name, curve) in zip(panel.lines, BOTH.items(), strict=True):
+        assert line.get_label() == name
+        np.testing.assert_allclose(line.get_xydata(), np.stack([np.arange(-90, 91), curve], -1))
+    assert panel.get_ylabel() == "error [mm²]"
+
+
+def test_recovered_views_are_mean_and_deviation_in_degrees():
+    panels = plots.recovered_views(VIEWS, FOUND).axes
+    for panel, (name, error) in zip(panels, FOUND.items(), strict=True):
+        assert panel.get_title() == name
+        mean, above, below, true = (line.get_ydata() for line in panel.lines)
+        np.testing.assert_allclose(true, np.arange(-90, 91))
+        np.testing.assert_allclose(mean, true + np.rad2deg(error.mean(0)))
+        np.testing.assert_allclose([above - mean, mean - below], [np.rad2deg(error.std(0))] * 2, atol=1e-9)
+
+
 def test_no_curve_leaves_its_panel():
     mean, modes = cycle()
     figures = (
@@ -146,6 +179,8 @@ def test_no_curve_leaves_its_panel():
         plots.trajectories(walk()),
         plots.pose_samples(walk().poses[0], walk().poses[None, :20], BODY, ["20"]),
         plots.coefficient_histograms(draws(), np.zeros(16), 1.0),
+        plots.over_views(VIEWS, BOTH, "error"),
+        plots.recovered_views(VIEWS, FOUND),
     )
     for figure in figures:
         figure.draw_without_rendering()
@@ -185,6 +220,12 @@ def test_same_data_same_picture_and_pyplot_stays_out():
         (lambda: plots.trajectories(Motion(np.zeros((2, 9, 25)), BODY, 30)), "must have shape"),
         (lambda: plots.trajectories(Motion(np.full((9, 25), np.nan), BODY, 30)), "NaN"),
         (lambda: plots.trajectories(Motion(np.zeros((0, 25)), BODY, 30)), "no frames"),
+        (lambda: plots.error_over_variance([1, 2], {"a": [1]}), "curve of a must have shape"),
+        (lambda: plots.error_over_variance([], {"a": []}), "there must be variances"),
+        (lambda: plots.over_views(VIEWS, {}, ""), "1 to 4 curves"),
+        (lambda: plots.over_views(VIEWS, {"a": np.full(181, np.nan)}, ""), "a has NaN"),
+        (lambda: plots.recovered_views(VIEWS, {"a": np.zeros((3, 180))}), "errors of a must have shape"),
+        (lambda: plots.recovered_views(VIEWS, {"a": np.zeros((0, 181))}), "at least one walk"),
         (lambda: plots.variance_curve([]), "shares"),
         (lambda: plots.variance_curve([0.9, 0.2]), "shares"),
         (lambda: plots.variance_curve([0.9, np.nan]), "shares"),
