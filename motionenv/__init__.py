@@ -42,6 +42,7 @@ _HOME = {
     "Eigenwalkers": "models.eigenwalkers",
     "FunctionalPCA": "models.fpca",
     "MotionTree": "models.tree",
+    "WalkerPrior": "models.walkerprior",
     "WalkingModel": "models.walking",
     "load": "models.store",
     "Scene": "render",

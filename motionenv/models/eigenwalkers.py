@@ -1,5 +1,7 @@
 """Eigenwalkers: principal components of walkers in Fourier representation (paper B, section 3.1)."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from motionenv.errors import GapError, ModelError, MotionError
@@ -16,10 +18,6 @@ _USUAL = 30  # components the paper keeps of 80 walkers
 _FASTEST = 3.0  # [m/s]
 _EXCESS = np.radians(10.0)  # beyond its joint limits by less than this, a drawn body is fine
 _TRIES = 100
-_STORED = (
-    "mean_", "components_", "explained_variance_", "explained_variance_ratio_",
-    "log_frequency_mean_", "log_frequency_weights_", "log_frequency_deviation_",
-)  # fmt: skip
 
 
 class Eigenwalkers:
@@ -51,6 +49,12 @@ class Eigenwalkers:
     """
 
     kind = "eigenwalkers"
+    _settings: tuple[str, ...] = ("n_components", "tol", "max_iter")
+    _stored: tuple[str, ...] = (
+        "mean_", "components_", "explained_variance_", "explained_variance_ratio_",
+        "log_frequency_mean_", "log_frequency_weights_", "log_frequency_deviation_",
+    )  # fmt: skip
+    _shapes: ClassVar = {"mean_": _SHAPE, "log_frequency_mean_": (), "log_frequency_deviation_": ()}
 
     def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500):
         self.n_components = n_components
@@ -69,21 +73,11 @@ class Eigenwalkers:
             MotionError: fewer than two people, or not enough for n_components; labels and walkers don't match.
             GapError: a marker that nobody shows; names it.
         """
-        walkers = list(walkers)
-        subjects = [str(s) for s in (range(len(walkers)) if subjects is None else subjects)]
-        if len(subjects) != len(walkers) or not all(isinstance(w, Walker) for w in walkers):
-            raise MotionError(f"fit needs Walkers and a subject for each, got {len(walkers)} and {len(subjects)}")
+        walkers, subjects = _labelled(walkers, subjects)
         coefficients, log_frequencies, self.people_ = _people(walkers, subjects)
         self.n_people_, self.n_walkers_ = len(coefficients), len(walkers)
-        rank = self._rank()
-        _check_markers(coefficients)
-        decompose = _by_svd if np.isfinite(coefficients).all() else self._by_likelihood
-        mean, components, variance, total = decompose(coefficients.reshape(len(coefficients), -1), rank)
-        signs = np.sign(np.take_along_axis(components, np.abs(components).argmax(axis=1)[:, None], axis=1))
-        self.mean_, self.components_ = mean.reshape(_SHAPE), (signs * components).reshape(-1, *_SHAPE)
-        self.explained_variance_, self.explained_variance_ratio_ = variance, variance / total
-        self.scores_ = self._scores(coefficients)
-        standard = self.scores_ / np.sqrt(variance)
+        self._learn(coefficients, self._rank())
+        standard = self.scores_ / np.sqrt(self.explained_variance_)
         fitted = _shrunk_regression(standard, log_frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
         return self
@@ -208,9 +202,9 @@ class Eigenwalkers:
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-able settings from which `from_arrays` makes the same model."""
         self._check_fitted()
-        settings = {name: getattr(self, name) for name in ("n_components", "tol", "max_iter")}
+        settings = {name: getattr(self, name) for name in self._settings}
         counts = {"n_people": self.n_people_, "n_walkers": self.n_walkers_}
-        return {name: np.asarray(getattr(self, name)) for name in _STORED}, {"settings": settings, **counts}
+        return {name: np.asarray(getattr(self, name)) for name in self._stored}, {"settings": settings, **counts}
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "Eigenwalkers":
@@ -221,14 +215,27 @@ class Eigenwalkers:
         """
         model = cls(**meta["settings"])
         n = len(arrays["components_"])
-        shapes = dict.fromkeys(_STORED, (n,)) | {"mean_": _SHAPE, "components_": (n, *_SHAPE)}
-        shapes |= {"log_frequency_mean_": (), "log_frequency_deviation_": ()}
+        shapes = dict.fromkeys(cls._stored, (n,)) | cls._shapes | {"components_": (n, *_SHAPE)}
         for name, shape in shapes.items():
             if arrays[name].shape != shape:
                 raise ModelError(f"{name} has shape {arrays[name].shape}, expected {shape}: fit the model again")
             setattr(model, name, arrays[name] if arrays[name].ndim else float(arrays[name]))
         model.n_people_, model.n_walkers_, model.card_ = meta["n_people"], meta["n_walkers"], meta.get("card", {})
         return model
+
+    def _learn(self, coefficients: np.ndarray, rank: int) -> None:
+        """Mean, components, variances and scores of columns (R, 5, 15, 3)."""
+        self.mean_, self.components_, self.explained_variance_, total = self._decomposed(coefficients, rank)
+        self.explained_variance_ratio_ = self.explained_variance_ / total
+        self.scores_ = self._scores(coefficients)
+
+    def _decomposed(self, coefficients: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3)."""
+        _check_markers(coefficients)
+        decompose = _by_svd if np.isfinite(coefficients).all() else self._by_likelihood
+        mean, components, variance, total = decompose(coefficients.reshape(len(coefficients), -1), rank)
+        signs = np.sign(np.take_along_axis(components, np.abs(components).argmax(axis=1)[:, None], axis=1))
+        return mean.reshape(_SHAPE), (signs * components).reshape(-1, *_SHAPE), variance, total
 
     def _rank(self) -> int:
         """N.
@@ -319,6 +326,19 @@ class Eigenwalkers:
     def _check_fitted(self) -> None:
         if not hasattr(self, "components_"):
             raise ModelError("these Eigenwalkers are not fitted: call fit(walkers) first, or motionenv.load(name)")
+
+
+def _labelled(walkers, subjects) -> tuple[list[Walker], list[str]]:
+    """The walkers, and the label of each; without `subjects` each is a person of its own.
+
+    Raises:
+        MotionError: not Walkers, or not as many labels.
+    """
+    walkers = list(walkers)
+    subjects = [str(s) for s in (range(len(walkers)) if subjects is None else subjects)]
+    if len(subjects) != len(walkers) or not all(isinstance(w, Walker) for w in walkers):
+        raise MotionError(f"fit needs Walkers and a subject for each, got {len(walkers)} and {len(subjects)}")
+    return walkers, subjects
 
 
 def _people(walkers: list[Walker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:

@@ -24,6 +24,10 @@ from motionenv.types import MARKERS, frozen
 PARTS = ("p0", "p1", "q1", "p2", "q2")
 LEFT_ANKLE, RIGHT_ANKLE, PELVIS = (MARKERS.index(n) for n in ("left_ankle", "right_ankle", "pelvis"))
 
+_SIDES = {"left": "right", "right": "left"}
+#: The marker on the other side of each; those in the middle are their own.
+OTHER_SIDE = tuple(MARKERS.index("_".join(_SIDES.get(part, part) for part in m.split("_"))) for m in MARKERS)
+
 _LEG = 0.245 + 0.246  # hip to ankle as a share of the standing height (Winter 2009, fig. 4.1)
 
 
@@ -95,6 +99,16 @@ def later(coefficients, phase) -> np.ndarray:
         p, q = w[..., 2 * h - 1, :, :], w[..., 2 * h, :, :]
         moved[..., 2 * h - 1, :, :], moved[..., 2 * h, :, :] = c * p - s * q, s * p + c * q
     return moved
+
+
+def mirrored(coefficients) -> np.ndarray:
+    """Coefficients (..., 5, 15, 3) of the mirror image, half a stride later, where its left foot is furthest ahead.
+
+    Left and right markers change places, y changes sign, and half a stride turns the sign of the fundamental.
+    """
+    w = np.asarray(coefficients, dtype=np.float64)[..., OTHER_SIDE, :] * [1.0, -1.0, 1.0]
+    w[..., 1:3, :, :] *= -1
+    return w
 
 
 def in_phase(coefficients) -> np.ndarray:

@@ -37,6 +37,7 @@ _DAMAGE = (
 KINDS = {
     "fpca": "motionenv.models.fpca:FunctionalPCA",
     "eigenwalkers": "motionenv.models.eigenwalkers:Eigenwalkers",
+    "walker-prior": "motionenv.models.walkerprior:WalkerPrior",
     "walking": "motionenv.models.walking:WalkingModel",
     "tree": "motionenv.models.tree.model:MotionTree",
 }
