@@ -43,6 +43,7 @@ class Walker:
             is the residual of eq. 3.1.
         strides: how many strides were seen.
         name: where it came from, for people.
+        heading: direction in which it went in the capture's world, from x towards y [rad].
     """
 
     coefficients: np.ndarray
@@ -51,6 +52,7 @@ class Walker:
     shares: np.ndarray = (np.nan, np.nan)  # type: ignore[assignment]
     strides: float = np.nan
     name: str = ""
+    heading: float = np.nan
 
     def __post_init__(self):
         coefficients = frozen(self.coefficients, (len(PARTS), len(MARKERS), 3), "Walker.coefficients")

@@ -1,5 +1,7 @@
 """Captured walks → Fourier representations (paper B, section 3.1), by least squares on what is seen."""
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize_scalar
@@ -44,10 +46,7 @@ def fourier_walker(markers: Markers, *, frequencies=(0.5, 2.0), steady: float = 
     low, high = _resolvable(frequencies, seconds, markers.name)
     gaps = _gaps(np.isfinite(positions).all(axis=-1))
     residual = lambda f: _series(positions, gaps, t, f, drift)[2]
-    scan = np.linspace(low, high, int(np.ceil((high - low) * np.ptp(t) * _SCAN)) + 2)
-    best = int(np.argmin([residual(f) for f in scan]))
-    bounds = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
-    frequency = float(minimize_scalar(residual, bounds=bounds, method="bounded", options={"xatol": 1e-12}).x)
+    frequency = best_frequency(residual, low, high, float(np.ptp(t)))
     if frequency * seconds < _STRIDES:
         raise GapError(f"{markers.name or 'this walk'} has fewer than two strides in its steady stretch: leave it out")
     coefficients, velocity, variance = _series(positions, gaps, t, frequency, drift)
@@ -55,7 +54,8 @@ def fourier_walker(markers: Markers, *, frequencies=(0.5, 2.0), steady: float = 
     shares = power / (power.sum() + variance)
     way = _way(coefficients[0], velocity, markers.name)
     w = grounded(centred(in_phase(_turned(coefficients, way))))
-    return Walker(w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name)
+    heading = float(np.arctan2(way[1], way[0]))
+    return Walker(w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name, heading)
 
 
 def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
@@ -81,6 +81,21 @@ def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
     fast = (speed >= share * brisk) | (brisk < _TRAVEL)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(np.int8))).reshape(-1, 2)
     return slice(*edges[np.argmax(edges[:, 1] - edges[:, 0])].tolist())
+
+
+def best_frequency(residual: Callable[[float], float], low: float, high: float, seconds: float) -> float:
+    """The frequency [Hz] at which a series leaves least: by a scan, and then continuously about its best point.
+
+    Args:
+        residual: what is left at a frequency.
+        low: least frequency [Hz].
+        high: greatest frequency [Hz].
+        seconds: duration [s], which says how fine the scan must be.
+    """
+    scan = np.linspace(low, high, int(np.ceil((high - low) * seconds * _SCAN)) + 2)
+    best = int(np.argmin([residual(f) for f in scan]))
+    bounds = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
+    return float(minimize_scalar(residual, bounds=bounds, method="bounded", options={"xatol": 1e-12}).x)
 
 
 def _check(markers: Markers, frequencies, steady, drift) -> None:
