@@ -1,0 +1,134 @@
+"""What the solvers of lifting share: the model as a Gaussian over walkers, and sequences put in order for kernels."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from motionenv.errors import ModelError, MotionError
+from motionenv.types import MARKERS
+
+VARIANCE = 70e-6  # [m²] paper B's best σ² (figure 3)
+SHAPE = (5, len(MARKERS))
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussian:
+    """Walkers w = mean + Σ k_n e_n + noise, with k_n ~ N(0, 1 / precision_n), precision 0 where nothing is known.
+
+    Attributes:
+        mean: (5, 15, 3) [m].
+        components: (N, 5, 15, 3).
+        precision: (N,) [1/m²].
+        noise: (5, 15) [m²], variance of each of the three coordinates.
+        inflation: (15,) factor for variances of what a view doesn't show.
+    """
+
+    mean: np.ndarray
+    components: np.ndarray
+    precision: np.ndarray
+    noise: np.ndarray
+    inflation: np.ndarray
+
+    @cached_property
+    def basis(self) -> np.ndarray:
+        """Mean and components, coordinate by coordinate: (3, 1 + N, 75)."""
+        both = np.concatenate([self.mean[None], self.components])
+        return np.ascontiguousarray(np.moveaxis(both.reshape(len(both), -1, 3), 2, 0))
+
+    def weights(self, seen: np.ndarray) -> np.ndarray:
+        """1 / noise where a marker of `seen` (15,) is there, else 0: (5, 15) [1/m²]."""
+        return np.where(seen, 1 / self.noise, 0.0)
+
+
+def gaussian(model, variance: float | None, n_components: int | None, prior: bool) -> Gaussian:
+    """The Gaussian of `model`'s first components, with `variance` [m²] for noise or, for None, the model's own."""
+    n = len(model.components_)
+    kept = n if n_components is None else n_components
+    if isinstance(kept, bool) or kept != int(kept) or not 1 <= kept <= n:
+        raise MotionError(f"n_components must be a whole number from 1 to the model's {n}, got {n_components!r}")
+    precision = 1 / model.explained_variance_[:kept] if prior else np.zeros(int(kept))
+    inflation = np.asarray(getattr(model, "inflation_", np.ones(len(MARKERS))), dtype=np.float64)
+    return Gaussian(model.mean_, model.components_[:kept], precision, _noise(model, variance), inflation)
+
+
+def _noise(model, variance: float | None) -> np.ndarray:
+    if variance is None:
+        if not hasattr(model, "noise_"):
+            raise ModelError(
+                f"{type(model).__name__} doesn't know its noise: give a variance in m², paper B's is 70e-6"
+            )
+        return np.asarray(model.noise_, dtype=np.float64)
+    if isinstance(variance, bool) or not 0 < variance < np.inf:
+        raise MotionError(f"variance must be a number of m² above 0, or None for the model's own, got {variance!r}")
+    return np.full(SHAPE, float(variance))
+
+
+def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (..., 5, 15, 2) as floats, 0 where missing, and which markers are seen (..., 15).
+
+    Raises:
+        MotionError: another shape, infinite values, a marker that is missing in part, a sequence that shows none.
+    """
+    try:
+        w2 = np.asarray(w2, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"w2 must be numbers of shape (..., 5, 15, 2): {error}") from None
+    if w2.shape[-3:] != (*SHAPE, 2) or w2.size == 0:
+        raise MotionError(f"w2 must be coefficients of shape (..., 5, 15, 2), at least one sequence, got {w2.shape}")
+    missing = np.isnan(w2)
+    seen = ~missing.any(axis=(-3, -1))
+    if np.isinf(w2).any():
+        raise MotionError("w2 holds infinite values: mark what is missing as NaN")
+    if (seen == missing.all(axis=(-3, -1))).any():
+        i = np.argwhere(seen == missing.all(axis=(-3, -1)))[0][-1]
+        raise MotionError(f"w2 has the {MARKERS[i]} in part: a marker's 10 coefficients are all there or all NaN")
+    if not seen.any(axis=-1).all():
+        raise MotionError("w2 has a sequence without any marker: leave it out")
+    return np.where(missing, 0.0, w2), seen
+
+
+def checked_angle(values, name: str, shape: tuple) -> np.ndarray:
+    """`values` [rad] as floats of `shape`.
+
+    Raises:
+        MotionError: not finite, or of a shape that doesn't fit.
+    """
+    try:
+        return np.broadcast_to(_finite(values, name), shape)
+    except ValueError:
+        raise MotionError(f"{name} must fit the sequences' {shape}, got {np.shape(values)}") from None
+
+
+def _finite(values, name: str) -> np.ndarray:
+    try:
+        values = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise MotionError(f"{name} must be numbers, got {values!r}") from None
+    if not np.isfinite(values).all():
+        raise MotionError(f"{name} must be finite radians, got {values}")
+    return values
+
+
+def patterns(seen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Each distinct row of `seen` (n, 15), and which sequences (m,) have it."""
+    if (seen == seen[0]).all():
+        return [(seen[0], np.arange(len(seen)))]
+    rows, which = np.unique(seen, axis=0, return_inverse=True)
+    return [(row, np.flatnonzero(which.reshape(-1) == i)) for i, row in enumerate(rows)]
+
+
+def gram_blocks(basis: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    r"""(6, 1 + N, 1 + N): F_iᵀWF_j of coordinates xx, yy, zz, and xy, xz, yz with their transposes added.
+
+    With them the normal matrix is Σ_i F_iᵀWF_i - Σ_ij d_i d_j F_iᵀWF_j for every view that looks along d.
+
+    Args:
+        basis: F (3, 1 + N, 75).
+        weights: diagonal of W (75,).
+    """
+    m = basis.shape[1]
+    flat = basis.reshape(3 * m, -1)
+    gram = ((flat * weights) @ flat.T).reshape(3, m, 3, m)
+    mixed = [gram[i, :, j] + gram[j, :, i] for i, j in ((0, 1), (0, 2), (1, 2))]
+    return np.ascontiguousarray([gram[0, :, 0], gram[1, :, 1], gram[2, :, 2], *mixed])

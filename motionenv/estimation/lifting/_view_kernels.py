@@ -1,0 +1,181 @@
+"""Linear algebra of views: normal matrices from Gram blocks, and what a table of known views takes.
+
+With rows r and u for a picture's axes and d for the direction of looking (`geometry.axes`), rᵀr + uᵀu = 1 - dᵀd, so the
+normal matrix of a view is a sum of six blocks (`gram_blocks`) whose factors are trigonometric in α and ε. Matrices are
+factorised as A = UᵀU with U in rows: then every inner loop runs along memory.
+"""
+
+import numpy as np
+from numba import njit
+
+jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})
+
+_SINGULAR = 1e-12  # a pivot below this share of its diagonal entry is rounding
+
+
+@jit
+def factorise(a):
+    """A = UᵀU in place, U in the upper triangle; False where A isn't positive definite."""
+    n = len(a)
+    for j in range(n):
+        given = 0.0
+        for i in range(j):
+            given += a[i, j] * a[i, j]
+        if not a[j, j] > _SINGULAR * (a[j, j] + given):
+            return False
+        scale = 1.0 / np.sqrt(a[j, j])
+        for k in range(j, n):
+            a[j, k] *= scale
+        for i in range(j + 1, n):
+            factor = a[j, i]
+            for k in range(i, n):
+                a[i, k] -= factor * a[j, k]
+    return True
+
+
+@jit
+def solve_lower(u, b):
+    """Solve Uᵀ x = b in place."""
+    for j in range(len(b)):
+        b[j] /= u[j, j]
+        for k in range(j + 1, len(b)):
+            b[k] -= u[j, k] * b[j]
+
+
+@jit
+def solve_upper(u, b):
+    """Solve U x = b in place."""
+    for j in range(len(b) - 1, -1, -1):
+        total = b[j]
+        for k in range(j + 1, len(b)):
+            total -= u[j, k] * b[k]
+        b[j] = total / u[j, j]
+
+
+@jit
+def dot(a, b):
+    """aᵀb."""
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@jit
+def normal_matrix(blocks, factors, a):
+    """Write a = Σ factors · blocks, upper triangle."""
+    for i in range(len(a)):
+        for j in range(i, len(a)):
+            a[i, j] = 0.0
+        for b in range(6):
+            factor = factors[b]
+            for j in range(i, len(a)):
+                a[i, j] += factor * blocks[b, i, j]
+
+
+@jit
+def block_factors(d, factors):
+    """Factors of the six blocks for a view that looks along `d`."""
+    for i in range(3):
+        factors[i] = 1.0 - d[i] * d[i]
+    factors[3], factors[4], factors[5] = -d[0] * d[1], -d[0] * d[2], -d[1] * d[2]
+
+
+@jit
+def combine(row, basis, out):
+    """Write out (1 + N, 75) = Σ_i row_i basis_i: mean and components along one axis."""
+    for n in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[n, i] = row[0] * basis[0, n, i] + row[1] * basis[1, n, i] + row[2] * basis[2, n, i]
+
+
+@jit
+def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scores, depth):
+    """Scores (eqs. 3.9, A.5) and missing dimension of sequences that are sorted into groups of one view.
+
+    Args:
+        w2: (n, 75, 2), 0 where missing.
+        order: rows of `w2`, group after group.
+        starts: (groups + 1,) where in `order` each group starts.
+        axes: (groups, 3, 3) of each group's view.
+        basis: (3, 1 + N, 75).
+        weights: (75,), 0 where missing.
+        blocks: (6, 1 + N, 1 + N).
+        precision: (N,).
+        scores: (n, N), written.
+        depth: (n, 75), written.
+
+    Returns:
+        Whether every normal matrix had an inverse.
+    """
+    n, p = basis.shape[1] - 1, basis.shape[2]
+    normal, factors, full = np.empty((n, n)), np.empty(6), np.empty((n + 1, n + 1))
+    shown, y = np.empty((3, n + 1, p)), np.empty((0, 0))
+    for g in range(len(axes)):
+        for c in range(3):
+            combine(axes[g, c], basis, shown[c])
+        block_factors(axes[g, 2], factors)
+        normal_matrix(blocks, factors, full)
+        normal[:] = full[1:, 1:]
+        for i in range(n):
+            normal[i, i] += precision[i]
+        if not factorise(normal):
+            return False
+        rows = order[starts[g] : starts[g + 1]]
+        if len(y) < len(rows):
+            y = np.empty((len(rows), 2 * p))
+        _differences(w2, rows, shown, y)
+        right = np.dot(y[: len(rows)], _weighted(shown, weights).T)
+        for s in range(len(rows)):
+            solve_lower(normal, right[s])
+            solve_upper(normal, right[s])
+        deep = np.dot(right, shown[2, 1:])
+        for s in range(len(rows)):
+            scores[rows[s]] = right[s]
+            depth[rows[s]] = deep[s] + shown[2, 0]
+    return True
+
+
+@jit
+def _differences(w2, rows, shown, y):
+    """Write what `rows` of w2 (n, 75, 2) differ from the mean's picture, shown[:, 0], into y (rows, 150)."""
+    for s in range(len(rows)):
+        for p in range(w2.shape[1]):
+            y[s, 2 * p] = w2[rows[s], p, 0] - shown[0, 0, p]
+            y[s, 2 * p + 1] = w2[rows[s], p, 1] - shown[1, 0, p]
+
+
+@jit
+def _weighted(shown, weights):
+    """ÊᵀW (N, 150) of the components' picture shown[:2, 1:] (2, N, 75)."""
+    out = np.empty((shown.shape[1] - 1, 2 * shown.shape[2]))
+    for i in range(len(out)):
+        for p in range(shown.shape[2]):
+            out[i, 2 * p] = weights[p] * shown[0, i + 1, p]
+            out[i, 2 * p + 1] = weights[p] * shown[1, i + 1, p]
+    return out
+
+
+@jit
+def fill(w2, seen, depth, scores, axes, basis, out):
+    """Measured coordinates kept, the missing dimension and missing markers filled (eq. 3.16).
+
+    Args:
+        w2: (n, 75, 2).
+        seen: (n, 75).
+        depth: (n, 75).
+        scores: (n, N).
+        axes: (n, 3, 3).
+        basis: (3, 1 + N, 75).
+        out: (n, 75, 3), written.
+    """
+    for s in range(len(w2)):
+        r, u, d = axes[s, 0], axes[s, 1], axes[s, 2]
+        for p in range(w2.shape[1]):
+            for i in range(3):
+                if seen[s, p]:
+                    out[s, p, i] = w2[s, p, 0] * r[i] + w2[s, p, 1] * u[i] + depth[s, p] * d[i]
+                else:
+                    out[s, p, i] = basis[i, 0, p]
+                    for k in range(scores.shape[1]):
+                        out[s, p, i] += scores[s, k] * basis[i, k + 1, p]
