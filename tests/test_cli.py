@@ -157,10 +157,10 @@ def test_render_makes_films(run, tmp_path, walk, options, out):
 def test_models_are_listed_with_their_cards(run):
     result = run("models")
     assert result.code == 0
-    for name in ("walk/fpca", "walk/eigenwalkers"):
+    for name in ("walk/fpca", "walk/eigenwalkers", "walk/prior"):
         assert name in result.out
-    assert result.out.count("model licence: MIT") == 3
-    assert result.out.count("command: motionenv fit") == 2
+    assert result.out.count("model licence: MIT") == 4
+    assert result.out.count("command: motionenv fit") == 3
     assert "mixed/tree\n    model: mixed/tree\n    people: 48" in result.out
 
 
@@ -247,7 +247,7 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
 @pytest.mark.parametrize(
     ("command", "says"),
     [
-        ("synth walk/nothing --out w.npz", "mixed/tree, walk/eigenwalkers, walk/fpca"),
+        ("synth walk/nothing --out w.npz", "mixed/tree, walk/eigenwalkers, walk/fpca, walk/prior"),
         ("synth missing.npz --out w.npz", "missing.npz"),
         ("synth walk/fpca --out w.xyz", ".xyz"),
         ("synth walk/fpca --out nowhere/w.npz", "nowhere"),
@@ -274,7 +274,7 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
         ("render WALK --size 16x16 --out nowhere/w.mp4", "nowhere"),
         ("render missing.npz --out w.mp4", "missing.npz"),
         ("render WALK --fps 30 --out w.mp4", "fps"),
-        ("fit walk/other --mocap . --out m.npz", "tree, walk/fpca or walk/eigenwalkers"),
+        ("fit walk/other --mocap . --out m.npz", "tree, walk/fpca, walk/eigenwalkers or walk/prior"),
         ("fit walk/fpca --mocap . --out m.npz", "no AMC, BVH, C3D or TRC"),
         ("fit walk/fpca --mocap nowhere --out m.npz", "nowhere"),
         ("fit walk/fpca --mocap . --out nowhere/m.npz", "nowhere"),

@@ -10,7 +10,7 @@ from motionenv.errors import MotionError
 
 
 def fit(
-    model: Annotated[str, typer.Argument(help="tree, walk/fpca or walk/eigenwalkers.")],
+    model: Annotated[str, typer.Argument(help="tree, walk/fpca, walk/eigenwalkers or walk/prior.")],
     mocap: Annotated[Path, typer.Option(help="Folder of capture files; subfolders too.")],
     out: Annotated[Path, typer.Option(help="Model file to write (.npz).")],
     fps: Fps = None,

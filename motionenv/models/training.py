@@ -14,26 +14,28 @@ from motionenv.mocap import read, retarget, to_markers
 from motionenv.mocap.sources import find_source
 from motionenv.models.eigenwalkers import Eigenwalkers
 from motionenv.models.gait import gait_channels
+from motionenv.models.walkerprior import WalkerPrior
 from motionenv.models.walking import WalkingModel
 from motionenv.types import Markers, Motion
 
 # CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.
 _SAME_PERSON = {"37": "12", "38": "07"}
 #: Names under which `fit` fits models.
-MODELS = ("walk/fpca", "walk/eigenwalkers")
+MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior")
 
 _CMU_CARD = {
     "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
     "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
     "model licence": "MIT",
-    "intended use": "synthesis and tracking of straight walking; few people, most trials of one of them",
+    "intended use": "{} of straight walking; few people, most trials of one of them",
 }
 _UNKNOWN_CARD = {
     "data": "straight walks from files that motionenv doesn't know",
     "data licence": "not stated: ask whoever the capture is from",
     "model licence": "not stated: it depends on the capture's",
-    "intended use": "synthesis and tracking of straight walking",
+    "intended use": "{} of straight walking",
 }
+_USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
 _SUFFIXES = {".amc", ".bvh", ".c3d", ".trc"}
 _STRAIGHT = 0.9
 
@@ -100,7 +102,7 @@ def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
     """Fit the model called `name` to captured walks, with its card.
 
     Args:
-        name: "walk/fpca" or "walk/eigenwalkers".
+        name: one of `MODELS`.
         walks: from `read_walks`.
         command: the command line that does this, for the card.
 
@@ -112,7 +114,9 @@ def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
     if name == "walk/fpca":
         model = WalkingModel().fit(walks.motions, walks.subjects)
     else:
-        model = Eigenwalkers().fit_from_markers(walks.markers, walks.subjects)
+        model = (WalkerPrior() if name == "walk/prior" else Eigenwalkers()).fit_from_markers(
+            walks.markers, walks.subjects
+        )
     model.card_ = _card(name, walks, command)
     return model
 
@@ -124,7 +128,7 @@ def check_name(name: str) -> None:
         MotionError: it isn't one of `MODELS`.
     """
     if name not in MODELS:
-        raise MotionError(f"model must be tree, {' or '.join(MODELS)}, got {name!r}")
+        raise MotionError(f"model must be tree, {', '.join(MODELS[:-1])} or {MODELS[-1]}, got {name!r}")
 
 
 def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers]:
@@ -154,13 +158,14 @@ def _straightness(motion: Motion) -> float:
 
 def _card(name: str, walks: Walks, command: str) -> dict:
     """What people need to know of a fitted model (Mitchell et al. 2019)."""
+    known = _CMU_CARD if walks.cmu else _UNKNOWN_CARD
     return {
         "model": name,
         "people": len(set(walks.subjects)),
         "trials": len(walks.motions),
         "frames": int(sum(len(m.poses) for m in walks.motions)),
         "seconds": round(sum(m.seconds for m in walks.motions), 1),
-        **(_CMU_CARD if walks.cmu else _UNKNOWN_CARD),
+        **{key: text.format(_USES[name]) for key, text in known.items()},
         "command": command,
         "motionenv": __version__,
     }

@@ -212,16 +212,20 @@ def _noise(squares: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _best_factor(left_out: list[_LeftOut]) -> float:
-    """Of the noise: with which left-out people are lifted best, by the squared error in the missing dimension.
+    """Of the noise: under which the missing dimension of left-out people is likeliest, lifted from views all around.
 
-    So σ² is chosen in paper B's fig. 3.
+    Paper B's fig. 3 chooses σ² by the squared error, of which the least is flat and hangs on who is left out.
     """
-    power = np.array([1.0, 0.5, 0.5, 0.5, 0.5])
-    errors = [
-        sum(np.einsum("n,h,nhm->", weights, power, error**2) for _, weights, error, _ in _every_lift(left_out, factor))
-        for factor in _FACTORS
-    ]
-    return float(_FACTORS[np.argmin(errors)])
+    return float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
+
+
+def _unlikeliness(left_out: list[_LeftOut], factor: float) -> float:
+    """Weighted sum over views and markers of -2 log-density of the missing dimension, averaged over the cycle."""
+    total = 0.0
+    for _, weights, error, variance in _every_lift(left_out, factor):
+        square = np.einsum("th,nhm->ntm", columns(_PHASES), error) ** 2
+        total += weights @ (square / variance + np.log(variance)).mean(axis=1).sum(axis=-1)
+    return total
 
 
 def _inflation(left_out: list[_LeftOut], factor: float) -> np.ndarray:

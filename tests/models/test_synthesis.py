@@ -10,7 +10,7 @@ from motionenv.models.fpca import FunctionalPCA
 from motionenv.models.synthesis import scaled, synthesize
 from motionenv.types import Cycles
 
-MODELS = ("walk/fpca", "walk/eigenwalkers")
+MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior")
 
 
 @pytest.mark.parametrize("model", MODELS)
