@@ -14,7 +14,9 @@ Joints whose truth is unknown (NaN) are left out of means; where the truth is kn
 The paper calls σ² "the average overall variance of the 15 joints in the missing dimension". It speaks of a walker's
 "overall postural variance" where it says what the harmonics explain, so we read: the variance of each joint over time,
 averaged over the joints of that walker. `posture=True` takes the other reading, the spread of all joints and times
-about their common mean; it adds how far apart the joints stay from each other, which is most of it in profile.
+about their common mean; it adds how far apart the joints stay, and legs and arms that stand side by side are far apart
+in depth. Figure 5 settles it: seen in profile, variance is least there and relative errors are greatest. So they are
+with our walkers in the first reading, while in the second it is the other way round (benchmarks/RESULTS.md).
 """
 
 import numpy as np
