@@ -1,0 +1,298 @@
+r"""A walk in the picture → its two-dimensional Fourier representation (paper B, eq. 3.1, 3.4), by robust least squares.
+
+    position of marker m at time t = columns(2πft) ŵ_m + drift(t),      ŵ_m = (p0, p1, q1, p2, q2), drift's mean is 0
+
+One frequency f serves all markers, and one polynomial in time takes out of all of them how the walker crosses the
+picture. What can't be seen is left out: the normal equations of each marker hold the frames that show it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from scipy.optimize import nnls
+from scipy.signal import lfilter
+
+from motionenv.errors import GapError, MotionError
+from motionenv.models.harmonics import PARTS, columns
+from motionenv.models.walkers import best_frequency
+from motionenv.types import MARKERS, Points, frozen
+
+#: The least number of cycles that a series is made from.
+LEAST_CYCLES = 1.5
+
+_LEAST = 8  # frames in which a marker must be seen, for five coefficients
+_DETERMINED = 0.01  # least eigenvalue of the normal equations per frame: 0.5 if all phases are seen alike
+_HUBER = 2.0  # standard deviations from which a marker counts less
+_ROUNDS = 4  # of reweighting
+_MEDIAN = 1.1774  # median distance of a two-dimensional Gaussian from its centre, in standard deviations
+_SECONDS = (0.02, 1.0, 16)  # [s] over which residuals may be alike: least, most, how many are tried
+_PARTS = len(PARTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A walk as one camera shows it, as a Fourier series with phase 0 at the first frame.
+
+    Attributes:
+        coefficients: (5, 15, 2) in the points' unit, across and upwards; NaN for a marker that isn't seen enough.
+        frequency: strides per second [Hz].
+        cycles: how many strides were seen.
+        drift: (degree + 1, 2) coefficients of 1, t, t², ... [s] of the motion common to all markers, in the points'
+            unit, the second one upwards. Its mean over the frames is 0.
+        covariance: (15, 5, 5) of the five coefficients of either coordinate of each marker; NaN where they are.
+        rms: (15,) residual of each marker, root of the mean over frames and both coordinates.
+        explained: share of the variance about the mean posture, drift taken out, that the series accounts for, with
+            outliers weighted down.
+        weights: (frames, 15) from 0 to 1, below 1 for what lies far from the series, 0 where nothing is seen.
+        unit: "m" or "px".
+        fps: frames per second.
+        name: where it came from, for people.
+    """
+
+    coefficients: np.ndarray
+    frequency: float
+    cycles: float
+    drift: np.ndarray
+    covariance: np.ndarray
+    rms: np.ndarray
+    explained: float
+    weights: np.ndarray
+    unit: str
+    fps: float
+    name: str = ""
+
+    def __post_init__(self):
+        n = len(MARKERS)
+        shapes = {
+            "coefficients": (_PARTS, n, 2),
+            "drift": (None, 2),
+            "covariance": (n, _PARTS, _PARTS),
+            "rms": (n,),
+            "weights": (None, n),
+        }
+        for key, shape in shapes.items():
+            object.__setattr__(self, key, frozen(getattr(self, key), shape, f"Series.{key}"))
+
+    def drift_at(self, t) -> np.ndarray:
+        """The common motion (..., 2) at times `t` (...) [s] since the first frame."""
+        return np.asarray(t, dtype=np.float64)[..., None] ** np.arange(len(self.drift)) @ self.drift
+
+    def positions_at(self, t) -> np.ndarray:
+        """Where the series has the markers (..., 15, 2), upwards, at times `t` (...) [s] since the first frame."""
+        t = np.asarray(t, dtype=np.float64)
+        waves = np.einsum("...h,hmc->...mc", columns(2 * np.pi * self.frequency * t), self.coefficients)
+        return waves + self.drift_at(t)[..., None, :]
+
+
+def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) -> Series:
+    """The two-dimensional Fourier representation of a walk of at least 1.5 cycles.
+
+    The frequency is that of strides: its series holds stride and step, so at the steps' frequency there is no place
+    for what left and right do in turn, and at half the strides' none for the step. It is found by a scan and then
+    continuously; coefficients and drift follow in closed form. Huber's weights, from the median residual of each
+    marker, keep what lies far off from having a say.
+
+    The covariance takes the residuals for noise that lasts: a share of them dies away exponentially over time, the
+    rest is white, both read off their autocorrelation over all markers.
+
+    Args:
+        points: what one camera saw; gaps of any length, also of whole markers.
+        frequencies: least and greatest frequency of strides [Hz] to look at.
+        drift: degree in time of the motion common to all markers: 1 is a steady speed.
+
+    Raises:
+        MotionError: a setting out of range.
+        GapError: fewer than 1.5 cycles, or no marker seen enough.
+    """
+    _check(points, frequencies, drift)
+    who, seconds = points.name or "this walk", len(points.positions) / points.fps
+    low, high = frequencies
+    if LEAST_CYCLES / seconds >= high:
+        raise GapError(f"{who} lasts {seconds:.2f} s, too short for {LEAST_CYCLES:g} strides: take a longer sequence")
+    low = max(low, 0.8 * LEAST_CYCLES / seconds)
+    upward = points.upward
+    weights = np.isfinite(upward).all(axis=-1).astype(np.float64)
+    for turn in range(_ROUNDS):
+        normal = _Normal(upward, weights, points.fps, drift, who)
+        frequency = best_frequency(normal.variance, low, high, seconds)
+        if turn:  # found without what lies far off
+            low, high = max(low, 0.9 * frequency), min(high, 1.1 * frequency)
+        off = normal.residuals(frequency)
+        weights = _huber(off, weights > 0)
+    if frequency * seconds < LEAST_CYCLES:
+        raise GapError(
+            f"{who} shows {frequency * seconds:.2f} strides; it takes {LEAST_CYCLES:g}: take a longer sequence"
+        )
+    return normal.series(frequency, points)
+
+
+def _check(points, frequencies, drift) -> None:
+    """Refuse points and settings that mean nothing.
+
+    Raises:
+        MotionError: names what is wrong.
+    """
+    if not isinstance(points, Points):
+        raise MotionError(
+            "lifting starts from Points: read them with motionenv.mocap.points2d.read_points, or make them with "
+            f"motionenv.estimation.lifting.projecting.project_markers; got {type(points).__name__}"
+        )
+    if not 0 < frequencies[0] < frequencies[1] < np.inf:
+        raise MotionError(f"frequencies must be the least and the greatest stride rate [Hz], got {frequencies!r}")
+    if drift not in range(10):
+        raise MotionError(f"drift must be a whole number from 0 to 9, got {drift!r}")
+
+
+def _huber(off: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Weights (frames, 15) of residuals (frames, 15, 2): 1 up to `_HUBER` deviations, falling with the distance."""
+    distance = np.linalg.norm(off, axis=-1)
+    fitted = seen & np.isfinite(distance)
+    weights = seen.astype(np.float64)  # a marker without a series has no residuals, and may get one next round
+    for m in np.flatnonzero(fitted.any(axis=0)):
+        near = _HUBER * np.median(distance[fitted[:, m], m]) / _MEDIAN
+        weights[fitted[:, m], m] = near / np.maximum(distance[fitted[:, m], m], max(near, 1e-300))
+    return np.where(seen, np.minimum(weights, 1.0), 0.0)
+
+
+class _Normal:
+    """Weighted normal equations at any frequency, of all markers together, since they share the drift."""
+
+    def __init__(self, upward: np.ndarray, weights: np.ndarray, fps: float, drift: int, who: str):
+        self.weights, self.seen, self.who = weights, weights > 0, who
+        self.t = np.arange(len(upward)) / fps
+        self.middle = _mean(upward, self.seen)
+        self.y = np.where(self.seen[..., None], upward - self.middle, 0.0)
+        u = 2 * self.t / max(self.t[-1], 1e-9) - 1
+        path = legvander(u, drift)[:, 1:]
+        self.path = path - path.mean(axis=0)
+
+    def variance(self, frequency: float) -> float:
+        """Weighted sum of squared residuals."""
+        return self.solve(frequency)[2]
+
+    def solve(self, frequency: float) -> tuple[np.ndarray, np.ndarray, float]:
+        """Coefficients (15, 5, 2), of the path (drift, 2), and the weighted sum of squared residuals."""
+        a = np.concatenate([columns(2 * np.pi * frequency * self.t), self.path], axis=1)
+        n = a.shape[1]
+        matrix = (self.weights.T @ (a[:, :, None] * a[:, None, :]).reshape(len(a), -1)).reshape(-1, n, n)
+        right = np.einsum("tk,tmc->mkc", a, self.weights[..., None] * self.y, optimize=True)
+        some = self._determined(matrix[:, :_PARTS, :_PARTS])
+        matrix, right = matrix[some], right[some]
+        inner = np.linalg.solve(
+            matrix[:, :_PARTS, :_PARTS], np.concatenate([matrix[:, :_PARTS, _PARTS:], right[:, :_PARTS]], axis=-1)
+        )
+        into, alone = inner[..., : n - _PARTS], inner[..., n - _PARTS :]
+        schur = (matrix[:, _PARTS:, _PARTS:] - matrix[:, _PARTS:, :_PARTS] @ into).sum(axis=0)
+        path = np.linalg.lstsq(
+            schur, (right[:, _PARTS:] - matrix[:, _PARTS:, :_PARTS] @ alone).sum(axis=0), rcond=None
+        )[0]
+        found = np.full((len(MARKERS), _PARTS, 2), np.nan)
+        found[some] = alone - into @ path
+        square = (self.weights[..., None] * self.y**2).sum()
+        return (
+            found,
+            path,
+            square - (found[some] * right[:, :_PARTS]).sum() - (path * right[:, _PARTS:].sum(axis=0)).sum(),
+        )
+
+    def residuals(self, frequency: float) -> np.ndarray:
+        """What the series leaves (frames, 15, 2); NaN for markers without one."""
+        found, path, _ = self.solve(frequency)
+        waves = np.einsum("tk,mkc->tmc", columns(2 * np.pi * frequency * self.t), found)
+        return self.y - waves - (self.path @ path)[:, None]
+
+    def series(self, frequency: float, points: Points) -> Series:
+        """The result at the best frequency."""
+        found, path, left = self.solve(frequency)
+        off = np.where(self.seen[..., None], self.residuals(frequency), np.nan)
+        coefficients = found.transpose(1, 0, 2).copy()
+        coefficients[0] += self.middle
+        still = self.y - (self.path @ path)[:, None]
+        about = still - _mean(still, self.weights)
+        total = (self.weights[..., None] * about**2).sum()
+        power = np.polynomial.polynomial.polyfit(self.t, self.path @ path, self.path.shape[1])
+        return Series(
+            coefficients,
+            frequency,
+            frequency * len(self.t) / points.fps,
+            power,
+            self._covariance(frequency, off),
+            np.sqrt((_mean(np.nan_to_num(off) ** 2, self.seen)).mean(axis=-1)) + 0 * found[:, 0, 0],
+            1 - left / total if total > 0 else 0.0,
+            self.weights,
+            points.unit,
+            points.fps,
+            points.name,
+        )
+
+    def _determined(self, matrix: np.ndarray) -> np.ndarray:
+        """Which markers are seen in enough frames and phases for five coefficients.
+
+        Raises:
+            GapError: none is.
+        """
+        least = np.linalg.eigvalsh(matrix)[:, 0]
+        some = (self.seen.sum(axis=0) >= _LEAST) & (least > _DETERMINED * self.weights.sum(axis=0))
+        if not some.any():
+            raise GapError(f"{self.who} shows no marker in enough frames, at least {_LEAST} all over the stride")
+        return some
+
+    def _covariance(self, frequency: float, off: np.ndarray) -> np.ndarray:
+        """Covariance (15, 5, 5) of the coefficients, from residuals (frames, 15, 2) that are alike for a while."""
+        basis = columns(2 * np.pi * frequency * self.t)
+        scale = np.sqrt(_mean(np.nan_to_num(off) ** 2, self.weights).mean(axis=-1))[:, None]
+        level = np.where(self.weights > 0, self.weights, np.nan)[..., None] / np.where(scale > 0, scale, 1.0)
+        share, decay = _memory(off * level, basis, 1 / self.t[1])
+        out = np.full((len(MARKERS), _PARTS, _PARTS), np.nan)
+        for m in np.flatnonzero(np.isfinite(off[..., 0]).any(axis=0)):
+            weighted = self.weights[:, m, None] * basis
+            bread = np.linalg.inv(basis.T @ weighted)
+            spread = _correlated(weighted, share, decay)
+            meat = weighted.T @ spread
+            # What is left of noise of variance 1 that the fit took its part of.
+            rest = self.weights[:, m].sum() - np.trace(bread @ meat)
+            noise = 0.5 * np.nansum(self.weights[:, m, None] * off[:, m] ** 2) / max(rest, 1.0)
+            out[m] = noise * bread @ meat @ bread
+        return out
+
+
+def _mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Weighted mean over frames (15, 2) of values (frames, 15, 2), 0 where the weights are."""
+    total = weights.sum(axis=0)[:, None]
+    return np.where(weights[..., None] > 0, weights[..., None] * values, 0.0).sum(axis=0) / np.where(
+        total > 0, total, 1
+    )
+
+
+def _memory(off: np.ndarray, basis: np.ndarray, fps: float) -> tuple[float, float]:
+    """The share of residuals (frames, 15, 2) that lasts, and what is left of it from frame to frame.
+
+    From their mean products at lags of up to half a second, against what they would be where the fit of `basis`
+    (frames, 5) has taken its part of white noise, and of noise that decays: over a stride or two that part is large.
+    """
+    q = np.linalg.qr(basis)[0]
+    lags = np.unique(np.rint(np.linspace(0, min(0.5 * fps, len(off) // 2), 20)).astype(int))
+    products = np.array([np.nanmean(off[lag:] * off[: len(off) - lag]) for lag in lags])
+    white, fits = _expected(q, 0.0, lags), []
+    for decay in np.exp(-1 / (fps * np.geomspace(*_SECONDS))):
+        (lasting, rest), left = nnls(np.column_stack([_expected(q, decay, lags), white]), products)
+        fits.append((left, lasting / max(lasting + rest, 1e-300), decay))
+    _, share, decay = min(fits)
+    return share, decay
+
+
+def _expected(q: np.ndarray, decay: float, lags: np.ndarray) -> np.ndarray:
+    """Mean products at `lags` of noise with correlation decayˡᵃᵍ, less its projection on orthonormal q (frames, n)."""
+    rq, n = _correlated(q, 1.0, decay), len(q)
+    inner = q @ (q.T @ rq)
+    pairs = lambda a, b, lag: (a[: n - lag] * b[lag:]).sum()
+    taken = [pairs(q, rq, lag) + pairs(rq, q, lag) - pairs(inner, q, lag) for lag in lags]
+    return decay**lags - np.array(taken) / (n - lags)
+
+
+def _correlated(columns_: np.ndarray, share: float, decay: float) -> np.ndarray:
+    """The correlation matrix (1 - share)·1 + share·decay^|i - j| times columns (frames, n)."""
+    ahead = lfilter([1.0], [1.0, -decay], columns_, axis=0)
+    back = lfilter([1.0], [1.0, -decay], columns_[::-1], axis=0)[::-1]
+    return (1 - share) * columns_ + share * (ahead + back - columns_)
