@@ -45,9 +45,9 @@ def gaussian(model, variance: float | None, n_components: int | None, prior: boo
     """The Gaussian of `model`'s first components, with `variance` [m²] for noise or, for None, the model's own."""
     n = len(model.components_)
     kept = n if n_components is None else n_components
-    if isinstance(kept, bool) or kept != int(kept) or not 1 <= kept <= n:
+    if isinstance(kept, bool) or not isinstance(kept, (int, np.integer)) or not 1 <= kept <= n:
         raise MotionError(f"n_components must be a whole number from 1 to the model's {n}, got {n_components!r}")
-    precision = 1 / model.explained_variance_[:kept] if prior else np.zeros(int(kept))
+    precision = 1 / model.explained_variance_[:kept] if prior else np.zeros(kept)
     inflation = np.asarray(getattr(model, "inflation_", np.ones(len(MARKERS))), dtype=np.float64)
     return Gaussian(model.mean_, model.components_[:kept], precision, _noise(model, variance), inflation)
 
@@ -59,9 +59,15 @@ def _noise(model, variance: float | None) -> np.ndarray:
                 f"{type(model).__name__} doesn't know its noise: give a variance in m², paper B's is 70e-6"
             )
         return np.asarray(model.noise_, dtype=np.float64)
-    if isinstance(variance, bool) or not 0 < variance < np.inf:
+    if not is_positive(variance):
         raise MotionError(f"variance must be a number of m² above 0, or None for the model's own, got {variance!r}")
     return np.full(SHAPE, float(variance))
+
+
+def is_positive(value) -> bool:
+    """Whether `value` is a finite number above 0."""
+    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    return number and 0 < value < np.inf
 
 
 def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
@@ -92,22 +98,32 @@ def checked_angle(values, name: str, shape: tuple) -> np.ndarray:
     """`values` [rad] as floats of `shape`.
 
     Raises:
-        MotionError: not finite, or of a shape that doesn't fit.
+        MotionError: not finite numbers, or of a shape that doesn't fit.
     """
-    try:
-        return np.broadcast_to(_finite(values, name), shape)
-    except ValueError:
-        raise MotionError(f"{name} must fit the sequences' {shape}, got {np.shape(values)}") from None
-
-
-def _finite(values, name: str) -> np.ndarray:
     try:
         values = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise MotionError(f"{name} must be numbers, got {values!r}") from None
+        raise MotionError(f"{name} must be numbers [rad], got {values!r}") from None
     if not np.isfinite(values).all():
         raise MotionError(f"{name} must be finite radians, got {values}")
-    return values
+    try:
+        return np.broadcast_to(values, shape)
+    except ValueError:
+        raise MotionError(f"{name} must fit {shape}, got {values.shape}") from None
+
+
+def common_shape(*parts) -> tuple:
+    """The shape to which sequences and angles of shapes `parts` go together.
+
+    Raises:
+        MotionError: they don't.
+    """
+    try:
+        return np.broadcast_shapes(*parts)
+    except ValueError:
+        raise MotionError(
+            f"w2 of (..., 5, 15, 2), alpha and elevation don't fit each other: (...) are {parts}"
+        ) from None
 
 
 def patterns(seen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -20,6 +20,7 @@ from motionenv.estimation.lifting._gaussian import (
     Gaussian,
     checked_angle,
     checked_sequences,
+    common_shape,
     gaussian,
     gram_blocks,
     patterns,
@@ -148,7 +149,7 @@ def maximum_a_posteriori(
 
 def _reconstruct(model: Gaussian, w2, alpha, elevation) -> Reconstruction:
     measured, seen = checked_sequences(w2)
-    shape = np.broadcast_shapes(seen.shape[:-1], np.shape(alpha), np.shape(elevation))
+    shape = common_shape(seen.shape[:-1], np.shape(alpha), np.shape(elevation))
     measured, seen = np.broadcast_to(measured, (*shape, *SHAPE, 2)), np.broadcast_to(seen, (*shape, SHAPE[1]))
     alpha, elevation = (checked_angle(a, n, shape) for a, n in ((alpha, "alpha"), (elevation, "elevation")))
     n = int(np.prod(shape))

@@ -31,6 +31,7 @@ from motionenv.estimation.lifting._gaussian import (
     checked_angle,
     checked_sequences,
     gaussian,
+    is_positive,
     patterns,
 )
 from motionenv.estimation.lifting.geometry import axes
@@ -110,25 +111,30 @@ def find_view(
         raise MotionError(f"approach must be map or ls, offset known or unknown, got {approach!r} and {offset!r}")
     g = gaussian(model, variance, n_components, prior=approach == "map")
     y, seen = checked_sequences(w2)
-    if phase == "unknown" and not np.allclose(g.noise[1::2], g.noise[2::2], rtol=1e-9):
+    if _is_unknown(phase) and not np.allclose(g.noise[1::2], g.noise[2::2], rtol=1e-9):
         raise ModelError("the model's noise differs between sine and cosine: it can't tell an unknown phase")
     grid = _Grid.of(alphas, elevation, phase)
-    y = y / (1.0 if scale == "unknown" else _checked_scale(scale))
-    y = y if phase == "unknown" else later(y, float(checked_angle(phase, "phase", ())))
+    y = y / (1.0 if _is_unknown(scale) else _checked_scale(scale))
+    y = y if _is_unknown(phase) else later(y, float(checked_angle(phase, "phase", ())))
     shape, n = seen.shape[:-1], int(np.prod(seen.shape[:-1]))
     y, seen = y.reshape(n, *SHAPE, 2), seen.reshape(n, -1)
     found = _Found.of(n, len(g.precision))
     for pattern, rows in patterns(seen):
-        _search(g, grid, y, pattern, rows, scale == "unknown", offset == "unknown", found)
-    if phase != "unknown":
+        _search(g, grid, y, pattern, rows, _is_unknown(scale), offset == "unknown", found)
+    if not _is_unknown(phase):
         found.angles[..., 2] += float(phase)
-    if scale != "unknown":
+    if not _is_unknown(scale):
         found.tau[:] /= float(scale)
     return found.views(shape)
 
 
+def _is_unknown(value) -> bool:
+    """Whether `value`, a number or the like, is the word "unknown"."""
+    return isinstance(value, str) and value == "unknown"
+
+
 def _checked_scale(scale) -> float:
-    if isinstance(scale, (bool, str)) or not 0 < scale < np.inf:
+    if not is_positive(scale):
         raise MotionError(f"scale must be a number above 0 per metre, or unknown, got {scale!r}")
     return float(scale)
 
@@ -148,10 +154,10 @@ class _Grid:
         """Of what `find_view` was asked for."""
         circle, ends = (-np.pi, np.pi), (-np.inf, np.inf)
         across = circle if alphas is None else _range(alphas, "alphas")
-        up = _range(ELEVATIONS if elevation == "unknown" else elevation, "elevation")
-        turns = circle if phase == "unknown" else (0.0, 0.0)
-        bounds = ends if alphas is None else across, up, ends if phase == "unknown" else turns
-        spans = zip((across, up, turns), _STEP, (alphas is None, False, phase == "unknown"), strict=True)
+        up = _range(ELEVATIONS if _is_unknown(elevation) else elevation, "elevation")
+        turns = circle if _is_unknown(phase) else (0.0, 0.0)
+        bounds = ends if alphas is None else across, up, ends if _is_unknown(phase) else turns
+        spans = zip((across, up, turns), _STEP, (alphas is None, False, _is_unknown(phase)), strict=True)
         steps = [np.linspace(*s, max(1, int(np.ceil(np.ptp(s) / step - 1e-9)) + (not whole)), endpoint=not whole)
                  for s, step, whole in spans]  # fmt: skip
         return cls(*steps, *np.array(bounds, dtype=np.float64).T.copy())
