@@ -82,6 +82,7 @@ def recovered_views(alphas, errors) -> "Figure":
         panel.plot(degrees, degrees, ":", color=GREY, linewidth=1, label="true")
         panel.set(xlabel="view angle [°]", title=name, xticks=_TICKS, yticks=_TICKS, xlim=(-90, 90))
     axes[0, 0].set_ylabel("angle found [°]")
+    figure.get_layout_engine().set(wspace=0.1)  # or the last tick's label meets the next panel's first
     axes[0, 0].legend(frameon=False, fontsize="small")
     return figure
 
