@@ -1,6 +1,6 @@
 """Eigenwalkers: principal components of walkers in Fourier representation (paper B, section 3.1)."""
 
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -207,7 +207,7 @@ class Eigenwalkers:
         return {name: np.asarray(getattr(self, name)) for name in self._stored}, {"settings": settings, **counts}
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "Eigenwalkers":
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
         """The model that `to_arrays` took apart into `arrays` and `meta`; without labels and scores of the people.
 
         Raises:

@@ -13,20 +13,22 @@ So w ~ N(w̄, Eᵀ diag(λ) E + diag(noise)), over the 225 coefficients.
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from motionenv.errors import MotionError
+from motionenv.errors import ModelError, MotionError
 from motionenv.models.eigenwalkers import Eigenwalkers, _labelled, _people, _shrunk_regression
 from motionenv.models.harmonics import OTHER_SIDE, PARTS, columns, mirrored
 from motionenv.types import MARKERS
 
 _USUAL = 20  # components: from 15 to 25 no worse
 _FOLDS = 12  # at most
-_VIEWS = np.arange(-90, 90, 10) * (np.pi / 180)  # the other half of the circle shows the same, from behind
-_PHASES = np.arange(12) * (2 * np.pi / 12)
-_FACTORS = np.geomspace(0.5, 8, 13)  # of the noise, to choose from
+_VIEWS = np.arange(-90, 90, 15) * (np.pi / 180)  # the other half of the circle shows the same, from behind
+_CYCLE = columns(np.arange(12) * (2 * np.pi / 12))  # over time
+_FACTORS = np.geomspace(0.5, 8, 9)  # of the noise, to choose from
 _FLOOR = 1e-8  # [m²], a tenth of a millimetre: exact walkers have a posterior too
+_LEAST_INFLATION = 0.01  # where a marker never leaves its place, as the pelvis that others are measured from
 _BAND, _NORMAL = 0.9, 1.6448536269514722  # bands that shall hold, and how many deviations wide a normal one is
 _NOISE_SHAPE = (len(PARTS), len(MARKERS))
 
@@ -52,7 +54,8 @@ class WalkerPrior(Eigenwalkers):
         n_components: N; None takes 20, or one less than there are columns if that is fewer.
         tol: as of `Eigenwalkers`.
         max_iter: as of `Eigenwalkers`.
-        merge: average each person's walks first. For walks that show one side each, and together both.
+        merge: average each person's walks first, for walks that show one side each, and together both. Unmerged,
+            hundreds of incomplete walks take minutes.
 
     Attributes:
         noise_: (5, 15) [m²], variance of each coordinate of what the components leave out of a coefficient.
@@ -83,7 +86,7 @@ class WalkerPrior(Eigenwalkers):
 
         Raises:
             MotionError: fewer than three people, or not enough for n_components; labels and walkers don't match.
-            GapError: a marker that nobody shows; names it.
+            GapError: a marker that nobody shows, or nobody but people who are left out together; names it.
         """
         walkers, subjects = _labelled(walkers, subjects)
         own = subjects if self.merge else [str(i) for i in range(len(walkers))]
@@ -103,6 +106,18 @@ class WalkerPrior(Eigenwalkers):
         self.noise_ = _noise(_total(left_out), factor)
         self.inflation_ = _inflation(left_out, factor)
         return self
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
+        """The model that `to_arrays` took apart into `arrays` and `meta`; without labels and scores of the people.
+
+        Raises:
+            ModelError: shapes that don't belong together, or variances that aren't.
+        """
+        for name in ("noise_", "inflation_"):
+            if not (arrays[name] > 0).all():
+                raise ModelError(f"{name} must be above 0: fit the model again")
+        return super().from_arrays(arrays, meta)
 
     def _columns_rank(self, n_columns: int) -> int:
         """N.
@@ -182,8 +197,8 @@ def _lifted(out: _LeftOut, noise: np.ndarray, alpha: float, seen: np.ndarray, w:
     measured = (deviation @ shown / np.sqrt(noise)[..., None]).reshape(len(w), -1)
     covariance = np.linalg.inv(flat @ flat.T + np.diag(1 / out.variance))
     scores, unseen = measured @ flat.T @ covariance, e @ away
-    over_time = np.einsum("th,khm->tmk", columns(_PHASES), unseen)
-    variance = ((over_time @ covariance) * over_time).sum(axis=-1) + columns(_PHASES) ** 2 @ noise
+    over_time = np.einsum("th,khm->tmk", _CYCLE, unseen)
+    variance = ((over_time @ covariance) * over_time).sum(axis=-1) + _CYCLE**2 @ noise
     return np.tensordot(scores, unseen, 1) - deviation @ away, variance
 
 
@@ -223,7 +238,7 @@ def _unlikeliness(left_out: list[_LeftOut], factor: float) -> float:
     """Weighted sum over views and markers of -2 log-density of the missing dimension, averaged over the cycle."""
     total = 0.0
     for _, weights, error, variance in _every_lift(left_out, factor):
-        square = np.einsum("th,nhm->ntm", columns(_PHASES), error) ** 2
+        square = np.einsum("th,nhm->ntm", _CYCLE, error) ** 2
         total += weights @ (square / variance + np.log(variance)).mean(axis=1).sum(axis=-1)
     return total
 
@@ -232,11 +247,11 @@ def _inflation(left_out: list[_LeftOut], factor: float) -> np.ndarray:
     """By marker (15,), what variances must be multiplied by so that bands hold on left-out people; left is as right."""
     found: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in MARKERS]
     for seen, weights, error, variance in _every_lift(left_out, factor):
-        z = np.abs(np.einsum("th,nhm->ntm", columns(_PHASES), error)) / np.sqrt(variance)
+        z = np.abs(np.einsum("th,nhm->ntm", _CYCLE, error)) / np.sqrt(variance)
         for i, marker in enumerate(np.flatnonzero(seen)):
-            found[marker].append((z[..., i].ravel(), np.repeat(weights, len(_PHASES))))
+            found[marker].append((z[..., i].ravel(), np.repeat(weights, len(_CYCLE))))
     z90 = [_quantile(found[i] + found[j]) for i, j in enumerate(OTHER_SIDE)]
-    return (np.array(z90) / _NORMAL) ** 2
+    return np.maximum((np.array(z90) / _NORMAL) ** 2, _LEAST_INFLATION)
 
 
 def _quantile(parts: list[tuple[np.ndarray, np.ndarray]]) -> float:
