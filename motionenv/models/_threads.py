@@ -6,15 +6,21 @@ from concurrent.futures import ThreadPoolExecutor
 CHUNK = 500  # cycles
 
 
-def chunks(k: int) -> list[tuple[int, int]]:
-    """Bounds (start, stop) of equal chunks of at least `CHUNK` of `k` cycles, at most 8."""
-    n = max(1, min(8, k // CHUNK))
+def chunks(k: int, least: int = CHUNK) -> list[tuple[int, int]]:
+    """Bounds (start, stop) of equal chunks of at least `least` of `k` cycles, at most 8."""
+    n = max(1, min(8, k // least))
     return [(i * k // n, (i + 1) * k // n) for i in range(n)]
 
 
-def in_chunks(work, k: int) -> list:
-    """[work(start, stop) of each chunk of `k` cycles], in order, in as many threads as there are cores."""
-    spans = chunks(k)
+def in_chunks(work, k: int, least: int = CHUNK) -> list:
+    """[work(start, stop) of each chunk of `k` cycles], in order, in as many threads as there are cores.
+
+    Args:
+        work: what to call.
+        k: how many there are.
+        least: of a chunk, where one of the `k` takes longer than a cycle does.
+    """
+    spans = chunks(k, least)
     if len(spans) == 1:
         return [work(*spans[0])]
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -77,11 +77,13 @@ def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
         MotionError: another shape, infinite values, a marker that is missing in part, a sequence that shows none.
     """
     try:
-        w2 = np.asarray(w2, dtype=np.float64)
+        w2 = np.ascontiguousarray(w2, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise MotionError(f"w2 must be numbers of shape (..., 5, 15, 2): {error}") from None
-    if w2.shape[-3:] != (*SHAPE, 2) or w2.size == 0:
+    if w2.shape[-3:] != (*SHAPE, 2) or not w2.size:
         raise MotionError(f"w2 must be coefficients of shape (..., 5, 15, 2), at least one sequence, got {w2.shape}")
+    if np.isfinite(w2).all():
+        return w2, np.ones((*w2.shape[:-3], len(MARKERS)), dtype=bool)
     missing = np.isnan(w2)
     seen = ~missing.any(axis=(-3, -1))
     if np.isinf(w2).any():

@@ -26,7 +26,7 @@ from motionenv.estimation.lifting._gaussian import (
     patterns,
 )
 from motionenv.estimation.lifting.geometry import axes
-from motionenv.models._threads import in_chunks
+from motionenv.models._threads import CHUNK, in_chunks
 from motionenv.models.harmonics import columns
 
 _POINTS = SHAPE[0] * SHAPE[1]
@@ -172,7 +172,8 @@ def _solve(model: Gaussian, seen, rows, w2, alpha, elevation, scores, depth) -> 
     weights = model.weights(seen).reshape(-1)
     blocks = gram_blocks(model.basis, weights)
     given = (model.basis, weights, blocks, model.precision, scores, depth)
-    solved = in_chunks(lambda i, j: known_views(w2, order, starts[i : j + 1], views[i:j], *given), len(views))
+    least = max(1, CHUNK * len(views) // len(order))  # views, each of several sequences
+    solved = in_chunks(lambda i, j: known_views(w2, order, starts[i : j + 1], views[i:j], *given), len(views), least)
     if not all(solved):
         raise MotionError(
             f"{int(seen.sum())} markers don't tell {len(model.precision)} components by least squares: "
