@@ -21,6 +21,7 @@ class Gaussian:
         components: (N, 5, 15, 3).
         precision: (N,) [1/m²].
         noise: (5, 15) [m²], variance of each of the three coordinates.
+        measurement: (5, 15) [m²], variance of the error with which each of a picture's two coordinates is measured.
         inflation: (15,) factor for variances of what a view doesn't show.
     """
 
@@ -28,6 +29,7 @@ class Gaussian:
     components: np.ndarray
     precision: np.ndarray
     noise: np.ndarray
+    measurement: np.ndarray
     inflation: np.ndarray
 
     @cached_property
@@ -37,11 +39,11 @@ class Gaussian:
         return np.ascontiguousarray(np.moveaxis(both.reshape(len(both), -1, 3), 2, 0))
 
     def weights(self, seen: np.ndarray) -> np.ndarray:
-        """1 / noise where a marker of `seen` (15,) is there, else 0: (5, 15) [1/m²]."""
-        return np.where(seen, 1 / self.noise, 0.0)
+        """1 / variance of what is measured where a marker of `seen` (15,) is there, else 0: (5, 15) [1/m²]."""
+        return np.where(seen, 1 / (self.noise + self.measurement), 0.0)
 
 
-def gaussian(model, variance: float | None, n_components: int | None, prior: bool) -> Gaussian:
+def gaussian(model, variance: float | None, n_components: int | None, prior: bool, measurement=0.0) -> Gaussian:
     """The Gaussian of `model`'s first components, with `variance` [m²] for noise or, for None, the model's own."""
     n = len(model.components_)
     kept = n if n_components is None else n_components
@@ -49,7 +51,18 @@ def gaussian(model, variance: float | None, n_components: int | None, prior: boo
         raise MotionError(f"n_components must be a whole number from 1 to the model's {n}, got {n_components!r}")
     precision = 1 / model.explained_variance_[:kept] if prior else np.zeros(kept)
     inflation = np.asarray(getattr(model, "inflation_", np.ones(len(MARKERS))), dtype=np.float64)
-    return Gaussian(model.mean_, model.components_[:kept], precision, _noise(model, variance), inflation)
+    error = _measurement(measurement)
+    return Gaussian(model.mean_, model.components_[:kept], precision, _noise(model, variance), error, inflation)
+
+
+def _measurement(given) -> np.ndarray:
+    try:
+        variance = np.broadcast_to(np.asarray(given, dtype=np.float64), SHAPE)
+    except (TypeError, ValueError):
+        raise MotionError(f"measurement must be variances that fit (5, 15), got {given!r}") from None
+    if not ((variance >= 0) & (variance < np.inf)).all():
+        raise MotionError("measurement must be finite variances [m²] from 0")
+    return variance
 
 
 def _noise(model, variance: float | None) -> np.ndarray:

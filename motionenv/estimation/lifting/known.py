@@ -128,9 +128,18 @@ def least_squares(
 
 
 def maximum_a_posteriori(
-    model, w2, alpha, *, variance: float | None = VARIANCE, elevation=0.0, n_components: int | None = None
+    model,
+    w2,
+    alpha,
+    *,
+    variance: float | None = VARIANCE,
+    elevation=0.0,
+    n_components: int | None = None,
+    measurement=0.0,
 ) -> Reconstruction:
     """Approach II: the walkers that are most probable given what is seen (eqs. 3.15, A.5).
+
+    Measured coordinates are kept (3.16) also where they are known to be noisy.
 
     Args:
         model: `Eigenwalkers` or `WalkerPrior`.
@@ -139,12 +148,13 @@ def maximum_a_posteriori(
         variance: σ² [m²]; None takes the model's own, per harmonic and marker.
         elevation: by which the camera looks down, fits (...) [rad].
         n_components: the first N of the model's; None for all.
+        measurement: variance [m²] of errors in w2, fits (5, 15); on top of σ², which is the walker's own.
 
     Raises:
         MotionError: bad shapes or values.
         ModelError: `variance` is None and the model doesn't know its own.
     """
-    return _reconstruct(gaussian(model, variance, n_components, prior=True), w2, alpha, elevation)
+    return _reconstruct(gaussian(model, variance, n_components, True, measurement), w2, alpha, elevation)
 
 
 def _reconstruct(model: Gaussian, w2, alpha, elevation) -> Reconstruction:

@@ -48,19 +48,21 @@ def dense(model, w2, alpha, elevation, noise, n, prior: bool):
 
 @pytest.mark.parametrize("hidden", [[], HIDDEN])
 @pytest.mark.parametrize("elevation", [0.0, 0.4])
-@pytest.mark.parametrize("how", ["ls", "map", "own noise"])
+@pytest.mark.parametrize("how", ["ls", "map", "own noise", "noisy"])
 def test_scores_are_those_of_dense_matrices(prior, how, elevation, hidden):
     alpha, n = np.array([0.3, -2.0, 0.3]), 8
     w2 = project(drawn(prior, 3), alpha, elevation)
     w2[1:, :, hidden] = np.nan
     noise = prior.noise_ if how == "own noise" else np.full((5, 15), 70e-6)
+    measurement = np.linspace(0, 1e-3, 75).reshape(5, 15) * (how == "noisy")
     if how == "ls":
         found = least_squares(prior, w2, alpha, elevation=elevation, n_components=n)
     else:
         variance = None if how == "own noise" else 70e-6
-        found = maximum_a_posteriori(prior, w2, alpha, variance=variance, elevation=elevation, n_components=n)
+        given = {"variance": variance, "n_components": n, "measurement": measurement}
+        found = maximum_a_posteriori(prior, w2, alpha, elevation=elevation, **given)
     for i in range(3):
-        mean, covariance = dense(prior, w2[i], alpha[i], elevation, noise, n, how != "ls")
+        mean, covariance = dense(prior, w2[i], alpha[i], elevation, noise + measurement, n, how != "ls")
         np.testing.assert_allclose(found.scores[i], mean, atol=1e-11)
         np.testing.assert_allclose(found.covariance[i], covariance, rtol=1e-8, atol=1e-12)
     told = prior.mean_ + np.tensordot(found.scores, prior.components_[:n], 1)
@@ -178,6 +180,8 @@ def test_the_posterior_mode_is_a_minimum(alpha, seed):
         ({"variance": 0.0}, "variance"),
         ({"variance": np.nan}, "variance"),
         ({"variance": "70 mm²"}, "variance"),
+        ({"measurement": -1e-6}, "measurement"),
+        ({"measurement": np.zeros(3)}, "measurement"),
     ],
 )
 def test_bad_input_is_named(prior, change, words):
