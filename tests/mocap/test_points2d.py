@@ -258,7 +258,6 @@ WRONG = {
     "irregular": (HEAD + "0,1,2\n1,1,2\n2,1,2\n3.5,1,2\n", "regular"),
     "bomb": (HEAD + "0,1,2\n1,1,2\n2,1,2\n1e6,1,2\n", "more than 100000"),
     "frames": ("frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n", "give fps="),
-    "part frames": ("time_s,head_x_m,head_y_m\n0,1,2\n1,1,2\n2,1,2\n3.4,1,2\n", "regular"),
     "quote": (HEAD + '0,"1,2\n', "CSV"),
     "binary": ("time_s\0", "binary"),
     "long": (HEAD + "".join(f"{i},1,2\n" for i in range(100_001)), "100000"),
@@ -323,3 +322,5 @@ def test_settings_are_checked(tmp_path):
         read_points(saved(tmp_path, "x", "a.txt"), fps=30)
     with pytest.raises(MotionError, match="two frames"):
         write_points(some_points(frames=1), tmp_path / "b.csv")
+    with pytest.raises(FormatError, match="regular"):
+        read_points(saved(tmp_path, "frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n2.5,1,2\n", "a.csv"), fps=30)

@@ -60,7 +60,8 @@ def check_series(series: Series) -> None:
     """Refuse a series that is no walk.
 
     Two things are asked: that the series accounts for 0.45 of the variance, and that 0.7 of the vertical power of arms
-    and legs lies where left and right move in turn (see `turns`), where a pair is seen.
+    and legs lies where left and right move in turn (see `turns`), where a pair is seen. CMU's walks have at least 0.84
+    and 0.91 at any view, with 20 mm of noise at 30 frames per second 0.51 and 0.87.
 
     Args:
         series: what `motionenv.estimation.lifting.series.fourier_points` gave.
@@ -114,20 +115,8 @@ def swapped_frames(points: Points) -> np.ndarray:
     Raises:
         GapError: as `motionenv.estimation.lifting.series.fourier_points`.
     """
-    labels = np.zeros((len(points.positions), len(GROUPS)), dtype=bool)
-    # What is mixed up may look slower than it is: no slower than can be told.
-    least = 1.001 * LEAST_CYCLES * points.fps / len(points.positions)
-    low, high = min(max(0.5, least), 0.99 * _FASTEST), _FASTEST
-    for _ in range(_ROUNDS):
-        series = fourier_points(_exchanged(points, labels), frequencies=(low, high))
-        low, high = max(0.85 * series.frequency, low), min(1.15 * series.frequency, _FASTEST)
-        new = np.stack(
-            [_labels(points, series, pairs, labels[:, g]) for g, pairs in enumerate(GROUPS.values())], axis=1
-        )
-        if np.array_equal(new, labels):
-            break
-        labels = new
-    return labels
+    starts = [np.zeros((len(points.positions), len(GROUPS)), dtype=bool), _continuous(points)]
+    return min((_settled(points, labels) for labels in starts), key=lambda found: found[0])[1]
 
 
 def unswapped(points: Points) -> tuple[Points, np.ndarray]:
@@ -185,23 +174,56 @@ def _columns(pairs: tuple[str, ...]) -> tuple[list[int], list[int]]:
     return left, right
 
 
-def _labels(points: Points, series: Series, pairs: tuple[str, ...], before: np.ndarray) -> np.ndarray:
-    """The likeliest labels (frames,) of one group, True where swapped, given those from `before`."""
+def _between(positions: np.ndarray, pairs: tuple[str, ...]) -> np.ndarray:
+    """Left less right of each pair (frames, pairs, 2)."""
     left, right = _columns(pairs)
-    between = points.upward[:, left] - points.upward[:, right]
-    expected = series.positions_at(np.arange(len(between)) / points.fps)
-    expected = expected[:, left] - expected[:, right]
+    return positions[:, left] - positions[:, right]
+
+
+def _continuous(points: Points) -> np.ndarray:
+    """Labels (frames, 2) that make left and right jump least, False in most frames."""
+    labels = np.zeros((len(points.positions), len(GROUPS)), dtype=bool)
+    for g, pairs in enumerate(GROUPS.values()):
+        between = _between(points.upward, pairs)
+        steps = np.linalg.norm([between[1:] - between[:-1], between[1:] + between[:-1]], axis=-1).min(axis=0)
+        known = np.isfinite(steps).sum(axis=0) >= _FRAMES
+        if known.any():
+            near = between[:, known] / np.maximum(np.nanmedian(steps[:, known], axis=0), 1e-9)[:, None]
+            labels[:, g] = _viterbi(np.stack([near, -near]), 1.0, 1.0)[0]
+    return labels ^ (labels.mean(axis=0) > 0.5)
+
+
+def _settled(points: Points, labels: np.ndarray) -> tuple[float, np.ndarray]:
+    """Labels (frames, 2) that the series made with them gives again, from others, and their cost."""
+    # What is mixed up may look slower than it is: no slower than can be told.
+    least = 1.001 * LEAST_CYCLES * points.fps / len(points.positions)
+    low, high = min(max(0.5, least), 0.99 * _FASTEST), _FASTEST
+    for _ in range(_ROUNDS):
+        series = fourier_points(_exchanged(points, labels), frequencies=(low, high))
+        low, high = max(0.85 * series.frequency, low), min(1.15 * series.frequency, _FASTEST)
+        found = [_labels(points, series, pairs, labels[:, g]) for g, pairs in enumerate(GROUPS.values())]
+        before, labels = labels, np.stack([path for path, _ in found], axis=1)
+        if np.array_equal(before, labels):
+            break
+    return sum(cost for _, cost in found), labels
+
+
+def _labels(points: Points, series: Series, pairs: tuple[str, ...], before: np.ndarray) -> tuple[np.ndarray, float]:
+    """The likeliest labels (frames,) of one group, True where swapped, given those from `before`, and their cost."""
+    between = _between(points.upward, pairs)
+    expected = _between(series.positions_at(np.arange(len(between)) / points.fps), pairs)
     off = np.stack([between - expected, -between - expected])  # as it is, swapped: (2, frames, pairs, 2)
     now = np.where(before[:, None, None], off[1], off[0])
     size = np.linalg.norm(now, axis=-1)
     known = np.isfinite(size).sum(axis=0) >= _FRAMES
     if not known.any():
-        return np.zeros(len(between), dtype=bool)
+        return np.zeros(len(between), dtype=bool), 0.0
     off, now, size = off[:, :, known], now[:, known], size[:, known]
     noise = np.nanmedian(size, axis=0) / np.sqrt(2 * np.log(2))
     noise = np.maximum(noise, 1e-6 * np.nanmax(np.abs(between)))
     lasting = _lasting(now / noise[:, None])
-    return _viterbi(off / noise[:, None], lasting)
+    path, cost = _viterbi(off / noise[:, None], lasting, 1 - lasting**2)
+    return path, cost + 2 * float((np.isfinite(size).sum(axis=0) * np.log(noise)).sum())
 
 
 def _lasting(now: np.ndarray) -> float:
@@ -212,14 +234,16 @@ def _lasting(now: np.ndarray) -> float:
     return float(np.clip(np.where(both, now[1:] * now[:-1], 0.0).sum() / max(power, 1e-300), 0.0, 0.99))
 
 
-def _viterbi(off: np.ndarray, lasting: float) -> np.ndarray:
-    """The path (frames,) of least cost through residuals (2, frames, pairs, 2) of the two labels."""
+def _viterbi(off: np.ndarray, lasting: float, spread: float) -> tuple[np.ndarray, float]:
+    """The path (frames,) of least cost through residuals (2, frames, pairs, 2) of the two labels, and its cost.
+
+    What stays of the residual from frame to frame is `lasting`, and `spread` the variance of what comes new.
+    """
     frames = off.shape[1]
-    alone = _cost(off, 1.0)
     before = np.nan_to_num(off[:, None, :-1])  # after a gap nothing is expected to last
-    spread = np.where(np.isnan(off[0, :-1]).any(axis=-1), 1.0, 1 - lasting**2)
-    step = _cost(off[None, :, 1:] - lasting * before, spread)  # (from, to, frames - 1)
-    cost = alone[:, 0] + [0.0, _SWITCH]
+    spreads = np.where(np.isnan(off[0, :-1]).any(axis=-1), 1.0, spread)
+    step = _cost(off[None, :, 1:] - lasting * before, spreads)  # (from, to, frames - 1)
+    cost = _cost(off[:, 0], np.ones(off.shape[2])) + np.array([0.0, _SWITCH])
     back = np.zeros((frames, 2), dtype=np.intp)
     change = _SWITCH * (1 - np.eye(2))
     for i in range(1, frames):
@@ -230,7 +254,7 @@ def _viterbi(off: np.ndarray, lasting: float) -> np.ndarray:
     path[-1] = cost.argmin()
     for i in range(frames - 1, 0, -1):
         path[i - 1] = back[i, path[i]]
-    return path == 1
+    return path == 1, float(cost.min())
 
 
 def _cost(off: np.ndarray, variance) -> np.ndarray:

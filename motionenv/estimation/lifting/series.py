@@ -2,6 +2,9 @@ r"""A walk in the picture → its two-dimensional Fourier representation (paper 
 
     position of marker m at time t = columns(2πft) ŵ_m + drift(t),      ŵ_m = (p0, p1, q1, p2, q2), drift's mean is 0
 
+In pixels all of this is times size(t), as a walker who nears the camera grows: a parabola in time with mean 1, from
+how the markers' heights in each frame go with their mean heights.
+
 One frequency f serves all markers, and one polynomial in time takes out of all of them how the walker crosses the
 picture. What can't be seen is left out: the normal equations of each marker hold the frames that show it.
 """
@@ -40,6 +43,7 @@ class Series:
         cycles: how many strides were seen.
         drift: (degree + 1, 2) coefficients of 1, t, t², ... [s] of the motion common to all markers, in the points'
             unit, the second one upwards. Its mean over the frames is 0.
+        size: (3,) coefficients of 1, t, t² of how large the picture is; 1, 0, 0 in metres. Its mean is 1.
         covariance: (15, 5, 5) of the five coefficients of either coordinate of each marker; NaN where they are.
         rms: (15,) residual of each marker, root of the mean over frames and both coordinates.
         explained: share of the variance about the mean posture, drift taken out, that the series accounts for, with
@@ -54,6 +58,7 @@ class Series:
     frequency: float
     cycles: float
     drift: np.ndarray
+    size: np.ndarray
     covariance: np.ndarray
     rms: np.ndarray
     explained: float
@@ -67,6 +72,7 @@ class Series:
         shapes = {
             "coefficients": (_PARTS, n, 2),
             "drift": (None, 2),
+            "size": (3,),
             "covariance": (n, _PARTS, _PARTS),
             "rms": (n,),
             "weights": (None, n),
@@ -78,11 +84,15 @@ class Series:
         """The common motion (..., 2) at times `t` (...) [s] since the first frame."""
         return np.asarray(t, dtype=np.float64)[..., None] ** np.arange(len(self.drift)) @ self.drift
 
+    def size_at(self, t) -> np.ndarray:
+        """How large the picture is (...) at times `t` (...) [s] since the first frame; 1 on average."""
+        return np.asarray(t, dtype=np.float64)[..., None] ** np.arange(3) @ self.size
+
     def positions_at(self, t) -> np.ndarray:
         """Where the series has the markers (..., 15, 2), upwards, at times `t` (...) [s] since the first frame."""
         t = np.asarray(t, dtype=np.float64)
         waves = np.einsum("...h,hmc->...mc", columns(2 * np.pi * self.frequency * t), self.coefficients)
-        return waves + self.drift_at(t)[..., None, :]
+        return (waves + self.drift_at(t)[..., None, :]) * self.size_at(t)[..., None, None]
 
 
 def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) -> Series:
@@ -111,7 +121,9 @@ def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) ->
     if LEAST_CYCLES / seconds >= high:
         raise GapError(f"{who} lasts {seconds:.2f} s, too short for {LEAST_CYCLES:g} strides: take a longer sequence")
     low = max(low, 0.8 * LEAST_CYCLES / seconds)
-    upward = points.upward
+    size = _size(points)
+    growth = np.polynomial.polynomial.polyval(np.arange(len(points.positions)) / points.fps, size)
+    upward = points.upward / growth[:, None, None]
     weights = np.isfinite(upward).all(axis=-1).astype(np.float64)
     for turn in range(_ROUNDS):
         normal = _Normal(upward, weights, points.fps, drift, who)
@@ -124,7 +136,7 @@ def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) ->
         raise GapError(
             f"{who} shows {frequency * seconds:.2f} strides; it takes {LEAST_CYCLES:g}: take a longer sequence"
         )
-    return normal.series(frequency, points)
+    return normal.series(frequency, points, size)
 
 
 def _check(points, frequencies, drift) -> None:
@@ -142,6 +154,26 @@ def _check(points, frequencies, drift) -> None:
         raise MotionError(f"frequencies must be the least and the greatest stride rate [Hz], got {frequencies!r}")
     if drift not in range(10):
         raise MotionError(f"drift must be a whole number from 0 to 9, got {drift!r}")
+
+
+def _size(points: Points) -> np.ndarray:
+    """Coefficients (3,) of the size of the picture in time [s]: 1, 0, 0 where there's no telling."""
+    heights, still = points.upward[..., 1], np.array([1.0, 0.0, 0.0])
+    seen = np.isfinite(heights)
+    if points.unit == "m" or not seen.any():
+        return still
+    mean = lambda values, axis: np.where(seen, values, 0.0).sum(axis=axis) / np.maximum(seen.sum(axis=axis), 1)
+    usual = np.where(seen, mean(heights, 0), np.nan)
+    about = usual - mean(usual, 1)[:, None]
+    spread = np.nansum(about**2, axis=1)
+    told = spread > 0.25 * spread.max()
+    if told.sum() < _LEAST or not spread.max() > 0:
+        return still
+    t = np.arange(len(heights)) / points.fps
+    slope = np.nansum(about * heights, axis=1)[told] / spread[told]
+    found = np.polynomial.polynomial.polyfit(t[told], slope, 2)
+    growth = np.polynomial.polynomial.polyval(t, found)
+    return found / growth.mean() if growth.min() > 0.2 * growth.max() else still
 
 
 def _huber(off: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -202,7 +234,7 @@ class _Normal:
         waves = np.einsum("tk,mkc->tmc", columns(2 * np.pi * frequency * self.t), found)
         return self.y - waves - (self.path @ path)[:, None]
 
-    def series(self, frequency: float, points: Points) -> Series:
+    def series(self, frequency: float, points: Points, size: np.ndarray) -> Series:
         """The result at the best frequency."""
         found, path, left = self.solve(frequency)
         off = np.where(self.seen[..., None], self.residuals(frequency), np.nan)
@@ -217,6 +249,7 @@ class _Normal:
             frequency,
             frequency * len(self.t) / points.fps,
             power,
+            size,
             self._covariance(frequency, off),
             np.sqrt((_mean(np.nan_to_num(off) ** 2, self.seen)).mean(axis=-1)) + 0 * found[:, 0, 0],
             1 - left / total if total > 0 else 0.0,
