@@ -53,6 +53,26 @@ def solve_upper(u, b):
 
 
 @jit
+def solve_many(u, b):
+    """Solve UᵀU x = b in place for all columns of b (N, n) at a time."""
+    for j in range(len(b)):
+        b[j] *= 1.0 / u[j, j]
+        for k in range(j + 1, len(b)):
+            _subtract(u[j, k], b[j], b[k])
+    for j in range(len(b) - 1, -1, -1):
+        for k in range(j + 1, len(b)):
+            _subtract(u[j, k], b[k], b[j])
+        b[j] *= 1.0 / u[j, j]
+
+
+@jit
+def _subtract(factor, a, b):
+    """Write b - factor · a into b."""
+    for i in range(len(b)):
+        b[i] -= factor * a[i]
+
+
+@jit
 def dot(a, b):
     """aᵀb."""
     total = 0.0
@@ -125,14 +145,13 @@ def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scor
         if len(y) < len(rows):
             y = np.empty((len(rows), 2 * p))
         _differences(w2, rows, shown, y)
-        right = np.dot(y[: len(rows)], _weighted(shown, weights).T)
+        right = np.dot(_weighted(shown, weights), y[: len(rows)].T)
+        solve_many(normal, right)
+        deep = np.dot(right.T, shown[2, 1:])
         for s in range(len(rows)):
-            solve_lower(normal, right[s])
-            solve_upper(normal, right[s])
-        deep = np.dot(right, shown[2, 1:])
-        for s in range(len(rows)):
-            scores[rows[s]] = right[s]
-            depth[rows[s]] = deep[s] + shown[2, 0]
+            scores[rows[s]] = right[:, s]
+            for i in range(p):
+                depth[rows[s], i] = deep[s, i] + shown[2, 0, i]
     return True
 
 
