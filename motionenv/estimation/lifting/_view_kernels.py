@@ -89,6 +89,8 @@ def normal_matrix(blocks, factors, a):
             a[i, j] = 0.0
         for b in range(6):
             factor = factors[b]
+            if factor == 0.0:  # of a level view two are
+                continue
             for j in range(i, len(a)):
                 a[i, j] += factor * blocks[b, i, j]
 
