@@ -12,6 +12,8 @@ from motionenv.types import Camera
 
 #: [m/s] standard deviation of the mean sideways speed: a walker faces where it goes (paper B's x is its way).
 SIDEWAYS = 0.03
+#: [m] standard deviation of each term by which the walker's height over the ground drifts: floors and capture do.
+UPS = 0.03
 #: [rad] standard deviation of an unknown elevation about a level view.
 ELEVATION = np.radians(20.0)
 #: [m] unknown height of a camera over the ground.
@@ -134,7 +136,8 @@ class Perspective:
 
     def __post_init__(self):
         path = [f"{axis}_{k}" for axis in ("across", "away") for k in range(self.basis.shape[1])]
-        self.names = (*(("elevation", "height") if self.unknown else ()), *path)
+        self.ups = [f"up_{k}" for k in range(1, self.basis.shape[1])]
+        self.names = (*(("elevation", "height") if self.unknown else ()), *self.ups, *path)
         self.inner = np.diag([1.0, -1.0, 1.0]) @ self.camera.K  # pixels with the second axis upwards
         looking = self.camera.R[2]
         self.azimuth = 0.0 if self.unknown else float(np.arctan2(-looking[0], looking[1]))
@@ -150,11 +153,17 @@ class Perspective:
         """Across and away (d + 1, 2) [m] of the walker's place on the ground."""
         return own[len(own) - 2 * self.basis.shape[1] :].reshape(2, -1).T
 
+    def drift(self, own: np.ndarray) -> np.ndarray:
+        """How far up (frames,) [m] the walker drifts, 0 on average."""
+        k = len(own) - 2 * self.basis.shape[1]
+        return self.basis[:, 1:] @ own[k - len(self.ups) : k]
+
     def show(self, places: np.ndarray, own: np.ndarray) -> Shown:
         """The picture of `places` (frames, 15, 3) [m] in the level frame, before the walker's way is added."""
         rotation, shift = self.pose(own)
         moved = places.copy()
         moved[..., :2] += (self.basis @ self.way(own))[:, None]
+        moved[..., 2] += self.drift(own)[:, None]
         seen = moved @ rotation.T + shift
         homogeneous = seen @ self.inner.T
         depth = homogeneous[..., 2:]
@@ -165,6 +174,7 @@ class Perspective:
         if self.unknown:
             by_tilt = (moved - [0.0, 0.0, own[1]]) @ (np.diag([1.0, -1.0, 1.0]) @ tilt(own[0], 1)).T
             own_columns += [np.einsum("tmij,tmj->tmi", by_seen, by_tilt)[..., None], -by_place[..., 2:]]
+        own_columns += [by_place[..., 2:] * self.basis[:, None, None, 1:]]
         own_columns += [by_place[..., i, None] * self.basis[:, None, None, :] for i in (0, 1)]
         metres = seen[..., 2].mean(axis=1) / self.inner[0, 0]
         return Shown(picture, by_place, np.concatenate(own_columns, axis=-1), metres)
@@ -172,9 +182,9 @@ class Perspective:
     def place(self, places: np.ndarray, picture: np.ndarray, weights: np.ndarray, own: np.ndarray) -> np.ndarray:
         """The parameters with the way that suits `picture` best, by the direct linear transformation."""
         k = 2 * self.basis.shape[1]
-        start = np.concatenate([own[:-k], np.zeros(k)])
+        start = np.zeros(len(own))
         if self.unknown:
-            start[1] = 0.0
+            start[0] = own[0]
         rotation, shift = self.pose(start)
         # picture · (row 3 · x) = rows 1, 2 · x is linear in the place x, and so in the way.
         seen_picture = np.where(weights[..., None] > 0, picture, 0.0)
@@ -185,7 +195,8 @@ class Perspective:
         if not self.unknown:
             start[-k:] = _solved(np.concatenate(design, axis=-1), rest, weights)
             return start
-        start[1:] = _solved(np.concatenate([-lines[..., 2:], *design], axis=-1), rest, weights)
+        found = _solved(np.concatenate([-lines[..., 2:], *design], axis=-1), rest, weights)
+        start[1], start[-k:] = found[0], found[1:]
         return start
 
     def log_scale(self, own: np.ndarray) -> tuple[float, np.ndarray]:
@@ -208,7 +219,9 @@ class Perspective:
         if self.unknown:
             values += [own[0] / ELEVATION, (own[1] - HEIGHT) / HEIGHT_DEVIATION]
             rows += [np.eye(1 + len(own))[1] / ELEVATION, np.eye(1 + len(own))[2] / HEIGHT_DEVIATION]
-        return np.array(values), np.array(rows)
+        first = 1 + len(own) - len(path) - len(self.ups)
+        up = np.eye(1 + len(own))[first : first + len(self.ups)] / UPS
+        return np.concatenate([values, up[:, 1:] @ own]), np.concatenate([rows, up])
 
 
 def _solved(design: np.ndarray, rest: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -311,7 +311,7 @@ def _result(problem, state, matrix, level, weights, iterations, converged, model
         rotation, shift = picture.pose(own)
         camera = replace(camera, R=rotation @ turn(azimuth), t=shift)
         elevation, scale = float(np.arcsin(-camera.R[2, 2])), float(1 / metres.mean())
-        path = picture.basis @ picture.way(own) @ turn(azimuth)[:2, :2]
+        path = np.column_stack([picture.basis @ picture.way(own), picture.drift(own)]) @ turn(azimuth)
     seconds = (len(problem.time) - 1) / points.fps
     return Refined(
         coefficients=state.walker.reshape(15, 5, 3).swapaxes(0, 1), covariance=joint[:225, :225],
@@ -319,6 +319,6 @@ def _result(problem, state, matrix, level, weights, iterations, converged, model
         frequency=turns / (np.pi * seconds), phase=float(np.remainder(phase - turns, 2 * np.pi)), path=path,
         names=("alpha", "phase", "turns", *picture.names), parameter_covariance=joint[225:, 225:], weights=weights,
         noise=np.sqrt(level.total), deviation=np.sqrt(level.deviation), inflation=np.asarray(model.inflation_),
-        iterations=iterations, converged=bool(converged), camera=camera, _phases=phase + problem.time * turns,
+        iterations=iterations, converged=bool(converged), camera=camera, phases=phase + problem.time * turns,
         _basis=picture.basis, _azimuth=azimuth, _joint=joint,
     )  # fmt: skip

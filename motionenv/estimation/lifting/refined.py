@@ -25,8 +25,8 @@ class Refined:
         scale: units of the picture per metre; 1 / (metres per pixel) at the walker on average with a camera.
         frequency: strides per second [Hz].
         phase: of the first frame [rad].
-        path: (frames, 2): without a camera the offset and drift of the picture, across and upwards in its units; with
-            one the walker's place (x, y) in the world [m].
+        path: without a camera the offset and drift of the picture (frames, 2), across and upwards in its units; with
+            one the walker's place in the world (frames, 3) [m], z being how far it drifts up.
         names: of the parameters beside the coefficients: alpha [rad], phase [rad] in mid-time, turns [rad] of phase
             from mid-time to the end, those of the view that were unknown (elevation [rad], scale [its logarithm],
             height of the camera [m]), and Legendre coefficients of the path [m].
@@ -37,6 +37,7 @@ class Refined:
         inflation: (15,) factors of the model by which variances grow so that bands hold for new people.
         iterations: steps taken.
         converged: whether the last step was small against the posterior's deviations.
+        phases: (frames,) [rad] of the walker at the frames of the points.
         camera: that which was given, with the pose that was found; None for a picture without perspective.
     """
 
@@ -56,8 +57,8 @@ class Refined:
     inflation: np.ndarray
     iterations: int
     converged: bool
+    phases: np.ndarray
     camera: Camera | None
-    _phases: np.ndarray = field(repr=False)
     _basis: np.ndarray = field(repr=False)
     _azimuth: float = field(repr=False)
     _joint: np.ndarray = field(repr=False)
@@ -75,12 +76,11 @@ class Refined:
     @cached_property
     def positions(self) -> np.ndarray:
         """Places of the markers at the frames of the points, (frames, 15, 3) [m]."""
-        walker = np.einsum("th,hmc->tmc", columns(self._phases), self.coefficients)
+        walker = np.einsum("th,hmc->tmc", columns(self.phases), self.coefficients)
         if self.camera is None:
             return walker
         world = walker @ turn(-self.heading).T
-        world[..., :2] += self.path[:, None]
-        return world
+        return world + self.path[:, None]
 
     @cached_property
     def deviations(self) -> np.ndarray:
@@ -90,10 +90,10 @@ class Refined:
         and by how much real strides deviate from the walker's two harmonics, in all directions alike.
         """
         rotation = turn(-self.heading)
-        waves, slopes = columns(self._phases), columns(self._phases, 1)
+        waves, slopes = columns(self.phases), columns(self.phases, 1)
         frames, own = len(waves), len(self.names)
         slope = np.einsum("th,hmc->mtc", slopes, self.coefficients) @ rotation.T
-        time = (self._phases - self._phases.mean()) / (np.ptp(self._phases) / 2)
+        time = (self.phases - self.phases.mean()) / (np.ptp(self.phases) / 2)
         design = np.zeros((15, frames, 3, 15 + own))
         design[..., :15] = np.einsum("th,ic->tihc", waves, rotation).reshape(frames, 3, 15)
         design[..., 16], design[..., 17] = slope, slope * time[:, None]
@@ -102,7 +102,9 @@ class Refined:
             design[..., 15] = walker @ turn(-self.heading, 1).T
             k = self._basis.shape[1]
             axes = turn(self._azimuth).T[:, :2]
-            design[..., 15 + own - 2 * k :] = np.einsum("ia,tk->tiak", axes, self._basis).reshape(frames, 3, 2 * k)
+            first = 15 + own - 2 * k
+            design[..., 2, first - (k - 1) : first] = self._basis[:, 1:]
+            design[..., first:] = np.einsum("ia,tk->tiak", axes, self._basis).reshape(frames, 3, 2 * k)
         variance = np.stack(
             [np.einsum("tia,ab,tib->ti", d, c, d, optimize=True) for d, c in zip(design, self._blocks(), strict=True)]
         )
