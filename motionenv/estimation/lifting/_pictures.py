@@ -11,7 +11,7 @@ import numpy as np
 from motionenv.types import Camera
 
 #: [m/s] standard deviation of the mean sideways speed: a walker faces where it goes (paper B's x is its way).
-SIDEWAYS = 0.03
+SIDEWAYS = 0.02
 #: [m] standard deviation of each term by which the walker's height over the ground drifts: floors and capture do.
 UPS = 0.03
 #: [rad] standard deviation of an unknown elevation about a level view.
@@ -57,6 +57,7 @@ class Parallel:
         basis: (frames, d + 1) Legendre polynomials in time.
         elevation, scale: their values where they are known [rad], [units per m].
         unknown: which of "elevation" and "scale" are parameters.
+        together: by how much the variance of slow residuals grows because markers deviate together, as a body does.
     """
 
     basis: np.ndarray
@@ -64,6 +65,7 @@ class Parallel:
     scale: float
     unknown: tuple[str, ...]
     names: tuple[str, ...] = field(init=False)
+    together: float = field(init=False, default=1.0)
 
     def __post_init__(self):
         path = [f"{axis}_{k}" for axis in ("across", "upwards") for k in range(self.basis.shape[1])]
@@ -125,6 +127,7 @@ class Perspective:
         seconds: duration [s] from the first frame to the last.
         elevation: [rad] of the start.
         unknown: ("elevation",) for a camera of which only K is known, which stands upright at the origin of the ground.
+        together: as in `Parallel`; 2 suits people left out, whose way takes part in what the body does as a whole.
     """
 
     basis: np.ndarray
@@ -133,6 +136,7 @@ class Perspective:
     elevation: float
     unknown: tuple[str, ...]
     names: tuple[str, ...] = field(init=False)
+    together: float = field(init=False, default=2.0)
 
     def __post_init__(self):
         path = [f"{axis}_{k}" for axis in ("across", "away") for k in range(self.basis.shape[1])]

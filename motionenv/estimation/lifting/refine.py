@@ -225,7 +225,7 @@ def _descend(
     damping = _DAMPING
     for iteration in range(1, _STEPS + 1):
         weights = robust_weights(residual, problem.seen, level.total, problem.robust)
-        precision = weights / level.slow
+        precision = weights / (level.slow * problem.picture.together)
         matrix, slope, unlike = problem.normal(state, precision)
         before = problem.objective(state, precision, metres, unlike)
         while True:
@@ -243,7 +243,7 @@ def _descend(
         level = noise(residual, weights, cycles)
         if small:
             break
-    matrix, *_ = problem.normal(state, robust_weights(residual, problem.seen, level.total, problem.robust) / level.slow)
+    matrix, *_ = problem.normal(state, weights / (level.slow * problem.picture.together))
     return state, matrix, level, weights, iteration, small
 
 
