@@ -11,15 +11,24 @@ import numpy as np
 
 from motionenv import load, write_video
 from motionenv.body import markers
+from motionenv.estimation.lifting import lift, project_markers
+from motionenv.models.synthesis import synthesize as synthesize_walk
 from motionenv.models.tree.growth import synthesize
 from motionenv.models.walking import WalkingModel
-from motionenv.plots import coefficient_histograms, components, pose_samples, trajectories, variance_curve
+from motionenv.plots import (
+    coefficient_histograms,
+    components,
+    lifted_walk,
+    pose_samples,
+    trajectories,
+    variance_curve,
+)  # fmt: skip
 from motionenv.render import Scene, render
 from motionenv.render.cameras import follow, view
 from motionenv.render.overlay import side_by_side
 from motionenv.render.pointlights import render_points
 from motionenv.render.video import write_image
-from motionenv.types import ANGLES, Motion
+from motionenv.types import ANGLES, MARKERS, Markers, Motion, Points
 
 HERE = Path(__file__).parent
 FPS, SIZE = 25, 320
@@ -89,6 +98,18 @@ def tracking(out: Path) -> None:
     write_image(out / "tracking.png", np.concatenate(rows))
 
 
+def lifting(out: Path) -> None:
+    """lifted.png: somebody whom the prior has never seen, from noisy points with gaps, the view unknown."""
+    motion = synthesize_walk("walk/fpca", 4, 30, seed=7)
+    walk = Markers(MARKERS, markers(motion.poses, motion.skeleton), motion.fps)
+    seen = project_markers(walk, np.radians(40))
+    rng = np.random.default_rng(1)
+    positions = seen.positions + 0.01 * rng.standard_normal(seen.positions.shape)
+    positions[rng.random(positions.shape[:2]) < 0.2] = np.nan
+    positions[:, MARKERS.index("right_wrist")] = np.nan
+    lifted_walk(lift(Points(positions, seen.fps, "m", seen.truth))).savefig(out / "lifted.png", dpi=80)
+
+
 def main() -> None:
     """Make them all."""
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
@@ -99,6 +120,7 @@ def main() -> None:
     figures(out)
     tree(out)
     tracking(out)
+    lifting(out)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,8 @@ lies above the neck.
 
 from collections.abc import Iterable
 
+from motionenv.types import MARKERS
+
 
 def _mid(*names: str) -> dict[str, float]:
     """Equal weights."""
@@ -86,6 +88,9 @@ _PLUG_IN_GAIT = {
     ),
 }
 
+#: The 15 markers as `motionenv.write` names them in C3D.
+_MARKERS = {**{name: _mid(name) for name in MARKERS}, "neck": _mid("left_shoulder", "right_shoulder")}
+
 #: By the name to pass to `retarget`: table, and the point whose rotation is the head's (None: markers have none).
 SCHEMES: dict[str, tuple[dict[str, dict[str, float]], str | None]] = {
     "cmu": (_CMU, "head"),
@@ -93,6 +98,7 @@ SCHEMES: dict[str, tuple[dict[str, dict[str, float]], str | None]] = {
     "mixamo": (_MIXAMO, "Head"),
     "bandai-namco": (_BANDAI, "Head"),
     "plug-in-gait": (_PLUG_IN_GAIT, None),
+    "markers": (_MARKERS, "head"),
 }
 
 

@@ -15,8 +15,8 @@ def retarget(markers: Markers, *, scheme: str | None = None, skeleton: Skeleton 
 
     Args:
         markers: what a reader gave, (frames, points, 3) [m].
-        scheme: how the points are named: "cmu", "cmu-bvh", "mixamo", "bandai-namco" or "plug-in-gait". None takes
-            the one whose names are all there.
+        scheme: how the points are named: "cmu", "cmu-bvh", "mixamo", "bandai-namco", "plug-in-gait", or "markers"
+            for our own 15. None takes the one whose names are all there.
         skeleton: the body to use; None measures this person's own limbs.
 
     Returns:

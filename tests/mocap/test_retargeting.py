@@ -5,8 +5,9 @@ import pytest
 
 from motionenv import body
 from motionenv.errors import MotionError
-from motionenv.mocap import read
+from motionenv.mocap import read, write
 from motionenv.mocap.retargeting import retarget, to_markers, to_nodes
+from motionenv.models.synthesis import synthesize
 from motionenv.types import MARKERS, POSE, Markers
 
 
@@ -119,3 +120,12 @@ def test_unknown_names_and_schemes_are_named():
         retarget(points)
     with pytest.raises(MotionError, match=r"scheme must be one of cmu, .*got 'vicon'"):
         retarget(points, scheme="vicon")
+
+
+def test_our_own_markers_come_back_from_the_c3d_that_we_write(tmp_path):
+    motion = synthesize("walk/fpca", 1, 30, seed=3)
+    write(motion, tmp_path / "walk.c3d")
+    points = to_markers(read(tmp_path / "walk.c3d"))
+    np.testing.assert_allclose(points.positions, body.markers(motion.poses, motion.skeleton), atol=1e-4)
+    again = retarget(points)
+    assert np.abs(body.markers(again.poses, again.skeleton) - points.positions).max() < 0.02

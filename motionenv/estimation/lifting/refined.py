@@ -30,7 +30,7 @@ class Refined:
         names: of the parameters beside the coefficients: alpha [rad], phase [rad] in mid-time, turns [rad] of phase
             from mid-time to the end, those of the view that were unknown (elevation [rad], scale [its logarithm],
             height of the camera [m]), and Legendre coefficients of the path [m].
-        parameter_covariance: of the parameters in `names`, the coefficients being unknown.
+        parameter_covariance: of the parameters in `names`, the coefficients being unknown; grown so that bands hold.
         weights: (frames, 15) of the robust loss: about 1 for points that fit, near 0 for outliers, 0 where missing.
         noise: (15,) [m] standard deviation per coordinate of what the walker leaves of the points.
         deviation: (15,) [m] the part of it that the person does and the walker's two harmonics don't.

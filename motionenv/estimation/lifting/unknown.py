@@ -88,7 +88,7 @@ def find_view(
     elevation: float | str | tuple[float, float] = 0.0,
     scale: float | str = 1.0,
     offset: str = "known",
-    alphas: tuple[float, float] | None = None,
+    alphas: float | tuple[float, float] | None = None,
     measurement=0.0,
 ) -> Views:
     """The view of each sequence (eqs. 4.5, 4.6).
@@ -103,7 +103,7 @@ def find_view(
         elevation: [rad], a range (low, high) to look in, or "unknown" for -15 to 45 degrees.
         scale: of w2 per metre, or "unknown".
         offset: "known" where p0 stands in the model's place (`motionenv.models.harmonics`), or "unknown".
-        alphas: range (low, high) [rad] to look in; None for the full circle.
+        alphas: [rad], or a range (low, high) to look in; None for the full circle.
         measurement: variance [m²] of errors in w2, fits (5, 15); on top of σ², which is the walker's own.
 
     Raises:

@@ -9,7 +9,7 @@ import pytest
 from motionenv.errors import GapError, MotionError
 from motionenv.estimation.lifting import geometry
 from motionenv.estimation.lifting._pictures import Parallel, Perspective
-from motionenv.estimation.lifting.refine import _BY_MARKER, Start, _precision, _Problem, _State, refine
+from motionenv.estimation.lifting.refining import _BY_MARKER, Start, _precision, _Problem, _State, refine
 from motionenv.models.harmonics import columns, positions_at
 from motionenv.models.store import load
 from motionenv.models.walkerprior import WalkerPrior
@@ -116,7 +116,7 @@ def test_an_exact_walk_comes_back(model, walker, alpha):
 def test_elevation_and_scale_come_back_in_pixels(model, walker):
     points = Points(flat(walker, 0.6, 0.25, 180.0) * [1.0, -1.0], FPS, "px")
     start = near(model, 0.6, elevation=0.1, scale=200.0)
-    refined = refine(model, points, start, unknown=("elevation", "scale"))
+    refined = refine(model, points, start, unknown=("alpha", "elevation", "scale"))
     assert refined.elevation == pytest.approx(0.25, abs=0.05)
     assert refined.scale == pytest.approx(180.0, rel=0.05)
     assert refined.standard_deviation("scale") < 0.06
@@ -173,7 +173,7 @@ def test_a_camera_of_unknown_pose(model, walker):
     camera = fit_view(world, 0.3, elevation=0.2)
     pixels, _ = project(world, camera)
     start = near(model, 0.3, elevation=0.1)
-    refined = refine(model, Points(pixels, FPS, "px"), start, camera=camera, unknown=("elevation",))
+    refined = refine(model, Points(pixels, FPS, "px"), start, camera=camera, unknown=("alpha", "elevation"))
     assert refined.elevation == pytest.approx(0.2, abs=0.05)
     assert refined.alpha == pytest.approx(0.3, abs=0.1)
     back, _ = project(refined.positions, refined.camera)

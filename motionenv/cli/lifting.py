@@ -1,0 +1,114 @@
+"""The command that makes 3D motion of 2D points: lift."""
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_view
+from motionenv.errors import MotionError
+
+_POINTS = {".json", ".csv"}
+
+
+def lift(
+    points: Annotated[Path, typer.Argument(help="2D points: COCO keypoints (.json), or a table (.csv); or capture.")],
+    out: Annotated[Path, typer.Option(help="Where to: .bvh, .c3d, .csv, .glb or .npz.")],
+    view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or an angle in degrees.")] = "unknown",
+    elevation: Annotated[str, typer.Option(help="Degrees by which the camera looks down, or unknown.")] = "0",
+    scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default found.")] = None,
+    project: Annotated[str | None, typer.Option(help="Of capture: lift what this view shows of it.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture of the estimate (.png, .pdf, .svg).")] = None,
+    prior: Annotated[str, typer.Option(help="A prior's name or file: see `motionenv fit walk/prior`.")] = "walk/prior",
+    person: Annotated[int | None, typer.Option(help="Which of several people in COCO's file.")] = None,
+    fps: Fps = None,
+    unit: Unit = None,
+) -> None:
+    """Lift a walk from the 2D points of one camera to three dimensions, whatever the view.
+
+    Capture (.amc, .bvh, .c3d, .trc) is projected first, and the result compared with it.
+    Example: motionenv lift points.csv --view unknown --out walk.npz --plot walk.png
+    """
+    from motionenv.estimation.lifting import lift as lift_points
+    from motionenv.mocap import write
+    from motionenv.mocap.writing import check_suffix
+
+    check_suffix(out)
+    for path in (out, plot):
+        if path is not None:
+            check_folder(path)
+    alpha = None if view == "unknown" else parsed_view(view)
+    loaded = _read(points, project, elevation, fps, unit, person)
+    with err.status("lifting"):
+        lifted = lift_points(loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale)
+        motion = lifted.motion()
+    write(motion, out)
+    typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:.2f} s at {motion.fps:g} fps")
+    for line in _report(lifted):
+        typer.echo(line)
+    if plot is not None:
+        from motionenv.plots import lifted_walk
+
+        lifted_walk(lifted).savefig(plot, dpi=130)
+        typer.echo(f"{plot}  points and depth, with 90 % bands")
+
+
+def _read(path: Path, project: str | None, elevation: str, fps, unit, person):
+    """Points from a file of points, or what a view shows of capture."""
+    from motionenv.estimation.lifting import project_markers
+    from motionenv.mocap import read, to_markers
+    from motionenv.mocap.points2d import read_points
+    from motionenv.types import Motion
+
+    if path.suffix.lower() in _POINTS:
+        if project is not None:
+            raise MotionError(f"--project is for 3D capture; {path.name} holds 2D points already: leave it out")
+        return read_points(path, fps=fps, unit=unit, person=person)
+    if project is None:
+        raise MotionError(f"{path.name} is 3D capture, no 2D points: say which view shall be lifted, as --project 30")
+    capture = read(path, fps=fps, unit=unit)
+    if isinstance(capture, Motion):
+        raise MotionError(f"{path.name} holds poses of the body, not capture: take .amc, .bvh, .c3d or .trc")
+    return project_markers(to_markers(capture), parsed_view(project), elevation=_parsed_elevation(elevation) or 0.0)
+
+
+def _parsed_elevation(text: str) -> float | None:
+    """Elevation [rad], or None for "unknown".
+
+    Raises:
+        MotionError: no number.
+    """
+    if text == "unknown":
+        return None
+    try:
+        degrees = float(text)
+    except ValueError:
+        degrees = math.nan
+    if not math.isfinite(degrees):
+        raise MotionError(f"elevation must be degrees or unknown, got {text!r}")
+    return math.radians(degrees)
+
+
+def _report(lifted) -> list[str]:
+    """What was found, in words."""
+    from motionenv.metrics import pelvis_mpjpe
+
+    found, points = lifted.refined, lifted.points
+    degrees = math.degrees(found.alpha)
+    sure = 1.645 * math.degrees(found.standard_deviation("alpha"))
+    lines = [
+        f"view {degrees:.1f} ± {sure:.1f} degrees (90 %), elevation {math.degrees(found.elevation):.1f}; "
+        f"{found.frequency:.3f} strides per second, {lifted.walker.speed:.2f} m/s",
+        f"joints ± {1000 * float(lifted.band.mean()):.0f} mm per axis (90 %), on average",
+    ]
+    for other in lifted.others:
+        lines.append(f"or: view {math.degrees(other.alpha):.0f} degrees, with a probability of {other.probability:.0%}")
+    if lifted.swapped.any():
+        lines.append(
+            f"left and right were exchanged in {int(lifted.swapped.any(axis=1).sum())} frames, which was undone"
+        )
+    if points.truth is not None:
+        error = 1000 * float(pelvis_mpjpe(found.positions, points.truth.positions).mean())
+        lines.append(f"against the truth: {error:.0f} mm per joint, the pelvis in its place")
+    return lines
