@@ -68,6 +68,11 @@ def test_capture_is_projected_and_compared(run, walked, tmp_path):
         (("walk.npz", "--out", "again.npz", "--project", "30"), "poses"),
         (("walk.npz", "--out", "again.npz"), "--project"),
         (("people.json", "--out", "walk.npz"), "fps"),
+        (("points.csv", "--out", "again.npz", "--plot", "walk.xyz"), "plot"),
+        (("points.csv", "--out", "again.npz", "--plot", "walk"), "plot"),
+        (("points.csv", "--out", "again.npz", "--person", "1"), "person"),
+        (("none.json", "--out", "again.npz", "--fps", "30"), "motionenv: none.json: can't be read"),
+        (("walk.npz", "--out", "again.npz", "--person", "1"), "--person"),
     ],
 )
 def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, walked, tmp_path, args, says):

@@ -8,8 +8,10 @@ import typer
 
 from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_view
 from motionenv.errors import MotionError
+from motionenv.files import atomic_write
 
 _POINTS = {".json", ".csv"}
+_PICTURES = {".png", ".pdf", ".svg"}
 
 
 def lift(
@@ -35,6 +37,8 @@ def lift(
     from motionenv.mocap.writing import check_suffix
 
     check_suffix(out)
+    if plot is not None and plot.suffix.lower() not in _PICTURES:
+        raise MotionError(f"plot must end in {', '.join(sorted(_PICTURES))}, got {plot}")
     for path in (out, plot):
         if path is not None:
             check_folder(path)
@@ -50,7 +54,8 @@ def lift(
     if plot is not None:
         from motionenv.plots import lifted_walk
 
-        lifted_walk(lifted).savefig(plot, dpi=130)
+        with atomic_write(plot) as temporary:
+            lifted_walk(lifted).savefig(temporary, dpi=130)
         typer.echo(f"{plot}  points and depth, with 90 % bands")
 
 
@@ -65,6 +70,8 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, person):
         if project is not None:
             raise MotionError(f"--project is for 3D capture; {path.name} holds 2D points already: leave it out")
         return read_points(path, fps=fps, unit=unit, person=person)
+    if person is not None:
+        raise MotionError(f"--person is for COCO's files; {path.name} holds one walker: leave it out")
     if project is None:
         raise MotionError(f"{path.name} is 3D capture, no 2D points: say which view shall be lifted, as --project 30")
     capture = read(path, fps=fps, unit=unit)

@@ -86,8 +86,9 @@ def _parsed(path) -> list | dict:
     def refuse(word: str):
         raise ValueError(f"{word} is no number of JSON's: leave such detections out")
 
+    raw = read_bytes(path)
     try:
-        content = json.loads(read_bytes(path).decode("utf-8-sig"), parse_constant=refuse)
+        content = json.loads(raw.decode("utf-8-sig"), parse_constant=refuse)
     except json.JSONDecodeError as error:
         raise FormatError(
             path, f"is no whole JSON: {error.msg}", f"line {error.lineno}, column {error.colno}"

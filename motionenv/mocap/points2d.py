@@ -63,6 +63,8 @@ def read_points(
             raise FormatError(path, "COCO keypoints have no frame rate: give fps= (--fps)")
         positions, found = _from_keypoints(coco.read(path, person), confidence), "px"
     elif suffix == ".csv":
+        if person is not None:
+            raise MotionError(f"person is for COCO's files, a table holds one walker: leave it out, got {person!r}")
         positions, fps, found = _read_table(path, fps)
     else:
         raise FormatError(path, f"must be COCO keypoints (.json) or a table (.csv), got {suffix or 'no suffix'!r}")

@@ -77,7 +77,12 @@ class Start:
 
     @classmethod
     def at(cls, pose, previous=None, spread=SPREAD) -> "Start":
-        """A given `pose` (25,), with the one a frame before it (25,) or None, and its `spread` (25,) or a number.
+        """One given pose.
+
+        Args:
+            pose: (25,) [m, rad].
+            previous: (25,) one frame earlier, or None.
+            spread: (25,), or a number for all entries.
 
         Raises:
             MotionError: other shapes, or NaN in the pose.
