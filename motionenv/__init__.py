@@ -2,8 +2,8 @@
 
 The flow, and where each step lives:
 
-    motion capture → Motion → Cycles  → model   → Motion → body  → image   → estimate → score
-    mocap/           types    cycles/   models/            body/   render/
+    motion capture → Motion → Cycles  → model   → Motion → body  → image   → estimate    → score
+    mocap/           types    cycles/   models/            body/   render/   estimation/   metrics/   joined in envs/
 
     >>> import motionenv
     >>> motion = motionenv.load("walk/fpca").synthesize(seconds=2, fps=30, seed=1, speed=1.3)
@@ -31,9 +31,11 @@ _HOME = {
     "Frame": "types",
     "Markers": "types",
     "Motion": "types",
+    "Points": "types",
     "Skeleton": "types",
     "MotionError": "errors",
     "read": "mocap",
+    "read_points": "mocap.points2d",
     "retarget": "mocap",
     "write": "mocap",
     "from_height": "body",
@@ -45,6 +47,7 @@ _HOME = {
     "WalkerPrior": "models.walkerprior",
     "WalkingModel": "models.walking",
     "load": "models.store",
+    "lift": "estimation.lifting",
     "Scene": "render",
     "fit_view": "render.cameras",
     "view": "render.cameras",
