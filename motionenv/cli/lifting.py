@@ -111,6 +111,11 @@ def _report(lifted) -> list[str]:
     ]
     for other in lifted.others:
         lines.append(f"or: view {math.degrees(other.alpha):.0f} degrees, with a probability of {other.probability:.0%}")
+    if lifted.contradiction is not None:
+        lines.append(
+            f"but the points say view {math.degrees(lifted.contradiction.alpha):.0f} degrees: correct --view, or left "
+            "and right are exchanged throughout"
+        )
     if lifted.swapped.any():
         lines.append(
             f"left and right were exchanged in {int(lifted.swapped.any(axis=1).sum())} frames, which was undone"

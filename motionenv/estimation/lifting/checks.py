@@ -26,17 +26,19 @@ _ROUNDS = 4
 _LEGS = tuple([MARKERS.index(f"{side}_{n}") for n in GROUPS["legs"]] for side in ("left", "right"))  # ankles last
 
 
-def check_points(points: Points) -> None:
+def check_points(points: Points, scale: float | None = None) -> None:
     """Refuse points from which no walk can be made, before any work.
 
     Metres are told from other units by how the markers' mean heights go with those of a standing body.
 
     Args:
         points: what one camera saw.
+        scale: pixels per metre, where it is known.
 
     Raises:
         GapError: too few frames or markers.
-        MotionError: another unit than the points say, or another direction of the vertical axis.
+        MotionError: another unit than the points say, another direction of the vertical axis, or a scale by which they
+            are no size of a person.
     """
     who = points.name or "this walk"
     seen = np.isfinite(points.positions).all(axis=-1)
@@ -53,7 +55,7 @@ def check_points(points: Points) -> None:
             f"{who} shows {seconds:.2f} s, too short for {LEAST_CYCLES:g} strides at any pace: take a longer sequence, "
             f"or correct fps={points.fps:g}"
         )
-    _check_unit(points, enough, who)
+    _check_unit(points, enough, who, scale)
 
 
 def check_series(series: Series) -> None:
@@ -135,8 +137,8 @@ def unswapped(points: Points) -> tuple[Points, np.ndarray]:
     return _exchanged(points, labels), labels
 
 
-def _check_unit(points: Points, enough: np.ndarray, who: str) -> None:
-    """Compare the markers' mean heights with those of a standing body.
+def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | None) -> None:
+    """Compare the markers' mean heights with those of a standing body, in pixels by the `known` scale.
 
     Raises:
         MotionError: they are in another unit, or upside down.
@@ -153,6 +155,11 @@ def _check_unit(points: Points, enough: np.ndarray, who: str) -> None:
             raise MotionError(f'{who} stands on its head: pixels count downwards. Turn y about, or say unit="m"')
         if like == ["metres"]:
             raise MotionError(f'{who} is {1.75 * scale:.2g} pixels tall: this looks like metres: say unit="m"')
+        if known is not None and not _SIZES[0] <= scale / known < _SIZES[1]:
+            raise MotionError(
+                f"{who} is {1.75 * scale:.0f} pixels tall, at scale {known:g} that is {1.75 * scale / known:.2g} m: "
+                "correct the scale, or leave it out to have it found"
+            )
     elif scale < 0:
         raise MotionError(f'{who} stands on its head: this looks like pixels, which count downwards: say unit="px"')
     elif like != ["metres"]:

@@ -25,10 +25,10 @@ from motionenv.errors import GapError, MotionError
 from motionenv.estimation.lifting._noise import Noise, first_noise, noise, robust_weights
 from motionenv.estimation.lifting._pictures import Parallel, Perspective, turn
 from motionenv.estimation.lifting.refined import Refined
+from motionenv.estimation.lifting.series import LEAST_CYCLES
 from motionenv.models.harmonics import columns
 from motionenv.types import MARKERS, Camera, Points, frozen
 
-_CYCLES = 1.5  # at least
 _FRAMES = 8  # in which a marker must be seen to count as seen
 _STEPS = 60
 _SMALL = 1e-2  # squared length of the last step, in posterior standard deviations
@@ -291,8 +291,10 @@ def _checked(points, start, camera, unknown, drift) -> np.ndarray:
         raise MotionError(f"drift must be a degree from 0 (1 with a camera) to 7, got {drift!r}")
     seen = np.isfinite(points.positions).all(axis=-1)
     strides = start.frequency * len(seen) / points.fps
-    if strides < _CYCLES:
-        raise GapError(f"{points.name or 'these points'} last {strides:.2f} strides: refining needs {_CYCLES} at least")
+    if strides < LEAST_CYCLES:
+        raise GapError(
+            f"{points.name or 'these points'} last {strides:.2f} strides: refining needs {LEAST_CYCLES:g} at least"
+        )
     often = seen.sum(axis=0) >= _FRAMES
     if often.sum() < 3:
         raise GapError(

@@ -7,6 +7,7 @@ from motionenv.body import markers
 from motionenv.errors import GapError, MotionError
 from motionenv.estimation.lifting import Lifted, lift, project_markers
 from motionenv.metrics import mpjpe, pelvis_mpjpe
+from motionenv.models.harmonics import OTHER_SIDE
 from motionenv.models.store import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
@@ -82,6 +83,23 @@ def test_gaps_outliers_and_exchanged_sides_do_little_harm(walk):
     assert np.nanmean(lifted.refined.weights[wild & np.isfinite(positions[..., 0])]) < 0.4
 
 
+@pytest.mark.parametrize("degrees", [20, -70, 140])
+def test_a_known_view_that_points_contradict_is_told(walk, degrees):
+    points, alpha = project_markers(walk, np.radians(degrees)), np.radians(degrees)
+    assert lift(points, alpha).contradiction is None
+    assert lift(points).contradiction is None
+    assert distance(lift(points, alpha + 0.6).contradiction.alpha, alpha) < 5
+    exchanged = Points(points.positions[:, OTHER_SIDE], FPS, "m")
+    assert distance(lift(exchanged, alpha).contradiction.alpha, -alpha) < 5
+
+
+def test_a_scale_that_makes_giants_is_refused(walk):
+    pixels = 300 * project_markers(walk, 0.5).positions * [1, -1] + [900, 700]
+    with pytest.raises(MotionError, match="correct the scale"):
+        lift(Points(pixels, FPS, "px"), scale=100.0)
+    assert lift(Points(pixels, FPS, "px"), scale=310.0).refined.scale == pytest.approx(310)
+
+
 def test_the_body_walks_as_the_markers_do(walk):
     lifted = lift(project_markers(walk, np.radians(20)))
     motion, shown = lifted.motion(), lifted.markers()
@@ -104,7 +122,10 @@ def test_the_same_points_give_the_same_bytes(walk):
     ("change", "says"),
     [
         ({"alpha": np.nan}, "alpha"),
+        ({"alpha": "30"}, "alpha"),
+        ({"alpha": np.array([0.5, 0.6])}, "alpha"),
         ({"elevation": 1.2}, "elevation"),
+        ({"elevation": "unknown"}, "elevation must be a finite number, or None"),
         ({"scale": 100.0}, "scale"),
         ({"prior": "walk/fpca"}, "WalkerPrior"),
         ({"camera": "front"}, "camera"),
