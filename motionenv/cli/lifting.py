@@ -77,7 +77,8 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, person):
     capture = read(path, fps=fps, unit=unit)
     if isinstance(capture, Motion):
         raise MotionError(f"{path.name} holds poses of the body, not capture: take .amc, .bvh, .c3d or .trc")
-    return project_markers(to_markers(capture), parsed_view(project), elevation=_parsed_elevation(elevation) or 0.0)
+    tilt = _parsed_elevation(elevation)
+    return project_markers(to_markers(capture), parsed_view(project), elevation=0.0 if tilt is None else tilt)
 
 
 def _parsed_elevation(text: str) -> float | None:
@@ -99,11 +100,13 @@ def _parsed_elevation(text: str) -> float | None:
 
 def _report(lifted) -> list[str]:
     """What was found, in words."""
+    from motionenv.estimation.lifting.lifter import UNLIKE
+    from motionenv.estimation.lifting.refined import BAND
     from motionenv.metrics import pelvis_mpjpe
 
     found, points = lifted.refined, lifted.points
     degrees = math.degrees(found.alpha)
-    sure = 1.645 * math.degrees(found.standard_deviation("alpha"))
+    sure = BAND * math.degrees(found.standard_deviation("alpha"))
     lines = [
         f"view {degrees:.1f} ± {sure:.1f} degrees (90 %), elevation {math.degrees(found.elevation):.1f}; "
         f"{found.frequency:.3f} strides per second, {lifted.walker.speed:.2f} m/s",
@@ -115,6 +118,11 @@ def _report(lifted) -> list[str]:
         lines.append(
             f"but the points say view {math.degrees(lifted.contradiction.alpha):.0f} degrees: correct --view, or left "
             "and right are exchanged throughout"
+        )
+    if lifted.misfit > UNLIKE or not found.converged:
+        lines.append(
+            f"but this walk is unlike those that the prior knows (misfit {lifted.misfit:.0f}, theirs up to about 100): "
+            "does it go straight ahead, at a steady pace, forwards? What is said above doesn't hold then"
         )
     if lifted.swapped.any():
         lines.append(

@@ -9,6 +9,7 @@ from motionenv.models.harmonics import PARTS, Walker, centred, in_phase
 from motionenv.models.observations import Observations, column_sums, group_centres
 from motionenv.models.overground import Gait, gait
 from motionenv.models.ppca import fit_ppca
+from motionenv.models.regression import shrunk_regression
 from motionenv.models.store import save_model
 from motionenv.models.walkers import fourier_walker
 from motionenv.types import MARKERS, Markers, Motion, checked_fps
@@ -73,12 +74,12 @@ class Eigenwalkers:
             MotionError: fewer than two people, or not enough for n_components; labels and walkers don't match.
             GapError: a marker that nobody shows; names it.
         """
-        walkers, subjects = _labelled(walkers, subjects)
-        coefficients, log_frequencies, self.people_ = _people(walkers, subjects)
+        walkers, subjects = labelled(walkers, subjects)
+        coefficients, log_frequencies, self.people_ = mean_walkers(walkers, subjects)
         self.n_people_, self.n_walkers_ = len(coefficients), len(walkers)
         self._learn(coefficients, self._rank())
         standard = self.scores_ / np.sqrt(self.explained_variance_)
-        fitted = _shrunk_regression(standard, log_frequencies)
+        fitted = shrunk_regression(standard, log_frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
         return self
 
@@ -328,8 +329,12 @@ class Eigenwalkers:
             raise ModelError("these Eigenwalkers are not fitted: call fit(walkers) first, or motionenv.load(name)")
 
 
-def _labelled(walkers, subjects) -> tuple[list[Walker], list[str]]:
-    """The walkers, and the label of each; without `subjects` each is a person of its own.
+def labelled(walkers, subjects) -> tuple[list[Walker], list[str]]:
+    """The walkers, and the label of each.
+
+    Args:
+        walkers: `Walker`s.
+        subjects: a person's label for each; None makes each a person of its own.
 
     Raises:
         MotionError: not Walkers, or not as many labels.
@@ -341,8 +346,13 @@ def _labelled(walkers, subjects) -> tuple[list[Walker], list[str]]:
     return walkers, subjects
 
 
-def _people(walkers: list[Walker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
-    """Per person the mean coefficients (R, 5, 15, 3) of what is known, the mean log frequency (R,), and the label."""
+def mean_walkers(walkers: list[Walker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Per person the mean coefficients (R, 5, 15, 3) of what is known, the mean log frequency (R,), and the label.
+
+    Args:
+        walkers: n of them.
+        subjects: (n,) the label of each one's person.
+    """
     people = tuple(dict.fromkeys(subjects))
     w, log_frequencies = np.full((len(people), *_SHAPE), np.nan), np.empty(len(people))
     for i, person in enumerate(people):
@@ -367,24 +377,3 @@ def _by_svd(x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
     _, s, vt = np.linalg.svd(x - mean, full_matrices=False)
     variance = s**2 / (len(x) - 1)
     return mean, vt[:rank], variance[:rank], float(variance.sum())
-
-
-def _shrunk_regression(z: np.ndarray, y: np.ndarray) -> tuple[float, np.ndarray, float]:
-    """Ridge regression of y (R,) on uncorrelated z (R, N): mean, weights (N,), and the deviation of left-out people.
-
-    The penalty is the one under which each person is best predicted from all others (closed form by the hat matrix).
-    With as many components as there are people less one that says nothing, for then the error is the same under every
-    penalty; so of penalties that are as good but for rounding the largest counts.
-    """
-    centre = y.mean()
-    u, s, vt = np.linalg.svd(z - z.mean(axis=0), full_matrices=False)
-    best: tuple[float, float] = (np.inf, 0.0)
-    for penalty in len(y) * np.geomspace(1e3, 1e-3, 25):
-        shrunk = s**2 / (s**2 + penalty)
-        leverage = (u**2) @ shrunk + 1 / len(y)
-        rest = (y - centre - u @ (shrunk * (u.T @ (y - centre)))) / np.maximum(1 - leverage, 1e-9)
-        error = float(np.mean(rest**2))
-        if error < best[0] * (1 - 1e-6):
-            best = (error, float(penalty))
-    weights = vt.T @ (s / (s**2 + best[1]) * (u.T @ (y - centre)))
-    return float(centre - z.mean(axis=0) @ weights), weights, float(np.sqrt(best[0]))

@@ -18,8 +18,9 @@ from typing import Self
 import numpy as np
 
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.eigenwalkers import Eigenwalkers, _labelled, _people, _shrunk_regression
+from motionenv.models.eigenwalkers import Eigenwalkers, labelled, mean_walkers
 from motionenv.models.harmonics import OTHER_SIDE, PARTS, columns, mirrored
+from motionenv.models.regression import shrunk_regression
 from motionenv.types import MARKERS
 
 _USUAL = 20  # components: from 15 to 25 no worse
@@ -88,9 +89,9 @@ class WalkerPrior(Eigenwalkers):
             MotionError: fewer than three people, or not enough for n_components; labels and walkers don't match.
             GapError: a marker that nobody shows, or nobody but people who are left out together; names it.
         """
-        walkers, subjects = _labelled(walkers, subjects)
+        walkers, subjects = labelled(walkers, subjects)
         own = subjects if self.merge else [str(i) for i in range(len(walkers))]
-        w, log_frequencies, _ = _people(walkers, own)
+        w, log_frequencies, _ = mean_walkers(walkers, own)
         labels = tuple(dict.fromkeys(subjects)) if self.merge else tuple(subjects)
         self.people_ = labels * 2
         self.n_people_, self.n_walkers_ = len(set(labels)), len(walkers)
@@ -139,7 +140,7 @@ class WalkerPrior(Eigenwalkers):
         who, of = np.unique(self.people_, return_inverse=True)
         mean = np.stack([np.bincount(of, column) for column in self.scores_.T], axis=1) / np.bincount(of)[:, None]
         frequencies = np.bincount(of, np.tile(log_frequencies, 2), len(who)) / np.bincount(of)
-        fitted = _shrunk_regression(mean / np.sqrt(self.explained_variance_), frequencies)
+        fitted = shrunk_regression(mean / np.sqrt(self.explained_variance_), frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
 
     def _leave_out(self, w: np.ndarray, labels: np.ndarray) -> list[_LeftOut]:

@@ -9,9 +9,10 @@ from scipy.stats import multivariate_normal
 from motionenv.body.kinematics import FOOT_BALL, forward, markers
 from motionenv.body.skeleton import NODES, SEGMENTS, from_height
 from motionenv.errors import GapError, ModelError, MotionError
-from motionenv.models.eigenwalkers import Eigenwalkers, _shrunk_regression
+from motionenv.models.eigenwalkers import Eigenwalkers
 from motionenv.models.harmonics import Walker, centred, grounded, in_phase, positions_at
 from motionenv.models.overground import gait
+from motionenv.models.regression import shrunk_regression
 from motionenv.models.store import load, save_model
 from motionenv.models.walkers import fourier_walker
 from motionenv.types import MARKERS, POSE, Markers
@@ -274,6 +275,6 @@ def test_frequencies_that_nothing_can_be_learned_of_do_not_hang_on_rounding():
     z = np.linalg.qr(np.column_stack([np.ones(8), rng.standard_normal((8, 7))]))[0][:, 1:] * np.sqrt(7)
     y = rng.standard_normal(8)
     for turned in (z, z @ np.linalg.qr(rng.standard_normal((7, 7)))[0]):
-        mean, weights, _ = _shrunk_regression(turned, y)
+        mean, weights, _ = shrunk_regression(turned, y)
         assert np.abs(weights).max() < 1e-2
         assert mean == pytest.approx(y.mean())

@@ -12,6 +12,7 @@ from motionenv.types import MARKERS, Points
 GROUPS = {"arms": ("shoulder", "elbow", "wrist"), "legs": ("hip", "knee", "ankle")}
 
 _MARKERS, _FRAMES = 4, 8  # how many must be seen, and in how many frames
+_LONGEST = 3600  # frames: beyond, exchanged sides take long to find
 _UPRIGHT = 0.3  # [m] of a standing body between the lowest and the highest marker, from which sizes can be told
 _FASTEST = 2.0  # strides per second
 #: Units per metre between a child seen steeply from above and a tall adult, as shares of a body of 1.75 m.
@@ -41,6 +42,11 @@ def check_points(points: Points, scale: float | None = None) -> None:
             are no size of a person.
     """
     who = points.name or "this walk"
+    if len(points.positions) > _LONGEST:
+        raise MotionError(
+            f"{who} holds {len(points.positions)} frames, and up to {_LONGEST} are lifted at a time: cut out some "
+            "strides, or take fewer frames per second"
+        )
     seen = np.isfinite(points.positions).all(axis=-1)
     enough = seen.sum(axis=0) >= _FRAMES
     if enough.sum() < _MARKERS:
@@ -76,7 +82,7 @@ def check_series(series: Series) -> None:
         raise MotionError(
             f"{who} isn't periodic: the best series, of {series.frequency:.2f} strides per second, accounts for "
             f"{series.explained:.0%} of the motion, a walk's for at least {_EXPLAINED:.0%}. Cut out a steady stretch "
-            "of walking, and see that left and right are told apart (motionenv.estimation.lifting.checks.unswapped)"
+            "of walking, and see that left and right are told apart"
         )
     share = turns(series)
     if share < _TURNS:

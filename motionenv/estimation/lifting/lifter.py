@@ -10,7 +10,7 @@ import numpy as np
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.estimation.lifting.checks import check_points, check_series, unswapped
-from motionenv.estimation.lifting.refined import Refined
+from motionenv.estimation.lifting.refined import BAND, Refined
 from motionenv.estimation.lifting.refining import Start, refine
 from motionenv.estimation.lifting.series import Series, fourier_points
 from motionenv.estimation.lifting.unknown import ELEVATIONS, Views, find_view
@@ -25,7 +25,9 @@ _PLAUSIBLE = 0.01  # probability from which on another view is told
 #: Log-odds against a given view from which on points contradict it. On six of CMU's walks the true view has less than
 #: 1, one 10 degrees off 9 to 160, 30 degrees off more than 100, and exchanged sides at 10 degrees and more at least 68.
 _CONTRADICTED = 50.0
-_BAND = 1.6448536269514722  # deviations to either side that hold 90 % of a Gaussian
+#: Misfit from which on a walk is unlike any that the prior knows: people left out have 9 to 103, with noise, gaps,
+#: outliers and five markers missing; walks played backwards 309 and more.
+UNLIKE = 150.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,11 @@ class Lifted:
         points: what was lifted, left and right as they should be.
         contradiction: the view that the points themselves say, where one was given that they speak against: it isn't
             that, or, where the two have opposite signs, left and right are exchanged throughout. Bands don't hold then.
+        misfit: minus the logarithm of the posterior density at the best view, up to a constant, by the closed form (eq.
+            4.6). Above `UNLIKE` the walk isn't like those that the prior was learned from, and bands don't hold.
+
+    Bands and deviations were found to hold for people left out of CMU's capture. Joint centres that were made in
+    another way, as those of other data sets, shift them: the view by some degrees.
     """
 
     refined: Refined
@@ -61,7 +68,8 @@ class Lifted:
     others: tuple[OtherView, ...]
     swapped: np.ndarray
     points: Points
-    contradiction: OtherView | None = None
+    contradiction: OtherView | None
+    misfit: float
 
     @cached_property
     def walker(self) -> Walker:
@@ -73,7 +81,7 @@ class Lifted:
     @property
     def band(self) -> np.ndarray:
         """(frames, 15, 3) [m]: positions ± this hold 90 % of the truths, of people like those learned from."""
-        return _BAND * self.refined.deviations
+        return BAND * self.refined.deviations
 
     def markers(self) -> Markers:
         """The 15 markers, frame by frame as the points.
@@ -147,12 +155,13 @@ def lift(
         offset="unknown",
     )
     views = best_views(alphas=alpha)
-    contradiction = None if alpha is None else _contradiction(views, best_views())
+    free = views if alpha is None else best_views()
     unknown = [name for name, given in (("alpha", alpha), ("elevation", elevation), ("scale", scale)) if given is None]
     if points.unit == "m" or camera is not None:
         unknown = [name for name in unknown if name != "scale"]
     found = refine(model, points, _start(model, views, series), camera=camera, unknown=tuple(unknown), robust=robust)
-    return Lifted(found, series, _others(views), swapped, points, contradiction)
+    contradiction = _contradiction(views, free)
+    return Lifted(found, series, _others(views), swapped, points, contradiction, float(free.objective))
 
 
 def _check(points, alpha, elevation, scale, camera) -> None:

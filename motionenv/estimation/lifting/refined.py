@@ -9,6 +9,9 @@ from motionenv.estimation.lifting._pictures import turn
 from motionenv.models.harmonics import columns
 from motionenv.types import Camera
 
+#: Deviations to either side that hold 90 % of a Gaussian.
+BAND = 1.6448536269514722
+
 
 @dataclass(frozen=True, eq=False)
 class Refined:
