@@ -1,0 +1,218 @@
+"""One episode of the benchmark of trackers, whole: the environment, a tracker in it, and how far off that was."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from tracking_people import FPS, Cut
+
+import motionenv  # noqa: F401 (registers the environments)
+from motionenv.body import from_height, markers
+from motionenv.estimation import ObservationModel
+from motionenv.estimation.observation import EFFECTIVE
+from motionenv.estimation.tracking import FPCAPrior, ParticleFilter, Start
+from motionenv.estimation.tracking.start import automatic_start
+from motionenv.metrics import credible_level
+from motionenv.models.reaching import RIGHT_ARM
+from motionenv.types import MARKERS, Skeleton
+
+SIZE = 128
+NOISE = 8.0  # grey levels
+LOOKED = 10  # pictures from which a track begins by itself
+EVERY, DRAWS = 10, 200  # frames of which beliefs are looked at, and draws from each
+LIMBS = [(MARKERS.index(f"{side}_{a}"), MARKERS.index(f"{side}_{b}")) for side in ("right", "left")
+         for a, b in (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))]  # fmt: skip
+PELVIS = MARKERS.index("pelvis")
+
+
+@dataclass(frozen=True)
+class Task:
+    """An episode to be played.
+
+    Attributes:
+        tracker: a key of `TRACKERS`.
+        n: particles.
+        cut: the motion.
+        seed: of environment and tracker.
+        arm: whether only the arm is tracked, in ArmTracking.
+        sees: "rgb", before clutter and with noise, the empty scene being known; or "mask", the exact silhouette.
+        camera: as the environment takes it.
+        hidden: frames [first, last) that show the scene without the person.
+        occluders: things in the way.
+        body: "true", or "average", of the true height.
+        start: "given", or "automatic", from the first pictures.
+    """
+
+    tracker: str
+    n: int
+    cut: Cut
+    seed: int
+    arm: bool = False
+    sees: str = "rgb"
+    camera: str = "side"
+    hidden: tuple[int, int] = (0, 0)
+    occluders: int = 0
+    body: str = "true"
+    start: str = "given"
+
+
+def _folder(task: Task) -> Path:
+    return Path(task.cut.motion).parent
+
+
+def _walk(task: Task) -> str:
+    return str(_folder(task) / f"walk_{task.cut.person}.npz")
+
+
+def _fpca(task: Task, skeleton: Skeleton) -> FPCAPrior:
+    return FPCAPrior(_walk(task), skeleton=skeleton)
+
+
+@dataclass(frozen=True)
+class Tracker:
+    """How to make one.
+
+    Attributes:
+        prior: of a task and a skeleton.
+        effective: pixels of the body that count as independent, its shape being known.
+        options: of the filter.
+    """
+
+    prior: Callable[[Task, Skeleton], Any]
+    effective: float = EFFECTIVE
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+TRACKERS = {
+    "fpca": Tracker(_fpca),
+    "annealed": Tracker(_fpca, 25.0, {"layers": 4}),
+}
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What there was to see, and the truth of each frame, as an environment says it.
+
+    Attributes:
+        observations: what the likelihood is shown.
+        truths: of `WalkerTracking.truth`.
+    """
+
+    observations: list[dict[str, np.ndarray]]
+    truths: list[dict[str, Any]]
+
+
+def seen(task: Task) -> Episode:
+    """A task's episode; what is done in it changes nothing of what is seen."""
+    scenery = {"background": "clutter", "noise": NOISE} if task.sees == "rgb" else {}
+    name = "motionenv/ArmTracking-v0" if task.arm else "motionenv/WalkerTracking-v0"
+    env = gymnasium.make(
+        name, motion=task.cut.motion, size=SIZE, observation=task.sees, camera=task.camera, fps=FPS,
+        horizon=task.cut.frames - 1, occluders=task.occluders, **scenery,
+    )  # fmt: skip
+    observation, _ = env.reset(seed=task.seed)
+    empty = empty_scene(env.unwrapped.world.stage)
+    nothing = np.zeros(env.action_space.shape, np.float32)
+    episode, over = Episode([], []), False
+    while not over:
+        episode.observations.append(evidence(task, observation, empty, len(episode.truths)))
+        episode.truths.append(env.unwrapped.truth())
+        observation, _, _, over, _ = env.step(nothing)
+    env.close()
+    return episode
+
+
+def play(task: Task) -> dict[str, Any]:
+    """Errors of each frame of an episode, and the like; `tracking_tables.row` says what becomes of them."""
+    episode, tracker = seen(task), TRACKERS[task.tracker]
+    true = episode.truths[0]["skeleton"]
+    body = true if task.body == "true" else from_height(true.height)
+    effective = tracker.effective if task.body == "true" else EFFECTIVE
+    likelihood = ObservationModel(episode.truths[0]["camera"], body, effective=effective, threads=1)
+    filtered = ParticleFilter(tracker.prior(task, body), likelihood, task.n, seed=task.seed, **tracker.options)
+    filtered.start(first(task, episode, likelihood))
+    frames, levels, seconds = [], [], []
+    rng = np.random.default_rng(task.seed)
+    for t, (observation, truth) in enumerate(zip(episode.observations, episode.truths, strict=True)):
+        began = time.perf_counter()
+        belief = filtered.step(**observation)
+        seconds.append(time.perf_counter() - began)
+        estimate = np.einsum("n,nij->ij", np.exp(belief.log_weights), markers(belief.poses, body))
+        frames.append(errors(estimate, truth["joints"], task.arm))
+        if t % EVERY == EVERY - 1:
+            levels.append(level(belief, body, truth["joints"], task.arm, rng))
+    return {name: np.array([frame[name] for frame in frames]) for name in frames[0]} | {
+        "levels": np.array(levels), "seconds": np.median(seconds), "trial": task.cut.trial,
+    }  # fmt: skip
+
+
+def first(task: Task, episode: Episode, likelihood: ObservationModel) -> Start:
+    """What the tracker is told of the first frame."""
+    if task.start == "given":
+        return given(task, episode.truths[0]["pose"])
+    return automatic_start(likelihood, episode.observations[:LOOKED], fps=FPS, model=_walk(task), seed=task.seed)
+
+
+def given(task: Task, pose: np.ndarray) -> Start:
+    """The true first pose (25,) [m, rad], and the one before it."""
+    before, first = task.cut.poses
+    previous = pose.copy()
+    if task.arm:
+        previous[list(RIGHT_ARM)] = before[list(RIGHT_ARM)]
+        return Start.at(pose, previous)
+    turn = pose[5] - first[5]
+    c, s = np.cos(turn), np.sin(turn)
+    previous += before - first
+    previous[:2] = pose[:2] + np.array([[c, -s], [s, c]]) @ (before - first)[:2]
+    return Start.at(pose, previous)
+
+
+def empty_scene(stage) -> np.ndarray:
+    """The scene without the person (size, size, 3), a mean over pictures with noise of their own."""
+    poses, now = stage.poses.copy(), stage.time.copy()
+    stage.poses[:, :, :2] -= 100.0 * stage.R[:, None, 2, :2]  # behind the camera
+    pictures = []
+    for t in range(stage.poses.shape[1]):
+        stage.time[:] = t
+        pictures.append(np.asarray(stage.draw(np.arange(stage.n)).rgb)[0])
+    stage.poses[:], stage.time[:] = poses, now
+    return np.mean(pictures, axis=0)
+
+
+def evidence(task: Task, observation: np.ndarray, empty: np.ndarray, t: int) -> dict[str, np.ndarray]:
+    """What the likelihood is shown of frame `t`."""
+    hidden = task.hidden[0] <= t < task.hidden[1]
+    if task.sees == "mask":
+        return {"mask": np.zeros_like(observation[..., 0]) if hidden else observation[..., 0]}
+    if hidden:
+        noise = np.random.default_rng([task.seed, t]).normal(0.0, NOISE, empty.shape)
+        observation = np.clip(np.rint(empty + noise), 0, 255).astype(np.uint8)
+    return {"rgb": observation, "background": empty}
+
+
+def errors(estimate: np.ndarray, truth: np.ndarray, arm: bool) -> dict[str, Any]:
+    """Distances [m] of joints (15, 3): mean, mean relative to the pelvis, and of limbs' ends in lengths of the limbs.
+
+    Args:
+        estimate: of the joints.
+        truth: of the joints.
+        arm: whether only the right arm counts.
+    """
+    limbs = LIMBS[:2] if arm else LIMBS
+    counted = [end for _, end in limbs] if arm else slice(None)
+    away = np.linalg.norm(estimate - truth, axis=1)
+    about = np.linalg.norm((estimate - estimate[PELVIS]) - (truth - truth[PELVIS]), axis=1)
+    off = [away[end] / np.linalg.norm(truth[end] - truth[start]) for start, end in limbs]
+    return {"absolute": away[counted].mean(), "relative": about[counted].mean(), "limbs": np.array(off)}
+
+
+def level(belief, body: Skeleton, truth: np.ndarray, arm: bool, rng: np.random.Generator) -> np.ndarray:
+    """Credible levels (15,) of the joints' truths; of the arm those of elbow and wrist."""
+    which = rng.choice(len(belief.poses), DRAWS, p=np.exp(belief.log_weights))
+    draws = markers(belief.poses[which], body)
+    levels = credible_level(draws[None], np.zeros((1, DRAWS)), truth[None], seed=rng)[0]
+    return levels[[end for _, end in LIMBS[:2]]] if arm else levels

@@ -1,0 +1,81 @@
+"""What episodes come to: shares and means with their 95 % intervals, as a row of a table."""
+
+from typing import Any
+
+import numpy as np
+
+LAST = 10  # frames at the end that tell whether a track was kept
+BEFORE = slice(10, 20)  # frames before somebody is hidden, when the given start is forgotten
+AFTER = slice(-20, None)
+_Z = 1.96
+_DRAWS = 4000
+COLUMNS = ("kept", "every limb", "absolute [mm]", "relative [mm]", "coverage")
+
+
+def row(name: str, played: list[dict[str, Any]]) -> dict[str, Any]:
+    """Figures of a row: [mean, low, high] each; of frames per second the median.
+
+    Args:
+        name: of the row.
+        played: its episodes, of `tracking_episode.play`.
+    """
+    last = np.array([one["limbs"][-LAST:].mean(axis=0) for one in played])
+    before = np.array([one["absolute"][BEFORE].mean() for one in played])
+    after = np.array([one["absolute"][AFTER].mean() for one in played])
+    return {
+        "name": name,
+        "kept": share(last.mean(axis=1) < 0.5),
+        "every limb": share(last.max(axis=1) < 0.5),
+        "absolute [mm]": mean([1e3 * one["absolute"].mean() for one in played]),
+        "relative [mm]": mean([1e3 * one["relative"].mean() for one in played]),
+        "coverage": mean([(one["levels"] < 0.9).mean() for one in played]),
+        "after / before": ratio(after, before),
+        "frames/s": float(1 / np.median([one["seconds"] for one in played])),
+        "episodes": [
+            {"trial": one["trial"], "absolute": one["absolute"].tolist(), "relative": one["relative"].tolist(),
+             "limbs": last_of.tolist(), "levels": np.asarray(one["levels"]).tolist()}
+            for one, last_of in zip(played, last, strict=True)
+        ],
+    }  # fmt: skip
+
+
+def share(yes: np.ndarray) -> list[float]:
+    """Share of `yes` (n,) and its interval (Wilson 1927)."""
+    n, p = len(yes), float(np.mean(yes))
+    middle = (p + _Z**2 / (2 * n)) / (1 + _Z**2 / n)
+    half = _Z * np.sqrt(p * (1 - p) / n + _Z**2 / (4 * n**2)) / (1 + _Z**2 / n)
+    return [p, float(middle - half), float(middle + half)]
+
+
+def mean(values) -> list[float]:
+    """Mean of `values` (n,) and its interval."""
+    values = np.asarray(values)
+    return _with_interval(values.mean(), values[_draws(len(values))].mean(axis=1))
+
+
+def ratio(above: np.ndarray, below: np.ndarray) -> list[float]:
+    """Ratio of the means of `above` and `below`, (n,) each, of the same episodes, and its interval."""
+    which = _draws(len(above))
+    return _with_interval(above.mean() / below.mean(), above[which].mean(axis=1) / below[which].mean(axis=1))
+
+
+def _draws(n: int) -> np.ndarray:
+    return np.random.default_rng(0).integers(n, size=(_DRAWS, n))
+
+
+def _with_interval(value: float, drawn: np.ndarray) -> list[float]:
+    return [float(value), *map(float, np.percentile(drawn, (2.5, 97.5)))]
+
+
+def printed(rows: list[dict[str, Any]], columns: tuple[str, ...]) -> str:
+    """Rows as a table in markdown, of some columns and the frames per second."""
+    forms = {"kept": "{:.0%}", "every limb": "{:.0%}", "coverage": "{:.0%}", "after / before": "{:.2f}"}
+    lines = [f"| tracker | {' | '.join(columns)} | frames/s |", "|-" * (len(columns) + 2) + "|"]
+    for r in rows:
+        cells = []
+        for key in columns:
+            form = forms.get(key, "{:.0f}")
+            value, low, high = (form.format(x) for x in r[key])
+            cells.append(f"{value} ({low}–{high})")
+        lines.append(f"| {r['name']} | {' | '.join(cells)} | {r['frames/s']:,.0f} |")
+    return "\n".join(lines)
