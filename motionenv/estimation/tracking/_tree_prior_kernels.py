@@ -1,0 +1,127 @@
+"""Compiled loops of the tree prior: coefficients of histories, the step after them, and windows like a pose."""
+
+import numpy as np
+from numba import njit
+
+from motionenv.models.tree._frame_kernels import local_pose, turned_towards
+
+_jit = njit(nogil=True, cache=True, error_model="numpy")
+
+
+@_jit
+def coefficients_of(history, weights, offset, out) -> None:
+    """Write the coefficients over their deviations (N, b) of histories (N, frames, c) to `out`.
+
+    Args:
+        history: local parameters, oldest first.
+        weights: (frames, c, b).
+        offset: (b,).
+        out: (N, b) to write.
+    """
+    frames, width, b = weights.shape
+    for i in range(len(history)):
+        row = out[i]
+        for k in range(b):
+            row[k] = -offset[k]
+        for t in range(frames):
+            for j in range(width):
+                value = history[i, t, j]
+                for k in range(b):
+                    row[k] += value * weights[t, j, k]
+
+
+@_jit
+def carried_on(history, entries, now, after, pose, velocity, fps, out) -> None:
+    """Write the histories (N, frames, c) one frame later to `out`, by `Forecast.carried`.
+
+    Args:
+        history: local parameters, oldest first.
+        entries: (c,) of the pose that they are.
+        now: (N, 50) parameters of the windows' last frames.
+        after: (N, 25) local parameters of the frames after them.
+        pose, velocity: (25,) shares that are carried over.
+        fps: frames per second.
+        out: (N, frames, c) to write.
+    """
+    last = history.shape[1] - 1
+    for i in range(len(history)):
+        for t in range(last):
+            for j in range(len(entries)):
+                out[i, t, j] = history[i, t + 1, j]
+        for j in range(len(entries)):
+            e = entries[j]
+            here = history[i, last, j]
+            speed = (here - history[i, last - 1, j]) * fps
+            off = here - now[i, e] if e < 3 else turned_towards(here - now[i, e], 0.0)
+            value = after[i, e] + pose[e] * off + velocity[e] * (speed - now[i, 25 + e]) / fps
+            out[i, last, j] = value if e < 3 else turned_towards(value, here)
+
+
+@_jit
+def shifted(history, entries, by, fading) -> None:
+    """Add `by` (N, c) to the last frames of histories (N, frames, c), and `fading` (frames,) of it to those before.
+
+    Steps and turns of the way stay: a history is told as seen from itself.
+    """
+    for i in range(len(history)):
+        for t in range(history.shape[1]):
+            for j in range(len(entries)):
+                if 1 < entries[j] < 5 or entries[j] > 5:
+                    history[i, t, j] += fading[t] * by[i, j]
+
+
+@_jit
+def placed_after(poses, history, entries, noise, scale, out) -> None:
+    """Write to `out` (N, 25) the poses that come after `poses` by the last local parameters of `history` and noise.
+
+    Args:
+        poses: (N, 25).
+        history: (N, frames, c), lengths times `scale`.
+        entries: (c,) of the pose that they are; the others stay.
+        noise: (N, c) to add, lengths times `scale`.
+        scale: of lengths.
+        out: (N, 25) to write.
+    """
+    last = history.shape[1] - 1
+    step = np.zeros(25)
+    for i in range(len(poses)):
+        for j in range(25):
+            out[i, j] = poses[i, j]
+        step[0] = step[1] = step[5] = 0.0
+        step[2] = poses[i, 2] * scale
+        for j in range(len(entries)):
+            e = entries[j]
+            step[e] = history[i, last, j] + noise[i, j]
+            if e > 5 or e == 3 or e == 4:
+                out[i, e] = turned_towards(step[e], poses[i, e])
+        c, s = np.cos(poses[i, 5]), np.sin(poses[i, 5])
+        out[i, 0] += (c * step[0] - s * step[1]) / scale
+        out[i, 1] += (s * step[0] + c * step[1]) / scale
+        out[i, 2] = step[2] / scale
+        out[i, 5] += step[5]
+
+
+@_jit
+def misfits(poses, windows, entries, wanted, precision, out) -> None:
+    """Write how far (n,) the last frame of each window is from a frame, over its uncertainty and squared, to `out`.
+
+    Args:
+        poses: (frames, 25) of a database.
+        windows: (n,) last frame of each window.
+        entries: (c,) of the pose that count.
+        wanted: (2, c) local parameters, and how the angles changed since the frame before.
+        precision: (2, c) 1 / variance of each; 0 where it isn't known.
+        out: (n,) to write.
+    """
+    local = np.empty(25)
+    for i in range(len(windows)):
+        t = windows[i]
+        local_pose(poses[t - 1], poses[t], local)
+        total = 0.0
+        for j in range(len(entries)):
+            e = entries[j]
+            off, step = local[e] - wanted[0, j], local[e] - poses[t - 1, e] - wanted[1, j]
+            if e > 2:
+                off, step = turned_towards(off, 0.0), turned_towards(step, 0.0)
+            total += precision[0, j] * off * off + precision[1, j] * step * step
+        out[i] = total

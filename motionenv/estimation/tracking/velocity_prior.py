@@ -1,0 +1,162 @@
+r"""Motion of constant velocity, each parameter by itself: the very general prior of paper C, section 6 (its ref. 36).
+
+    θ_t = θ_t-1 + θ̇_t / fps,    θ̇_t = θ̇_t-1 + η_t,    η_t ~ N(0, diag(σ²))
+
+Whatever moves smoothly is likely, walkers no more than others. Nothing holds a joint within its range, as the paper's
+prior doesn't either.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.body import from_height
+from motionenv.errors import MotionError
+from motionenv.estimation.tracking.priors import Start
+from motionenv.models.tree.frames import FPS, resample
+from motionenv.models.tree.model import PARTS
+from motionenv.types import POSE, Motion, Skeleton, checked_fps, frozen
+
+#: Standard deviations (25,) of η at 30 frames/s [m/s, rad/s]: root mean square of captured walks (CMU, 12 people).
+CHANGE = np.array([
+    0.12, 0.08, 0.12, 0.27, 0.20, 0.35, 0.45, 0.32, 0.50,
+    0.40, 0.30, 0.60, 0.50, 0.40, 0.30, 0.60, 0.50,
+    0.70, 0.45, 0.80, 1.00, 0.70, 0.45, 0.80, 1.00,
+])  # fmt: skip
+#: Standard deviations (25,) of θ̇ [m/s, rad/s] where it isn't known, of the same walks.
+VELOCITY = np.array([
+    1.30, 0.30, 0.15, 0.40, 0.35, 0.50, 0.40, 0.30, 0.50,
+    0.80, 0.40, 0.90, 0.80, 0.80, 0.40, 0.90, 0.80,
+    1.60, 0.50, 1.00, 2.50, 1.60, 0.50, 1.00, 2.50,
+])  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class MovingState:
+    """N bodies.
+
+    Attributes:
+        poses: (N, 25) [m, rad].
+        velocities: (N, 25) [m/s, rad/s] with which they came to be there.
+    """
+
+    poses: np.ndarray
+    velocities: np.ndarray
+
+    def take(self, which: np.ndarray) -> "MovingState":
+        """The bodies `which` (n,)."""
+        return MovingState(self.poses[which], self.velocities[which])
+
+
+class VelocityPrior:
+    """Bodies that go on as they went.
+
+    Args:
+        skeleton: the body; None takes one of 1.75 m.
+        fps: frames per second.
+        part: which entries move, a key of `motionenv.models.tree.model.PARTS`; the others stay where they started.
+        change: (25,) standard deviations of η at 30 frames/s [m/s, rad/s], such as `velocity_change` measures; at
+            other rates its variance grows with the time between frames. None takes those of captured walks.
+        velocity: (25,) standard deviations of θ̇ [m/s, rad/s] where the start doesn't say it; None as above.
+
+    Raises:
+        MotionError: an unknown `part`, or numbers out of range.
+    """
+
+    def __init__(
+        self, *, skeleton: Skeleton | None = None, fps: float = 30.0, part: str = "body", change=None, velocity=None
+    ):
+        self.fps = checked_fps(fps)
+        self.skeleton = from_height() if skeleton is None else skeleton
+        moves = moving_entries(part)
+        self._change = _checked(CHANGE if change is None else change, "change") * moves * np.sqrt(FPS / self.fps)
+        self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * moves
+        self._moves = moves
+
+    def initial(self, start: Start, n: int, rng: np.random.Generator) -> MovingState:
+        """Bodies (n) as `start` says; velocities are drawn where it doesn't say them.
+
+        Args:
+            start: the first frame.
+            n: how many.
+            rng: of the draws.
+        """
+        row, poses, _ = start.draw(n, rng)
+        poses = np.where(self._moves, poses, start.poses[row])
+        unknown = self._velocity * rng.standard_normal((n, len(POSE)))
+        said = (start.poses - start.previous)[row] * self.fps * self._moves
+        noise = self._change * rng.standard_normal((n, len(POSE)))
+        return MovingState(poses, np.where(np.isnan(said), unknown, said + noise))
+
+    def propagate(self, state: MovingState, rng: np.random.Generator) -> MovingState:
+        """The bodies one frame later; see `motionenv.estimation.tracking.priors.Prior`.
+
+        Args:
+            state: (N).
+            rng: of the noise.
+        """
+        velocities = state.velocities + self._change * rng.standard_normal(state.poses.shape)
+        return MovingState(state.poses + velocities / self.fps, velocities)
+
+    def diffuse(self, state: MovingState, share: float, rng: np.random.Generator) -> MovingState:
+        """The bodies in the same frame, with `share` of a step's noise.
+
+        Args:
+            state: (N).
+            share: 0 to 1.
+            rng: of the noise.
+        """
+        velocities = state.velocities + share * self._change * rng.standard_normal(state.poses.shape)
+        return MovingState(state.poses + (velocities - state.velocities) / self.fps, velocities)
+
+    def moved(self, state: MovingState, poses: np.ndarray) -> MovingState:
+        """The bodies in other `poses` (N, 25), to which they came from where they were: velocities change too.
+
+        Args:
+            state: (N).
+            poses: (N, 25) [m, rad].
+        """
+        poses = np.where(self._moves, poses, state.poses)
+        return MovingState(poses, state.velocities + (poses - state.poses) * self.fps)
+
+
+def velocity_change(motions: Iterable[Motion], fps: float = FPS) -> tuple[np.ndarray, np.ndarray]:
+    """Root mean squares (25,) over motions of how velocities change from frame to frame, and of velocities.
+
+    Args:
+        motions: sequences (frames, 25), at any frame rate; gaps allowed.
+        fps: frames per second at which to measure.
+
+    Returns:
+        `change` and `velocity` [m/s, rad/s], as `VelocityPrior` takes them.
+
+    Raises:
+        MotionError: no stretch of three frames without gaps.
+    """
+    stretches = [s for motion in motions for s in resample(motion, fps) if len(s) > 2]
+    if not stretches:
+        raise MotionError("velocity_change needs a motion of at least three frames without gaps")
+    changes, velocities = (np.concatenate([np.diff(s, k, axis=0) * fps for s in stretches]) for k in (2, 1))
+    return np.sqrt((changes**2).mean(0)), np.sqrt((velocities**2).mean(0))
+
+
+def moving_entries(part: str) -> np.ndarray:
+    """Which entries (25,) of a pose belong to a part of the body.
+
+    Args:
+        part: a key of `motionenv.models.tree.model.PARTS`.
+
+    Raises:
+        MotionError: there is no such part.
+    """
+    if part not in PARTS:
+        raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
+    return np.isin(np.arange(len(POSE)), PARTS[part])
+
+
+def _checked(deviation, name: str) -> np.ndarray:
+    deviation = frozen(deviation, (len(POSE),), name)
+    if not ((deviation >= 0) & np.isfinite(deviation)).all():
+        raise MotionError(f"{name} must be finite standard deviations from 0, got {deviation.min()!r} and the like")
+    return deviation
