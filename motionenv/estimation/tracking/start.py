@@ -26,7 +26,9 @@ _BANK_FPS = 60.0
 _SPARE = 3.0  # [s] by which gaits are longer than the pictures: any moment of a cycle can come first
 _MOST_PICTURES = 8  # that are scored, equally spaced
 _LARGE = 0.15  # of the largest thing in the picture: what is part of the body too
-_SETTLED = 4  # steps that put a walker where his outline is
+_SETTLED = 5  # steps that put a walker where his outline is
+_STEP = 0.25  # of the distance, that each of them covers at most
+_NEAREST = 1.0  # [m] from the camera
 _ROUNDS = 7
 _COOLING = 0.7  # of the noise, from round to round
 _KEPT = 0.02  # share of the hypotheses that counts
@@ -48,7 +50,7 @@ class Looking(Protocol):
     def foreground(self) -> np.ndarray:
         """Probability (height, width) that a pixel shows the body."""
 
-    def observe(self, **observation: Any) -> None:
+    def observe(self, *args: Any, **kwargs: Any) -> None:
         """Take in the current observation."""
 
     def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
@@ -174,7 +176,8 @@ def _anywhere(bank: _Bank, likelihood: Looking, box: np.ndarray, n: int, rng: np
     for _ in range(_SETTLED):
         walkers = replace(walkers, place=place)
         place = place + _towards(camera, limb_segments(_poses(bank, walkers, 0.0), likelihood.skeleton), box)
-    return replace(walkers, place=place)
+    away = (place - camera.centre[:2]) @ _level(camera.R[2, :2])
+    return replace(walkers, place=place + np.maximum(_NEAREST - away, 0.0)[:, None] * _level(camera.R[2, :2]))
 
 
 def _first_place(camera: Camera, skeleton: Skeleton, box: np.ndarray) -> np.ndarray:
@@ -190,12 +193,16 @@ def _towards(camera: Camera, ends: np.ndarray, box: np.ndarray) -> np.ndarray:
     pixels, depth = camera.project(ends.reshape(len(ends), -1, 3))
     sides = np.array([camera.width, camera.height]) - 1.0
     low, high = np.clip(pixels.min(axis=1), 0, sides), np.clip(pixels.max(axis=1), 0, sides)
-    far = depth.mean(axis=1)
-    ratio = (high[:, 1] - low[:, 1] + 1) / (box[3] - box[2] + 1)
+    far = np.maximum(depth.mean(axis=1), _NEAREST)
     aside = (box[:2].mean() - 0.5 * (low[:, 0] + high[:, 0])) * far / abs(camera.K[0, 0])
-    right, ahead = camera.R[0, :2], camera.R[2, :2]
-    deeper = far * np.clip(ratio - 1, -0.3, 0.3)
-    return aside[:, None] * _level(right) + deeper[:, None] * _level(ahead)
+    # A step away makes the outline smaller, and where the camera looks down it moves up: least squares of both.
+    down, focal = -camera.R[2, 2], abs(camera.K[1, 1])
+    tall = high[:, 1] - low[:, 1] + 1
+    grows, moves = -tall * np.sqrt(1 - down**2) / far, -focal * down / far
+    missing, above = box[3] - box[2] + 1 - tall, 0.5 * (box[2] + box[3] - low[:, 1] - high[:, 1])
+    deeper = (grows * missing + moves * above) / (grows**2 + moves**2)
+    deeper = np.clip(deeper, -_STEP * far, _STEP * far)
+    return aside[:, None] * _level(camera.R[0, :2]) + deeper[:, None] * _level(camera.R[2, :2])
 
 
 def _level(direction: np.ndarray) -> np.ndarray:
