@@ -16,15 +16,15 @@ import numpy as np
 from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
 from motionenv.estimation._looking import SeenPoints, SeenWalkers
+from motionenv.estimation.actions import Actions
 from motionenv.models.reaching import RIGHT_ARM, reach
 from motionenv.models.store import load
-from motionenv.types import MARKERS, POSE
+from motionenv.types import POSE
 
 _WALK = "walk/fpca"
 _CYCLE = 64  # frames of a cycle, of which the mean is taken
 _REACHED = 20_000  # frames of reaching, of which the mean is taken
 _STANDING = 0.53  # of the height: how high the pelvis of a standing body is
-_ARM_JOINTS = [MARKERS.index("right_elbow"), MARKERS.index("right_wrist")]
 _SPREAD = 0.02  # [m, rad] of the oracle's beliefs
 
 
@@ -38,7 +38,7 @@ class MeanPose:
     """
 
     def __init__(self, env):
-        self._actions = _Actions(env)
+        self._actions = Actions(env)
         self._poses = (reaching_poses if self._actions.arm else walking_poses)(self._actions.samples)
         joints = markers(self._poses, from_height())
         if self._actions.points:
@@ -68,7 +68,7 @@ class ConstantVelocity:
     """
 
     def __init__(self, env):
-        self._actions = _Actions(env)
+        self._actions = Actions(env)
         if self._actions.arm:
             raise MotionError("ConstantVelocity follows markers and walkers: for an arm that moves take another agent")
         self._poses = walking_poses(self._actions.samples)
@@ -118,7 +118,7 @@ class Oracle:
     def __init__(self, env, spread: float = _SPREAD, seed: int | None = 0):
         if not 0 <= spread < np.inf:
             raise MotionError(f"spread must be a finite number from 0, got {spread!r}")
-        self._env, self._actions, self._spread = env, _Actions(env), spread
+        self._env, self._actions, self._spread = env, Actions(env), spread
         self._rng = np.random.default_rng(seed)
 
     def reset(self, observation, began=None) -> None:
@@ -174,58 +174,3 @@ def reaching_poses(n: int) -> np.ndarray:
     poses[:, RIGHT_ARM] = angles.mean(axis=0) if n == 1 else angles[np.linspace(0, _REACHED - 1, n).astype(int)]
     poses.flags.writeable = False
     return poses
-
-
-class _Actions:
-    """The spaces of an environment, and estimates as actions in it.
-
-    Attributes:
-        n: environments in it; 1 for a single one.
-        form: "pose", "joints" or "belief".
-        samples: poses that an estimate holds.
-        arm: whether estimates are of the right arm alone.
-        points: whether markers are observed instead of pictures.
-        far: depth [m] from which on a depth picture shows nothing.
-    """
-
-    def __init__(self, env):
-        self.env = env.unwrapped
-        self.vector = hasattr(env, "num_envs")
-        self.n = env.num_envs if self.vector else 1
-        space = env.single_action_space if self.vector else env.action_space
-        self.observed = env.single_observation_space if self.vector else env.observation_space
-        self.points = _has(self.observed, "points")
-        depth = getattr(self.observed, "spaces", {}).get("depth", self.observed)
-        self.far = float(np.max(getattr(depth, "high", np.inf)))
-        self._low, self._high, shape = space.low, space.high, space.shape
-        self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
-        self.arm = shape in {(len(RIGHT_ARM),), (len(_ARM_JOINTS), 3)} or shape[-1] == len(RIGHT_ARM) + 1
-        self.samples = shape[0] if self.form == "belief" else 1
-        self._shape = shape
-
-    def batched(self, observation) -> dict[str, np.ndarray]:
-        """An observation by name, with a leading axis of n."""
-        named = observation if isinstance(observation, dict) else {_kind(self.observed): observation}
-        return {name: np.asarray(v) if self.vector else np.asarray(v)[None] for name, v in named.items()}
-
-    def of(self, poses: np.ndarray | None, joints: np.ndarray) -> np.ndarray:
-        """The action that says poses (n or 1, samples, 25), or joints (n or 1, samples, 15, 3)."""
-        if self.arm:
-            poses, joints = None if poses is None else poses[..., RIGHT_ARM], joints[..., _ARM_JOINTS, :]
-        if self.form == "joints" or poses is None:
-            said = joints[:, 0]
-        elif self.form == "belief":
-            said = np.concatenate([poses, np.zeros((*poses.shape[:2], 1))], axis=-1)
-        else:
-            said = poses[:, 0]
-        said = np.clip(np.broadcast_to(said, (self.n, *self._shape)), self._low, self._high).astype(np.float32)
-        return said if self.vector else said[0]
-
-
-def _has(space, name: str) -> bool:
-    return name in getattr(space, "spaces", {})
-
-
-def _kind(space) -> str:
-    """What a Box of pictures holds: "rgb", "mask" or "depth"."""
-    return "depth" if space.dtype.kind == "f" else "mask" if space.shape[-1] == 1 else "rgb"

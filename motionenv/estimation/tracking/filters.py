@@ -1,25 +1,36 @@
 """Particle filters: the belief p(φ_t | J_1 ... J_t) of paper A (eqs. 6, 7) and paper C (eq. 1) as weighted poses."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
+from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.estimation.tracking.priors import Prior, Start, systematic
+from motionenv.estimation.tracking.priors import Prior, Start, State, systematic
+from motionenv.types import Skeleton
 
 _BISECTIONS = 30
 _COOLING = 0.5  # noise of each annealing layer, as a share of the one's before (Deutscher & Reid 2005, section 3.3)
+_WIDER, _PATIENCE = 0.25, 0.5  # [s] lost after which noise is wider, and after which a new start is asked for
+_WIDENING = (0.3, 0.6, 1.0)  # shares of a step's noise with which a frame is scored again that could not be scored
+_FAR = 1e6  # [m] from where a body can't be seen in any picture
+_NEGLIGIBLE = 30.0  # below the highest log weight, from where on particles don't count
 
 
 class Likelihood(Protocol):
     """p(J_t | φ_t), up to a factor that doesn't hang on the pose."""
 
-    def observe(self, **observation: Any) -> None:
+    def observe(self, *_: Any, **observation: Any) -> None:
         """Take in the current observation."""
 
     def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
-        """Log-likelihood (N,) of the current observation given each of `poses` (N, 25)."""
+        """Log-likelihood (N,) of the current observation given each of `poses` (N, 25).
+
+        That of a body far out of the picture is that of a picture without one.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,32 +38,66 @@ class Belief:
     """What a filter believes about the current frame.
 
     Attributes:
-        poses: (N, 25) [m, rad].
+        state: the particles as the prior knows them.
         log_weights: (N,), normalised.
         effective: effective sample size 1 / Σ w², from 1 to N.
         log_evidence: log p(J_t | J_1 ... J_t-1), as far as the likelihood is one.
-        lost: whether nothing explained the frame, so that the belief is the prediction alone.
+        lost: whether the picture is likelier to show nobody than any of the particles, or could not be scored at all:
+            the belief is, all but, the prediction alone.
+        recovered: whether this frame began anew, after too many that were lost.
     """
 
-    poses: np.ndarray
+    state: State
     log_weights: np.ndarray
     effective: float
     log_evidence: float
     lost: bool
+    recovered: bool = False
 
     @property
+    def poses(self) -> np.ndarray:
+        """(N, 25) [m, rad]."""
+        return self.state.poses
+
+    @cached_property
     def mean(self) -> np.ndarray:
-        """The expected pose (25,); headings of all particles lie within a turn of each other."""
-        return np.exp(self.log_weights) @ self.poses
+        """The expected pose (25,) [m, rad]; angles are averaged on the circle, and come out near the likeliest's."""
+        weights, poses = np.exp(self.log_weights), self.poses
+        mean = weights @ poses
+        angles = poses[:, 3:]
+        turn = np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))
+        near = angles[np.argmax(weights)]
+        mean[3:] = near + np.remainder(turn - near + np.pi, 2 * np.pi) - np.pi
+        return mean
+
+    def expected_joints(self, skeleton: Skeleton) -> np.ndarray:
+        """The expected positions (15, 3) [m] of the markers of `skeleton`: closer to the truth than the mean pose's.
+
+        Args:
+            skeleton: the body.
+        """
+        some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
+        weights = np.exp(self.log_weights[some])
+        return np.einsum("n,nij->ij", weights / weights.sum(), markers(self.poses[some], skeleton))
 
 
 class ParticleFilter:
     """Follows a person: particles propagated by a prior and weighed by a likelihood (Isard & Blake 1998).
 
     With one layer this is the bootstrap filter of papers A and C, with systematic resampling when the effective sample
-    size falls low. With more, each frame is annealed (Deutscher & Reid 2005): the likelihood is flattened at first, and
-    between layers particles are resampled and stirred with less and less noise. The belief then gathers about the
-    likelihood's highest peaks; it is no longer the exact posterior, but few particles find them.
+    size falls low. With more, each frame is annealed (Deutscher & Reid 2005): the likelihood is flattened at first, by
+    the power that leaves the share `resample` of the particles effective, and between layers particles are resampled
+    and stirred with less and less noise. The belief then gathers about the likelihood's highest peaks; it is no longer
+    the exact posterior, but few particles find them.
+
+    **Hidden.** In the share `hidden` of frames the person can't be seen, and a picture is then as without a body,
+    whatever the pose: p(J | φ) = (1 - hidden) p(J | φ, seen) + hidden p(J | nobody). A tree before someone leaves the
+    prediction as it is, instead of driving it out of the picture.
+
+    **Lost.** A frame that is likelier hidden than seen counts as lost. After a quarter of a second of them each comes
+    with wider noise, and after half a second `restart` is asked for a new start. Where no particle can be scored at all
+    (NaN, or minus infinity), noise is widened at once and the frame scored again; if that doesn't help either, the
+    belief is the prediction.
 
     Args:
         prior: of motion.
@@ -60,6 +105,10 @@ class ParticleFilter:
         n: particles.
         resample: share of n below which the effective sample size calls for resampling.
         layers: of annealing; 1 is none.
+        refine: rounds of local refinement per frame, see `motionenv.estimation.tracking.refinement`; 0 is none.
+        hidden: share of frames in which the person can't be seen; 0 takes the likelihood as it is.
+        restart: asked with an observation for a new start where the person was lost; None, or a call that gives None,
+            goes on with wider noise.
         seed: int or Generator; the same seed gives the same belief, whatever the number of threads.
 
     Raises:
@@ -67,14 +116,26 @@ class ParticleFilter:
     """
 
     def __init__(
-        self, prior: Prior, likelihood: Likelihood, n: int = 1000, *, resample: float = 0.5, layers: int = 1, seed=None
+        self,
+        prior: Prior,
+        likelihood: Likelihood,
+        n: int = 1000,
+        *,
+        resample: float = 0.5,
+        layers: int = 1,
+        refine: int = 0,
+        hidden: float = 0.02,
+        restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
+        seed=None,
     ):
-        if isinstance(n, bool) or n != int(n) or n < 2:
-            raise MotionError(f"n must be a whole number of particles from 2, got {n!r}")
-        if not 0 < resample <= 1 or isinstance(layers, bool) or layers != int(layers) or not 1 <= layers <= 50:
-            raise MotionError(f"resample must be a share up to 1 and layers from 1 to 50, got {resample!r}, {layers!r}")
-        self.prior, self.likelihood, self.n = prior, likelihood, int(n)
-        self.resample, self.layers = resample, int(layers)
+        whole = {"n": (n, 2, 10_000_000), "layers": (layers, 1, 50), "refine": (refine, 0, 50)}
+        for name, (value, least, most) in whole.items():
+            if isinstance(value, bool) or value != int(value) or not least <= value <= most:
+                raise MotionError(f"{name} must be a whole number from {least} to {most}, got {value!r}")
+        if not 0 < resample <= 1 or not 0 <= hidden < 1:
+            raise MotionError(f"resample must be a share up to 1 and hidden one below 1, got {resample!r}, {hidden!r}")
+        self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
+        self.resample, self.layers, self.refine, self.hidden = resample, int(layers), int(refine), hidden
         self._rng = np.random.default_rng(seed)
         self._state: Any = None
 
@@ -86,7 +147,7 @@ class ParticleFilter:
         """
         self._state = self.prior.initial(start, self.n, self._rng)
         self._log_weights = np.full(self.n, -np.log(self.n))
-        self._began = False
+        self._began, self._lost = False, 0
 
     def step(self, **observation: Any) -> Belief:
         """The belief after one more frame.
@@ -95,48 +156,97 @@ class ParticleFilter:
             observation: what the likelihood's `observe` takes.
 
         Raises:
-            MotionError: not started, or an observation that the likelihood refuses.
+            MotionError: not started, an observation that the likelihood refuses, or a prior whose poses aren't finite.
         """
         if self._state is None:
             raise MotionError("the filter has not started: call start(Start.at(pose)) first")
         self.likelihood.observe(**observation)
+        recovered = self._lost >= _PATIENCE * self.prior.fps and self._restarted(observation)
         if self._began:
             self._resample_if_low()
             self._state = self.prior.propagate(self._state, self._rng)
+            if self._lost >= _WIDER * self.prior.fps:
+                self._state = self.prior.diffuse(self._state, 1.0, self._rng)
         self._began = True
-        evidence = 0.0
-        log_likelihood = self._scored()
-        lost = not np.isfinite(log_likelihood).any()
-        if not lost:
-            evidence = self._anneal(log_likelihood) if self.layers > 1 else self._weigh(log_likelihood)
+        evidence, lost = self._updated()
+        self._lost = self._lost + 1 if lost else 0
         effective = float(1 / np.exp(2 * self._log_weights).sum())
-        return Belief(self._state.poses, self._log_weights.copy(), effective, evidence, lost)
+        return Belief(self._state, self._log_weights.copy(), effective, evidence, lost, recovered)
+
+    def _restarted(self, observation: Mapping[str, Any]) -> bool:
+        """Begin anew if `restart` knows where; asked once per stretch of patience."""
+        start = None if self.restart is None else self.restart(observation)
+        self._lost = 0 if start is not None else int(_WIDER * self.prior.fps)
+        if start is None:
+            return False
+        self.start(start)
+        self.likelihood.observe(**observation)
+        return True
+
+    def _updated(self) -> tuple[float, bool]:
+        """Weigh the predicted particles; returns the log evidence and whether the person is lost."""
+        before, self._floor = self._state, self._unseen()
+        scores = self._scored()
+        for share in _WIDENING:
+            if np.isfinite(scores).any():
+                break
+            self._state = self.prior.diffuse(self._state, share, self._rng)
+            scores = self._scored()
+        if not np.isfinite(scores).any():
+            self._state = before
+            return 0.0, True
+        evidence = self._anneal(scores) if self.layers > 1 else self._weigh(scores)
+        return evidence, bool(self._floor - evidence > np.log(0.5))
+
+    def _unseen(self) -> float:
+        """Log of hidden · p(J | nobody), minus infinity where that can't be said."""
+        if not self.hidden:
+            return -np.inf
+        nobody = self._state.poses[:1].copy()
+        nobody[:, :3] += _FAR
+        score = float(self.likelihood.log_likelihood(nobody)[0])
+        return np.log(self.hidden) + score if np.isfinite(score) else -np.inf
 
     def _scored(self) -> np.ndarray:
         """Log-likelihoods (N,), minus infinity where they aren't numbers."""
-        scores = self.likelihood.log_likelihood(self._state.poses)
-        return np.where(np.isnan(scores), -np.inf, scores)
+        poses = self._state.poses
+        if not np.isfinite(poses).all():
+            raise MotionError(
+                f"{type(self.prior).__name__} made a pose that isn't finite: check its model and the start"
+            )
+        scores = np.asarray(self.likelihood.log_likelihood(poses), dtype=np.float64)
+        scores = np.where(np.isnan(scores) | (scores == np.inf), -np.inf, scores)
+        return np.logaddexp(np.log1p(-self.hidden) + scores, self._floor) if np.isfinite(self._floor) else scores
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
         """Multiply the weights by the likelihood (N,); returns the log of their sum, the evidence."""
         joint = self._log_weights + log_likelihood
-        evidence = float(np.logaddexp.reduce(joint))
+        evidence = float(_log_sum(joint))
         self._log_weights = joint - evidence
         return evidence
 
-    def _anneal(self, log_likelihood: np.ndarray) -> float:
-        """Weigh by the likelihood (N,) bit by bit, resampling and stirring in between; returns the log evidence."""
+    def _anneal(self, scores: np.ndarray) -> float:
+        """Weigh by log-likelihoods (N,) bit by bit, resampling and stirring in between; returns the log evidence."""
         done, evidence = 0.0, 0.0
         for layer in range(1, self.layers):
-            power = self._bearable(log_likelihood, 1.0 - done)
-            evidence += self._weigh(power * log_likelihood)
+            power = self._bearable(scores, 1.0 - done)
+            evidence += self._weigh(_raised(scores, power))
             done += power
             if done >= 1.0:
                 return evidence
-            self._resample()
-            self._state = self.prior.diffuse(self._state, _COOLING**layer, self._rng)
-            log_likelihood = self._scored()
-        return evidence + self._weigh((1.0 - done) * log_likelihood)
+            scores = self._stirred(scores, _COOLING**layer)
+        return evidence + self._weigh(_raised(scores, 1.0 - done))
+
+    def _stirred(self, scores: np.ndarray, share: float) -> np.ndarray:
+        """Resample and move the particles, whose log-likelihoods are `scores` (N,); returns those after it."""
+        which = self._resample()
+        kept = self._state
+        self._state = self.prior.diffuse(kept, share, self._rng)
+        after = self._scored()
+        if np.isfinite(after).any():
+            return after
+        self._state = kept
+        return scores[which]
 
     def _bearable(self, log_likelihood: np.ndarray, most: float) -> float:
         """The power, up to `most`, that leaves the share `resample` of particles effective."""
@@ -152,7 +262,7 @@ class ParticleFilter:
 
     def _effective(self, log_likelihood: np.ndarray, power: float) -> float:
         """Effective sample size after weighing by the likelihood (N,) to a power."""
-        joint = self._log_weights + power * log_likelihood
+        joint = self._log_weights + _raised(log_likelihood, power)
         weights = np.exp(joint - joint.max())
         return float(weights.sum() ** 2 / (weights**2).sum())
 
@@ -160,7 +270,20 @@ class ParticleFilter:
         if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
             self._resample()
 
-    def _resample(self) -> None:
-        """Systematic resampling: equal weights, likelier particles more often."""
-        self._state = self._state.take(systematic(np.exp(self._log_weights), self.n, self._rng))
+    def _resample(self) -> np.ndarray:
+        """Systematic resampling: equal weights, likelier particles more often; returns which (N,) were drawn."""
+        which = systematic(np.exp(self._log_weights), self.n, self._rng)
+        self._state = self._state.take(which)
         self._log_weights = np.full(self.n, -np.log(self.n))
+        return which
+
+
+def _raised(scores: np.ndarray, power: float) -> np.ndarray:
+    """Log-likelihoods (N,) of the likelihood to a power; impossible stays impossible, to the power 0 as well."""
+    return np.where(np.isfinite(scores), power * np.nan_to_num(scores, neginf=0.0), -np.inf)
+
+
+def _log_sum(values: np.ndarray) -> float:
+    """Log Σ exp of values (N,), one of which is finite at least."""
+    most = values.max()
+    return float(most + np.log(np.exp(values - most).sum()))

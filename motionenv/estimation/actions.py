@@ -1,0 +1,63 @@
+"""Estimates as actions: what an environment wants to be told, and in which form."""
+
+import numpy as np
+
+from motionenv.models.reaching import RIGHT_ARM
+from motionenv.types import MARKERS
+
+_ARM_JOINTS = [MARKERS.index("right_elbow"), MARKERS.index("right_wrist")]
+
+
+class Actions:
+    """The spaces of an environment, and estimates as actions in it.
+
+    Attributes:
+        n: environments in it; 1 for a single one.
+        form: "pose", "joints" or "belief".
+        samples: poses that an estimate holds.
+        arm: whether estimates are of the right arm alone.
+        points: whether markers are observed instead of pictures.
+        far: depth [m] from which on a depth picture shows nothing.
+    """
+
+    def __init__(self, env):
+        self.env = env.unwrapped
+        self.vector = hasattr(env, "num_envs")
+        self.n = env.num_envs if self.vector else 1
+        space = env.single_action_space if self.vector else env.action_space
+        self.observed = env.single_observation_space if self.vector else env.observation_space
+        self.points = _has(self.observed, "points")
+        depth = getattr(self.observed, "spaces", {}).get("depth", self.observed)
+        self.far = float(np.max(getattr(depth, "high", np.inf)))
+        self._low, self._high, shape = space.low, space.high, space.shape
+        self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
+        self.arm = shape in {(len(RIGHT_ARM),), (len(_ARM_JOINTS), 3)} or shape[-1] == len(RIGHT_ARM) + 1
+        self.samples = shape[0] if self.form == "belief" else 1
+        self._shape = shape
+
+    def batched(self, observation) -> dict[str, np.ndarray]:
+        """An observation by name, with a leading axis of n."""
+        named = observation if isinstance(observation, dict) else {_kind(self.observed): observation}
+        return {name: np.asarray(v) if self.vector else np.asarray(v)[None] for name, v in named.items()}
+
+    def of(self, poses: np.ndarray | None, joints: np.ndarray) -> np.ndarray:
+        """The action that says poses (n or 1, samples, 25), or joints (n or 1, samples, 15, 3)."""
+        if self.arm:
+            poses, joints = None if poses is None else poses[..., RIGHT_ARM], joints[..., _ARM_JOINTS, :]
+        if self.form == "joints" or poses is None:
+            said = joints[:, 0]
+        elif self.form == "belief":
+            said = np.concatenate([poses, np.zeros((*poses.shape[:2], 1))], axis=-1)
+        else:
+            said = poses[:, 0]
+        said = np.clip(np.broadcast_to(said, (self.n, *self._shape)), self._low, self._high).astype(np.float32)
+        return said if self.vector else said[0]
+
+
+def _has(space, name: str) -> bool:
+    return name in getattr(space, "spaces", {})
+
+
+def _kind(space) -> str:
+    """What a Box of pictures holds: "rgb", "mask" or "depth"."""
+    return "depth" if space.dtype.kind == "f" else "mask" if space.shape[-1] == 1 else "rgb"
