@@ -58,27 +58,15 @@ def carried_on(history, entries, now, after, pose, velocity, fps, out) -> None:
 
 
 @_jit
-def shifted(history, entries, by, fading) -> None:
-    """Add `by` (N, c) to the last frames of histories (N, frames, c), and `fading` (frames,) of it to those before.
-
-    Steps and turns of the way stay: a history is told as seen from itself.
-    """
-    for i in range(len(history)):
-        for t in range(history.shape[1]):
-            for j in range(len(entries)):
-                if 1 < entries[j] < 5 or entries[j] > 5:
-                    history[i, t, j] += fading[t] * by[i, j]
-
-
-@_jit
-def placed_after(poses, history, entries, noise, scale, out) -> None:
-    """Write to `out` (N, 25) the poses that come after `poses` by the last local parameters of `history` and noise.
+def placed_after(poses, history, rest, entries, noise, scale, out) -> None:
+    """Write to `out` (N, 25) the poses that come after `poses` by the last local parameters of `history` and the rest.
 
     Args:
         poses: (N, 25).
         history: (N, frames, c), lengths times `scale`.
+        rest: (N, c) what poses are more than that, lengths times `scale`; 0 for steps and turns.
         entries: (c,) of the pose that they are; the others stay.
-        noise: (N, c) to add, lengths times `scale`.
+        noise: (N, c) to add to steps and turns, lengths times `scale`.
         scale: of lengths.
         out: (N, 25) to write.
     """
@@ -87,17 +75,18 @@ def placed_after(poses, history, entries, noise, scale, out) -> None:
     for i in range(len(poses)):
         for j in range(25):
             out[i, j] = poses[i, j]
-        step[0] = step[1] = step[5] = 0.0
-        step[2] = poses[i, 2] * scale
         for j in range(len(entries)):
             e = entries[j]
-            step[e] = history[i, last, j] + noise[i, j]
-            if e > 5 or e == 3 or e == 4:
+            step[e] = history[i, last, j] + rest[i, j]
+            if e < 2 or e == 5:
+                step[e] += noise[i, j]
+            elif e == 2:
+                out[i, e] = step[e] / scale
+            else:
                 out[i, e] = turned_towards(step[e], poses[i, e])
         c, s = np.cos(poses[i, 5]), np.sin(poses[i, 5])
         out[i, 0] += (c * step[0] - s * step[1]) / scale
         out[i, 1] += (s * step[0] + c * step[1]) / scale
-        out[i, 2] = step[2] / scale
         out[i, 5] += step[5]
 
 
