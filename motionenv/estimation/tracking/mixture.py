@@ -1,6 +1,6 @@
 """A learned prior that a general one helps out (paper C, section 7): a share of the particles moves by the latter.
 
-    p(φ_t | φ_t-1) = (1 - share) p_learned(φ_t | φ_t-1) + share p_general(φ_t | φ_t-1)
+p(φ_t | φ_t-1) = (1 - share) p_learned(φ_t | φ_t-1) + share p_general(φ_t | φ_t-1)
 """
 
 from dataclasses import dataclass
@@ -67,8 +67,7 @@ class MixturePrior:
         before = np.where(np.isnan(start.previous), np.nan, start.previous - start.poses)
         nearest = _nearest(learned.poses, start.poses)
         each = Start(learned.poses, np.zeros(n), learned.poses + before[nearest], np.zeros(learned.poses.shape[1]))
-        general = self.general.initial(each, n, rng)
-        return MixtureState(learned, self.general.moved(general, learned.poses))
+        return MixtureState(learned, self.general.initial(each, n, rng))
 
     def propagate(self, state: MixtureState, rng: np.random.Generator) -> MixtureState:
         """The bodies one frame later; see `motionenv.estimation.tracking.priors.Prior`.
