@@ -16,6 +16,8 @@ from motionenv.estimation import ObservationModel
 from motionenv.estimation.observation import EFFECTIVE
 from motionenv.estimation.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.estimation.tracking.start import automatic_start
+from motionenv.estimation.tracking.tree_prior import TreePrior
+from motionenv.estimation.tracking.velocity_prior import VelocityPrior
 from motionenv.metrics import credible_level
 from motionenv.models.reaching import RIGHT_ARM
 from motionenv.types import MARKERS, Skeleton
@@ -60,16 +62,22 @@ class Task:
     start: str = "given"
 
 
-def _folder(task: Task) -> Path:
-    return Path(task.cut.motion).parent
-
-
 def _walk(task: Task) -> str:
-    return str(_folder(task) / f"walk_{task.cut.person}.npz")
+    return str(Path(task.cut.folder) / f"walk_{task.cut.person}.npz")
 
 
 def _fpca(task: Task, skeleton: Skeleton) -> FPCAPrior:
     return FPCAPrior(_walk(task), skeleton=skeleton)
+
+
+def _tree(task: Task, skeleton: Skeleton) -> TreePrior:
+    part = "arm" if task.arm else "tree"
+    return TreePrior(str(Path(task.cut.folder) / f"{part}_{task.cut.person}.npz"), skeleton=skeleton)
+
+
+def _constant_velocity(task: Task, skeleton: Skeleton) -> VelocityPrior:
+    change = np.load(Path(task.cut.folder) / f"change_{task.cut.person}.npy")
+    return VelocityPrior(skeleton=skeleton, part="right_arm" if task.arm else "body", change=change)
 
 
 @dataclass(frozen=True)
@@ -89,7 +97,9 @@ class Tracker:
 
 TRACKERS = {
     "fpca": Tracker(_fpca),
-    "annealed": Tracker(_fpca, 25.0, {"layers": 4}),
+    "annealed": Tracker(_fpca, 15.0, {"layers": 3}),
+    "tree": Tracker(_tree),
+    "constant velocity": Tracker(_constant_velocity),
 }
 
 
@@ -111,7 +121,7 @@ def seen(task: Task) -> Episode:
     scenery = {"background": "clutter", "noise": NOISE} if task.sees == "rgb" else {}
     name = "motionenv/ArmTracking-v0" if task.arm else "motionenv/WalkerTracking-v0"
     env = gymnasium.make(
-        name, motion=task.cut.motion, size=SIZE, observation=task.sees, camera=task.camera, fps=FPS,
+        name, motion=task.cut.motion, size=SIZE, observation=task.sees, camera=task.camera, fps=FPS, split="eval",
         horizon=task.cut.frames - 1, occluders=task.occluders, **scenery,
     )  # fmt: skip
     observation, _ = env.reset(seed=task.seed)
@@ -160,6 +170,8 @@ def first(task: Task, episode: Episode, likelihood: ObservationModel) -> Start:
 def given(task: Task, pose: np.ndarray) -> Start:
     """The true first pose (25,) [m, rad], and the one before it."""
     before, first = task.cut.poses
+    if np.isnan(first).any():
+        return Start.at(pose)
     previous = pose.copy()
     if task.arm:
         previous[list(RIGHT_ARM)] = before[list(RIGHT_ARM)]

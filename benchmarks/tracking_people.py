@@ -9,16 +9,21 @@ from pathlib import Path
 import numpy as np
 
 from motionenv import write
+from motionenv.body import from_height
+from motionenv.estimation.tracking.velocity_prior import velocity_change
+from motionenv.models.reaching import RIGHT_ARM, reach
 from motionenv.models.training import read_walks
 from motionenv.models.tree import MotionTree
 from motionenv.models.tree.capture import read_clips
 from motionenv.models.tree.database import Clip, build_database
 from motionenv.models.tree.frames import resample
 from motionenv.models.walking import WalkingModel
-from motionenv.types import Motion
+from motionenv.types import POSE, Motion
 
 SAME_PERSON = {"37": "12", "38": "07"}  # by the database's descriptions and by their build
 FPS = 30.0
+REACHING = "reach"
+REACHES, REACH_FRAMES = 60, 300  # clips of made-up reaching that a tree is made of, and frames of each
 CMU_FPS = 120.0  # which AMC files don't say
 
 
@@ -27,13 +32,15 @@ class Cut:
     """A piece of a captured walk as an episode.
 
     Attributes:
-        motion: file that holds its frames.
-        poses: (2, 25) the pose a frame before them, and the first of them.
+        folder: of the priors' files.
+        motion: file that holds its frames, or "reach".
+        poses: (2, 25) the pose a frame before them, and the first of them; NaN where these aren't known.
         person: who walks.
         trial: file that it is from.
         frames: how many.
     """
 
+    folder: str
     motion: str
     poses: np.ndarray
     person: str
@@ -86,15 +93,30 @@ class People:
             path = self.file(f"cut{frames}_{seed}_{k}.npz")
             piece = Motion(walk.poses[first : first + frames], walk.skeleton, FPS, walk.name)
             write(piece, path)
-            yield Cut(str(path), walk.poses[first - 1 : first + 1], able[k % len(able)], walk.name, frames)
+            yield Cut(
+                self.folder.name, str(path), walk.poses[first - 1 : first + 1], able[k % len(able)], walk.name, frames
+            )
+
+    def reaches(self, count: int, frames: int) -> list[Cut]:
+        """`count` episodes of `frames` frames of the environment's own arms that reach, which no tree has seen."""
+        unknown = np.full((2, len(POSE)), np.nan)
+        return [Cut(self.folder.name, REACHING, unknown, REACHING, REACHING, frames)] * count
 
     def fit(self, pool: Executor) -> None:
-        """Fit the priors without each person, a file each: `walk_PERSON.npz`, `tree_PERSON.npz`, `arm_PERSON.npz`."""
-        jobs = [pool.submit(_fit_walk, self.captured, self.persons, name, self.file(f"walk_{name}.npz"))
-                for name in self.names]  # fmt: skip
+        """Fit what priors are made of without each person, a file each.
+
+        They are `walk_PERSON.npz`, the functional model; `tree_PERSON.npz` and `arm_PERSON.npz`, of body and right arm;
+        and `change_PERSON.npy`, how much velocities change from frame to frame.
+
+        Args:
+            pool: of processes.
+        """
+        jobs = [pool.submit(_fit_reaching, Path(self.folder.name))]
         for name in self.names:
+            others = [i for i, person in enumerate(self.persons) if person != name]
+            walks, persons = [self.captured[i] for i in others], [self.persons[i] for i in others]
             clips = [clip for clip in self.clips if clip.person != name]
-            jobs.append(pool.submit(_fit_trees, clips, self.file(f"tree_{name}.npz"), self.file(f"arm_{name}.npz")))
+            jobs.append(pool.submit(_fit, Path(self.folder.name), name, walks, persons, clips))
         for job in jobs:
             job.result()
 
@@ -116,12 +138,21 @@ def read_people(mocap: Path, most: int | None = None) -> People:
     return People(list(found.motions), walks, persons, clips, list(dict.fromkeys(persons))[:most])
 
 
-def _fit_walk(captured: list[Motion], persons: list[str], name: str, path: Path) -> None:
-    others = [i for i, person in enumerate(persons) if person != name]
-    WalkingModel().fit([captured[i] for i in others], [persons[i] for i in others]).save(path)
-
-
-def _fit_trees(clips: list[Clip], body: Path, arm: Path) -> None:
+def _fit(folder: Path, name: str, walks: list[Motion], persons: list[str], clips: list[Clip]) -> None:
+    WalkingModel().fit(walks, persons).save(folder / f"walk_{name}.npz")
     database = build_database(clips, mirrored=True)
-    MotionTree().fit(database).save(body)
-    MotionTree(part="right_arm").fit(database).save(arm)
+    MotionTree().fit(database).save(folder / f"tree_{name}.npz")
+    MotionTree(part="right_arm").fit(database).save(folder / f"arm_{name}.npz")
+    np.save(folder / f"change_{name}.npy", velocity_change(walks)[0])
+
+
+def _fit_reaching(folder: Path) -> None:
+    poses = np.zeros((REACHES, REACH_FRAMES, len(POSE)))
+    for k in range(REACHES):
+        poses[k][:, RIGHT_ARM] = reach(REACH_FRAMES, FPS, np.random.default_rng([1, k]))
+    motions = [Motion(p, from_height(), FPS, REACHING) for p in poses]
+    tree = MotionTree(part="right_arm").fit(
+        build_database(Clip(motion, REACHING, REACHING, REACHING) for motion in motions)
+    )
+    tree.save(folder / f"arm_{REACHING}.npz")
+    np.save(folder / f"change_{REACHING}.npy", velocity_change(motions)[0])
