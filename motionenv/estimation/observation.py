@@ -29,7 +29,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from motionenv.body import LIMBS, from_height, limb_segments
+from motionenv.body import LIMBS, from_height
+from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import Background, foreground_probability, picture
 from motionenv.render._workers import Workers
@@ -178,7 +179,7 @@ class ObservationModel:
         def work(start: int, stop: int) -> None:
             for i in range(start, stop, _PIECE):
                 some = slice(i, min(i + _PIECE, stop))
-                score(limb_segments(poses[some], self.skeleton), out[some])
+                score(fast_limb_segments(poses[some], self.skeleton), out[some])
 
         self._workers.share(work, len(poses))
         out += none
@@ -233,6 +234,20 @@ class ObservationModel:
         turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
         k = camera.K @ turn.T
         self._view = (turn @ camera.R, turn @ camera.t, k, np.linalg.inv(k))
+
+
+def fast_limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Ends (n, limbs, 2, 3) [m] of the limbs: `motionenv.body.limb_segments`, in an eighth of its time.
+
+    Args:
+        poses: (n, 25) [m, rad], contiguous float64.
+        skeleton: the body.
+    """
+    from motionenv.estimation._limbs_kernel import limb_ends
+
+    ends = np.empty((len(poses), len(LIMBS), 2, 3))
+    limb_ends(poses, skeleton.offsets, LIMB_SHIFTS, skeleton.height, ends)
+    return ends
 
 
 def checked_poses(poses) -> np.ndarray:
