@@ -5,6 +5,7 @@ from motionenv.estimation.tracking.filters import Belief, ParticleFilter
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.mixture import MixturePrior
 from motionenv.estimation.tracking.priors import Start
+from motionenv.estimation.tracking.smoothing import smooth
 from motionenv.estimation.tracking.tree_prior import TreePrior
 from motionenv.estimation.tracking.velocity_prior import VelocityPrior
 
@@ -17,5 +18,6 @@ __all__ = [
     "TrackingAgent",
     "TreePrior",
     "VelocityPrior",
+    "smooth",
     "told",
 ]
