@@ -7,18 +7,20 @@ A particle is φ = (c, ψ, ρ, τ, θ): scores, phase, pace, and where the walke
 δ is what a person does beside the components: people who were not learned from leave them by some degrees. The paper
 leaves the transition noise to others; here c, log ρ and δ return to their means (Ornstein-Uhlenbeck processes), so
 that a walker who is hidden for long becomes any walker again, and c has the model's own covariance: components with
-large singular values change most. The root is carried by the components too: how far the body comes per cycle, and how
+large singular values change most. Nothing but the model holds joints within their ranges. The root is carried by the components too: how far the body comes per cycle, and how
 high it is, is tabulated from the model's contact with the ground.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from motionenv.errors import MotionError
+from motionenv.estimation.tracking._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, X, Y, flowed, stirred
 from motionenv.estimation.tracking.priors import Start
 from motionenv.models.store import load
 from motionenv.models.walking import Stride, WalkingModel
+from motionenv.models.tree.frames import turned_towards
 from motionenv.types import Skeleton, checked_fps
 
 _PHASES = 256  # in a cycle, at which the model is tabulated
@@ -31,6 +33,9 @@ _SHAPED = np.array([2, 3, 4, *range(6, 25)])  # entries of the pose that compone
 # Standard deviations of δ [m, rad]: about what left-out people leave over beside eight components.
 _REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
 _FLOW = 1.5  # [rad/s] by which velocities of a given start may differ from the model's
+_SPEED = 0.1  # [m/s] by which the speed of a given start may differ from the walker's
+_SLOWEST = 0.1  # [m/s] from which a given speed says something of the pace
+_SHAPED_ANGLES = _SHAPED[1:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,26 +45,19 @@ class WalkState:
     Attributes:
         poses: (N, 25) [m, rad].
         scores: (N, q), about the model's mean.
-        phase: (N,) ψ [cycles].
-        log_pace: (N,) log ρ [cycles/s].
-        heading: (N,) [rad] of the way.
-        place: (N, 2) [m].
-        rest: (N, 25) δ.
-        flow: (N, 2) [m per cycle], how the body moves forward and to the left.
+        rest: (N, 25) δ; 0 for place and heading.
+        ways: (N, 7), what the columns of `motionenv.estimation.tracking._walk_kernel` name: phase ψ [cycles], log ρ
+            [cycles/s], heading of the way [rad], place [m], and how the body moves forward and left [m per cycle].
     """
 
     poses: np.ndarray
     scores: np.ndarray
-    phase: np.ndarray
-    log_pace: np.ndarray
-    heading: np.ndarray
-    place: np.ndarray
     rest: np.ndarray
-    flow: np.ndarray
+    ways: np.ndarray
 
     def take(self, which: np.ndarray) -> "WalkState":
         """The walkers `which` (n,)."""
-        return WalkState(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+        return WalkState(self.poses[which], self.scores[which], self.rest[which], self.ways[which])
 
 
 class FPCAPrior:
@@ -85,9 +83,16 @@ class FPCAPrior:
         self._root = np.linalg.cholesky(self._covariance)
         self._log_pace = -float(model.person_mean_[q])
         self._table = _tabulated(model, self.skeleton.height)
+        self._deviation = np.append(_REST, _PACE)
+        memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY])
+        keep = np.exp(-1 / (self.fps * memories))
+        wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
+        self._step = np.concatenate([[1 / self.fps], keep, np.sqrt(1 - keep**2), wander])
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
         """Walkers (n) that look like `start`: phases and scores by how well they explain its poses, the rest is δ.
+
+        Where the pose one frame earlier is known, its velocities help to tell the phase, and its speed the pace.
 
         Args:
             start: the first frame.
@@ -97,12 +102,13 @@ class FPCAPrior:
         row, poses, _ = start.draw(n, rng)
         weights, means, roots = self._explained(start)
         which = (weights.cumsum(axis=1)[row] < rng.random((n, 1))).sum(axis=1)
+        which = np.minimum(which, _PHASES - 1)
         scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self._root))))
-        phase = (which + rng.random(n)) / _PHASES
-        log_pace = self._log_pace + _PACE * rng.standard_normal(n)
-        nothing = np.zeros((n, 25))
-        state = WalkState(nothing, scores, phase, log_pace, np.zeros(n), poses[:, :2], nothing, np.zeros((n, 2)))
-        return self.moved(self._placed(state), poses)
+        ways = np.zeros((n, 7))
+        ways[:, PHASE] = (which + rng.random(n)) / _PHASES
+        state = self._at(ways, scores, np.zeros((n, 25)))
+        ways[:, PACE] = self._paces(state, start, row, rng)
+        return self.moved(state, poses)
 
     def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
         """The walkers one frame later; see `motionenv.estimation.tracking.priors.Prior`.
@@ -111,14 +117,7 @@ class FPCAPrior:
             state: (N).
             rng: of the noise.
         """
-        n, dt = len(state.phase), 1 / self.fps
-        keep = np.exp(-dt / _PACE_MEMORY)
-        log_pace = self._log_pace + keep * (state.log_pace - self._log_pace)
-        log_pace += np.sqrt(1 - keep**2) * _PACE * rng.standard_normal(n)
-        turned = np.exp(log_pace) * dt + _JITTER * np.sqrt(30 * dt) * rng.standard_normal(n)
-        ahead = _rotated(state.flow * turned[:, None], state.heading)
-        moved = replace(state, log_pace=log_pace, phase=state.phase + turned, place=state.place + ahead)
-        return self._stirred(moved, 1.0, rng)
+        return self._stirred(state, self._step, rng)
 
     def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
         """The walkers in the same frame, with `share` of a step's noise.
@@ -128,45 +127,76 @@ class FPCAPrior:
             share: 0 to 1.
             rng: of the noise.
         """
-        dt = 1 / self.fps
-        phase = state.phase + share * _JITTER * np.sqrt(30 * dt) * rng.standard_normal(len(state.phase))
-        pace = state.log_pace + share * _PACE * np.sqrt(2 * dt / _PACE_MEMORY) * rng.standard_normal(len(phase))
-        return self._stirred(replace(state, phase=phase, log_pace=pace), share, rng)
+        noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
+        noise[1:4] = np.sqrt(1 - noise[4:7] ** 2)  # so that what returns to a mean stays as wide as it is
+        return self._stirred(state, noise, rng)
 
     def moved(self, state: WalkState, poses: np.ndarray) -> WalkState:
         """The walkers in other `poses` (N, 25): what the components don't say becomes δ.
+
+        Angles come back within half a turn of what the components say.
 
         Args:
             state: (N).
             poses: (N, 25) [m, rad].
         """
         said = state.poses - state.rest
+        poses = np.array(poses, dtype=np.float64)
+        poses[:, _SHAPED_ANGLES] = turned_towards(poses, said)[:, _SHAPED_ANGLES]
         rest = np.zeros_like(poses)
         rest[:, _SHAPED] = (poses - said)[:, _SHAPED]
-        heading = state.heading + poses[:, 5] - state.poses[:, 5]
-        return replace(state, poses=poses, rest=rest, heading=heading, place=poses[:, :2].copy())
+        ways = state.ways.copy()
+        ways[:, HEADING] += poses[:, 5] - state.poses[:, 5]
+        ways[:, [X, Y]] = poses[:, :2]
+        return WalkState(poses, state.scores, rest, ways)
 
-    def _stirred(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
-        """Scores, δ, heading and place with the noise of `share` of a frame."""
-        n, frames = len(state.phase), share * 30 / self.fps
-        keep, noise = _decay(share / self.fps, _MEMORY)
-        scores = keep * state.scores + noise * (rng.standard_normal(state.scores.shape) @ self._root.T)
-        keep, noise = _decay(share / self.fps, _REST_MEMORY)
-        rest = keep * state.rest + (noise * _REST) * rng.standard_normal((n, 25))
-        heading = state.heading + _TURNING * np.sqrt(frames) * rng.standard_normal(n)
-        place = state.place + _rotated(np.sqrt(frames) * _WANDER * rng.standard_normal((n, 2)), heading)
-        return self._placed(replace(state, scores=scores, rest=rest, heading=heading, place=place))
+    def log_transition(self, before: WalkState, after: WalkState) -> np.ndarray:
+        """Log density (N, M) with which `propagate` takes each walker of `before` to each of `after`.
 
-    def _placed(self, state: WalkState) -> WalkState:
-        """The walkers with the poses and the flow that their phases and scores say."""
-        from motionenv.estimation.tracking._walk_kernel import channels_at
+        It is that of the state (c, ψ, log ρ, heading, place, δ), in which each step is Gaussian; the flow, which
+        carries the place between the two, is no part of it, as it hangs on the state.
 
-        channels = np.empty((len(state.phase), 25))
-        channels_at(self._table, state.phase, state.scores, channels)
-        poses = channels + state.rest
-        poses[:, :2] = state.place
-        poses[:, 5] += state.heading
-        return replace(state, poses=poses, flow=channels[:, :2])
+        Args:
+            before: (N), one frame earlier.
+            after: (M).
+        """
+        step, a, b = self._step, before.ways[:, None], after.ways[None]
+        total = _gaussian(b[..., PACE], self._log_pace + step[1] * (a[..., PACE] - self._log_pace), step[4] * _PACE)
+        turned = b[..., PHASE] - a[..., PHASE]
+        total += _gaussian(turned, np.exp(b[..., PACE]) / self.fps, step[7])
+        total += _gaussian(b[..., HEADING], a[..., HEADING], step[8])
+        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * turned[..., None]
+        rest = b[..., [X, Y]] - a[..., [X, Y]] - _rotated(flow, a[..., HEADING])
+        total += _gaussian(_rotated(rest, -b[..., HEADING]), 0.0, step[9:11]).sum(axis=-1)
+        free = _REST > 0
+        total += _ornstein_uhlenbeck(before.rest[:, free], after.rest[:, free], np.diag(_REST[free]), step[3], step[6])
+        return total + _ornstein_uhlenbeck(before.scores, after.scores, self._root, step[2], step[5])
+
+    def _stirred(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:
+        """The walkers after the `noise` of `_walk_kernel.stirred`, and where the flow of that time brings them."""
+        key = rng.integers(2**64, dtype=np.uint64)
+        ways, scores, rest = (np.empty_like(a) for a in (state.ways, state.scores, state.rest))
+        given = np.ascontiguousarray(state.ways), np.ascontiguousarray(state.scores), np.ascontiguousarray(state.rest)
+        stirred(*given, key, noise, self._log_pace, self._root, self._deviation, ways, scores, rest)
+        poses = np.empty_like(rest)
+        flowed(self._table, ways, given[0], scores, rest, noise[0] > 0, poses)
+        return WalkState(poses, scores, rest, ways)
+
+    def _at(self, ways: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
+        """The walkers with the poses that these say."""
+        poses = np.empty((len(ways), 25))
+        flowed(self._table, ways, ways, scores, rest, False, poses)
+        return WalkState(poses, scores, rest, ways)
+
+    def _paces(self, state: WalkState, start: Start, row: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Log paces (n,) of walkers at the candidates `row` (n,) of `start`, as fast as those were."""
+        speed = np.hypot(*(start.poses - start.previous)[row, :2].T) * self.fps
+        flow = np.maximum(np.hypot(state.ways[:, FORWARD], state.ways[:, LEFT]), 1e-3)
+        seen = np.log(np.maximum(speed, _SLOWEST) / flow)
+        uncertain = np.where(np.isnan(speed), np.inf, _SPEED / np.maximum(speed, _SLOWEST))
+        precision = _PACE**-2 + uncertain**-2
+        mean = (self._log_pace * _PACE**-2 + np.nan_to_num(seen) * uncertain**-2) / precision
+        return mean + rng.standard_normal(len(row)) / np.sqrt(precision)
 
     def _explained(self, start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """How likely each phase is for each of start's poses (m, phases), scores there (m, phases, q), their roots."""
@@ -175,18 +205,20 @@ class FPCAPrior:
         loadings = np.swapaxes(self._table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
         normal = np.swapaxes(loadings, 1, 2) @ (precision[:, None] * loadings) + np.linalg.inv(self._covariance)
         inverse = np.linalg.inv(normal)
-        off = start.poses[:, None, _SHAPED] - self._table[None, :, 0, _SHAPED]
-        means = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off)
-        cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", means, normal, means)
+        means = self._table[:, 0]
+        off = turned_towards(start.poses[:, None] - means, np.zeros(25))[..., _SHAPED]
+        scores = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off, optimize=True)
+        cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", scores, normal, scores, optimize=True)
         cost += np.linalg.slogdet(normal)[1] + self._against_flow(start)
         weights = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
-        return weights / weights.sum(axis=1, keepdims=True), means.reshape(len(off), -1, q), np.linalg.cholesky(inverse)
+        return weights / weights.sum(axis=1, keepdims=True), scores, np.linalg.cholesky(inverse)
 
     def _against_flow(self, start: Start) -> np.ndarray:
         """Squared misfit (m, phases) of start's velocities with the mean walker's; 0 where there are none."""
         mean = self._table[:, 0, _SHAPED]
         model = 0.5 * (np.roll(mean, -1, axis=0) - np.roll(mean, 1, axis=0)) * _PHASES * np.exp(self._log_pace)
-        seen = (start.poses - start.previous)[:, None, _SHAPED] * self.fps
+        moved = turned_towards(start.poses - start.previous, np.zeros(25))
+        seen = moved[:, None, _SHAPED] * self.fps
         return np.nan_to_num((seen - model) ** 2 / _FLOW**2).sum(-1)
 
 
@@ -209,13 +241,28 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate([cycle[:1], components]).swapaxes(0, 1))
 
 
-def _decay(seconds: float, memory: float) -> tuple[float, float]:
-    """What an Ornstein-Uhlenbeck process of variance one keeps over `seconds`, and the noise that joins it."""
-    keep = float(np.exp(-seconds / memory))
-    return keep, float(np.sqrt(1 - keep**2))
+def _gaussian(x, mean, deviation) -> np.ndarray:
+    """Log of the normal density."""
+    return -0.5 * ((x - mean) / deviation) ** 2 - np.log(deviation) - 0.5 * np.log(2 * np.pi)
+
+
+def _ornstein_uhlenbeck(before: np.ndarray, after: np.ndarray, root: np.ndarray, keep: float, noise: float):
+    """Log density (N, M) of steps of an Ornstein-Uhlenbeck process about 0.
+
+    Args:
+        before: (N, d).
+        after: (M, d).
+        root: (d, d) Cholesky factor of the stationary covariance.
+        keep: what a step keeps.
+        noise: deviation of what joins it, as a share of the stationary one.
+    """
+    d = len(root)
+    a, b = (np.linalg.solve(root, x.T).T / noise for x in (keep * before, after))
+    squared = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
+    return -0.5 * squared - np.log(np.diag(root)).sum() - d * (np.log(noise) + 0.5 * np.log(2 * np.pi))
 
 
 def _rotated(vectors: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """Vectors (n, 2) turned by `heading` (n,) [rad]."""
+    """Vectors (..., 2) turned by `heading` (...) [rad]."""
     c, s = np.cos(heading), np.sin(heading)
-    return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=-1)
+    return np.stack([c * vectors[..., 0] - s * vectors[..., 1], s * vectors[..., 0] + c * vectors[..., 1]], axis=-1)

@@ -1,5 +1,6 @@
-r"""Motion as a database knows it (paper C, sections 3 and 6): each particle has a history Φ_t of ten frames, and goes on
-as one of the windows Ψ_i that are like it:
+r"""Motion as a database knows it (paper C, sections 3 and 6).
+
+Each particle has a history Φ_t of ten frames, and goes on as one of the windows Ψ_i that are like it:
 
     Φ_t+1 = Φ_t and Ψ_i's next frame, i ~ p(Ψ_i | Φ_t);    φ_t+1 = ψ_t+1 + δ_t+1;    δ_t+1 = a δ_t + η
 
