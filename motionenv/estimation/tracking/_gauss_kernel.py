@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from motionenv.models.tree._random_kernels import uniform
+from motionenv.models.tree._random_kernels import _GOLDEN, _mixed, uniform
 
 _LAYERS = 256
 _EDGE, _AREA = 3.6541528853610088, 0.00492867323399  # of 256 layers (Marsaglia & Tsang 2000, section 2)
@@ -20,15 +20,18 @@ def _edges() -> np.ndarray:
 
 _X = _edges()
 _Y = np.exp(-0.5 * _X**2)
+_SCALE = _X * 2.0**-52  # of the upper 53 bits, sign and all
+_LAYER, _UPPER = np.uint64(_LAYERS - 1), np.int64(11)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def gaussian(state):
     """The next standard normal variate of a stream (1,) of `_random_kernels`: the ziggurat of Marsaglia & Tsang."""
     while True:
-        place = uniform(state) * _LAYERS
-        i = int(place)
-        x = (2.0 * (place - i) - 1.0) * _X[i]
+        state[0] += _GOLDEN
+        bits = _mixed(state[0])
+        i = np.int64(bits & _LAYER)
+        x = np.float64(np.int64(bits) >> _UPPER) * _SCALE[i]
         if abs(x) < _X[i + 1]:
             return x
         if i == 0:

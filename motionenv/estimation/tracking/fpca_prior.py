@@ -7,8 +7,9 @@ A particle is φ = (c, ψ, ρ, τ, θ): scores, phase, pace, and where the walke
 δ is what a person does beside the components: people who were not learned from leave them by some degrees. The paper
 leaves the transition noise to others; here c, log ρ and δ return to their means (Ornstein-Uhlenbeck processes), so
 that a walker who is hidden for long becomes any walker again, and c has the model's own covariance: components with
-large singular values change most. Nothing but the model holds joints within their ranges. The root is carried by the components too: how far the body comes per cycle, and how
-high it is, is tabulated from the model's contact with the ground.
+large singular values change most. Nothing but the model holds joints within their ranges. The root is carried by the
+components too: how far the body comes per cycle, and how high it is, is tabulated from the model's contact with the
+ground.
 """
 
 from dataclasses import dataclass
@@ -19,8 +20,8 @@ from motionenv.errors import MotionError
 from motionenv.estimation.tracking._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, X, Y, flowed, stirred
 from motionenv.estimation.tracking.priors import Start
 from motionenv.models.store import load
-from motionenv.models.walking import Stride, WalkingModel
 from motionenv.models.tree.frames import turned_towards
+from motionenv.models.walking import Stride, WalkingModel
 from motionenv.types import Skeleton, checked_fps
 
 _PHASES = 256  # in a cycle, at which the model is tabulated
@@ -200,7 +201,6 @@ class FPCAPrior:
 
     def _explained(self, start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """How likely each phase is for each of start's poses (m, phases), scores there (m, phases, q), their roots."""
-        q = len(self._root)
         precision = 1 / (_REST[_SHAPED] ** 2 + start.spread[_SHAPED] ** 2)
         loadings = np.swapaxes(self._table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
         normal = np.swapaxes(loadings, 1, 2) @ (precision[:, None] * loadings) + np.linalg.inv(self._covariance)
