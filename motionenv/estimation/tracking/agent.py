@@ -8,7 +8,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.estimation.actions import Actions
 from motionenv.estimation.observation import ObservationModel
-from motionenv.estimation.tracking.filters import Belief, Likelihood, ParticleFilter
+from motionenv.estimation.tracking.filters import Belief, Likelihood, ParticleFilter, check_options
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.priors import Prior, Start, systematic
 from motionenv.estimation.tracking.start import Looking, automatic_start
@@ -48,7 +48,7 @@ class TrackingAgent:
         options: of `ParticleFilter`: resample, layers, refine, hidden.
 
     Raises:
-        MotionError: an environment of markers, no start for an arm, or an option out of range.
+        MotionError: an environment of markers, no start or prior for an arm, or an option out of range.
     """
 
     def __init__(
@@ -70,6 +70,9 @@ class TrackingAgent:
             raise MotionError(
                 "an arm's first pose can't be found: give start, such as motionenv.estimation.tracking.told"
             )
+        if self._actions.arm and prior is None:
+            raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
+        check_options(n, **options)
         self._prior = FPCAPrior(fps=self._actions.env.world.fps) if prior is None else prior
         self._likelihood, self._start, self._threads = likelihood, start, threads
         self._n, self._options = n, options

@@ -10,6 +10,7 @@ import numpy as np
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.estimation.tracking.priors import Prior, Start, State, systematic
+from motionenv.estimation.tracking.refinement import refined
 from motionenv.types import Skeleton
 
 _BISECTIONS = 30
@@ -128,12 +129,7 @@ class ParticleFilter:
         restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
         seed=None,
     ):
-        whole = {"n": (n, 2, 10_000_000), "layers": (layers, 1, 50), "refine": (refine, 0, 50)}
-        for name, (value, least, most) in whole.items():
-            if isinstance(value, bool) or value != int(value) or not least <= value <= most:
-                raise MotionError(f"{name} must be a whole number from {least} to {most}, got {value!r}")
-        if not 0 < resample <= 1 or not 0 <= hidden < 1:
-            raise MotionError(f"resample must be a share up to 1 and hidden one below 1, got {resample!r}, {hidden!r}")
+        check_options(n, resample=resample, layers=layers, refine=refine, hidden=hidden)
         self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
         self.resample, self.layers, self.refine, self.hidden = resample, int(layers), int(refine), hidden
         self._rng = np.random.default_rng(seed)
@@ -195,7 +191,10 @@ class ParticleFilter:
         if not np.isfinite(scores).any():
             self._state = before
             return 0.0, True
-        evidence = self._anneal(scores) if self.layers > 1 else self._weigh(scores)
+        evidence, scores = self._anneal(scores)
+        if self.refine:
+            which = self._resample()
+            self._state, _ = refined(self.prior, self._scored, self._state, scores[which], self.refine, self._rng)
         return evidence, bool(self._floor - evidence > np.log(0.5))
 
     def _unseen(self) -> float:
@@ -207,9 +206,9 @@ class ParticleFilter:
         score = float(self.likelihood.log_likelihood(nobody)[0])
         return np.log(self.hidden) + score if np.isfinite(score) else -np.inf
 
-    def _scored(self) -> np.ndarray:
-        """Log-likelihoods (N,), minus infinity where they aren't numbers."""
-        poses = self._state.poses
+    def _scored(self, state: Any = None) -> np.ndarray:
+        """Log-likelihoods (N,) of the particles, or of those of `state`; minus infinity where they aren't numbers."""
+        poses = (self._state if state is None else state).poses
         if not np.isfinite(poses).all():
             raise MotionError(
                 f"{type(self.prior).__name__} made a pose that isn't finite: check its model and the start"
@@ -225,17 +224,20 @@ class ParticleFilter:
         self._log_weights = joint - evidence
         return evidence
 
-    def _anneal(self, scores: np.ndarray) -> float:
-        """Weigh by log-likelihoods (N,) bit by bit, resampling and stirring in between; returns the log evidence."""
+    def _anneal(self, scores: np.ndarray) -> tuple[float, np.ndarray]:
+        """Weigh by log-likelihoods (N,), bit by bit with resampling and stirring in between where there are layers.
+
+        Returns the log evidence, and the log-likelihoods (N,) of the particles as they are then.
+        """
         done, evidence = 0.0, 0.0
         for layer in range(1, self.layers):
             power = self._bearable(scores, 1.0 - done)
             evidence += self._weigh(_raised(scores, power))
             done += power
             if done >= 1.0:
-                return evidence
+                return evidence, scores
             scores = self._stirred(scores, _COOLING**layer)
-        return evidence + self._weigh(_raised(scores, 1.0 - done))
+        return evidence + self._weigh(_raised(scores, 1.0 - done)), scores
 
     def _stirred(self, scores: np.ndarray, share: float) -> np.ndarray:
         """Resample and move the particles, whose log-likelihoods are `scores` (N,); returns those after it."""
@@ -276,6 +278,25 @@ class ParticleFilter:
         self._state = self._state.take(which)
         self._log_weights = np.full(self.n, -np.log(self.n))
         return which
+
+
+def check_options(
+    n: int, *, resample: float = 0.5, layers: int = 1, refine: int = 0, hidden: float = 0.02, restart: Any = None
+) -> None:
+    """Refuse options of a `ParticleFilter` that are out of range.
+
+    Args:
+        n, resample, layers, refine, hidden, restart: as `ParticleFilter` takes them.
+
+    Raises:
+        MotionError: one is; names it.
+    """
+    whole = {"n": (n, 2, 10_000_000), "layers": (layers, 1, 50), "refine": (refine, 0, 50)}
+    for name, (value, least, most) in whole.items():
+        if isinstance(value, bool) or value != int(value) or not least <= value <= most:
+            raise MotionError(f"{name} must be a whole number from {least} to {most}, got {value!r}")
+    if not 0 < resample <= 1 or not 0 <= hidden < 1:
+        raise MotionError(f"resample must be a share up to 1 and hidden one below 1, got {resample!r}, {hidden!r}")
 
 
 def _raised(scores: np.ndarray, power: float) -> np.ndarray:

@@ -1,0 +1,99 @@
+"""The agent with a particle filter in the real environments."""
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from motionenv.envs.arm import ArmTracking
+from motionenv.envs.markers import MarkerTracking
+from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
+from motionenv.errors import MotionError
+from motionenv.estimation import ConstantVelocity, MeanPose, ObservationModel, play
+from motionenv.estimation.tracking import FPCAPrior, TrackingAgent, VelocityPrior, told
+from motionenv.models.reaching import RIGHT_ARM
+
+SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{}, {"estimate": "joints"}, {"estimate": "belief", "n_belief": 32}, {"observation": "depth"},
+     {"observation": ["rgb", "mask"]}],
+)  # fmt: skip
+def test_tracks_walkers_better_than_constant_velocity(arguments):
+    env = WalkerTracking(**{**SMALL, **arguments})
+    ours = play(env, TrackingAgent(env, n=300, start=told, seed=0), 3, seed=1)
+    theirs = play(env, ConstantVelocity(env), 3, seed=1)
+    assert ours.errors.mean() < 0.6 * theirs.errors.mean()
+    assert ours.errors.max() < 0.07
+    assert ours.returns.mean() > theirs.returns.mean()
+
+
+def test_same_seed_same_estimates_with_any_number_of_threads():
+    env = WalkerTracking(**SMALL)
+    errors = [
+        play(env, TrackingAgent(env, n=200, start=told, refine=1, seed=5, threads=threads), 2, seed=3).errors
+        for threads in (1, 2)
+    ]
+    assert errors[0].tobytes() == errors[1].tobytes()
+
+
+@pytest.mark.parametrize("mode", ["NEXT_STEP", "SAME_STEP", "DISABLED"])
+def test_plays_vectors_in_every_mode(mode):
+    env = WalkerTrackingVector(2, autoreset_mode=AutoresetMode[mode], **SMALL)
+    scores = play(env, TrackingAgent(env, n=200, start=told, seed=0), 4, seed=1)
+    assert scores.errors.max() < 0.08
+
+
+def test_finds_the_start_itself():
+    env = WalkerTracking(**{**SMALL, "horizon": 20})
+    agent = TrackingAgent(env, n=300, seed=0)
+    observation, _ = env.reset(seed=1)
+    agent.reset(observation)
+    errors = []
+    for _ in range(20):
+        observation, _, _, _, info = env.step(agent.act(observation))
+        errors.append(info["error"])
+    assert np.mean(errors[10:]) < 0.12
+    assert len(agent.beliefs) == 1
+    assert not agent.beliefs[0].lost
+
+
+def test_takes_priors_and_likelihoods_of_its_own():
+    env = WalkerTracking(**SMALL)
+    made = []
+
+    def prior(env, slot):
+        made.append(slot)
+        return FPCAPrior(skeleton=env.truth()["skeleton"])
+
+    def likelihood(camera, skeleton):
+        assert skeleton.height == env.truth()["skeleton"].height
+        return ObservationModel(camera, skeleton, effective=12, threads=1)
+
+    agent = TrackingAgent(env, prior, 300, likelihood=likelihood, start=told, layers=2, seed=0)
+    assert play(env, agent, 2, seed=1).errors.max() < 0.06
+    assert made == [0, 0]
+
+
+def test_follows_an_arm():
+    env = ArmTracking(size=48, observation="depth", horizon=15)
+    agent = TrackingAgent(env, VelocityPrior(part="right_arm"), 500, start=told, seed=0)
+    ours, still = play(env, agent, 4, seed=1), play(env, MeanPose(env), 4, seed=1)
+    assert ours.errors.mean() < 0.6 * still.errors.mean()
+    poses = agent.beliefs[0].poses
+    moving = np.flatnonzero(np.ptp(poses, axis=0) > 1e-9)
+    assert set(RIGHT_ARM) <= set(moving.tolist()) <= set(RIGHT_ARM) | set(range(6))
+
+
+def test_refuses_what_it_cannot_play():
+    with pytest.raises(MotionError, match="pictures"):
+        TrackingAgent(MarkerTracking())
+    with pytest.raises(MotionError, match="start"):
+        TrackingAgent(ArmTracking())
+    with pytest.raises(MotionError, match="begun"):
+        TrackingAgent(WalkerTracking(**SMALL)).act(np.zeros((48, 48, 1), np.uint8))
+    with pytest.raises(MotionError, match="prior"):
+        TrackingAgent(ArmTracking(), start=told)
+    with pytest.raises(MotionError, match="layers"):
+        TrackingAgent(WalkerTracking(**SMALL), layers=0, start=told)
