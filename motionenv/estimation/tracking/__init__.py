@@ -6,7 +6,7 @@ from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.mixture import MixturePrior
 from motionenv.estimation.tracking.priors import Start
 from motionenv.estimation.tracking.smoothing import smooth
-from motionenv.estimation.tracking.tree_prior import TreePrior
+from motionenv.estimation.tracking.tree_prior import TreePrior, reaching_tree
 from motionenv.estimation.tracking.velocity_prior import VelocityPrior
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "TrackingAgent",
     "TreePrior",
     "VelocityPrior",
+    "reaching_tree",
     "smooth",
     "told",
 ]

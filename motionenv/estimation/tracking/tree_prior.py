@@ -17,15 +17,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.estimation.tracking import _tree_prior_kernels as kernels
 from motionenv.estimation.tracking.priors import Start
+from motionenv.models.reaching import RIGHT_ARM, reach
 from motionenv.models.store import load
-from motionenv.models.tree.database import leg_length
+from motionenv.models.tree.database import Clip, build_database, leg_length
 from motionenv.models.tree.forecast import steps
 from motionenv.models.tree.frames import FPS, WINDOW, local, turned_towards
 from motionenv.models.tree.model import METHODS, PARTS, MotionTree
-from motionenv.types import POSE, Skeleton
+from motionenv.types import POSE, Motion, Skeleton
 
 _ENOUGH = 20.0  # windows that each candidate of a start is drawn from, as an effective number
 _BISECTIONS = 30
@@ -191,6 +193,30 @@ class TreePrior:
         now, _ = steps(self.tree.database_, frames[:, None] + np.arange(1 - WINDOW, 1))
         history = np.concatenate([now[:, :1, :25] - now[:, :1, 25:] / FPS, now[..., :25]], axis=1)
         return history[..., self._entries].astype(np.float32)
+
+
+def reaching_tree(clips: int = 300, seconds: float = 8.0, *, seed: int = 0) -> MotionTree:
+    """A tree of the right arm that reaches here and there (`motionenv.models.reaching`), for arms without a capture.
+
+    Args:
+        clips: how many arms.
+        seconds: that each reaches.
+        seed: of the postures.
+
+    Raises:
+        MotionError: clips of less than half a second, or none.
+    """
+    if clips != int(clips) or clips < 1 or not 0.5 <= seconds < np.inf:
+        raise MotionError(f"clips must be a whole number from 1 and seconds from 0.5, got {clips!r} and {seconds!r}")
+    body = from_height()
+
+    def arm(number: int) -> Clip:
+        angles = reach(round(seconds * FPS), FPS, np.random.default_rng([seed, number]))
+        poses = np.zeros((len(angles), len(POSE)))
+        poses[:, RIGHT_ARM] = angles
+        return Clip(Motion(poses, body, FPS), f"reach {number}", "reach", str(number))
+
+    return MotionTree(part="right_arm").fit(build_database(arm(number) for number in range(int(clips))))
 
 
 def _filter(tree: MotionTree) -> tuple[np.ndarray, np.ndarray]:
