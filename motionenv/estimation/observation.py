@@ -190,18 +190,30 @@ class ObservationModel:
         if self._depth is not None:
             return self._depths(self._depth)
         if self._foreground is not None:
-            return self._silhouettes(self._foreground)
+            return self._silhouettes()
         raise MotionError(_NOTHING)
 
-    def _silhouettes(self, p: np.ndarray) -> tuple[Score, float]:
-        """`_score` of probabilities of foreground (height, width)."""
-        from motionenv.estimation._silhouette_kernel import silhouette_sums
+    def running_odds(self) -> tuple[np.ndarray, float]:
+        """Log-odds of body against background as sums of rows up to a column (height, width + 1), and that of none.
 
+        Raises:
+            MotionError: no mask or colours observed yet.
+        """
+        p = self._foreground
+        if p is None:
+            raise MotionError(_NOTHING)
         misses, alarms = self.misses, self.false_alarms
         body, none = np.log(p * (1 - misses) + (1 - p) * misses), np.log(p * alarms + (1 - p) * (1 - alarms))
         running = np.zeros((p.shape[0], p.shape[1] + 1))
         np.cumsum(body - none, axis=1, out=running[:, 1:])
-        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self._view, running, out), none.sum()
+        return running, none.sum()
+
+    def _silhouettes(self) -> tuple[Score, float]:
+        """`_score` of probabilities of foreground."""
+        from motionenv.estimation._silhouette_kernel import silhouette_sums
+
+        running, none = self.running_odds()
+        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self._view, running, out), none
 
     def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
         """`_score` of depths (height, width)."""

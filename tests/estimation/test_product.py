@@ -1,0 +1,75 @@
+"""Products of likelihoods: sums of logs, one pass or several, robust part, misuse."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height
+from motionenv.errors import MotionError
+from motionenv.estimation import ObservationModel
+from motionenv.estimation.edges import EdgeModel
+from motionenv.estimation.product import Product
+from motionenv.render import Raycaster
+from motionenv.render.cameras import look_at, view
+
+
+def walking(n, seed=0):
+    poses = 0.3 * np.random.default_rng(seed).normal(size=(n, 25))
+    poses[:, 2] = 0.93
+    return poses
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize(
+    "camera",
+    [
+        view(0.3, width=64, height=64, distance=4.0),
+        view(1.0, width=150, height=90, distance=4.0),
+        look_at((0.9, 0.3, 1.2), (0, 0, 1.0), width=65, height=64, fov_degrees=70),
+    ],
+)
+def test_one_pass_says_what_each_model_says(camera, threads):
+    poses = walking(301)
+    silhouettes, edges = ObservationModel(camera, threads=threads), EdgeModel(camera, threads=threads)
+    product = Product([silhouettes, edges], [0.7, 0.4])
+    product.observe(mask=Raycaster().render(poses[0], from_height(), camera, rgb=False).limbs)
+    apart = 0.7 * silhouettes.log_likelihood(poses) + 0.4 * edges.log_likelihood(poses)
+    np.testing.assert_allclose(product.log_likelihood(poses), apart, atol=1e-9)
+    other_order = Product([edges, silhouettes], [0.4, 0.7])
+    np.testing.assert_allclose(other_order.log_likelihood(poses), apart, atol=1e-9)
+
+
+class Constant:
+    """A likelihood that says what it is told."""
+
+    def observe(self, *, said):
+        self.said = np.asarray(said, dtype=np.float64)
+
+    def log_likelihood(self, poses):
+        return self.said
+
+
+def test_the_outlier_part_bounds_what_a_frame_can_rule_out():
+    product = Product([Constant()], outliers=0.01)
+    product.observe(said=[0.0, -1.0, -1e6, -np.inf])
+    scores = product.log_likelihood(walking(4))
+    expected = np.log(0.99 * np.exp([0.0, -1.0, -1e6, -np.inf]) + 0.01)
+    np.testing.assert_allclose(scores, expected, atol=1e-12)
+    product.observe(said=[-np.inf] * 4)
+    assert np.isneginf(product.log_likelihood(walking(4))).all()
+
+
+def test_misuse():
+    with pytest.raises(MotionError, match="no"):
+        Product([])
+    with pytest.raises(MotionError, match="weights"):
+        Product([Constant()], [1.0, 2.0])
+    with pytest.raises(MotionError, match="weights"):
+        Product([Constant()], [-1.0])
+    with pytest.raises(MotionError, match="outliers"):
+        Product([Constant()], outliers=1.0)
+    with pytest.raises(MotionError, match="sound"):
+        Product([Constant()]).observe(sound=1)
+    product = Product([ObservationModel(view(0.0)), EdgeModel(view(0.0))])
+    with pytest.raises(MotionError, match="observe"):
+        product.log_likelihood(walking(1))
+    product.forget()
