@@ -24,7 +24,7 @@ from motionenv.types import Camera, Motion, Skeleton, checked_fps
 
 _SIDE = 192  # pixels of the longer side of the pictures that are looked at
 _START = 1.0  # [s] of the film that tell where the track begins
-_SHOWN = 40  # particles that are kept of each frame
+_SHOWN = 30  # particles that are kept of each frame
 _MISSES, _ALARMS = 0.25, 0.1  # foreground of films has holes, and clutter around
 #: Makes a prior for a body and frames per second.
 MakePrior = Callable[[Skeleton, float], Prior]

@@ -1,0 +1,105 @@
+"""Films of a track: the picture with particles and the expected figure, the body in 3D beside, a curve below."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from motionenv.body import EDGES, markers
+from motionenv.errors import MotionError
+from motionenv.render.cameras import project, view
+from motionenv.render.drawing import draw_line
+from motionenv.render.overlay import draw_pose, side_by_side
+from motionenv.render.raycast import Raycaster
+from motionenv.types import Camera, Skeleton
+
+_PARTICLE = np.array([120.0, 230.0, 120.0])
+_CURVE, _GRID, _PAPER = np.array([230.0, 159.0, 0.0]), np.array([70.0, 70.0, 70.0]), 16
+_TURNED = np.radians(50)  # of the 3D view against the camera's
+_CURVE_SHARE = 0.2  # of the picture's height
+
+
+def track_film(
+    pictures: Iterable,
+    cameras: Camera | Iterable[Camera],
+    poses,
+    particles,
+    skeleton: Skeleton,
+    curve,
+    *,
+    label: str = "",
+    most: float | None = None,
+) -> Iterator[np.ndarray]:
+    """Frames of a film of a track.
+
+    Args:
+        pictures: uint8 (height, width, 3), one per pose.
+        cameras: that took them: one, or one per pose.
+        poses: (T, 25) expected ones [m, rad]; NaN where there is none.
+        particles: (T, particles, 25), drawn thin; NaN too.
+        skeleton: the body.
+        curve: (T,) what the curve below shows up to each frame; NaN leaves gaps.
+        label: what the curve is, written beside it.
+        most: upper end of the curve's axis; None takes the largest value.
+
+    Yields:
+        uint8 (height · 1.2, about 2 · width, 3).
+
+    Raises:
+        MotionError: shapes that don't go together.
+    """
+    poses, particles, curve = (np.asarray(a, dtype=np.float64) for a in (poses, particles, curve))
+    if poses.ndim != 2 or particles.shape[:1] != poses.shape[:1] or curve.shape != poses.shape[:1]:
+        raise MotionError(f"poses {poses.shape}, particles {particles.shape} and curve {curve.shape} don't go together")
+    top = most or float(np.nanmax(curve, initial=1e-6, where=np.isfinite(curve)))
+    each = iter([cameras] * len(poses) if isinstance(cameras, Camera) else cameras)
+    raycaster = Raycaster()
+    for i, picture in enumerate(pictures):
+        camera = next(each, None)
+        if i == len(poses) or camera is None:
+            raise MotionError(f"there are more pictures than the {len(poses)} poses, or than cameras")
+        over = _overlaid(picture, camera, poses[i], particles[i], skeleton)
+        both = side_by_side(over, _in_3d(raycaster, camera, poses[i], skeleton, over.shape))
+        yield np.concatenate([both, _plotted(curve, i, top, label, both.shape)])
+
+
+def _overlaid(picture, camera: Camera, pose: np.ndarray, particles: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """The picture with particles, thin, and the expected figure."""
+    image = np.array(picture, dtype=np.uint8, order="C")
+    if not np.isfinite(pose).all():
+        return image
+    pixels, _ = project(markers(particles, skeleton), camera)
+    for figure in pixels:
+        for (ax, ay), (bx, by) in figure[np.asarray(EDGES)]:
+            draw_line(image, ax, ay, bx, by, max(0.35, len(image) / 1000), _PARTICLE)
+    return draw_pose(image, markers(pose, skeleton), camera, width=max(2.0, len(image) / 120))
+
+
+def _in_3d(raycaster: Raycaster, camera: Camera, pose: np.ndarray, skeleton: Skeleton, shape: tuple) -> np.ndarray:
+    """The body as it is seen from `_TURNED` beside the camera, always in the middle; grey where there is none."""
+    height, width = shape[:2]
+    width = min(width, height)
+    if not np.isfinite(pose).all():
+        return np.full((height, width, 3), _PAPER, dtype=np.uint8)
+    alpha = float(np.arctan2(camera.R[0, 1], camera.R[0, 0])) + _TURNED
+    here = np.concatenate([[0.0, 0.0], pose[2:]])
+    beside = view(alpha, distance=4.0, eye_height=1.4, width=width, height=height, fov_degrees=36.0 * height / width)
+    rgb = raycaster.render(here[None], skeleton, beside).rgb
+    return np.asarray(rgb)[0]
+
+
+def _plotted(curve: np.ndarray, now: int, top: float, label: str, shape: tuple) -> np.ndarray:
+    """The curve up to frame `now`, and in words."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    rows, columns = max(24, round(_CURVE_SHARE * shape[0])), shape[1]
+    image = np.full((rows, columns, 3), _PAPER, dtype=np.uint8)
+    across = np.linspace(4, columns - 5, max(len(curve), 2))
+    down = rows - 5 - np.clip(curve / top, 0, 1) * (rows - 10)
+    draw_line(image, 4.0, rows - 5.0, columns - 5.0, rows - 5.0, 1.0, _GRID)
+    draw_line(image, 4.0, 5.0, columns - 5.0, 5.0, 1.0, _GRID)
+    for j in range(now):
+        draw_line(image, across[j], down[j], across[j + 1], down[j + 1], 2.0, _CURVE)
+    drawn = Image.fromarray(image)
+    value = f"{curve[now]:.3g}" if np.isfinite(curve[now]) else "-"
+    ImageDraw.Draw(drawn).text((8, 7), f"{label} {value}", fill=(220, 220, 220), font=ImageFont.load_default(rows / 4))
+    return np.asarray(drawn)
