@@ -27,7 +27,7 @@ from pathlib import Path
 
 from tracking_episode import TRACKERS, Task, play
 from tracking_people import People, read_people
-from tracking_tables import COLUMNS, printed, row
+from tracking_tables import COLUMNS, head, line, row
 
 PARTICLES = (100, 300, 1000, 3000, 10_000)
 HIDDEN = (20, 30)  # frames without the person
@@ -60,8 +60,9 @@ def arm(people: People, count: int) -> list[Row]:
     """An arm, 30 frames (paper C, fig. 6): swinging in walks of people left out, or reaching (made up)."""
     swings = episodes(people, count, 30, arm=True)
     reaches = [Task("tree", 300, cut, seed, arm=True) for seed, cut in enumerate(people.reaches(count, 31))]
-    compare = [(LEARNED, 100), (LEARNED, 300), (GENERAL, 100), (GENERAL, 300), (GENERAL, 1000), (GENERAL, 3000)]
-    rows = [("swinging", swings), ("reaching", reaches)]
+    compare = [(LEARNED, 100), (LEARNED, 300), *((GENERAL, n) for n in (30, 100, 300, 1000, 3000))]
+    seen = [replace(task, sees="depth") for task in swings]
+    rows = [("swinging", swings), ("swinging, depth", seen), ("reaching", reaches)]
     return [replace(row, name=f"{name}, {row.name}") for name, tasks in rows for row in compared(tasks, compare)]
 
 
@@ -139,10 +140,12 @@ def main() -> None:
             rows = EXPERIMENTS[name](people, asked.episodes)
             if asked.quick:
                 rows = [Row(r.name, [replace(t, n=min(t.n, 100)) for t in r.tasks]) for r in rows]
-            played = iter(pool.map(play, [task for r in rows for task in r.tasks]))
-            found = [row(r.name, [next(played) for _ in r.tasks]) for r in rows]
             columns = (*COLUMNS, "after / before") if name == "occlusion" else COLUMNS
-            print(f"\n### {name}: {EXPERIMENTS[name].__doc__}\n\n{printed(found, columns)}", flush=True)
+            print(f"\n### {name}: {EXPERIMENTS[name].__doc__}\n\n{head(columns)}", flush=True)
+            played, found = pool.map(play, [task for r in rows for task in r.tasks]), []
+            for r in rows:
+                found.append(row(r.name, [next(played) for _ in r.tasks]))
+                print(line(found[-1], columns), flush=True)
             print(f"\n{asked.episodes} episodes a row, {time.perf_counter() - began:.0f} s.", flush=True)
             numbers[name] = found
     if asked.out is not None:

@@ -13,17 +13,22 @@ from tracking_people import FPS, Cut
 import motionenv  # noqa: F401 (registers the environments)
 from motionenv.body import from_height, markers
 from motionenv.estimation import ObservationModel
+from motionenv.estimation.edges import EdgeModel
 from motionenv.estimation.observation import EFFECTIVE
+from motionenv.estimation.product import Product
 from motionenv.estimation.tracking import FPCAPrior, ParticleFilter, Start
+from motionenv.estimation.tracking.mixture import MixturePrior
 from motionenv.estimation.tracking.start import automatic_start
 from motionenv.estimation.tracking.tree_prior import TreePrior
 from motionenv.estimation.tracking.velocity_prior import VelocityPrior
 from motionenv.metrics import credible_level
 from motionenv.models.reaching import RIGHT_ARM
+from motionenv.render.scenery import FAR
 from motionenv.types import MARKERS, Skeleton
 
 SIZE = 128
 NOISE = 8.0  # grey levels
+ARM_EFFECTIVE = 100.0  # independent pixels of the body; the arm, a tenth of them, is all that isn't known
 LOOKED = 10  # pictures from which a track begins by itself
 EVERY, DRAWS = 10, 200  # frames of which beliefs are looked at, and draws from each
 LIMBS = [(MARKERS.index(f"{side}_{a}"), MARKERS.index(f"{side}_{b}")) for side in ("right", "left")
@@ -41,7 +46,8 @@ class Task:
         cut: the motion.
         seed: of environment and tracker.
         arm: whether only the arm is tracked, in ArmTracking.
-        sees: "rgb", before clutter and with noise, the empty scene being known; or "mask", the exact silhouette.
+        sees: "rgb", before clutter and with noise, the empty scene being known; or exact, the silhouette ("mask") or
+            "depth".
         camera: as the environment takes it.
         hidden: frames [first, last) that show the scene without the person.
         occluders: things in the way.
@@ -80,6 +86,10 @@ def _constant_velocity(task: Task, skeleton: Skeleton) -> VelocityPrior:
     return VelocityPrior(skeleton=skeleton, part="right_arm" if task.arm else "body", change=change)
 
 
+def _mixture(task: Task, skeleton: Skeleton) -> MixturePrior:
+    return MixturePrior(_fpca(task, skeleton), _constant_velocity(task, skeleton))
+
+
 @dataclass(frozen=True)
 class Tracker:
     """How to make one.
@@ -88,18 +98,23 @@ class Tracker:
         prior: of a task and a skeleton.
         effective: pixels of the body that count as independent, its shape being known.
         options: of the filter.
+        edges: whether edges count beside silhouettes.
     """
 
     prior: Callable[[Task, Skeleton], Any]
     effective: float = EFFECTIVE
     options: dict[str, Any] = field(default_factory=dict)
+    edges: bool = False
 
 
 TRACKERS = {
     "fpca": Tracker(_fpca),
     "annealed": Tracker(_fpca, 15.0, {"layers": 3}),
+    "annealed, edges too": Tracker(_fpca, 15.0, {"layers": 3}, edges=True),
     "tree": Tracker(_tree),
+    "annealed tree": Tracker(_tree, 15.0, {"layers": 3}),
     "constant velocity": Tracker(_constant_velocity),
+    "mixture": Tracker(_mixture),
 }
 
 
@@ -141,9 +156,12 @@ def play(task: Task) -> dict[str, Any]:
     episode, tracker = seen(task), TRACKERS[task.tracker]
     true = episode.truths[0]["skeleton"]
     body = true if task.body == "true" else from_height(true.height)
-    effective = tracker.effective if task.body == "true" else EFFECTIVE
+    effective = ARM_EFFECTIVE if task.arm else tracker.effective if task.body == "true" else EFFECTIVE
     likelihood = ObservationModel(episode.truths[0]["camera"], body, effective=effective, threads=1)
-    filtered = ParticleFilter(tracker.prior(task, body), likelihood, task.n, seed=task.seed, **tracker.options)
+    scored = likelihood
+    if tracker.edges:
+        scored = Product([likelihood, EdgeModel(likelihood.camera, body, threads=1)])
+    filtered = ParticleFilter(tracker.prior(task, body), scored, task.n, seed=task.seed, **tracker.options)
     filtered.start(first(task, episode, likelihood))
     frames, levels, seconds = [], [], []
     rng = np.random.default_rng(task.seed)
@@ -151,8 +169,7 @@ def play(task: Task) -> dict[str, Any]:
         began = time.perf_counter()
         belief = filtered.step(**observation)
         seconds.append(time.perf_counter() - began)
-        estimate = np.einsum("n,nij->ij", np.exp(belief.log_weights), markers(belief.poses, body))
-        frames.append(errors(estimate, truth["joints"], task.arm))
+        frames.append(errors(belief.expected_joints(body), truth["joints"], task.arm))
         if t % EVERY == EVERY - 1:
             levels.append(level(belief, body, truth["joints"], task.arm, rng))
     return {name: np.array([frame[name] for frame in frames]) for name in frames[0]} | {
@@ -198,6 +215,8 @@ def empty_scene(stage) -> np.ndarray:
 def evidence(task: Task, observation: np.ndarray, empty: np.ndarray, t: int) -> dict[str, np.ndarray]:
     """What the likelihood is shown of frame `t`."""
     hidden = task.hidden[0] <= t < task.hidden[1]
+    if task.sees == "depth":
+        return {"depth": np.where(observation[..., 0] < FAR, observation[..., 0], np.inf)}
     if task.sees == "mask":
         return {"mask": np.zeros_like(observation[..., 0]) if hidden else observation[..., 0]}
     if hidden:

@@ -44,7 +44,7 @@ def share(yes: np.ndarray) -> list[float]:
     n, p = len(yes), float(np.mean(yes))
     middle = (p + _Z**2 / (2 * n)) / (1 + _Z**2 / n)
     half = _Z * np.sqrt(p * (1 - p) / n + _Z**2 / (4 * n**2)) / (1 + _Z**2 / n)
-    return [p, float(middle - half), float(middle + half)]
+    return [p, max(0.0, float(middle - half)), min(1.0, float(middle + half))]
 
 
 def mean(values) -> list[float]:
@@ -67,15 +67,21 @@ def _with_interval(value: float, drawn: np.ndarray) -> list[float]:
     return [float(value), *map(float, np.percentile(drawn, (2.5, 97.5)))]
 
 
-def printed(rows: list[dict[str, Any]], columns: tuple[str, ...]) -> str:
-    """Rows as a table in markdown, of some columns and the frames per second."""
+def head(columns: tuple[str, ...]) -> str:
+    """The first lines of a table in markdown, of some columns and the frames per second."""
+    return f"| tracker | {' | '.join(columns)} | frames/s |\n{'|-' * (len(columns) + 2)}|"
+
+
+def line(found: dict[str, Any], columns: tuple[str, ...]) -> str:
+    """A row as a line of a table in markdown.
+
+    Args:
+        found: of `row`.
+        columns: those of `head`.
+    """
     forms = {"kept": "{:.0%}", "every limb": "{:.0%}", "coverage": "{:.0%}", "after / before": "{:.2f}"}
-    lines = [f"| tracker | {' | '.join(columns)} | frames/s |", "|-" * (len(columns) + 2) + "|"]
-    for r in rows:
-        cells = []
-        for key in columns:
-            form = forms.get(key, "{:.0f}")
-            value, low, high = (form.format(x) for x in r[key])
-            cells.append(f"{value} ({low}–{high})")
-        lines.append(f"| {r['name']} | {' | '.join(cells)} | {r['frames/s']:,.0f} |")
-    return "\n".join(lines)
+    cells = []
+    for key in columns:
+        value, low, high = (forms.get(key, "{:.0f}").format(x) for x in found[key])
+        cells.append(f"{value} ({low}–{high})")
+    return f"| {found['name']} | {' | '.join(cells)} | {found['frames/s']:,.0f} |"

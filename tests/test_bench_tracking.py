@@ -1,0 +1,39 @@
+"""The benchmark of trackers runs, on a folder of a few captured walks."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+SCRIPT = Path(__file__).parents[1] / "benchmarks" / "tracking.py"
+TRIALS = ("02_01", "05_01", "06_01", "07_03", "12_01", "16_15")
+
+
+def test_bench_tracking_compares_trackers(mocap, tmp_path):
+    folder = tmp_path / "walks"
+    folder.mkdir()
+    for trial in TRIALS:
+        person = mocap / "cmu_asfamc" / trial[:2]
+        (folder / f"{trial}.amc").symlink_to((person / f"{trial}.amc").resolve())
+        (folder / f"{trial[:2]}.asf").symlink_to((person / f"{trial[:2]}.asf").resolve())
+    asked = ["--mocap", folder, "--out", tmp_path, "--only", "body", "--episodes", "2", "--processes", "2", "--quick"]
+    done = subprocess.run(
+        [sys.executable, SCRIPT, *map(str, asked)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "tracking.json").read_text(encoding="utf-8"))["body"]
+    tree, velocity = rows[0], rows[2]
+    assert tree["absolute [mm]"][0] < velocity["absolute [mm]"][0]
+    for row in rows:
+        assert row["name"] in done.stdout
+        assert len(row["episodes"]) == 2
+        for name in ("kept", "absolute [mm]", "relative [mm]", "coverage"):
+            value, low, high = row[name]
+            assert low - 1e-9 <= value <= high + 1e-9
+            assert np.isfinite(value)
