@@ -6,10 +6,14 @@ probability min(1, p(J | φ') / p(J | φ)). The rule keeps the likelihood times 
 it is, for `FPCAPrior` that of walkers at large. So the belief stays right about the likelihood and the prior's shapes;
 what it loses is some of how strongly the frame before bound this one: as if each round added `share`² of a step's
 noise variance to the transition, where the likelihood allows it.
+
+It is no bargain against more particles: with `FPCAPrior`, captured walks and masks, 100 particles with 5 rounds err
+less than 100 without (55 instead of 68 mm, seen from the side), and 300 the same as without; as many scores spent on
+more particles do better.
 """
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -57,10 +61,10 @@ def chosen(which: np.ndarray, first: Any, second: Any) -> Any:
 
     Args:
         which: bool (N,).
-        first: a state of N particles, a dataclass of arrays (N, ...).
+        first: a state of N particles: a dataclass of arrays (N, ...) and of other such states.
         second: another of the same kind.
     """
-    rows = {f.name: (getattr(first, f.name), getattr(second, f.name)) for f in fields(first)}
-    return replace(
-        second, **{name: np.where(which.reshape(-1, *[1] * (a.ndim - 1)), a, b) for name, (a, b) in rows.items()}
-    )
+    if is_dataclass(first):
+        parts = {f.name: chosen(which, getattr(first, f.name), getattr(second, f.name)) for f in fields(first)}
+        return replace(second, **parts)
+    return np.where(which.reshape(-1, *[1] * (first.ndim - 1)), first, second)

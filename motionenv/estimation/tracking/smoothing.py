@@ -4,6 +4,10 @@ Forward filtering, backward simulation (Godsill, Doucet & West 2004, algorithm 1
 its belief, and each one before it from its own belief times how likely the prior goes from there to the pose just
 drawn. The filter's beliefs must be those of its prior and likelihood: with annealing or refinement motions are as
 approximate as those are.
+
+A prior of many dimensions hardly goes from one particle to the child of another: motions of such priors mostly follow
+the particles' own lines of descent, and early frames are told by few of them. They hang together; their means are no
+better than the filter's unless there are very many particles.
 """
 
 from collections.abc import Sequence
