@@ -6,8 +6,8 @@ Colours are counted in histograms of 8³ bins: one per limb, and one for all tha
 
 and the log-likelihood, up to what doesn't hang on the pose, is the sum over a dozen points on each limb, each for its
 share of the limb's pixels; points that a nearer limb hides don't count. So a dark arm before a bright torso tells
-where it is, which silhouettes don't. `learn` counts the colours of poses that are believed, first of a given pose, then little
-by little of the belief: clothes keep their colours, light changes.
+where it is, which silhouettes don't. `learn` counts the colours of poses that are believed, first of a given pose,
+then little by little of the belief: clothes keep their colours, light changes.
 """
 
 import os

@@ -2,13 +2,14 @@ r"""How likely the edges of a picture are, given a pose: outlines of limbs lie o
 
 Edges are pixels at which the smoothed picture is steep. Each pixel of the picture is d pixels from the nearest one
 (Euclidean distance transform). On the outline of the true body d is about Gaussian, but for the share `outliers`
-which is as anywhere else; elsewhere d is distributed as over the picture, with the density p_0. So a pixel of outline at d has
+which is as anywhere else; elsewhere d is distributed as over the picture, with the density p_0. So a pixel of outline
+at d has
 
     log-odds = log[(1 - outliers) p_1(d) / p_0(d) + outliers]
 
-(Sidenbladh & Black 2001, section 5, learn both densities; here p_0 is that of the picture itself, so that edges say the
-less the more of them there are). The log-likelihood, up to what doesn't hang on the pose, is the sum of log-odds along
-the outlines of all limbs: two straight pieces each, and the caps of head, hands and feet.
+(Sidenbladh & Black 2001, section 5, learn both densities; here p_0 is that of the picture itself, so that edges say
+the less the more of them there are). The log-likelihood, up to what doesn't hang on the pose, is the sum of log-odds
+along the outlines of all limbs: two straight pieces each, and the caps of head, hands and feet.
 
 **Hidden edges.** A piece of outline that has another limb just outside it lies within the body's silhouette: there
 may be a step (an arm before the torso) or none (the same arm behind it). Such pieces don't count.
@@ -19,7 +20,6 @@ may be a step (an arm before the torso) or none (the same arm behind it). Such p
 import os
 
 import numpy as np
-from scipy import ndimage
 
 from motionenv.body import LIMBS, from_height
 from motionenv.body.skeleton import LIMB_SHIFTS
@@ -149,6 +149,8 @@ class EdgeModel:
 
     def _log_odds(self, edges: np.ndarray) -> np.ndarray:
         """Log-odds of outline at each pixel, given edge pixels (height, width)."""
+        from scipy import ndimage
+
         if not edges.any():
             return np.zeros(edges.shape)
         distance = np.minimum(ndimage.distance_transform_edt(~edges), _FAR).astype(np.int64)
@@ -192,6 +194,8 @@ def steepness(values: np.ndarray) -> np.ndarray:
     Args:
         values: a picture.
     """
+    from scipy import ndimage
+
     values = np.atleast_3d(values)
     smooth = (_SMOOTH, _SMOOTH)
     squares = [
