@@ -62,7 +62,7 @@ class TreePrior:
     Args:
         tree: a fitted `MotionTree`, or the name or path of one. One of a part of the body moves that part alone.
         temperature: β of the draws; near 0 the nearest window follows.
-        method: "tree", the paper's search, or "exact".
+        method: "tree", the paper's search, or "exact", which is several times slower.
         leaf: of "tree": how a window is chosen in the leaf, "uniform" or by the "kernel".
         noise: η, as a share of how far predictions from windows are off on average.
         skeleton: the body; None takes the database's.
@@ -77,7 +77,7 @@ class TreePrior:
         tree: MotionTree | str = "mixed/tree",
         *,
         temperature: float = 0.05,
-        method: str = "exact",
+        method: str = "tree",
         leaf: str = "kernel",
         noise: float = 1.0,
         skeleton: Skeleton | None = None,
