@@ -258,7 +258,8 @@ def _ornstein_uhlenbeck(before: np.ndarray, after: np.ndarray, root: np.ndarray,
     """
     d = len(root)
     a, b = (np.linalg.solve(root, x.T).T / noise for x in (keep * before, after))
-    squared = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
+    # einsum, as matrix products round by the number of threads
+    squared = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * np.einsum("nd,md->nm", a, b)
     return -0.5 * squared - np.log(np.diag(root)).sum() - d * (np.log(noise) + 0.5 * np.log(2 * np.pi))
 
 
