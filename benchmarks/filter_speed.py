@@ -6,7 +6,8 @@ A walker is followed in masks by the FPCA prior (paper A, section 5) with silhou
 propagated, weighed and resampled. The peer (Chopin's `particles` 0.4; it asks for numpy < 2 but runs with numpy 2, so
 it isn't among the extras: `pip install --no-deps particles joblib`) resamples as ours does. Its model is vectorised:
 the same noise, table, tempering and log-odds, kinematics by matrices (without the levelled feet). But instead of whole
-silhouettes it looks up a dozen points per limb, and points of outline that other limbs hide count too: less work.
+silhouettes it looks up a dozen points per limb, points of outline that other limbs hide count too, and what it needs of
+the masks is made beforehand: less work.
 Times are the process's own seconds on one thread, so that other work on the machine tells less; of the clock on two.
 """
 
@@ -205,7 +206,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="few frames: does the script run?")
     quick = parser.parse_args().quick
-    ours(32, 64, 1, 3)  # compiles
+    ours(32, 64, 1, 3), theirs(32, 64, 3)  # both compile
     table(8 if quick else 40)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     ours(100_000, 64, 2, 4)
