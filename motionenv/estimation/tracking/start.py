@@ -83,7 +83,7 @@ def automatic_start(
     observations: Sequence[Mapping[str, Any]],
     *,
     fps: float = 30.0,
-    n: int = 6000,
+    n: int = 10_000,
     candidates: int = 64,
     model: WalkingModel | str = "walk/fpca",
     seed=None,

@@ -24,6 +24,7 @@ from motionenv.types import Camera, Motion, Skeleton, checked_fps
 
 _SIDE = 192  # pixels of the longer side of the pictures that are looked at
 _START = 1.0  # [s] of the film that tell where the track begins
+_WIDE = 6000  # hypotheses of each attempt's start
 _SHOWN = 30  # particles that are kept of each frame
 _MISSES, _ALARMS = 0.25, 0.1  # foreground of films has holes, and clutter around
 #: Makes a prior for a body and frames per second.
@@ -142,7 +143,8 @@ class _Followed:
 def _followed(prior: Prior, likelihood: ObservationModel, film, particles: int, layers: int, rng, tick) -> _Followed:
     """Find where to start and follow to the end of the `film` (T, rows, columns) of foregrounds."""
     observations = [{"mask": f} for f in film]
-    start = automatic_start(likelihood, observations[: max(1, round(_START * prior.fps))], fps=prior.fps, seed=rng)
+    looked = observations[: max(1, round(_START * prior.fps))]
+    start = automatic_start(likelihood, looked, fps=prior.fps, n=_WIDE, seed=rng)
     tracker = ParticleFilter(prior, likelihood, particles, layers=layers, seed=rng)
     tracker.start(start)
     poses, overlap = np.empty((len(film), 25)), np.empty(len(film))
