@@ -11,7 +11,9 @@ import numpy as np
 
 from motionenv import load, write_video
 from motionenv.body import markers
+from motionenv.estimation import ObservationModel
 from motionenv.estimation.lifting import lift, project_markers
+from motionenv.estimation.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.models.synthesis import synthesize as synthesize_walk
 from motionenv.models.tree.growth import synthesize
 from motionenv.models.walking import WalkingModel
@@ -24,9 +26,11 @@ from motionenv.plots import (
     variance_curve,
 )  # fmt: skip
 from motionenv.render import Scene, render
+from motionenv.render.batch import enlarged
 from motionenv.render.cameras import follow, view
 from motionenv.render.overlay import side_by_side
 from motionenv.render.pointlights import render_points
+from motionenv.render.trackfilm import track_film
 from motionenv.render.video import write_image
 from motionenv.types import ANGLES, MARKERS, Markers, Motion, Points
 
@@ -110,6 +114,27 @@ def lifting(out: Path) -> None:
     lifted_walk(lift(Points(positions, seen.fps, "m", seen.truth))).savefig(out / "lifted.png", dpi=80)
 
 
+def track(out: Path) -> None:
+    """track.png: a particle filter follows a walker through clutter, first pose and body given; three frames."""
+    with gymnasium.make(
+        "motionenv/WalkerTracking-v0", size=128, observation=("mask", "rgb"), background="clutter", horizon=75
+    ) as env:
+        seen, _ = env.reset(seed=21)
+        truth = env.unwrapped.truth()
+        camera, body = truth["camera"], truth["skeleton"]
+        tracker = ParticleFilter(FPCAPrior(skeleton=body), ObservationModel(camera, body), n=1000, seed=1)
+        tracker.start(Start.at(truth["pose"]))
+        pictures, beliefs, errors = [], [], []
+        for _ in range(75):
+            beliefs.append(tracker.step(mask=seen["mask"][..., 0]))
+            pictures.append(seen["rgb"].repeat(2, axis=0).repeat(2, axis=1))
+            seen, _, _, _, info = env.step(beliefs[-1].mean.astype(np.float32))
+            errors.append(1000 * info["error"])
+    poses, particles = np.array([b.mean for b in beliefs]), np.array([b.poses[::33] for b in beliefs])
+    film = list(track_film(pictures, enlarged(camera, 2), poses, particles, body, errors, label="error per joint, mm"))
+    write_image(out / "track.png", np.concatenate([film[i] for i in (14, 40, 74)], axis=1))
+
+
 def main() -> None:
     """Make them all."""
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
@@ -121,6 +146,7 @@ def main() -> None:
     tree(out)
     tracking(out)
     lifting(out)
+    track(out)
 
 
 if __name__ == "__main__":
