@@ -8,7 +8,8 @@ Monte Carlo, Cappé et al. 2004). Those that are left are the candidates: both o
 told apart.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
 
@@ -91,7 +92,8 @@ def automatic_start(
     """Candidates for the first pose, from the first pictures alone.
 
     Args:
-        likelihood: of observations, which knows the camera and the body, such as an `ObservationModel`.
+        likelihood: of observations, which knows the camera and the body, such as an `ObservationModel`; it stays as it
+            is, for one that learns the background would learn from pictures that it sees again and again.
         observations: what its `observe` takes, one per frame from the first on; about ten tell heading and phase.
         fps: frames per second of the observations.
         n: hypotheses, from 100.
@@ -111,20 +113,18 @@ def automatic_start(
     if isinstance(n, bool) or n != int(n) or n < 100 or candidates != int(candidates) or candidates < 1:
         raise MotionError(f"automatic_start needs n from 100 and candidates from 1, got {n!r} and {candidates!r}")
     fps, rng = checked_fps(fps), np.random.default_rng(seed)
-    likelihood.observe(**observations[0])
-    box = bounding_box(likelihood.foreground)
+    chosen = np.unique(np.linspace(0, len(observations) - 1, _MOST_PICTURES).round().astype(int))
+    pictures = [(i / fps, seen) for i, seen in enumerate(_each_seen(likelihood, observations)) if i in chosen]
+    box = bounding_box(pictures[0][1].foreground)
     bank = _made_bank(model, likelihood.skeleton, len(observations) / fps, rng)
     walkers = _anywhere(bank, likelihood, box, int(n), rng)
-    chosen = np.unique(np.linspace(0, len(observations) - 1, _MOST_PICTURES).round().astype(int))
-    pictures = [(i / fps, observations[i]) for i in chosen]
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
-        drawn = walkers.take(_likely(_scores(bank, walkers, likelihood, some), _KEPT * n, n, rng))
+        drawn = walkers.take(_likely(_scores(bank, walkers, some), _KEPT * n, n, rng))
         walkers = _stirred(bank, drawn, likelihood.camera, _COOLING**i, rng)
-    scores = _scores(bank, walkers, likelihood, pictures)
+    scores = _scores(bank, walkers, pictures)
     best = walkers.take(_likely(scores, max(2.0, 0.5 * _KEPT * n), int(candidates), rng))
     poses = _poses(bank, best, 0.0)
-    likelihood.observe(**observations[0])
     return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD)
 
 
@@ -225,11 +225,18 @@ def _poses(bank: _Bank, walkers: _Walkers, seconds: float) -> np.ndarray:
     return poses
 
 
-def _scores(bank: _Bank, walkers: _Walkers, likelihood: Looking, pictures) -> np.ndarray:
-    """Log-likelihood (n,) of the pictures, (seconds, observation) each."""
+def _each_seen(likelihood: Looking, observations: Sequence[Mapping[str, Any]]) -> Iterator[Looking]:
+    """The likelihood as it is after each of the observations, copied."""
+    seeing = deepcopy(likelihood)
+    for observation in observations:
+        seeing.observe(**observation)
+        yield deepcopy(seeing)
+
+
+def _scores(bank: _Bank, walkers: _Walkers, pictures: Sequence[tuple[float, Looking]]) -> np.ndarray:
+    """Log-likelihood (n,) of the pictures: the seconds after the first one, and the likelihood that has seen it."""
     total = np.zeros(len(walkers.moment))
-    for seconds, observation in pictures:
-        likelihood.observe(**observation)
+    for seconds, likelihood in pictures:
         total += np.nan_to_num(likelihood.log_likelihood(_poses(bank, walkers, seconds)), nan=-1e9, neginf=-1e9)
     return total
 

@@ -54,6 +54,20 @@ def test_the_seed_says_all_whatever_the_threads():
     np.testing.assert_array_equal(one.previous, two.previous)
 
 
+def test_a_likelihood_that_learns_the_background_learns_nothing_from_the_search():
+    _, walk, _ = pictures(0.3, seed=4)
+    camera = view(0.3, width=96, height=96, distance=4.5)
+    films = [{"rgb": p} for p in render(walk.poses[:3], walk.skeleton, camera).rgb]
+    likelihood, other = (ObservationModel(camera, walk.skeleton, threads=1) for _ in range(2))
+    for model in (likelihood, other):
+        model.observe(**films[0])
+    automatic_start(likelihood, films, n=300, candidates=7, seed=5)
+    for picture in films[1:] * 4:
+        likelihood.observe(**picture)
+        other.observe(**picture)
+    np.testing.assert_array_equal(likelihood.foreground, other.foreground)
+
+
 def test_the_box_leaves_specks_out_and_keeps_what_an_occluder_parts():
     mask = np.zeros((40, 30))
     mask[5:15, 10:14] = mask[20:35, 11:16] = 1
