@@ -116,6 +116,10 @@ class TrackingAgent:
         env = self._actions.env
         known = env.world.observation_model(slot)
         prior: Prior = self._prior(env, slot) if callable(self._prior) else self._prior
+        if prior.fps != env.world.fps:
+            raise MotionError(
+                f"the prior has {prior.fps:g} fps and the environment {env.world.fps:g}: give both the same"
+            )
         if self._likelihood is None:
             likelihood: Likelihood = ObservationModel(
                 known.camera, prior.skeleton, still=known.still, threads=self._threads

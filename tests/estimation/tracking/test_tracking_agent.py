@@ -60,6 +60,19 @@ def test_finds_the_start_itself():
     assert not agent.beliefs[0].lost
 
 
+def test_goes_on_where_the_background_must_be_learned():
+    env = WalkerTracking(**{**SMALL, "observation": "rgb", "size": 64})
+    agent = TrackingAgent(env, n=300, seed=0)
+    observation, _ = env.reset(seed=1)
+    agent.reset(observation)
+    errors = []
+    for _ in range(15):
+        observation, _, _, _, info = env.step(agent.act(observation))
+        errors.append(info["error"])
+    assert max(errors) < 0.3
+    assert not agent.beliefs[0].lost
+
+
 def test_takes_priors_and_likelihoods_of_its_own():
     env = WalkerTracking(**SMALL)
     made = []
@@ -96,6 +109,8 @@ def test_refuses_what_it_cannot_play():
         TrackingAgent(WalkerTracking(**SMALL)).act(np.zeros((48, 48, 1), np.uint8))
     with pytest.raises(MotionError, match="prior"):
         TrackingAgent(ArmTracking(), start=told)
+    with pytest.raises(MotionError, match="60 fps"):
+        TrackingAgent(WalkerTracking(**SMALL), FPCAPrior(fps=60), start=told).reset(None)
     with pytest.raises(MotionError, match="layers"):
         TrackingAgent(WalkerTracking(**SMALL), layers=0, start=told)
 
