@@ -66,6 +66,16 @@ def read_frames(path, *, fps: float | None = None, width: int | None = None, sec
     return _read(Path(path), fps, width, seconds)
 
 
+def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
+    """A picture, uint8 (height, width, 3), in another width, as `read_frames` makes it of a film's pictures.
+
+    Args:
+        picture: uint8 (height, width, 3).
+        width: [pixels]; the height follows.
+    """
+    return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width)
+
+
 def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> Iterator:
     """`read_frames`, its arguments checked."""
     began: float | None = None

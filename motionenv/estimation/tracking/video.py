@@ -13,8 +13,9 @@ import numpy as np
 
 from motionenv.body import from_height
 from motionenv.errors import FormatError, MotionError
+from motionenv.estimation.background import picture
 from motionenv.estimation.observation import ObservationModel
-from motionenv.estimation.tracking.filters import ParticleFilter
+from motionenv.estimation.tracking.filters import ParticleFilter, check_options
 from motionenv.estimation.tracking.foreground import FilmBackground
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.priors import Prior, systematic
@@ -86,8 +87,9 @@ def track_video(
             the side hardly tell left from right, and the whole film says more of that than its beginning.
         fps: frames per second to track at; the film's nearest ones are taken.
         seconds: how much of the film.
-        background: film or pictures (T, h, w, 3) of the same view without the person; None takes the median over the
-            film, which is right where the person stands in fewer than half of the frames.
+        background: film, or pictures uint8 (T, h, w, 3), three at least and of the film's proportions, of the same view
+            without the person, noise and all; None takes the median over the film, which is right where the person
+            stands in fewer than half of the frames.
         seed: int or Generator.
         threads: of the likelihood, the same results with any number; None is one per core.
         progress: called with the number of frames followed, and of all that will be.
@@ -96,6 +98,9 @@ def track_video(
         FormatError: not a film, or broken.
         MotionError: nobody moves in it, a camera of other proportions, or an argument out of range.
     """
+    if isinstance(attempts, bool) or attempts != int(attempts) or attempts < 1:
+        raise MotionError(f"attempts must be a whole number from 1, got {attempts!r}")
+    check_options(particles, layers=layers)
     fps, skeleton, rng = checked_fps(fps), from_height(height), np.random.default_rng(seed)
     foregrounds, size = _foregrounds(path, fps, seconds, background)
     rows, columns = foregrounds.shape[1:]
@@ -109,8 +114,6 @@ def track_video(
     likelihood = ObservationModel(
         view, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=float(far), threads=threads
     )
-    if isinstance(attempts, bool) or attempts != int(attempts) or attempts < 1:
-        raise MotionError(f"attempts must be a whole number from 1, got {attempts!r}")
     made = FPCAPrior(skeleton=skeleton, fps=fps) if prior is None else prior(skeleton, fps)
     film = foregrounds[first:last]
     total = attempts * len(film)
@@ -162,7 +165,7 @@ def _followed(prior: Prior, likelihood: ObservationModel, film, particles: int, 
 
 def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarray, tuple[int, int]]:
     """Probabilities (T, rows, columns) of the film in small, and the film's own (width, height)."""
-    from motionenv.render.reading import read_frames, video_info
+    from motionenv.render.reading import narrowed, read_frames, video_info
 
     info = video_info(path)
     width = max(16, round(info.width * min(1.0, _SIDE / max(info.width, info.height))))
@@ -172,7 +175,7 @@ def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarr
     if background is None:
         without = frames
     elif isinstance(background, np.ndarray):
-        without = list(background)
+        without = [narrowed(picture(p), width) for p in background]
     else:
         without = list(read_frames(background, fps=fps, width=width, seconds=seconds))
     film = FilmBackground(without)

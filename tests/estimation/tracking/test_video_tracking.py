@@ -12,6 +12,7 @@ from motionenv.estimation.tracking.video import track_video
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import view
+from motionenv.render.reading import read_frames
 from motionenv.render.video import write_video
 
 FPS, HEIGHT, FRAMES = 30, 1.75, 60
@@ -76,6 +77,15 @@ def test_another_prior_another_rate_and_progress(crossing):
     assert ticks[-1][0] == ticks[-1][1] == 2 * track.followed.sum()
 
 
+def test_a_background_of_the_films_own_size(crossing):
+    path, camera, *_ = crossing
+    empty = np.median(np.stack(list(read_frames(path))), axis=0)
+    noisy = empty + 12 * np.random.default_rng(0).standard_normal((20, *empty.shape))
+    background = np.clip(noisy, 0, 255).astype(np.uint8)
+    track = track_video(path, camera, particles=300, attempts=1, seconds=1.0, background=background, seed=1)
+    assert np.nanmean(track.overlap) > 0.5
+
+
 def test_what_moves_is_told_from_noise_light_and_shadows():
     rng = np.random.default_rng(0)
     plain = rng.integers(80, 200, (48, 64, 3)).astype(float)
@@ -117,6 +127,7 @@ def test_when_somebody_is_there():
     [
         ({"camera": view(0.0, width=100, height=300)}, "proportions|doesn't go with"),
         ({"attempts": 0}, "attempts"),
+        ({"layers": 0}, "layers"),
         ({"fps": 0}, "fps"),
         ({"seconds": -1}, "seconds"),
         ({"height": 5}, "height"),
