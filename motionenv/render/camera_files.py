@@ -41,7 +41,9 @@ def read_camera(path, name: str | None = None) -> Camera:
         return _of_table(_chosen(path, found, name))
     except KeyError as error:
         raise FormatError(path, f"lacks {error.args[0]!r}") from None
-    except (TypeError, IndexError) as error:
+    except MotionError:
+        raise
+    except (TypeError, IndexError, ValueError) as error:
         raise FormatError(path, f"isn't a camera: {error}") from error
 
 

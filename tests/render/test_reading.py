@@ -80,3 +80,9 @@ def test_cameras_out_of_files(tmp_path):
         (tmp_path / name).write_text(text)
         with pytest.raises(FormatError, match=name):
             read_camera(tmp_path / name)
+    (tmp_path / "f.json").write_text(json.dumps(rows | {"width": "wide"}))
+    for name, change in {"g.toml": ("[80.0, 60.0]", "[80, 60, 3]"), "h.toml": (str(vector), "[0.0, 0.0]")}.items():
+        (tmp_path / name).write_text(f"[cam01]\n{table.replace(*change)}")
+    for name in ("f.json", "g.toml", "h.toml"):
+        with pytest.raises(FormatError, match=name):
+            read_camera(tmp_path / name)
