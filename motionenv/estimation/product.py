@@ -2,23 +2,13 @@
 
 import inspect
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.estimation.edges import EdgeModel, outline_sums
 from motionenv.estimation.observation import ObservationModel
-
-
-class Likelihood(Protocol):
-    """p(J_t | φ_t), up to a factor that doesn't hang on the pose."""
-
-    def observe(self, **observation: Any) -> None:
-        """Take in the current observation."""
-
-    def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
-        """Log-likelihood (N,) of the current observation given each of `poses` (N, 25)."""
 
 
 class Product:
