@@ -17,6 +17,7 @@ _BISECTIONS = 30
 _COOLING = 0.5  # noise of each annealing layer, as a share of the one's before (Deutscher & Reid 2005, section 3.3)
 _WIDER, _PATIENCE = 0.25, 0.5  # [s] lost after which noise is wider, and after which a new start is asked for
 _WIDENING = (0.3, 0.6, 1.0)  # shares of a step's noise with which a frame is scored again that could not be scored
+_ALIKE = 0.01  # difference of heights of the same body
 _FAR = 1e6  # [m] from where a body can't be seen in any picture
 _NEGLIGIBLE = 30.0  # below the highest log weight, from where on particles don't count
 
@@ -113,7 +114,7 @@ class ParticleFilter:
         seed: int or Generator; the same seed gives the same belief, whatever the number of threads.
 
     Raises:
-        MotionError: an argument out of range.
+        MotionError: an argument out of range, or a prior and a likelihood of bodies of different heights.
     """
 
     def __init__(
@@ -130,6 +131,12 @@ class ParticleFilter:
         seed=None,
     ):
         check_options(n, resample=resample, layers=layers, refine=refine, hidden=hidden)
+        scored = getattr(likelihood, "skeleton", prior.skeleton)  # a likelihood need not know of bodies
+        if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:
+            raise MotionError(
+                f"the prior moves a body of {prior.skeleton.height:.2f} m and the likelihood scores one of "
+                f"{scored.height:.2f} m: make both with the same skeleton"
+            )
         self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
         self.resample, self.layers, self.refine, self.hidden = resample, int(layers), int(refine), hidden
         self._rng = np.random.default_rng(seed)
@@ -293,7 +300,7 @@ def check_options(
     """
     whole = {"n": (n, 2, 10_000_000), "layers": (layers, 1, 50), "refine": (refine, 0, 50)}
     for name, (value, least, most) in whole.items():
-        if isinstance(value, bool) or value != int(value) or not least <= value <= most:
+        if isinstance(value, bool) or value % 1 != 0 or not least <= value <= most:
             raise MotionError(f"{name} must be a whole number from {least} to {most}, got {value!r}")
     if not 0 < resample <= 1 or not 0 <= hidden < 1:
         raise MotionError(f"resample must be a share up to 1 and hidden one below 1, got {resample!r}, {hidden!r}")

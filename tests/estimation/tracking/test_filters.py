@@ -12,6 +12,7 @@ from motionenv.errors import MotionError
 from motionenv.estimation import ObservationModel
 from motionenv.estimation.tracking import Belief, FPCAPrior, ParticleFilter, Start
 from motionenv.estimation.tracking.smoothing import smooth
+from motionenv.render.cameras import view
 
 # A world whose posterior is known exactly: x moves and is measured linearly, with Gaussian noise.
 KEEP, MOVES, MEASURES, BEGINS = 0.95, 0.3, 0.5, 1.0  # x' = KEEP x + MOVES ε, y = x + MEASURES ε, x_0 ~ BEGINS ε
@@ -314,11 +315,16 @@ def test_a_hundred_thousand_particles_fit_in_a_gigabyte():
 @pytest.mark.parametrize(
     "options",
     [{"n": 1}, {"n": 2.5}, {"n": True}, {"resample": 0.0}, {"resample": 1.1}, {"layers": 0}, {"refine": -1},
-     {"hidden": 1.0}, {"hidden": -0.1}],
+     {"hidden": 1.0}, {"hidden": -0.1}, {"n": np.nan}, {"n": np.inf}],
 )  # fmt: skip
 def test_refuses_options_out_of_range(options):
     with pytest.raises(MotionError, match=next(iter(options))):
         ParticleFilter(LinearPrior(), GaussianLikelihood(), **options)
+
+
+def test_refuses_a_prior_of_another_body():
+    with pytest.raises(MotionError, match=r"1.75 m .* 1.20 m"):
+        ParticleFilter(LinearPrior(), ObservationModel(view(0.0), from_height(1.2)), 10)
 
 
 def test_refuses_to_step_before_it_starts_and_poses_that_are_not_numbers():
