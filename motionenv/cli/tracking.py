@@ -41,8 +41,9 @@ def track(
 ) -> None:
     """Follow a person through pictures with a particle filter, and film the track.
 
-    Shown are the particles, thin, the expected figure, the body from beside, and the error; of a video the overlap of
-    figure and foreground, for its truth isn't known.
+    Of an environment the tracker sees exact silhouettes, of a video what moves before its background. Shown are the
+    particles, thin, the expected figure, the body from beside, and the error; of a video the overlap of figure and
+    foreground, for its truth isn't known.
     Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
     """
     if (env is None) == (video is None):
