@@ -98,7 +98,7 @@ def tracking(out: Path) -> None:
             pictures = [env.reset(seed=15)[0]]
             for _ in range(75):
                 pictures.append(env.step(env.unwrapped.truth()["pose"].astype(np.float32))[0])
-        rows.append(np.concatenate(pictures[::15], axis=1))
+        rows.append(np.concatenate(pictures[::25], axis=1))
     write_image(out / "tracking.png", np.concatenate(rows))
 
 
@@ -111,11 +111,11 @@ def lifting(out: Path) -> None:
     positions = seen.positions + 0.01 * rng.standard_normal(seen.positions.shape)
     positions[rng.random(positions.shape[:2]) < 0.2] = np.nan
     positions[:, MARKERS.index("right_wrist")] = np.nan
-    lifted_walk(lift(Points(positions, seen.fps, "m", seen.truth))).savefig(out / "lifted.png", dpi=80)
+    lifted_walk(lift(Points(positions, seen.fps, "m", seen.truth))).savefig(out / "lifted.png", dpi=64)
 
 
 def track(out: Path) -> None:
-    """track.png: a particle filter follows a walker through clutter, first pose and body given; three frames."""
+    """track.png: a particle filter follows a walker through clutter, first pose and body given; two frames."""
     with gymnasium.make(
         "motionenv/WalkerTracking-v0", size=128, observation=("mask", "rgb"), background="clutter", horizon=75
     ) as env:
@@ -132,7 +132,7 @@ def track(out: Path) -> None:
             errors.append(1000 * info["error"])
     poses, particles = np.array([b.mean for b in beliefs]), np.array([b.poses[::33] for b in beliefs])
     film = list(track_film(pictures, enlarged(camera, 2), poses, particles, body, errors, label="error per joint, mm"))
-    write_image(out / "track.png", np.concatenate([film[i] for i in (14, 40, 74)], axis=1))
+    write_image(out / "track.png", np.concatenate([film[i] for i in (14, 74)], axis=1))
 
 
 def main() -> None:
