@@ -5,7 +5,8 @@ Run: motionenv bench tracking --mocap ../shared/mocap [--only arm] [--out FOLDER
 Every person of a folder of straight walks (CMU's, in AMC) is left out in turn: functional model and trees are fitted to
 the others alone. Pieces of the person's walks are seen by a camera that stands still, is known, and looks from the
 side, 128 pixels wide, before clutter and with noise of 8 grey levels; the scene without the person is known too, and so
-are, unless said otherwise, the first pose, the one before it and the body. A prior's settings are the library's own.
+are, unless said otherwise, the first pose, the one before it and the body. Settings are the library's own,
+but for how many pixels count as independent: 15 for annealed filters, 100 for arms.
 
 A limb (upper arm, forearm, thigh, shank) is off by the distance of its far end from the truth, in lengths of the limb.
 A track is kept if over the last ten frames limbs are off by less than half a length on average; "every limb" asks that

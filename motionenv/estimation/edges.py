@@ -21,7 +21,6 @@ import os
 
 import numpy as np
 
-from motionenv.body import LIMBS, from_height
 from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import picture
@@ -29,7 +28,8 @@ from motionenv.estimation.observation import _NOTHING, ObservationModel, checked
 from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
 
-#: Effective number of independent pixels of a body's outline: about that of masks, for the same shapes err.
+#: Effective number of independent pixels of a body's outline: about that of masks, for the same shapes err; it
+#: wasn't measured by itself, and benchmarks/tracking.py finds masks alone better.
 EFFECTIVE = 8.0
 
 _OUTLINE = 3.4  # length of a silhouette's outline, in heights of the body
@@ -70,15 +70,12 @@ class EdgeModel:
     ):
         if not 0 < outliers < 1:
             raise MotionError(f"outliers must be a share between 0 and 1, got {outliers!r}")
-        for name, value in {"noise": noise, "effective": effective, "distance": distance}.items():
-            if value is not None and not 0 < value < np.inf:
-                raise MotionError(f"{name} must be a finite number above 0, got {value!r}")
-        self.skeleton = from_height() if skeleton is None else skeleton
-        if self.skeleton.radii.shape != (len(LIMBS), 2) or not (self.skeleton.radii > 0).all():
-            raise MotionError(f"Skeleton.radii must be {len(LIMBS)} pairs above 0, got {self.skeleton.radii.shape}")
+        if not 0 < noise < np.inf:
+            raise MotionError(f"noise must be a finite number above 0, got {noise!r}")
+        self._geometry = ObservationModel(camera, skeleton, effective=effective, distance=distance, threads=1)
+        self.skeleton = self._geometry.skeleton
         self.noise, self.outliers, self.effective, self.distance = noise, outliers, effective, distance
         self._workers = Workers(os.cpu_count() or 1 if threads is None else threads, "estimation")
-        self._geometry = ObservationModel(camera, self.skeleton, threads=1)
         self.forget()
 
     def forget(self) -> None:

@@ -184,8 +184,8 @@ class _Problem:
         """Half the weighted sum of squares, the prior's among them; precision (frames, 15).
 
         A smaller walker under a larger scale would be nearer to the average in all that tells it from the average, so
-        the most probable pair is too small (by 4 % on left-out people). The unlikeness of the step's start, times the
-        logarithm of the scale, takes this pull out: how unlike others somebody is shall not tell the scale.
+        the most probable pair is too small (by 4 % on six walks from two sides). The unlikeness of the step's start,
+        times the logarithm of the scale, takes this pull out: how unlike others somebody is shall not tell the scale.
         """
         residual, _ = self.residual(state, metres)
         off = state.walker - self.mean
