@@ -5,9 +5,9 @@
 A walker is followed in masks by the FPCA prior (paper A, section 5) with silhouettes and edges; each frame is observed,
 propagated, weighed and resampled. The peer (Chopin's `particles` 0.4; it asks for numpy < 2 but runs with numpy 2, so
 it isn't among the extras: `pip install --no-deps particles joblib`) resamples as ours does. Its model is vectorised:
-noise of the same form, table, tempering and log-odds, kinematics by matrices (without the levelled feet). But instead of
-whole silhouettes it looks up a dozen points per limb, points of outline that other limbs hide count too, and what it needs of
-the masks is made beforehand: less work.
+noise of the same form, table, tempering and log-odds, kinematics by matrices (without the levelled feet). But instead
+of whole silhouettes it looks up a dozen points per limb, points of outline that other limbs hide count too, and what it
+needs of the masks is made beforehand: less work.
 Times are the process's own seconds on one thread, so that other work on the machine tells less; of the clock on two.
 """
 
