@@ -151,7 +151,7 @@ class FPCAPrior:
         ways[:, [X, Y]] = poses[:, :2]
         return WalkState(poses, state.scores, rest, ways)
 
-    def log_transition(self, before: WalkState, after: WalkState) -> np.ndarray:
+    def log_transition(self, before: WalkState, after: WalkState, later: WalkState | None = None) -> np.ndarray:
         """Log density (N, M) with which `propagate` takes each walker of `before` to each of `after`.
 
         It is that of the state (c, ψ, log ρ, heading, place, δ), in which each step is Gaussian; the flow, which
@@ -160,17 +160,29 @@ class FPCAPrior:
         Args:
             before: (N), one frame earlier.
             after: (M).
+            later: of no matter: the state knows all that is to be known.
         """
         step, a, b = self._step, before.ways[:, None], after.ways[None]
-        total = _gaussian(b[..., PACE], self._log_pace + step[1] * (a[..., PACE] - self._log_pace), step[4] * _PACE)
-        turned = b[..., PHASE] - a[..., PHASE]
-        total += _gaussian(turned, np.exp(b[..., PACE]) / self.fps, step[7])
+        total = self.log_gait(before, after)
         total += _gaussian(b[..., HEADING], a[..., HEADING], step[8])
-        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * turned[..., None]
+        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * (b[..., PHASE] - a[..., PHASE])[..., None]
         rest = b[..., [X, Y]] - a[..., [X, Y]] - _rotated(flow, a[..., HEADING])
         total += _gaussian(_rotated(rest, -b[..., HEADING]), 0.0, step[9:11]).sum(axis=-1)
         free = _REST > 0
-        total += _ornstein_uhlenbeck(before.rest[:, free], after.rest[:, free], np.diag(_REST[free]), step[3], step[6])
+        return total + _ornstein_uhlenbeck(
+            before.rest[:, free], after.rest[:, free], np.diag(_REST[free]), step[3], step[6]
+        )
+
+    def log_gait(self, before: WalkState, after: WalkState) -> np.ndarray:
+        """Log density (N, M) as `log_transition`, of what `moved` leaves alone: scores, phase and pace.
+
+        Args:
+            before: (N), one frame earlier.
+            after: (M).
+        """
+        step, a, b = self._step, before.ways[:, None], after.ways[None]
+        total = _gaussian(b[..., PACE], self._log_pace + step[1] * (a[..., PACE] - self._log_pace), step[4] * _PACE)
+        total += _gaussian(b[..., PHASE] - a[..., PHASE], np.exp(b[..., PACE]) / self.fps, step[7])
         return total + _ornstein_uhlenbeck(before.scores, after.scores, self._root, step[2], step[5])
 
     def _stirred(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:

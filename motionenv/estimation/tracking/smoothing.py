@@ -5,6 +5,10 @@ its belief, and each one before it from its own belief times how likely the prio
 drawn. The filter's beliefs must be those of its prior and likelihood: with annealing or refinement motions are as
 approximate as those are.
 
+What a frame before leaves open may show in the second frame after only: a velocity is what takes a pose to the next
+one, so that poses alone depend on the two before them. The particles of frame t are therefore weighed by all that was
+drawn of the frames after t that their prior makes hang on them (Lindsten & Schön 2013, ch. 4), two at most.
+
 A prior of many dimensions hardly goes from one particle to the child of another: motions of such priors mostly follow
 the particles' own lines of descent, and early frames are told by few of them. They hang together; their means are no
 better than the filter's unless there are very many particles.
@@ -25,8 +29,11 @@ _PIECE = 2_000_000  # transitions scored at a time
 class Transitions(Protocol):
     """A prior whose transitions have a density."""
 
-    def log_transition(self, before: Any, after: Any) -> np.ndarray:
-        """Log p(after_j | before_i) (N, M) of all pairs of N states and M states one frame later."""
+    def log_transition(self, before: Any, after: Any, later: Any = None) -> np.ndarray:
+        """Log p(after_j, later_j | before_i) (N, M), up to what is the same for all of `before`.
+
+        `before` holds N states, `after` M one frame later and `later` M two frames later, or None after the last frame.
+        """
 
 
 def smooth(beliefs: Sequence[Belief], prior: Prior, n: int = 100, seed=None) -> np.ndarray:
@@ -34,7 +41,8 @@ def smooth(beliefs: Sequence[Belief], prior: Prior, n: int = 100, seed=None) -> 
 
     Args:
         beliefs: of every frame in turn, as `ParticleFilter.step` gave them.
-        prior: that of the filter; must have `log_transition(before, after)`, log densities (N, M) of all pairs.
+        prior: that of the filter; must have the `log_transition` of `Transitions`, as `FPCAPrior`, `VelocityPrior` and
+            the mixture of these have it.
         n: motions to draw.
         seed: int or Generator.
 
@@ -52,30 +60,31 @@ def smooth(beliefs: Sequence[Belief], prior: Prior, n: int = 100, seed=None) -> 
         raise MotionError(f"n must be a whole number of motions from 1, got {n!r}")
     if not hasattr(prior, "log_transition"):
         raise MotionError(
-            f"smoothing needs a prior with a transition density, log_transition(before, after); "
+            f"smoothing needs a prior with a transition density, log_transition(before, after, later); "
             f"{type(prior).__name__} has none: take one that has, such as FPCAPrior"
         )
     rng, density = np.random.default_rng(seed), cast(Transitions, prior)
     last = beliefs[-1]
     after = last.state.take(systematic(np.exp(last.log_weights), int(n), rng))
-    motions = [after.poses]
+    later, motions = None, [after.poses]
     for t in range(len(beliefs) - 2, -1, -1):
         if beliefs[t + 1].recovered:  # begun anew: the frames before know nothing of those after
-            which = systematic(np.exp(beliefs[t].log_weights), int(n), rng)
+            which, later = systematic(np.exp(beliefs[t].log_weights), int(n), rng), None
         else:
-            which = _led_to(beliefs[t], after, density, rng, t)
+            which, later = _led_to(beliefs[t], after, later, density, rng, t), after
         after = beliefs[t].state.take(which)
         motions.append(after.poses)
     return np.stack(motions[::-1], axis=1)
 
 
-def _led_to(belief: Belief, after: Any, prior: Transitions, rng: np.random.Generator, t: int) -> np.ndarray:
-    """For each state in `after` (n) one particle of frame `t`, drawn by weight and transition density."""
+def _led_to(belief: Belief, after: Any, later: Any, prior: Transitions, rng: np.random.Generator, t: int) -> np.ndarray:
+    """For each state in `after` (n), and `later`, one particle of frame `t`, drawn by weight and transition density."""
     n, which = len(after.poses), []
     size = max(1, _PIECE // len(belief.log_weights))
     for first in range(0, n, size):
-        some = after.take(np.arange(first, min(first + size, n)))
-        joint = belief.log_weights[:, None] + prior.log_transition(belief.state, some)
+        some = np.arange(first, min(first + size, n))
+        ahead = None if later is None else later.take(some)
+        joint = belief.log_weights[:, None] + prior.log_transition(belief.state, after.take(some), ahead)
         most = joint.max(axis=0)
         if not np.isfinite(most).all():
             raise MotionError(

@@ -14,6 +14,7 @@ Gaussian kernel, as narrow as leaves enough of them.
 """
 
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
@@ -167,6 +168,27 @@ class TreePrior:
         new = state.poses.copy()
         new[:, self._entries] = poses[:, self._entries]
         return TreeState(new, state.history, self._left_over(new, state.history[:, -1]))
+
+    def log_transition(self, before: TreeState, after: TreeState, later: TreeState | None = None) -> NoReturn:
+        """None: these bodies can't be smoothed by backward simulation.
+
+        The next frame of a history is a function of the history and of the window drawn, without noise; only its own
+        past, frame by frame, can have led to a history, and motions drawn backwards would be the particles' lines of
+        descent. Poses alone, freed of their histories, would need a sum over all windows of all frames to come, as
+        each is drawn for a history that hangs on those before. Leaving either out would smooth another model.
+
+        Args:
+            before: one frame.
+            after: the next.
+            later: the one after that.
+
+        Raises:
+            MotionError: always.
+        """
+        raise MotionError(
+            "a TreePrior can't be smoothed: none but its own past can have led to a particle's history; "
+            "take an FPCAPrior or a VelocityPrior"
+        )
 
     def _left_over(self, poses: np.ndarray, said: np.ndarray) -> np.ndarray:
         """δ (n, c): what `poses` (n, 25) are more than local parameters `said` (n, c)."""

@@ -14,7 +14,7 @@ import numpy as np
 from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.estimation.tracking.priors import Start
-from motionenv.models.tree.frames import FPS, resample
+from motionenv.models.tree.frames import FPS, resample, turned_towards
 from motionenv.models.tree.model import PARTS
 from motionenv.types import POSE, Motion, Skeleton, checked_fps, frozen
 
@@ -59,6 +59,9 @@ class VelocityPrior:
             other rates its variance grows with the time between frames. None takes those of captured walks.
         velocity: (25,) standard deviations of θ̇ [m/s, rad/s] where the start doesn't say it; None as above.
 
+    Attributes:
+        moves: (25,) bool, which entries move.
+
     Raises:
         MotionError: an unknown `part`, or numbers out of range.
     """
@@ -68,10 +71,10 @@ class VelocityPrior:
     ):
         self.fps = checked_fps(fps)
         self.skeleton = from_height() if skeleton is None else skeleton
-        moves = moving_entries(part)
-        self._change = _checked(CHANGE if change is None else change, "change") * moves * np.sqrt(FPS / self.fps)
-        self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * moves
-        self._moves = moves
+        self.moves = moving_entries(part)
+        change = _checked(CHANGE if change is None else change, "change")
+        self._change = change * self.moves * np.sqrt(FPS / self.fps)
+        self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * self.moves
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MovingState:
         """Bodies (n) as `start` says; velocities are drawn where it doesn't say them.
@@ -82,9 +85,9 @@ class VelocityPrior:
             rng: of the draws.
         """
         row, poses, _ = start.draw(n, rng)
-        poses = np.where(self._moves, poses, start.poses[row])
+        poses = np.where(self.moves, poses, start.poses[row])
         unknown = self._velocity * rng.standard_normal((n, len(POSE)))
-        said = (start.poses - start.previous)[row] * self.fps * self._moves
+        said = turned_towards(start.poses - start.previous, np.zeros(len(POSE)))[row] * self.fps * self.moves
         noise = self._change * rng.standard_normal((n, len(POSE)))
         return MovingState(poses, np.where(np.isnan(said), unknown, said + noise))
 
@@ -116,8 +119,36 @@ class VelocityPrior:
             state: (N).
             poses: (N, 25) [m, rad].
         """
-        poses = np.where(self._moves, poses, state.poses)
+        poses = np.where(self.moves, poses, state.poses)
         return MovingState(poses, state.velocities + (poses - state.poses) * self.fps)
+
+    def log_transition(self, before: MovingState, after: MovingState, later: MovingState | None = None) -> np.ndarray:
+        """Log density (N, M) of the poses of `after`, and of those of `later` behind them, after those of `before`.
+
+        A velocity is what takes a pose to the next one: of (θ, θ̇) nothing but its own past can have led to a state. So
+        the density is that of poses, per metre and radian, p(θ_t+1 | θ_t, θ̇_t) p(θ_t+2 | θ_t+1, θ_t). The velocities of
+        `after` and `later`, with which they came from other places, don't count.
+
+        Args:
+            before: (N).
+            after: (M), one frame later.
+            later: (M), two frames later, or None.
+
+        Raises:
+            MotionError: entries that move without noise, which have no density.
+        """
+        moves = self.moves
+        deviation = self._change[moves] / self.fps
+        if not (deviation > 0).all():
+            raise MotionError("smoothing needs noise in all that moves: give VelocityPrior a change above 0 there")
+        start, first = before.poses[:, moves], after.poses[:, moves]
+        total = _gaussian((start + before.velocities[:, moves] / self.fps) / deviation, first / deviation)
+        if later is not None:
+            second = later.poses[:, moves]
+            total += _gaussian(start / deviation, (2 * first - second) / deviation)
+        total -= (1 + (later is not None)) * (np.log(deviation) + 0.5 * np.log(2 * np.pi)).sum()
+        still = before.poses[:, None, ~moves] == after.poses[None][..., ~moves]
+        return np.where(still.all(axis=-1), total, -np.inf)
 
 
 def velocity_change(motions: Iterable[Motion], fps: float = FPS) -> tuple[np.ndarray, np.ndarray]:
@@ -152,6 +183,14 @@ def moving_entries(part: str) -> np.ndarray:
     if part not in PARTS:
         raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
     return np.isin(np.arange(len(POSE)), PARTS[part])
+
+
+def _gaussian(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """-½ |a_i - b_j|² (N, M) of rows of `a` (N, d) and `b` (M, d)."""
+    middle = b.mean(axis=0)  # far from 0 squares would cancel
+    a, b = a - middle, b - middle
+    # einsum, as matrix products round by the number of threads
+    return np.einsum("nd,md->nm", a, b) - 0.5 * (a**2).sum(1)[:, None] - 0.5 * (b**2).sum(1)
 
 
 def _checked(deviation, name: str) -> np.ndarray:

@@ -45,7 +45,7 @@ class LinearPrior:
     def moved(self, state, poses):
         return replace(state, poses=poses)
 
-    def log_transition(self, before, after):
+    def log_transition(self, before, after, later=None):
         off = after.poses[None, :, 0] - KEEP * before.poses[:, None, 0]
         return -0.5 * (off / MOVES) ** 2 - np.log(MOVES * np.sqrt(2 * np.pi))
 
@@ -376,7 +376,7 @@ def test_smoothing_says_what_it_misses(beliefs):
         skeleton, fps = LinearPrior.skeleton, 30.0
 
     class Impossible(LinearPrior):
-        def log_transition(self, before, after):
+        def log_transition(self, before, after, later=None):
             return np.full((len(before.poses), len(after.poses)), -np.inf)
 
     with pytest.raises(MotionError, match="Opaque"):

@@ -30,6 +30,13 @@ def test_an_unknown_velocity_is_drawn():
     np.testing.assert_allclose(state.velocities.std(0), VELOCITY, rtol=0.04)
 
 
+def test_velocities_at_the_start_go_the_shorter_way_round():
+    before = BEFORE.copy()
+    before[5] += 2 * np.pi
+    states = [VelocityPrior().initial(Start.at(POSE, b), 10, np.random.default_rng(1)) for b in (BEFORE, before)]
+    np.testing.assert_allclose(states[0].velocities, states[1].velocities, atol=1e-9)
+
+
 def test_moving_a_body_changes_what_brought_it_there():
     prior, rng = VelocityPrior(), np.random.default_rng(2)
     state = prior.propagate(prior.initial(Start.at(POSE, BEFORE), 5, rng), rng)
