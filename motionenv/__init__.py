@@ -19,6 +19,7 @@ importing motionenv costs next to nothing.
 """
 
 from importlib import import_module
+from typing import Any
 
 from motionenv.envs.registration import register_with_gymnasium
 
@@ -47,6 +48,7 @@ _HOME = {
     "WalkerPrior": "models.walkerprior",
     "WalkingModel": "models.walking",
     "load": "models.store",
+    "synthesize": "models.synthesis",
     "lift": "estimation.lifting",
     "Scene": "render",
     "fit_view": "render.cameras",
@@ -57,7 +59,7 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
-def __getattr__(name: str) -> object:
+def __getattr__(name: str) -> Any:
     """Load a public name when it is first asked for (PEP 562)."""
     if name not in _HOME:
         raise AttributeError(f"module 'motionenv' has no attribute {name!r}")

@@ -25,7 +25,7 @@ from motionenv.mocap import sources
 PIPES = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(motionenv.__file__).parents[1])}
 COMMANDS = [
-    "demo", "synth", "sample", "render", "lift", "track", "fit", "models", "bench",
+    "demo", "synth", "sample", "render", "lift", "track", "fit", "models", "serve", "bench",
     "mocap list", "mocap download", "mocap info", "mocap convert",
 ]  # fmt: skip
 

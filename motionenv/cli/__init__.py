@@ -1,4 +1,4 @@
-"""The command line: `motionenv demo | synth | sample | render | lift | track | fit | models | bench | mocap`.
+"""The command line: `motionenv demo | synth | sample | render | lift | track | fit | models | serve | bench | mocap`.
 
 Each command checks its request, does the work through the public names of the library, shows progress on stderr and
 writes files whole or not at all. What the user got wrong ends in one line on stderr and exit code 2.
@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import bench, capture, learning, lifting, making, tracking
+from motionenv.cli import bench, capture, learning, lifting, making, serving, tracking
 from motionenv.cli._shared import err
 from motionenv.errors import MotionError
 
@@ -31,7 +31,9 @@ app.command()(lifting.lift)
 app.command()(tracking.track)
 app.command()(learning.fit)
 app.command()(learning.models)
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(bench.bench)
+_passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
+app.command(context_settings=_passed_on, add_help_option=False)(serving.serve)
+app.command(context_settings=_passed_on)(bench.bench)
 
 mocap_app = typer.Typer(help="Motion capture: what can be fetched, and files in and out.", no_args_is_help=True)
 mocap_app.command("list")(capture.mocap_list)

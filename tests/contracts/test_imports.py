@@ -1,6 +1,7 @@
 """Who may import whom: stages import earlier stages only, and each library has its place (read from the source)."""
 
 import ast
+import importlib
 import re
 import sys
 import tomllib
@@ -24,6 +25,7 @@ RANK = {
     "plots": 8,
     "": 9,  # motionenv/__init__.py: the public names
     "demo": 10,
+    "client": 10,
     "cli": 11,
     "__main__": 12,
 }
@@ -47,7 +49,7 @@ HOME = {
     "gymnasium": {"envs"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "uvicorn": {"cli"},
+    "httpx": {"client"},
 }
 
 #: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.
@@ -56,6 +58,9 @@ DISTRIBUTION = {
     "OpenGL": "pyrender",
     "pyglet": "pyrender",
     "skfda": "scikit-fda",
+    "mimeparse": "python-mimeparse",
+    "prometheus_client": "prometheus-client",
+    "pydantic_settings": "pydantic-settings",
     "sklearn": "scikit-learn",
     "stable_baselines3": "stable-baselines3",
 }
@@ -110,6 +115,24 @@ def test_every_part_imports_only_what_it_may(path):
     assert not wrong
 
 
+def service_files() -> list:
+    return [pytest.param(p, id=str(p.relative_to(ROOT))) for p in sorted((ROOT / "service").rglob("*.py"))]
+
+
+@pytest.mark.parametrize("path", service_files())
+def test_the_service_imports_only_public_names(path):
+    """Names in `__all__` of `motionenv` and its packages, and the records and names of `motionenv.types`."""
+    private = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "motionenv":
+            public = importlib.import_module(node.module)
+            listed = getattr(public, "__all__", ()) if node.module != "motionenv.types" else dir(public)
+            private += [f"{node.module}.{a.name}" for a in node.names if a.name not in (*listed, "__version__")]
+        elif isinstance(node, ast.Import):
+            private += [a.name for a in node.names if a.name.startswith("motionenv.")]
+    assert not private
+
+
 def declared(*extras: str) -> set[str]:
     """Names of the distributions that pyproject.toml asks for, plain or in `extras`."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -121,6 +144,7 @@ def declared(*extras: str) -> set[str]:
     ("folder", "extras"),
     [
         ("motionenv", ("plots",)),
+        ("service", ()),
         ("tests", ("test", "agents", "integrations")),
         ("benchmarks", ("test", "bench")),
     ],
@@ -128,7 +152,7 @@ def declared(*extras: str) -> set[str]:
 def test_every_library_that_is_imported_is_declared(folder, extras):
     paths = list((ROOT / folder).rglob("*.py"))
     tops = {name.split(".")[0] for path in paths for name in imports(path)} - {path.stem for path in paths}
-    assert {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names} <= declared(*extras) | {"motionenv"}
+    assert {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names} <= declared(*extras) | {"motionenv", "service"}
 
 
 @pytest.mark.parametrize(

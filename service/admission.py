@@ -1,0 +1,75 @@
+"""Work that takes longer than an event loop may stand still: in threads, as many as there are cores, and no pile-up.
+
+A request reserves its place before it does any work and after its body has come, so that slow bodies hold no places
+(service.problems.busy tells whoever finds none).
+"""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from typing import TypeVar
+
+from service.problems import busy
+
+T = TypeVar("T")
+_END = object()
+
+
+class Workshop:
+    """Threads for requests.
+
+    Args:
+        threads: that compute.
+        waiting: requests that may wait for one of them.
+        name: of the threads.
+    """
+
+    def __init__(self, threads: int, waiting: int, name: str = "compute"):
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
+        self._free = asyncio.Semaphore(threads)
+        self._most = threads + waiting
+        self.held = 0
+
+    @asynccontextmanager
+    async def place(self) -> AsyncIterator[None]:
+        """A thread of one's own, while the block lasts.
+
+        Raises:
+            Problem: 503, too many wait already.
+        """
+        if self.held >= self._most:
+            raise busy("too many requests are being computed")
+        self.held += 1
+        try:
+            async with self._free:
+                yield
+        finally:
+            self.held -= 1
+
+    async def run(self, work: Callable[[], T]) -> T:
+        """What `work()` returns, computed in a thread.
+
+        Raises:
+            Problem: 503, too many wait already.
+        """
+        async with self.place():
+            return await self.step(work)
+
+    async def step(self, work: Callable[[], T]) -> T:
+        """What `work()` returns, computed in the thread of a `place()` that the caller holds."""
+        return await asyncio.get_running_loop().run_in_executor(self._pool, work)
+
+    async def stream(self, chunks: Iterator[bytes]) -> AsyncIterator[bytes]:
+        """`chunks`, each made in the thread of a `place()` that the caller holds; closed when the client goes."""
+        try:
+            while (chunk := await self.step(lambda: next(chunks, _END))) is not _END:
+                yield chunk  # type: ignore[misc]
+        finally:
+            close = getattr(chunks, "close", None)
+            if close is not None:
+                self._pool.submit(close)
+
+    def close(self) -> None:
+        """Let running work end, and take no more."""
+        self._pool.shutdown(wait=False, cancel_futures=True)

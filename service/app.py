@@ -1,0 +1,70 @@
+"""The application: `create_app(settings)`."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from starlette.middleware.cors import CORSMiddleware
+
+from motionenv import __version__
+from service import problems
+from service.admission import Workshop
+from service.catalogue import Catalogue
+from service.metrics import Metrics
+from service.middleware import Guarding, Observing
+from service.routes import health, synthesis
+from service.settings import Settings
+
+
+class Service:
+    """What the routes share, as `request.app.state.service`.
+
+    Args:
+        settings: of the service.
+
+    Attributes:
+        catalogue: the models.
+        metrics: the counts.
+        workshop: threads that compute.
+        painter: the one thread that OpenGL is called from.
+        ready: whether the models are loaded.
+    """
+
+    def __init__(self, settings: Settings):
+        self.settings, self.metrics = settings, Metrics()
+        self.catalogue = Catalogue(settings.data / "models")
+        self.workshop = Workshop(settings.threads, settings.waiting)
+        self.painter = Workshop(1, settings.waiting, name="opengl")
+        self.ready = False
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """The service as an ASGI application.
+
+    Args:
+        settings: None takes those of the environment.
+    """
+    service = Service(settings or Settings())
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        for name in ("walk/fpca", "walk/eigenwalkers"):
+            service.catalogue.get(name)
+        service.ready = True
+        yield
+        service.ready = False
+        service.workshop.close()
+        service.painter.close()
+
+    app = FastAPI(title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False)
+    app.state.service = service
+    app.add_middleware(Guarding, settings=service.settings)
+    if service.settings.cors:
+        app.add_middleware(
+            CORSMiddleware, allow_origins=service.settings.cors, allow_methods=["*"], allow_headers=["*"]
+        )
+    app.add_middleware(Observing, settings=service.settings, metrics=service.metrics)
+    problems.install(app)
+    for module in (health, synthesis):
+        app.include_router(module.router)
+    return app

@@ -1,0 +1,36 @@
+"""Logs: one JSON object a line on stderr, ours and uvicorn's alike, each request's with its id."""
+
+import logging
+import sys
+
+import orjson
+import structlog
+
+
+def configure() -> None:
+    """Send what structlog and the standard library log to stderr as JSON."""
+    shared: list = [
+        structlog.contextvars.merge_contextvars,
+        structlog.processors.add_log_level,
+        structlog.processors.TimeStamper(fmt="iso", utc=True),
+        structlog.processors.format_exc_info,
+    ]
+    structlog.configure(
+        processors=[*shared, structlog.processors.JSONRenderer(serializer=_serialized)],
+        wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
+        logger_factory=structlog.BytesLoggerFactory(sys.stderr.buffer),
+        cache_logger_on_first_use=True,
+    )
+    handler = logging.StreamHandler(sys.stderr)
+    renderer = structlog.processors.JSONRenderer(serializer=lambda *a, **k: _serialized(*a, **k).decode())
+    handler.setFormatter(structlog.stdlib.ProcessorFormatter(foreign_pre_chain=shared, processors=[
+        structlog.stdlib.ProcessorFormatter.remove_processors_meta, renderer,
+    ]))  # fmt: skip
+    root = logging.getLogger()
+    root.handlers[:] = [handler]
+    root.setLevel(logging.INFO)
+
+
+def _serialized(event: object, default=None, **_: object) -> bytes:
+    """One event as JSON; what JSON doesn't know as its repr."""
+    return orjson.dumps(event, default=repr, option=orjson.OPT_NON_STR_KEYS)

@@ -1,0 +1,156 @@
+"""Errors as problem+json (RFC 9457): what was wrong, with the field, its bound, and what to do.
+
+What was sent is never sent back: it may hold what JSON can't (NaN, lone surrogates), or a secret.
+"""
+
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from typing import Any
+
+import orjson
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from motionenv import MotionError
+
+MEDIA_TYPE = "application/problem+json"
+#: What of a constraint is told: pydantic's names of bounds.
+_BOUNDS = ("gt", "ge", "lt", "le", "multiple_of", "min_length", "max_length", "pattern", "expected")
+
+
+class FieldProblem(BaseModel):
+    """What is wrong with one field."""
+
+    field: str = Field(
+        description="Where, as a JSON pointer into the body, or the parameter's name.", examples=["/fps"]
+    )
+    problem: str = Field(description="What was expected.", examples=["Input should be less than or equal to 240"])
+    bound: dict[str, Any] | None = Field(None, description="The bounds that it broke.", examples=[{"le": 240}])
+
+
+class ProblemDetail(BaseModel):
+    """A problem, after RFC 9457."""
+
+    type: str = Field("about:blank", description="Always about:blank: the status says the kind.")
+    title: str = Field(description="The status in words.", examples=["Unprocessable Entity"])
+    status: int = Field(ge=400, le=599, description="HTTP status.", examples=[422])
+    detail: str = Field(description="What was wrong, and what to do.")
+    request_id: str | None = Field(None, description="To find the request in the logs.")
+    errors: list[FieldProblem] = Field(default_factory=list, description="Each field that was wrong.")
+
+
+class Problem(HTTPException):
+    """Ends a request with a problem.
+
+    Args:
+        status: HTTP status, 400 to 599.
+        detail: what was wrong, and what to do.
+        field: JSON pointer of the field that was wrong, or None.
+        bound: the bounds it broke.
+        headers: more headers.
+    """
+
+    def __init__(
+        self,
+        status: int,
+        detail: str,
+        *,
+        field: str | None = None,
+        bound: Mapping[str, Any] | None = None,
+        headers: Mapping[str, str] | None = None,
+    ):
+        super().__init__(status, detail, dict(headers or {}))
+        self.errors = [] if field is None else [{"field": field, "problem": detail, "bound": bound and dict(bound)}]
+
+
+def busy(detail: str, seconds: int = 1) -> Problem:
+    """503: too much is running already; the client may ask again in `seconds`."""
+    return Problem(503, f"{detail}; ask again in {seconds} s", headers={"Retry-After": str(seconds)})
+
+
+def problem_response(
+    status: int, detail: str, *, request_id: str | None = None, errors: Sequence = (), headers=None
+) -> Response:
+    """A problem as a response.
+
+    Args:
+        status: HTTP status.
+        detail: what was wrong, and what to do.
+        request_id: of the request, where known.
+        errors: of single fields, like `FieldProblem`.
+        headers: more headers.
+    """
+    body = {
+        "type": "about:blank",
+        "title": HTTPStatus(status).phrase,
+        "status": status,
+        "detail": detail.encode("utf-8", "replace").decode(),
+        "request_id": request_id,
+        "errors": list(errors),
+    }
+    return Response(orjson.dumps(body), status, headers=headers, media_type=MEDIA_TYPE)
+
+
+def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI of the problems with these `statuses`."""
+    return {
+        status: {
+            "description": HTTPStatus(status).phrase,
+            "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetail"}}},
+        }
+        for status in statuses
+    }
+
+
+def install(app: FastAPI) -> None:
+    """Make `app` answer every error with a problem."""
+    handlers = {
+        Problem: _of_problem,
+        HTTPException: _of_http,
+        RequestValidationError: _of_validation,
+        MotionError: _of_motion,
+    }
+    for kind, handler in handlers.items():
+        app.add_exception_handler(kind, handler)
+
+
+def _id(request: Request) -> str | None:
+    return request.scope.get("request_id")
+
+
+async def _of_problem(request: Request, error: Any) -> Response:
+    return problem_response(
+        error.status_code, error.detail, request_id=_id(request), errors=error.errors, headers=error.headers
+    )
+
+
+async def _of_http(request: Request, error: Any) -> Response:
+    details = {404: f"there is nothing at {request.url.path}: see /docs", 405: f"{request.method} isn't allowed here"}
+    detail = details.get(error.status_code, str(error.detail))
+    return problem_response(error.status_code, detail, request_id=_id(request), headers=error.headers)
+
+
+async def _of_validation(request: Request, error: Any) -> Response:
+    errors = [field_problem(e) for e in error.errors()]
+    broken = any(e["type"] == "json_invalid" for e in error.errors())
+    detail = "the body is no JSON" if broken else "; ".join(f"{e['field']}: {e['problem']}" for e in errors[:5])
+    return problem_response(400 if broken else 422, detail, request_id=_id(request), errors=errors[:100])
+
+
+async def _of_motion(request: Request, error: Any) -> Response:
+    return problem_response(422, str(error), request_id=_id(request))
+
+
+def field_problem(error: Mapping[str, Any]) -> dict[str, Any]:
+    """One of pydantic's errors as `FieldProblem` says it."""
+    place = [str(part) for part in error["loc"]]
+    if place and place[0] == "body":
+        field = "/" + "/".join(part.replace("~", "~0").replace("/", "~1") for part in place[1:])
+    else:
+        field = ".".join(place[1:]) or place[0]
+    context = error.get("ctx") or {}
+    bound = {name: context[name] for name in _BOUNDS if isinstance(context.get(name), (int, float, str))}
+    return {"field": field, "problem": error["msg"], "bound": bound or None}

@@ -1,0 +1,92 @@
+"""uvicorn's HTTP protocol with what it lacks against slow and endless requests.
+
+A header must come within seconds and stay below 128 kB (else 408 or 431), a body must keep up a rate. Measured against
+plain uvicorn: an endless header took 200 MB, and connections that send a byte now and then stayed open for ever.
+"""
+
+from asyncio import TimerHandle
+from typing import Any
+
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+
+_HEADER_BYTES = 128_000
+_HEADER_SECONDS = 10.0
+_GRACE = 10.0  # [s] in which a body must keep its rate, again and again
+_BODY_RATE = 1_000  # [bytes/s]
+
+
+class Guarded(HttpToolsProtocol):
+    """HTTP/1.1 whose clients must get on with it."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        super().__init__(*args, **kwargs)
+        self._watch: TimerHandle | None = None
+        self._in_header, self._header, self._body = False, 0, 0
+
+    def connection_made(self, transport: Any) -> None:
+        """Wait for the first header."""
+        super().connection_made(transport)
+        self._await_header()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Stop watching."""
+        self._unwatch()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Count what comes before a header's end, blank lines before it too."""
+        if self._watch is None and (self.cycle is None or self.cycle.response_complete):
+            self._await_header()
+        self._header += len(data)
+        super().data_received(data)
+        if self._in_header and self._header > _HEADER_BYTES:
+            self._refuse(b"431 Request Header Fields Too Large")
+
+    def on_message_begin(self) -> None:
+        """A request begins."""
+        super().on_message_begin()
+        if not self._in_header:
+            self._await_header()
+
+    def on_headers_complete(self) -> None:
+        """A header has come: watch the body."""
+        self._unwatch()
+        self._in_header, self._body = False, 0
+        self._watch = self.loop.call_later(_GRACE, self._look_at_body)
+        super().on_headers_complete()
+
+    def on_body(self, body: bytes) -> None:
+        """Part of a body has come."""
+        self._body += len(body)
+        super().on_body(body)
+
+    def on_message_complete(self) -> None:
+        """A request has come whole."""
+        self._unwatch()
+        super().on_message_complete()
+
+    def _await_header(self) -> None:
+        self._in_header, self._header = True, 0
+        self._unwatch()
+        self._watch = self.loop.call_later(_HEADER_SECONDS, self._refuse, b"408 Request Timeout")
+
+    def _look_at_body(self) -> None:
+        if self._body < _BODY_RATE * _GRACE and not self.flow.read_paused:
+            self._refuse(b"408 Request Timeout")
+            return
+        self._body = 0
+        self._watch = self.loop.call_later(_GRACE, self._look_at_body)
+
+    def _unwatch(self) -> None:
+        if self._watch is not None:
+            self._watch.cancel()
+            self._watch = None
+
+    def _refuse(self, status: bytes) -> None:
+        """Say why, and hang up."""
+        self._unwatch()
+        if self.transport.is_closing():
+            return
+        if self._in_header or self.cycle is None or not self.cycle.response_started:
+            self.transport.write(b"HTTP/1.1 " + status + b"\r\nconnection: close\r\ncontent-length: 0\r\n\r\n")
+        self.transport.close()

@@ -1,0 +1,64 @@
+"""Running the service: uvicorn with uvloop, httptools and our guarded protocol, one process or several."""
+
+import os
+import sys
+import tempfile
+from typing import Any
+
+import uvicorn
+from uvicorn.supervisors import Multiprocess
+
+from service import logs
+from service.protocol import Guarded
+from service.settings import Settings
+
+
+def application() -> Any:
+    """The application of one worker, with settings from the environment."""
+    from service.app import create_app
+
+    logs.configure()
+    return create_app(Settings())
+
+
+def serve(settings: Settings) -> None:
+    """Answer until told to stop (SIGINT or SIGTERM); what runs is finished first.
+
+    Workers are processes of their own and read the settings from the environment, where they are put.
+
+    Args:
+        settings: of the service.
+    """
+    os.environ.update(settings.environment())
+    logs.configure()
+    if settings.workers > 1:
+        with tempfile.TemporaryDirectory(prefix="motionenv-metrics-") as counts:
+            os.environ["PROMETHEUS_MULTIPROC_DIR"] = counts
+            config = _config(settings)
+            Multiprocess(config, sockets=[config.bind_socket()]).run()
+        return
+    server = uvicorn.Server(_config(settings))
+    server.run()
+    if not server.started:
+        sys.exit(3)
+
+
+def _config(settings: Settings) -> uvicorn.Config:
+    """Settings of uvicorn."""
+    return uvicorn.Config(
+        "service.server:application",
+        factory=True,
+        host=settings.host,
+        port=settings.port,
+        workers=settings.workers,
+        loop="uvloop",
+        http=Guarded,
+        ws="websockets-sansio",
+        ws_max_size=65_536,
+        access_log=False,
+        log_config=None,
+        server_header=False,
+        proxy_headers=bool(settings.proxies),
+        forwarded_allow_ips=settings.proxies or None,
+        timeout_graceful_shutdown=round(settings.shutdown_seconds),
+    )
