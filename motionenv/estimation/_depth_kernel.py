@@ -38,7 +38,7 @@ def depth_sums(ends, radii, r, t, k, kinv, observed, odds, noise, out):
         radii: (limbs, 2) [m].
         r, t: world → camera.
         k, kinv: (3, 3) intrinsics and their inverse.
-        observed: (height, width) float32 depth [m], infinite where nothing was.
+        observed: (height, width) float32 depth [m], infinite where nothing was, NaN where nothing could be seen.
         odds: (3,): log-odds where nothing was observed; where something was, `log(odds[1] e + odds[2])` with
             e = exp(-½ (difference / noise)²).
         noise: standard deviation of depths [m].
@@ -53,7 +53,7 @@ def depth_sums(ends, radii, r, t, k, kinv, observed, odds, noise, out):
         total = 0.0
         for v in range(box[2], box[3] + 1):
             for u in range(box[0], box[1] + 1):
-                if depth[v, u] == np.inf:
+                if depth[v, u] == np.inf or math.isnan(observed[v, u]):
                     continue
                 if observed[v, u] == np.inf:
                     total += odds[0]

@@ -24,7 +24,7 @@ import numpy as np
 from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import picture
-from motionenv.estimation.observation import _NOTHING, ObservationModel, checked_poses
+from motionenv.estimation.observation import NOTHING_OBSERVED, ObservationModel, checked_poses, checked_unseen
 from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
 
@@ -75,7 +75,7 @@ class EdgeModel:
         self._geometry = ObservationModel(camera, skeleton, effective=effective, distance=distance, threads=1)
         self.skeleton = self._geometry.skeleton
         self.noise, self.outliers, self.effective, self.distance = noise, outliers, effective, distance
-        self._workers = Workers(os.cpu_count() or 1 if threads is None else threads, "estimation")
+        self.workers = Workers(os.cpu_count() or 1 if threads is None else threads, "estimation")
         self.forget()
 
     def forget(self) -> None:
@@ -87,7 +87,9 @@ class EdgeModel:
         """That of the current picture."""
         return self._geometry.camera
 
-    def observe(self, *, mask=None, rgb=None, depth=None, background=None, camera: Camera | None = None) -> None:
+    def observe(
+        self, *, mask=None, rgb=None, depth=None, background=None, unseen=None, camera: Camera | None = None
+    ) -> None:
         """Take in the current picture, one of `mask`, `rgb` and `depth`; it replaces the one before.
 
         Args:
@@ -95,13 +97,16 @@ class EdgeModel:
             rgb: uint8 (height, width, 3).
             depth: (height, width) [m]; infinite, or 0, where there is no body. Only its outline counts.
             background: (height, width, 3), what `rgb` shows without the body: then only edges that aren't in it count.
+            unseen: bool (height, width), where nothing of the body could be seen, for something stands before it;
+                edges there, and its own outline, don't count. None is nowhere.
             camera: where the camera is now, if it moves.
 
         Raises:
             MotionError: none of the three or several, or one of a shape or with numbers that can't be.
         """
         if rgb is None or mask is not None or depth is not None:
-            self._geometry.observe(mask=mask, rgb=rgb, depth=depth, background=background, camera=camera)
+            self._geometry.observe(mask=mask, rgb=rgb, depth=depth, background=background, unseen=unseen, camera=camera)
+            nothing = unseen
             edges = _TO_STEP * steepness(self._geometry.foreground) > _STEP
         else:
             colours = picture(rgb).astype(np.float32)
@@ -110,10 +115,11 @@ class EdgeModel:
             for name, shape in (("rgb", colours.shape), ("background", np.shape(background))):
                 if shape != (*size, 3) and not (name == "background" and background is None):
                     raise MotionError(f"{name} must be of the camera's size {(*size, 3)}, got {shape}")
-            self._geometry._look(camera)
+            nothing = None if unseen is None else checked_unseen(unseen, size)
+            self._geometry.look(camera)
             step = _TO_STEP * steepness(colours if background is None else colours - np.asarray(background, np.float32))
             edges = step > max(_COLOUR, _ABOVE * float(np.median(step)))
-        self.odds = self._log_odds(edges)
+        self.odds = self._log_odds(edges, nothing)
 
     @property
     def temper(self) -> float:
@@ -129,25 +135,27 @@ class EdgeModel:
             MotionError: nothing observed yet, poses of another shape, or numbers that aren't finite.
         """
         if self.odds is None:
-            raise MotionError(_NOTHING)
+            raise MotionError(NOTHING_OBSERVED)
         nothing = np.zeros((self.camera.height, self.camera.width + 1))
-        return self.temper * outline_sums(self, nothing, self.odds, poses, self._workers)[1]
+        return self.temper * outline_sums(self, nothing, self.odds, poses, self.workers)[1]
 
     @property
     def view(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """R, t, K and its inverse for `body_sums`, so turned that K is upper triangular."""
-        return self._geometry._view
+        return self._geometry.view
 
     @property
     def _scale(self) -> float:
         """Pixels per metre at the body."""
-        distance = np.linalg.norm(self.camera.centre) if self.distance is None else self.distance
-        return float(np.sqrt(abs(np.linalg.det(self.camera.K[:2, :2]))) / distance)
+        return self._geometry.scale
 
-    def _log_odds(self, edges: np.ndarray) -> np.ndarray:
-        """Log-odds of outline at each pixel, given edge pixels (height, width)."""
+    def _log_odds(self, edges: np.ndarray, unseen: np.ndarray | None) -> np.ndarray:
+        """Log-odds of outline at each pixel, given edge pixels and where nothing can be seen (height, width)."""
         from scipy import ndimage
 
+        if unseen is not None:
+            # The edge of what is in the way is smoothed over some pixels.
+            edges = edges & ~ndimage.binary_dilation(unseen, iterations=2)
         if not edges.any():
             return np.zeros(edges.shape)
         distance = np.minimum(ndimage.distance_transform_edt(~edges), _FAR).astype(np.int64)
@@ -155,7 +163,8 @@ class EdgeModel:
         sigma = max(1.0, self.noise * self._scale)
         right = np.exp(-0.5 * (np.arange(_FAR + 1) / sigma) ** 2)
         ratio = (right / right.sum()) / (there / there.sum())
-        return np.log((1 - self.outliers) * ratio + self.outliers)[distance]
+        odds = np.log((1 - self.outliers) * ratio + self.outliers)[distance]
+        return odds if unseen is None else np.where(unseen, 0.0, odds)
 
 
 def outline_sums(

@@ -8,6 +8,7 @@ thousands of hypotheses against it without seeing the truth.
     >>> model = ObservationModel(view(0.0, width=64, height=64))
     >>> model.observe(mask=mask)                      # or depth=…, or rgb=…, background=…
     >>> model.log_likelihood(poses)                   # (N, 25) -> (N,)
+    >>> model.learn(poses, log_weights)               # where the background isn't given: it is beside the body
 
 **Silhouette.** A pixel is seen as foreground (y = 1) with probability 1 - misses where the hypothesis has the body,
 and with probability false_alarms where it hasn't. Colours don't tell y for certain but with a probability p, so
@@ -16,6 +17,7 @@ and with probability false_alarms where it hasn't. Colours don't tell y for cert
 
 Both rates are the robust part: no pixel, and so no occluder, counts for more than its log-odds. The log-likelihood is
 the sum of log p(pixel | none) plus the log-odds of the pixels in the hypothesis' silhouette: one pass over the outline.
+Where something known stands in the way, pixels are `unseen`: they say nothing, p = ½.
 
 **Depth.** Where both hypothesis and picture have a body, the observed depth is Gaussian about the hypothesis', or, with
 the share `outliers`, anywhere within `_DEPTH_RANGE` metres; misses and false alarms are as above.
@@ -33,6 +35,7 @@ from motionenv.body import LIMBS, from_height
 from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import Background, foreground_probability, picture
+from motionenv.estimation.believed import Believed
 from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
 
@@ -44,8 +47,10 @@ from motionenv.types import Camera, Skeleton
 EFFECTIVE = 6.0
 
 _AREA = 0.14  # of a silhouette, in squares of the body's height; walkers seen from all sides
-_NOTHING = "nothing has been observed yet: call observe(mask=… or rgb=… or depth=…) first"
-_PIECE = 256  # hypotheses at a time: enough to hide the calls, few enough to stay in a core's cache
+NOTHING_OBSERVED = "nothing has been observed yet: call observe(mask=… or rgb=… or depth=…) first"
+PIECE = 256  # hypotheses at a time: enough to hide the calls, few enough to stay in a core's cache
+_BARE = 0.99  # share of a belief that must see no body at a pixel, for it to be background
+_BESIDE = 0.05  # [m] by which bodies may be thicker than believed, when the background beside them is learned
 _DEPTH_RANGE = 4.0  # [m] over which depths that fit nothing are spread
 
 #: Writes the log-odds (n,) of bodies whose limbs' ends are (n, limbs, 2, 3).
@@ -72,7 +77,15 @@ class ObservationModel:
 
     Raises:
         MotionError: an argument out of range.
+
+    Attributes:
+        camera: of the current picture.
+        view: R, t, K and its inverse for kernels, so turned that K is upper triangular.
+        workers: the threads.
     """
+
+    #: Of these `observe` takes one; the first says most.
+    one_of = ("mask", "depth", "rgb")
 
     def __init__(
         self,
@@ -101,9 +114,9 @@ class ObservationModel:
         self.misses, self.false_alarms = misses, false_alarms
         self.depth_noise, self.outliers = depth_noise, outliers
         self.effective, self.distance = effective, distance
-        self._workers = Workers(os.cpu_count() or 1 if threads is None else threads, "estimation")
-        self.still = still
-        self._look(camera)
+        self.workers = Workers(os.cpu_count() or 1 if threads is None else threads, "estimation")
+        self.still, self._believed = still, Believed(self.skeleton)
+        self.look(camera)
         self.forget()
 
     def forget(self) -> None:
@@ -111,8 +124,11 @@ class ObservationModel:
         self._background = Background(still=self.still)
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
+        self._to_learn = False
 
-    def observe(self, *, mask=None, rgb=None, depth=None, background=None, camera: Camera | None = None) -> None:
+    def observe(
+        self, *, mask=None, rgb=None, depth=None, background=None, unseen=None, camera: Camera | None = None
+    ) -> None:
         """Take in the current picture, one of `mask`, `rgb` and `depth`; it replaces the one before.
 
         Args:
@@ -121,6 +137,8 @@ class ObservationModel:
             depth: (height, width) [m] along the camera's z; infinite, or 0, where there is no body.
             background: (height, width, 3), what `rgb` shows without the body; None estimates it from the pictures
                 so far, see `motionenv.estimation.background.Background`.
+            unseen: bool (height, width), where nothing of the body could be seen, for something stands before it;
+                such pixels say nothing. None is nowhere.
             camera: where the camera is now, if it moves.
 
         Raises:
@@ -141,8 +159,33 @@ class ObservationModel:
         else:
             _check_size("rgb", picture(rgb).shape[:2], size)
             foreground = self._not_background(rgb, background)
-        self._look(camera)
+        self.look(camera)
+        self._to_learn = rgb is not None and background is None
+        if unseen is not None:
+            nothing = checked_unseen(unseen, size)
+            foreground = None if foreground is None else np.where(nothing, 0.5, foreground)
+            depths = None if depths is None else np.where(nothing, np.float32(np.nan), depths)
         self._foreground, self._depth = foreground, depths
+
+    def learn(self, poses, log_weights=None) -> None:
+        """Take the last picture's pixels beside the body for background, where that isn't given.
+
+        Args:
+            poses: (N, 25) [m, rad], or one (25,), of a belief about the last picture.
+            log_weights: (N,), up to a constant; None is equal weights.
+
+        Raises:
+            MotionError: nothing observed yet, or arrays that don't go together.
+        """
+        if self._foreground is None and self._depth is None:
+            raise MotionError(NOTHING_OBSERVED)
+        if not self._to_learn or not self.still:
+            return
+        from scipy.ndimage import binary_dilation
+
+        self._to_learn = False
+        body = self._believed.shares(checked_poses(np.atleast_2d(poses)), log_weights, self.camera)[0] < _BARE
+        self._background.learn(binary_dilation(body, iterations=max(1, round(_BESIDE * self.scale))))
 
     @property
     def foreground(self) -> np.ndarray:
@@ -152,19 +195,28 @@ class ObservationModel:
             MotionError: nothing observed yet.
         """
         if self._depth is not None:
-            return np.isfinite(self._depth).astype(np.float64)
+            return np.where(np.isnan(self._depth), 0.5, np.isfinite(self._depth))
         if self._foreground is not None:
             return self._foreground
-        raise MotionError(_NOTHING)
+        raise MotionError(NOTHING_OBSERVED)
+
+    @property
+    def silhouettes(self) -> bool:
+        """Whether a mask or colours have been observed last, rather than a depth or nothing."""
+        return self._foreground is not None
+
+    @property
+    def scale(self) -> float:
+        """Pixels per metre at the body."""
+        distance = np.linalg.norm(self.camera.centre) if self.distance is None else self.distance
+        return float(np.sqrt(abs(np.linalg.det(self.camera.K[:2, :2]))) / distance)
 
     @property
     def temper(self) -> float:
         """What sums over pixels are multiplied with, at most 1."""
         if self.effective is None:
             return 1.0
-        distance = np.linalg.norm(self.camera.centre) if self.distance is None else self.distance
-        focal = abs(np.linalg.det(self.camera.K[:2, :2]))  # square of the focal length [pixels]
-        return float(min(1.0, self.effective * distance**2 / (_AREA * self.skeleton.height**2 * focal)))
+        return min(1.0, self.effective / (_AREA * (self.skeleton.height * self.scale) ** 2))
 
     def log_likelihood(self, poses) -> np.ndarray:
         """Log-likelihood (N,) of the current picture given each of `poses` (N, 25) [m, rad].
@@ -177,11 +229,11 @@ class ObservationModel:
         out = np.empty(len(poses))
 
         def work(start: int, stop: int) -> None:
-            for i in range(start, stop, _PIECE):
-                some = slice(i, min(i + _PIECE, stop))
+            for i in range(start, stop, PIECE):
+                some = slice(i, min(i + PIECE, stop))
                 score(fast_limb_segments(poses[some], self.skeleton), out[some])
 
-        self._workers.share(work, len(poses))
+        self.workers.share(work, len(poses))
         out += none
         return out * self.temper
 
@@ -191,7 +243,7 @@ class ObservationModel:
             return self._depths(self._depth)
         if self._foreground is not None:
             return self._silhouettes()
-        raise MotionError(_NOTHING)
+        raise MotionError(NOTHING_OBSERVED)
 
     def running_odds(self) -> tuple[np.ndarray, float]:
         """Log-odds of body against background as sums of rows up to a column (height, width + 1), and that of none.
@@ -201,7 +253,7 @@ class ObservationModel:
         """
         p = self._foreground
         if p is None:
-            raise MotionError(_NOTHING)
+            raise MotionError(NOTHING_OBSERVED)
         misses, alarms = self.misses, self.false_alarms
         body, none = np.log(p * (1 - misses) + (1 - p) * misses), np.log(p * alarms + (1 - p) * (1 - alarms))
         running = np.zeros((p.shape[0], p.shape[1] + 1))
@@ -213,39 +265,49 @@ class ObservationModel:
         from motionenv.estimation._silhouette_kernel import silhouette_sums
 
         running, none = self.running_odds()
-        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self._view, running, out), none
+        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, running, out), none
 
     def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
         """`_score` of depths (height, width)."""
         from motionenv.estimation._depth_kernel import depth_sums
 
-        seen = np.isfinite(observed)
+        seen, nothing = np.isfinite(observed), np.isposinf(observed)
         away = 1 / _DEPTH_RANGE
         peak = (1 - self.outliers) / (self.depth_noise * np.sqrt(2 * np.pi))
         found = (1 - self.misses) / (self.false_alarms * away)
         odds = np.array([np.log(self.misses / (1 - self.false_alarms)), found * peak, found * self.outliers * away])
-        none = seen.sum() * np.log(self.false_alarms * away) + (~seen).sum() * np.log(1 - self.false_alarms)
+        none = seen.sum() * np.log(self.false_alarms * away) + nothing.sum() * np.log(1 - self.false_alarms)
         args = (observed, odds, self.depth_noise)
-        return lambda ends, out: depth_sums(ends, self.skeleton.radii, *self._view, *args, out), none
+        return lambda ends, out: depth_sums(ends, self.skeleton.radii, *self.view, *args, out), none
 
     def _not_background(self, rgb, background) -> np.ndarray:
         """Probability (height, width) that pixels of `rgb` aren't background."""
         if background is None:
             self._background.observe(rgb)
             background = self._background.estimate()
+        elif not np.isfinite(background).all():
+            raise MotionError("background must be finite: leave it out where it isn't known")
         return foreground_probability(rgb, background)
 
-    def _look(self, camera: Camera) -> None:
-        """Take over a camera: R, t, K and its inverse, so turned that K is upper triangular, with the same pixels."""
+    def look(self, camera: Camera) -> None:
+        """Take over a camera.
+
+        Args:
+            camera: that the next picture comes from.
+
+        Raises:
+            MotionError: not a camera, or one of impossible intrinsics.
+        """
         if not isinstance(camera, Camera):
             raise MotionError(f"camera must be a motionenv Camera, got {type(camera).__name__}")
         if not np.array_equal(camera.K[2], (0, 0, 1)) or abs(np.linalg.det(camera.K)) < 1e-12:
             raise MotionError(f"Camera.K must be invertible with last row (0, 0, 1), got {camera.K.tolist()}")
         self.camera = camera
+        # The same pixels, so turned that K is upper triangular.
         angle = np.arctan2(-camera.K[1, 0], camera.K[1, 1])
         turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
         k = camera.K @ turn.T
-        self._view = (turn @ camera.R, turn @ camera.t, k, np.linalg.inv(k))
+        self.view = (turn @ camera.R, turn @ camera.t, k, np.linalg.inv(k))
 
 
 def fast_limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
@@ -280,6 +342,23 @@ def checked_poses(poses) -> np.ndarray:
 def _check_size(name: str, shape: tuple, size: tuple) -> None:
     if shape != size:
         raise MotionError(f"{name} must be of the camera's (height, width) {size}, got {shape}")
+
+
+def checked_unseen(unseen, size: tuple) -> np.ndarray:
+    """Where nothing can be seen, bool (height, width).
+
+    Args:
+        unseen: as `observe` was given it.
+        size: (height, width) of the camera's pictures.
+
+    Raises:
+        MotionError: another size, or not bool.
+    """
+    unseen = np.asarray(unseen)
+    _check_size("unseen", unseen.shape, size)
+    if unseen.dtype != np.bool_:
+        raise MotionError(f"unseen must be bool (height, width), got {unseen.dtype}")
+    return unseen
 
 
 def _probabilities(mask, size: tuple) -> np.ndarray:

@@ -8,15 +8,19 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.estimation.edges import EdgeModel, outline_sums
+from motionenv.estimation.likelihood import Learning, accepted, log_nobody
 from motionenv.estimation.observation import ObservationModel
+from motionenv.types import Camera, Skeleton
 
 
 class Product:
     """Product of likelihoods, each to a power, and with one part that holds whatever the pose.
 
     With the models' log-likelihoods l_m and weights w_m, the product is exp(Σ w_m l_m), mixed with the share `outliers`
-    of what the likeliest pose so scored has: a frame in which everything misleads then can't rule any pose out. Cues of
-    one picture aren't independent; weights below 1 say so.
+    of what the same picture has without a body: (1 - outliers) p(J | φ) + outliers p(J | nobody). So a frame in which
+    everything misleads can't rule any pose out, whatever others it is scored with; the level is that of the hidden
+    frames of `motionenv.estimation.tracking.ParticleFilter`. Cues of one picture aren't independent; weights below 1
+    say so.
 
     An `ObservationModel` of masks or colours and an `EdgeModel` of the same skeleton and camera, next to each other in
     `models`, are scored in one pass over each body.
@@ -40,7 +44,32 @@ class Product:
         if not 0 <= outliers < 1:
             raise MotionError(f"outliers must be a share from 0 to below 1, got {outliers!r}")
         self.outliers = outliers
-        self._takes = [_parameters(model.observe) for model in self.models]
+
+    @property
+    def takes(self) -> frozenset[str]:
+        """Names of the observations that one of the models takes."""
+        return frozenset().union(*(inspect.signature(model.observe).parameters for model in self.models))
+
+    @property
+    def camera(self) -> Camera:
+        """Of the current picture, as the first model that knows it says."""
+        return self._first("camera")
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The body of the hypotheses, as the first model that knows it says."""
+        return self._first("skeleton")
+
+    @property
+    def foreground(self) -> np.ndarray:
+        """Probability (height, width) that a pixel shows the body, as the first model that knows it says."""
+        return self._first("foreground")
+
+    def _first(self, name: str) -> Any:
+        for model in self.models:
+            if hasattr(type(model), name) or name in vars(model):
+                return getattr(model, name)
+        raise MotionError(f"none of the product's models knows the {name}")
 
     def forget(self) -> None:
         """Drop the observation in each model that has one to drop."""
@@ -52,17 +81,31 @@ class Product:
         """Take in the current observation.
 
         Args:
-            observation: by name; each model gets what its own `observe` takes.
+            observation: by name; each model gets what its own `observe` takes, and of several forms of the same
+                picture (mask, depth, rgb) that which says most to it.
 
         Raises:
             MotionError: something that no model takes, or that one of them refuses.
         """
-        known = set().union(*self._takes)
-        strange = sorted(set(observation) - known)
+        strange = sorted(set(observation) - self.takes)
         if strange:
-            raise MotionError(f"no model of the product takes {' or '.join(strange)}: they take {sorted(known)}")
-        for model, takes in zip(self.models, self._takes, strict=True):
-            model.observe(**{name: value for name, value in observation.items() if name in takes})
+            raise MotionError(f"no model of the product takes {' or '.join(strange)}: they take {sorted(self.takes)}")
+        for model in self.models:
+            model.observe(**{name: observation[name] for name in accepted(model, observation)})
+
+    def learn(self, poses, log_weights=None) -> None:
+        """Hand on to the models that learn what the current picture shows.
+
+        Args:
+            poses: (N, 25) [m, rad] of a belief about the current picture.
+            log_weights: (N,), up to a constant; None is equal weights.
+
+        Raises:
+            MotionError: as the models raise it.
+        """
+        for model in self.models:
+            if isinstance(model, Learning):
+                model.learn(poses, log_weights)
 
     def log_likelihood(self, poses) -> np.ndarray:
         """Log-likelihood (N,) of the current observation given each of `poses` (N, 25) [m, rad].
@@ -70,6 +113,17 @@ class Product:
         Raises:
             MotionError: as the models raise it.
         """
+        total = self._sum(poses)
+        if self.outliers and len(total):
+            total = np.logaddexp(np.log1p(-self.outliers) + total, np.log(self.outliers) + self._nobody(poses[0]))
+        return total
+
+    def _nobody(self, pose) -> float:
+        """Log of the product for the current picture without a body; `pose` (25,) is any."""
+        return sum(w * log_nobody(m, pose) for w, m in zip(self.weights, self.models, strict=True) if w)
+
+    def _sum(self, poses) -> np.ndarray:
+        """Σ w_m l_m (N,)."""
         total, i = np.zeros(len(poses)), 0
         while i < len(self.models):
             pair = self.models[i : i + 2]
@@ -80,14 +134,7 @@ class Product:
             else:
                 total += self.weights[i] * pair[0].log_likelihood(poses)
                 i += 1
-        if self.outliers and len(total) and np.isfinite(total.max()):
-            return np.logaddexp(np.log1p(-self.outliers) + total, np.log(self.outliers) + total.max())
         return total
-
-
-def _parameters(observe) -> frozenset[str]:
-    """Names that an `observe` takes."""
-    return frozenset(inspect.signature(observe).parameters)
 
 
 def _together(pair: Sequence[Any]) -> bool:
@@ -96,13 +143,13 @@ def _together(pair: Sequence[Any]) -> bool:
         return False
     a, b = pair[0].skeleton, pair[1].skeleton
     same = a.height == b.height and np.array_equal(a.offsets, b.offsets) and np.array_equal(a.radii, b.radii)
-    seen = pair[0]._depth is None and pair[0]._foreground is not None and pair[1].odds is not None
-    return same and seen and all(np.array_equal(x, y) for x, y in zip(pair[0]._view, pair[1].view, strict=True))
+    seen = pair[0].silhouettes and pair[1].odds is not None
+    return same and seen and all(np.array_equal(x, y) for x, y in zip(pair[0].view, pair[1].view, strict=True))
 
 
 def _one_pass(silhouettes: ObservationModel, edges: EdgeModel, poses) -> tuple[np.ndarray, np.ndarray]:
     """Log-likelihoods (N,) and (N,) of both."""
     running, none = silhouettes.running_odds()
     assert edges.odds is not None
-    inside, along = outline_sums(edges, running, edges.odds, poses, silhouettes._workers)
+    inside, along = outline_sums(edges, running, edges.odds, poses, silhouettes.workers)
     return (inside + none) * silhouettes.temper, along * edges.temper

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motionenv.body import from_height
+from motionenv.body import LIMBS, from_height
 from motionenv.errors import MotionError
 from motionenv.estimation.appearance import AppearanceModel
 from motionenv.render import Raycaster
@@ -26,6 +26,11 @@ def painted(pose, noise=6.0, seed=0):
     behind = np.kron(rng.integers(0, 256, (12, 12, 3)), np.ones((8, 8, 1)))
     rgb = np.where(limbs[..., None] > 0, COLOURS[limbs], behind) + rng.normal(0, noise, (96, 96, 3))
     return np.clip(rgb, 0, 255).astype(np.uint8)
+
+
+def clothed(labels, colours):
+    """A picture of limbs in these colours before a grey wall."""
+    return np.where(labels[..., None] > 0, colours[labels], 90).astype(np.uint8)
 
 
 def test_the_true_pose_scores_best_where_silhouettes_say_nothing():
@@ -59,6 +64,55 @@ def test_colours_follow_the_light():
     assert before > darker
 
 
+def test_says_nothing_before_it_has_learned_and_after_it_forgot():
+    model, poses = AppearanceModel(CAMERA), standing(3)
+    with pytest.raises(MotionError, match="observe"):
+        model.log_likelihood(poses)
+    model.observe(rgb=painted(poses[0]))
+    np.testing.assert_array_equal(model.log_likelihood(poses), 0.0)
+    model.learn(poses[0])
+    assert model.log_likelihood(poses)[0] > 1.0
+    model.forget()
+    model.observe(rgb=painted(poses[0]))
+    np.testing.assert_array_equal(model.log_likelihood(poses), 0.0)
+
+
+def test_a_belief_that_takes_left_for_right_teaches_nothing_of_either():
+    """Half of the belief looks away: what it takes for left is right. Then exchanged clothes are as good."""
+    pose, camera = standing()[0], view(np.pi / 2, width=96, height=96, distance=4.0)
+    turned = pose.copy()
+    turned[5] = np.pi
+    labels = Raycaster().render(pose, from_height(), camera, rgb=False).limbs
+    sides = {"left": "right", "right": "left"}
+    names = ["", *("_".join(sides.get(part, part) for part in limb.split("_")) for limb in LIMBS)]
+    other = [["", *LIMBS].index(name) for name in names]
+    loss = []
+    for believed in (pose[None], np.stack([pose, turned])):
+        model = AppearanceModel(camera)
+        model.observe(rgb=clothed(labels, COLOURS))
+        model.learn(believed)
+        score = model.log_likelihood(pose[None])[0]
+        model.observe(rgb=clothed(labels, COLOURS[other]))
+        loss.append(score - model.log_likelihood(pose[None])[0])
+    assert loss[0] > 1.0
+    assert abs(loss[1]) < 0.1 * loss[0]
+
+
+def test_a_hidden_limb_keeps_its_colours():
+    pose = standing()[0]
+    shown, model = pose.copy(), AppearanceModel(CAMERA, rate=0.5)
+    shown[[17, 21]] = -0.9, 0.9
+    model.observe(rgb=painted(shown))
+    model.learn(shown)
+    hidden = pose.copy()
+    hidden[:2] = 300.0  # nobody in the picture
+    alone = model.log_likelihood(np.stack([shown, pose]))
+    for _ in range(20):
+        model.learn(hidden)
+    np.testing.assert_array_equal(np.argsort(model.log_likelihood(np.stack([shown, pose]))), np.argsort(alone))
+    assert model.log_likelihood(shown[None])[0] > 0.5 * alone[0]
+
+
 def test_any_number_of_threads_gives_the_same():
     poses = standing(600) + 0.2 * np.random.default_rng(0).normal(size=(600, 25))
     poses[:20, :2] += 4.0
@@ -84,8 +138,8 @@ def test_misuse():
     with pytest.raises(MotionError, match="rgb"):
         model.observe(rgb=np.zeros((9, 9, 3), np.uint8))
     model.observe(rgb=painted(standing()[0]))
-    with pytest.raises(MotionError, match="learn"):
-        model.log_likelihood(standing())
+    with pytest.raises(MotionError, match="poses"):
+        model.log_likelihood(np.zeros((3, 24)))
     with pytest.raises(MotionError, match="log_weights"):
         model.learn(standing(), np.zeros(3))
     with pytest.raises(MotionError, match="log_weights"):

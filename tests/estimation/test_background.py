@@ -64,15 +64,57 @@ def test_the_first_picture_of_clutter_tells_little_rather_than_lies():
     [
         (lambda: foreground_probability(np.zeros((4, 4)), np.zeros((4, 4))), "rgb must be uint8"),
         (lambda: foreground_probability(scene(1)[0], np.zeros((4, 4, 3))), "of the picture's shape"),
-        (lambda: foreground_probability(scene(1)[0], np.full((64, 64, 3), np.nan)), "finite"),
+        (lambda: foreground_probability(scene(1)[0], np.full((64, 64, 3), np.inf)), "finite"),
         (lambda: foreground_probability(*scene(1)[:2], noise=0), "noise must be"),
         (lambda: Background().estimate(), "no picture has been observed"),
         (lambda: Background(frames=3), "least must be"),
+        (lambda: Background().learn(np.zeros((4, 4), bool)), "observe"),
     ],
 )
 def test_misuse_is_named(misuse, message):
     with pytest.raises(MotionError, match=message):
         misuse()
+
+
+def test_what_a_body_covers_never_becomes_background():
+    """Somebody hardly moves: the median over time takes him for background, one that is told doesn't."""
+    told, untold = Background(frames=15), Background(frames=15)
+    for i in range(40):
+        picture, background, mask = scene(20 + i // 20, seed=i)
+        told.observe(picture)
+        untold.observe(picture)
+        told.learn(mask)
+    seen = ~np.isnan(told.estimate()[..., 0])
+    np.testing.assert_array_equal(seen, ~(scene(20)[2] & scene(21)[2]))
+    assert np.abs(told.estimate() - background)[seen].mean() < 2.0
+    says = foreground_probability(picture, told.estimate())
+    np.testing.assert_array_equal(says[~seen], 0.5)
+    assert ((says > 0.5) != mask)[seen].mean() < 0.01
+    assert (foreground_probability(picture, untold.estimate())[mask] > 0.5).mean() < 0.5
+
+
+def test_the_median_of_what_was_kept_of_each_pixel():
+    """Against NumPy's, of the last pictures in which each pixel was bare."""
+    rng, model = np.random.default_rng(3), Background(frames=5, least=1)
+    pictures = rng.integers(0, 256, (12, 6, 8, 3)).astype(np.uint8)
+    bodies = rng.random((12, 6, 8)) < 0.6
+    bodies[:, 2, 3] = True
+    for picture, body in zip(pictures, bodies, strict=True):
+        model.observe(picture)
+        model.learn(body)
+    estimate = model.estimate()
+    for y, x in np.ndindex(6, 8):
+        kept = pictures[~bodies[:, y, x], y, x][-5:]
+        expected = np.sort(kept, axis=0)[len(kept) // 2] if len(kept) else np.full(3, np.nan)
+        np.testing.assert_array_equal(estimate[y, x], expected)
+
+
+def test_a_plain_wall_is_plain_behind_the_body_too():
+    model = Background()
+    picture, _, mask = scene(30, noise=2.0, plain=True)
+    model.observe(picture)
+    model.learn(mask)
+    assert ((foreground_probability(picture, model.estimate()) > 0.5) != mask).mean() < 0.01
 
 
 def test_pictures_of_another_size_are_refused():

@@ -26,7 +26,7 @@ def drawn(poses, camera=CAMERA):
 
 
 def along(model, image, poses):
-    return outline_sums(model, np.zeros((image.shape[0], image.shape[1] + 1)), image, poses, model._workers)[1]
+    return outline_sums(model, np.zeros((image.shape[0], image.shape[1] + 1)), image, poses, model.workers)[1]
 
 
 def test_points_lie_on_the_outlines_of_drawn_silhouettes():

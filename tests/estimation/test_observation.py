@@ -36,7 +36,7 @@ def sums(model, poses, image):
     running = np.zeros((image.shape[0], image.shape[1] + 1))
     np.cumsum(image, axis=1, out=running[:, 1:])
     out = np.empty(len(poses))
-    silhouette_sums(limb_segments(poses, model.skeleton), model.skeleton.radii, *model._view, running, out)
+    silhouette_sums(limb_segments(poses, model.skeleton), model.skeleton.radii, *model.view, running, out)
     return out
 
 

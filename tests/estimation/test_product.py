@@ -5,8 +5,9 @@ import pytest
 
 from motionenv.body import from_height
 from motionenv.errors import MotionError
-from motionenv.estimation import ObservationModel
+from motionenv.estimation import AppearanceModel, ObservationModel
 from motionenv.estimation.edges import EdgeModel
+from motionenv.estimation.likelihood import accepted
 from motionenv.estimation.product import Product
 from motionenv.render import Raycaster
 from motionenv.render.cameras import look_at, view
@@ -48,14 +49,47 @@ class Constant:
         return self.said
 
 
+class Place:
+    """A likelihood that is a function of how far ahead a body is; far away it is -3."""
+
+    def observe(self, *, at):
+        self.at = at
+
+    def log_likelihood(self, poses):
+        ahead = np.asarray(poses)[:, 0]
+        return np.where(np.abs(ahead) < 1e3, -0.5 * (ahead - self.at) ** 2, -3.0)
+
+
 def test_the_outlier_part_bounds_what_a_frame_can_rule_out():
-    product = Product([Constant()], outliers=0.01)
-    product.observe(said=[0.0, -1.0, -1e6, -np.inf])
-    scores = product.log_likelihood(walking(4))
-    expected = np.log(0.99 * np.exp([0.0, -1.0, -1e6, -np.inf]) + 0.01)
-    np.testing.assert_allclose(scores, expected, atol=1e-12)
-    product.observe(said=[-np.inf] * 4)
-    assert np.isneginf(product.log_likelihood(walking(4))).all()
+    product = Product([Place()], [2.0], outliers=0.01)
+    product.observe(at=0.0)
+    poses = walking(4)
+    poses[:, 0] = 0.0, 1.0, 10.0, 500.0
+    expected = np.log(0.99 * np.exp([0.0, -1.0, -100.0, -np.inf]) + 0.01 * np.exp(-6.0))
+    np.testing.assert_allclose(product.log_likelihood(poses), expected, atol=1e-12)
+    # Each pose by itself says the same: the level doesn't hang on the company.
+    alone = np.concatenate([product.log_likelihood(pose[None]) for pose in poses])
+    np.testing.assert_array_equal(product.log_likelihood(poses), alone)
+
+
+def test_each_model_gets_the_form_of_the_picture_that_says_most_to_it():
+    camera = view(0.0, width=64, height=64, distance=4.0)
+    frame = Raycaster().render(walking(1)[0], from_height(), camera)
+    observation = {"rgb": frame.rgb, "mask": frame.limbs, "depth": frame.depth}
+    product = Product([ObservationModel(camera), AppearanceModel(camera)])
+    product.observe(**observation)
+    alone = ObservationModel(camera)
+    alone.observe(mask=frame.limbs)
+    np.testing.assert_array_equal(product.log_likelihood(walking(5)), alone.log_likelihood(walking(5)))
+    product.learn(walking(1))
+    assert not np.array_equal(product.log_likelihood(walking(5)), alone.log_likelihood(walking(5)))
+    np.testing.assert_array_equal(product.foreground, alone.foreground)
+    assert product.camera is camera
+    assert product.skeleton.height == alone.skeleton.height
+    assert accepted(product, ["mask", "rgb", "sound"]) == ["mask", "rgb"]
+    assert accepted(alone, ["rgb", "mask"]) == ["mask"]
+    with pytest.raises(MotionError, match="camera"):
+        _ = Product([Constant()]).camera
 
 
 def test_misuse():

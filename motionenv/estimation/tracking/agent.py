@@ -7,11 +7,13 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.estimation.actions import Actions
+from motionenv.estimation.likelihood import Likelihood, Looking, accepted
 from motionenv.estimation.observation import ObservationModel
-from motionenv.estimation.tracking.filters import Belief, Likelihood, ParticleFilter, check_options
+from motionenv.estimation.tracking.filters import Belief, ParticleFilter, check_options
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.priors import Prior, Start, systematic
-from motionenv.estimation.tracking.start import Looking, automatic_start
+from motionenv.estimation.tracking.start import automatic_start
+from motionenv.models.reaching import RIGHT_ARM
 from motionenv.types import Camera, Skeleton
 
 _LOOK = 10  # frames from which the automatic start is made, once there are as many
@@ -126,15 +128,16 @@ class TrackingAgent:
             )
         else:
             likelihood = self._likelihood(known.camera, prior.skeleton)
+        start = None if self._start is None else self._start(env, slot)
+        if self._actions.arm and start is not None:
+            _check_moves_an_arm(prior, start)
         rng = self._rng.spawn(1)[0]
         track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
-        return _Track(track, None if self._start is None else self._start(env, slot), rng)
+        return _Track(track, start, rng)
 
     def _evidence(self, seen: Mapping[str, np.ndarray], slot: int, likelihood: Likelihood) -> dict[str, np.ndarray]:
-        """What the likelihood of `slot` takes of an observation: all, or of an ObservationModel what tells most."""
-        names = [name for name in ("mask", "depth", "rgb") if name in seen]
-        names = names[:1] if isinstance(likelihood, ObservationModel) else names
-        return {name: _picture(name, seen[name][slot], self._actions.far) for name in names}
+        """What the likelihood of `slot` takes of an observation."""
+        return {name: _picture(name, seen[name][slot], self._actions.far) for name in accepted(likelihood, seen)}
 
 
 class _Track:
@@ -184,6 +187,22 @@ class _Track:
             )
         except MotionError:
             return None
+
+
+def _check_moves_an_arm(prior: Prior, start: Start) -> None:
+    """Make sure that a prior moves the right arm and nothing else, as the body of an arm's pictures stands still.
+
+    Raises:
+        MotionError: it moves something else.
+    """
+    rng = np.random.default_rng(0)
+    before = prior.initial(start, 2, rng)
+    moved = (prior.propagate(before, rng).poses != before.poses).any(axis=0)
+    if not set(np.flatnonzero(moved)) <= set(RIGHT_ARM):
+        raise MotionError(
+            f"{type(prior).__name__} moves more than the right arm, while the body of these pictures stands still: "
+            f'take VelocityPrior(part="right_arm"), or a TreePrior whose tree is of the right arm'
+        )
 
 
 def _picture(name: str, picture: np.ndarray, far: float) -> np.ndarray:

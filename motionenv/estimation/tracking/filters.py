@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
+from motionenv.estimation.likelihood import Learning, Likelihood, log_nobody
 from motionenv.estimation.tracking.priors import Prior, Start, State, systematic
 from motionenv.estimation.tracking.refinement import refined
 from motionenv.types import Skeleton
@@ -18,21 +19,7 @@ _COOLING = 0.5  # noise of each annealing layer, as a share of the one's before 
 _WIDER, _PATIENCE = 0.25, 0.5  # [s] lost after which noise is wider, and after which a new start is asked for
 _WIDENING = (0.3, 0.6, 1.0)  # shares of a step's noise with which a frame is scored again that could not be scored
 _ALIKE = 0.01  # difference of heights of the same body
-_FAR = 1e6  # [m] from where a body can't be seen in any picture
 _NEGLIGIBLE = 30.0  # below the highest log weight, from where on particles don't count
-
-
-class Likelihood(Protocol):
-    """p(J_t | φ_t), up to a factor that doesn't hang on the pose."""
-
-    def observe(self, *_: Any, **observation: Any) -> None:
-        """Take in the current observation."""
-
-    def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
-        """Log-likelihood (N,) of the current observation given each of `poses` (N, 25).
-
-        That of a body far out of the picture is that of a picture without one.
-        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +29,8 @@ class Belief:
     Attributes:
         state: the particles as the prior knows them.
         log_weights: (N,), normalised.
-        effective: effective sample size 1 / Σ w², from 1 to N.
+        effective: effective sample size 1 / Σ w², from 1 to N. With annealing that after the last layer alone; with
+            refinement, which resamples at the end, always N: it then says nothing of how prediction and picture met.
         log_evidence: log p(J_t | J_1 ... J_t-1), as far as the likelihood is one.
         lost: whether the picture is likelier to show nobody than any of the particles, or could not be scored at all:
             the belief is, all but, the prediction alone.
@@ -100,6 +88,10 @@ class ParticleFilter:
     with wider noise, and after half a second `restart` is asked for a new start. Where no particle can be scored at all
     (NaN, or minus infinity), noise is widened at once and the frame scored again; if that doesn't help either, the
     belief is the prediction.
+
+    **Learning.** A likelihood that has a `learn` is taught the weighed particles of each frame (colours of limbs, the
+    background beside the body), except where the person is lost, or was found again in that very frame: it then keeps
+    what it knows.
 
     Args:
         prior: of motion.
@@ -173,6 +165,8 @@ class ParticleFilter:
         self._began = True
         evidence, lost = self._updated()
         self._lost = self._lost + 1 if lost else 0
+        if isinstance(self.likelihood, Learning) and not (lost or recovered):
+            self.likelihood.learn(self._state.poses, self._log_weights)
         effective = float(1 / np.exp(2 * self._log_weights).sum())
         return Belief(self._state, self._log_weights.copy(), effective, evidence, lost, recovered)
 
@@ -208,10 +202,7 @@ class ParticleFilter:
         """Log of hidden · p(J | nobody), minus infinity where that can't be said."""
         if not self.hidden:
             return -np.inf
-        nobody = self._state.poses[:1].copy()
-        nobody[:, :3] += _FAR
-        score = float(self.likelihood.log_likelihood(nobody)[0])
-        return np.log(self.hidden) + score if np.isfinite(score) else -np.inf
+        return float(np.log(self.hidden)) + log_nobody(self.likelihood, self._state.poses[0])
 
     def _scored(self, state: Any = None) -> np.ndarray:
         """Log-likelihoods (N,) of the particles, or of those of `state`; minus infinity where they aren't numbers."""

@@ -11,12 +11,13 @@ told apart.
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
+from motionenv.estimation.likelihood import Looking
 from motionenv.estimation.tracking.priors import Start, systematic
 from motionenv.models.store import load
 from motionenv.models.walking import WalkingModel
@@ -39,23 +40,6 @@ _EXCHANGED = 0.1  # share whose left and right change places, and as many that a
 _MOMENT, _HEADING, _PLACE = 0.06, 0.25, 0.06
 #: How uncertain the entries of a candidate are: positions [m], then angles [rad].
 SPREAD = np.concatenate([np.full(3, 0.03), np.full(3, 0.05), np.full(19, 0.08)])
-
-
-class Looking(Protocol):
-    """A likelihood that knows the camera, and what in the picture is a body."""
-
-    camera: Camera
-    skeleton: Skeleton
-
-    @property
-    def foreground(self) -> np.ndarray:
-        """Probability (height, width) that a pixel shows the body."""
-
-    def observe(self, *args: Any, **kwargs: Any) -> None:
-        """Take in the current observation."""
-
-    def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
-        """Log-likelihood (N,) of the current observation given each of `poses` (N, 25)."""
 
 
 @dataclass(frozen=True, eq=False)
