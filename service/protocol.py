@@ -13,6 +13,7 @@ _HEADER_BYTES = 128_000
 _HEADER_SECONDS = 10.0
 _GRACE = 10.0  # [s] in which a body must keep its rate, again and again
 _BODY_RATE = 1_000  # [bytes/s]
+_LINGER = 1.0  # [s] that what still comes is thrown away: hanging up on unread bytes would lose the answer too
 
 
 class Guarded(HttpToolsProtocol):
@@ -22,6 +23,7 @@ class Guarded(HttpToolsProtocol):
         super().__init__(*args, **kwargs)
         self._watch: TimerHandle | None = None
         self._in_header, self._header, self._body = False, 0, 0
+        self._refused = False
 
     def connection_made(self, transport: Any) -> None:
         """Wait for the first header."""
@@ -35,6 +37,8 @@ class Guarded(HttpToolsProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Count what comes before a header's end, blank lines before it too."""
+        if self._refused:
+            return
         if self._watch is None and (self.cycle is None or self.cycle.response_complete):
             self._await_header()
         self._header += len(data)
@@ -89,4 +93,5 @@ class Guarded(HttpToolsProtocol):
             return
         if self._in_header or self.cycle is None or not self.cycle.response_started:
             self.transport.write(b"HTTP/1.1 " + status + b"\r\nconnection: close\r\ncontent-length: 0\r\n\r\n")
-        self.transport.close()
+        self._refused = True
+        self._watch = self.loop.call_later(_LINGER, self.transport.close)

@@ -1,0 +1,156 @@
+"""Keys, sizes, rates, slow clients, problems: what every request meets."""
+
+import base64
+import socket
+import time
+
+import httpx
+import pytest
+from pydantic import ValidationError
+
+from service.settings import Settings
+
+ASK = {"seed": 1, "seconds": 0.1}
+
+
+def raw(url: str, *parts: bytes, pause: float = 0.0, wait: float = 15.0) -> tuple[bytes, float]:
+    """What a server answers to bytes sent one part after the other, and after how many seconds it hangs up."""
+    host, port = url.removeprefix("http://").split(":")
+    begun = time.monotonic()
+    with socket.create_connection((host, int(port)), timeout=wait) as connection:
+        answer = b""
+        try:
+            for part in parts:
+                connection.sendall(part)
+                time.sleep(pause)
+            while data := connection.recv(65536):
+                answer += data
+        except (ConnectionResetError, BrokenPipeError):
+            pass
+    return answer, time.monotonic() - begun
+
+
+@pytest.mark.parametrize("path", ["/v1/synthesis", "/v1/models", "/docs", "/openapi.json", "/metrics", "/", "/nothing"])
+def test_without_a_key_there_is_no_answer(locked, path):
+    answer = httpx.get(f"{locked.url}{path}")
+    assert answer.status_code == 401
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert "Basic" in answer.headers["www-authenticate"]
+
+
+@pytest.mark.parametrize("path", ["/health/live", "/health/ready"])
+def test_health_is_told_without_a_key(locked, path):
+    assert httpx.get(f"{locked.url}{path}").status_code == 200
+
+
+def test_the_key_comes_in_three_ways(locked):
+    basic = base64.b64encode(f"anybody:{locked.key}".encode()).decode()
+    for headers in (
+        {"Authorization": f"Bearer {locked.key}"},
+        {"X-API-Key": locked.key},
+        {"Authorization": f"Basic {basic}"},
+    ):
+        assert httpx.get(f"{locked.url}/metrics", headers=headers).status_code == 200
+    for headers in ({"Authorization": "Bearer wrong"}, {"X-API-Key": ""}, {"Authorization": "Basic %%%"}):
+        assert httpx.get(f"{locked.url}/metrics", headers=headers).status_code == 401
+
+
+def test_keys_are_never_logged(locked):
+    locked.http.get("/health/live", params={"key": locked.key})
+    locked.http.post("/v1/synthesis", json=ASK | {"model": locked.key})
+    time.sleep(0.2)
+    assert locked.events("request")
+    assert not any(locked.key in line for line in locked.lines)
+
+
+def test_bodies_have_a_limit(locked):
+    long = locked.http.post("/v1/synthesis", content=b" " * 2001, headers={"Content-Type": "application/json"})
+    assert long.status_code == 413
+    chunked = locked.http.post(
+        "/v1/synthesis", content=iter([b" " * 1000] * 3), headers={"Content-Type": "application/json"}
+    )
+    assert chunked.status_code == 413
+    assert chunked.json()["title"] == "Content Too Large" or "Large" in chunked.json()["title"]
+
+
+def test_rates_are_kept(serving, tmp_path):
+    with serving(tmp_path, rate=5) as running:
+        answers = [running.http.get("/metrics") for _ in range(11)]
+        assert 1 <= [a.status_code for a in answers].count(429) <= 6
+        assert answers[-1].status_code in (200, 429)
+        refused = next(a for a in answers if a.status_code == 429)
+        assert 1 <= int(refused.headers["retry-after"]) <= 60
+        assert running.http.get("/health/live").status_code == 200
+
+
+def test_a_request_has_an_id(server):
+    assert server.http.get("/health/live", headers={"X-Request-ID": "abc-1"}).headers["x-request-id"] == "abc-1"
+    made = server.http.get("/health/live", headers={"X-Request-ID": "{jndi:ldap}"}).headers["x-request-id"]
+    assert len(made) == 16
+    wrong = server.http.post("/v1/synthesis", json={"seed": -1}, headers={"X-Request-ID": "abc-2"})
+    assert wrong.json()["request_id"] == "abc-2"
+
+
+@pytest.mark.parametrize(
+    ("body", "field", "status"),
+    [
+        (b'{"seed": false}', "/seed", 422),
+        (b'{"fps": NaN}', "/fps", 422),
+        (b'{"fps": 1e999}', "/fps", 422),
+        (b'{"seconds": -1e9}', "/seconds", 422),
+        (b'{"model": "\\ud800"}', "/model", 422),
+        (b'{"model": "no/such"}', "/model", 404),
+        (b'{"unheard": 1}', "/unheard", 422),
+        (b"[" * 5000, None, 400),
+        (b"{", None, 400),
+        (b"\xff\xfe", None, 400),
+    ],
+)
+def test_what_is_wrong_is_told_by_field(server, body, field, status):
+    answer = server.http.post("/v1/synthesis", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code == status
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert problem["status"] == status
+    assert field is None or field in [error["field"] for error in problem["errors"]]
+
+
+def test_a_bound_is_told_as_a_number(server):
+    problem = server.http.post("/v1/synthesis", json={"fps": 1000}).json()
+    assert problem["errors"][0]["bound"] == {"le": 240.0}
+
+
+def test_a_header_without_end_is_cut_off(server):
+    answer, _ = raw(server.url, b"GET / HTTP/1.1\r\nhost: x\r\na: ", *[b"x" * 10_000] * 20)
+    assert answer.startswith(b"HTTP/1.1 431")
+
+
+def test_slow_headers_and_bodies_are_hung_up(server):
+    slow = [b"GET /health/live HTTP/1.1\r\n", *[b"a: b\r\n"] * 30]
+    answer, seconds = raw(server.url, *slow, pause=0.5)
+    assert seconds < 16  # 15 s of sending; the server has gone after 10
+    assert not answer.startswith(b"HTTP/1.1 200")
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: 500\r\n\r\n"
+    answer, seconds = raw(server.url, head, b"{")
+    assert seconds < 12
+    assert answer.startswith(b"HTTP/1.1 408")
+
+
+def test_nothing_but_blank_lines_is_hung_up(server):
+    _, seconds = raw(server.url, b"\r\n\r\n")
+    assert seconds < 12
+
+
+def test_open_to_others_only_on_purpose():
+    with pytest.raises(ValidationError, match="can be reached from other machines"):
+        Settings(host="0.0.0.0")
+    assert Settings(host="0.0.0.0", open=True).open
+    with pytest.raises(ValidationError, match="16 characters"):
+        Settings(keys=("short",))
+
+
+def test_settings_survive_the_environment(monkeypatch, tmp_path):
+    made = Settings(keys=("0123456789abcdef",), data=tmp_path, cors=("https://a.example",), rate=7)
+    for name, value in made.environment().items():
+        monkeypatch.setenv(name, value)
+    assert Settings() == made
