@@ -48,8 +48,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        for name in ("walk/fpca", "walk/eigenwalkers"):
-            service.catalogue.get(name)
+        service.catalogue.load()
         service.ready = True
         yield
         service.ready = False
