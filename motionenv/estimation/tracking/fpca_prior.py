@@ -68,12 +68,20 @@ class FPCAPrior:
         model: a `WalkingModel`, or the name or path of one.
         skeleton: the body; None takes the model's mean one.
         fps: frames per second.
+        backwards: whether frames come in the reverse order.
 
     Raises:
         MotionError: another model, or `fps` out of range.
     """
 
-    def __init__(self, model: WalkingModel | str = "walk/fpca", *, skeleton: Skeleton | None = None, fps: float = 30.0):
+    def __init__(
+        self,
+        model: WalkingModel | str = "walk/fpca",
+        *,
+        skeleton: Skeleton | None = None,
+        fps: float = 30.0,
+        backwards: bool = False,
+    ):
         model = load(model) if isinstance(model, str) else model
         if not isinstance(model, WalkingModel):
             raise MotionError(f"an FPCAPrior needs a WalkingModel such as walk/fpca, got {type(model).__name__}")
@@ -88,7 +96,7 @@ class FPCAPrior:
         memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY])
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
-        self._step = np.concatenate([[1 / self.fps], keep, np.sqrt(1 - keep**2), wander])
+        self._step = np.concatenate([[(-1 if backwards else 1) / self.fps], keep, np.sqrt(1 - keep**2), wander])
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
         """Walkers (n) that look like `start`: phases and scores by how well they explain its poses, the rest is δ.
@@ -160,12 +168,12 @@ class FPCAPrior:
         Args:
             before: (N), one frame earlier.
             after: (M).
-            later: of no matter: the state knows all that is to be known.
+            later: of no matter, as the state holds all of the past that counts.
         """
         step, a, b = self._step, before.ways[:, None], after.ways[None]
         total = self.log_gait(before, after)
         total += _gaussian(b[..., HEADING], a[..., HEADING], step[8])
-        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * (b[..., PHASE] - a[..., PHASE])[..., None]
+        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * _turned(a, b)[..., None]
         rest = b[..., [X, Y]] - a[..., [X, Y]] - _rotated(flow, a[..., HEADING])
         total += _gaussian(_rotated(rest, -b[..., HEADING]), 0.0, step[9:11]).sum(axis=-1)
         free = _REST > 0
@@ -182,7 +190,7 @@ class FPCAPrior:
         """
         step, a, b = self._step, before.ways[:, None], after.ways[None]
         total = _gaussian(b[..., PACE], self._log_pace + step[1] * (a[..., PACE] - self._log_pace), step[4] * _PACE)
-        total += _gaussian(b[..., PHASE] - a[..., PHASE], np.exp(b[..., PACE]) / self.fps, step[7])
+        total += _gaussian(_turned(a, b), np.exp(b[..., PACE]) * step[0], step[7])
         return total + _ornstein_uhlenbeck(before.scores, after.scores, self._root, step[2], step[5])
 
     def _stirred(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:
@@ -192,7 +200,7 @@ class FPCAPrior:
         given = np.ascontiguousarray(state.ways), np.ascontiguousarray(state.scores), np.ascontiguousarray(state.rest)
         stirred(*given, key, noise, self._log_pace, self._root, self._deviation, ways, scores, rest)
         poses = np.empty_like(rest)
-        flowed(self._table, ways, given[0], scores, rest, noise[0] > 0, poses)
+        flowed(self._table, ways, given[0], scores, rest, noise[0] != 0, poses)
         return WalkState(poses, scores, rest, ways)
 
     def _at(self, ways: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
@@ -251,6 +259,12 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
     cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)
     components = (cycle[1 : 1 + q] - cycle[1 + q :]) / (2 * deviation[:, None, None])
     return np.ascontiguousarray(np.concatenate([cycle[:1], components]).swapaxes(0, 1))
+
+
+def _turned(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Phase (...) [cycles] between ways (..., 7), the shorter way round: whole cycles are no difference."""
+    turned = after[..., PHASE] - before[..., PHASE]
+    return turned - np.round(turned)
 
 
 def _gaussian(x, mean, deviation) -> np.ndarray:

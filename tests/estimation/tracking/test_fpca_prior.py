@@ -95,6 +95,8 @@ def test_log_transition_is_the_density_of_what_propagate_draws(prior, model):
     wanted += multivariate_normal.logpdf(after.scores[j], keep[1] * before.scores[i], covariance)
     wanted += norm.logpdf(after.rest[j], keep[2] * before.rest[i], wide[2] * np.where(SHAPED, _REST, 1))[SHAPED].sum()
     assert got[i, j] == pytest.approx(wanted, abs=1e-6)
+    before.ways[:, PHASE] += [3.0, -1.0, 0.0]  # whole cycles
+    np.testing.assert_allclose(prior.log_transition(before, after), got, atol=1e-6)
     own = got[np.repeat(np.arange(3), 2), np.arange(6)]
     assert (own > np.delete(got, 1, axis=0)[:, 2:4].max()).mean() > 0.5
 
