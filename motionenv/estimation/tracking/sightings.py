@@ -18,6 +18,8 @@ _EYES = (0.8, 1.9)  # [m] heights of a camera that isn't thought to be tilted
 _USUAL_EYES = 1.5  # [m]
 _LEAST_HEIGHT, _LEAST_AREA = 0.12, 0.002  # of the picture's height and area, that a person takes
 _STEADY = 5  # frames on end
+_WHOLE = 0.85  # of the usual outline's height, from where on it is thought to be whole
+_SOON, _STEP = 0.5, 0.08  # [s] and heights, by which walkers move on in them
 
 
 def sightings(foregrounds) -> np.ndarray:
@@ -59,6 +61,21 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
             "still; the camera must stand still, and the person cross the picture"
         )
     return int(starts[0]), int(np.flatnonzero(whole)[-1]) + 1
+
+
+def departure(boxes: np.ndarray, fps: float) -> int:
+    """First frame from which on somebody, seen whole, walks; 0 where none is.
+
+    Args:
+        boxes: (T, 4), see `sightings`.
+        fps: frames per second.
+    """
+    tall = boxes[:, 3] - boxes[:, 2]
+    soon = max(1, round(_SOON * fps))
+    middle = boxes[:, :2].mean(axis=-1)
+    moved = np.abs(middle[soon:] - middle[:-soon])  # NaN compares as False
+    walks = (moved > _STEP * np.nanmedian(tall)) & (tall > _WHOLE * np.nanmedian(tall))[:-soon]
+    return int(np.argmax(walks)) if walks.any() else 0
 
 
 def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) -> Camera:

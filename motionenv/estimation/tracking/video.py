@@ -1,6 +1,6 @@
 """Following a person through a real film, without any truth: `track_video`.
 
-    film → background → foreground → camera (if unknown) → start → filter
+    film → background → foreground → camera (if unknown) → start → filter, there and back; the best of some attempts
 
 The camera stands still, and one person walks through the picture. Where the film begins before anybody is seen whole,
 or ends after, poses are NaN.
@@ -15,18 +15,18 @@ from motionenv.body import from_height
 from motionenv.errors import FormatError, MotionError
 from motionenv.estimation.background import picture
 from motionenv.estimation.observation import ObservationModel
-from motionenv.estimation.tracking.filters import ParticleFilter, check_options
+from motionenv.estimation.tracking.filters import check_options
+from motionenv.estimation.tracking.following import Follower
 from motionenv.estimation.tracking.foreground import FilmBackground
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
-from motionenv.estimation.tracking.priors import Prior, systematic
-from motionenv.estimation.tracking.sightings import resized, side_camera, sightings, span
-from motionenv.estimation.tracking.start import automatic_start
+from motionenv.estimation.tracking.mixture import MixturePrior
+from motionenv.estimation.tracking.priors import Prior
+from motionenv.estimation.tracking.sightings import departure, resized, side_camera, sightings, span
+from motionenv.estimation.tracking.velocity_prior import VelocityPrior
 from motionenv.types import Camera, Motion, Skeleton, checked_fps
 
 _SIDE = 192  # pixels of the longer side of the pictures that are looked at
-_START = 1.0  # [s] of the film that tell where the track begins
-_WIDE = 6000  # hypotheses of each attempt's start
-_SHOWN = 30  # particles that are kept of each frame
+_MOST_FPS = 31.0  # films of more are thinned out by a whole number
 _MISSES, _ALARMS = 0.25, 0.1  # foreground of films has holes, and clutter around
 #: Makes a prior for a body and frames per second.
 MakePrior = Callable[[Skeleton, float], Prior]
@@ -66,8 +66,8 @@ def track_video(
     prior: MakePrior | None = None,
     particles: int = 2000,
     layers: int = 2,
-    attempts: int = 3,
-    fps: float = 30.0,
+    attempts: int = 4,
+    fps: float | None = None,
     seconds: float = 60.0,
     background=None,
     seed=None,
@@ -83,9 +83,10 @@ def track_video(
         prior: makes the prior of a body and a rate; None is the `FPCAPrior`.
         particles: of the filter.
         layers: of annealing.
-        attempts: how often to start and follow anew; the one with the highest evidence is returned. Silhouettes from
-            the side hardly tell left from right, and the whole film says more of that than its beginning.
-        fps: frames per second to track at; the film's nearest ones are taken.
+        attempts: how often to follow the whole film; the one with the highest evidence is returned. Every second one
+            starts with left and right exchanged, see `motionenv.estimation.tracking.following`.
+        fps: frames per second to track at, of the film's nearest ones; None is the film's own rate, or the largest
+            whole fraction of it up to 31.
         seconds: how much of the film.
         background: film, or pictures uint8 (T, h, w, 3), three at least and of the film's proportions, of the same view
             without the person, noise and all; None takes the median over the film, which is right where the person
@@ -101,7 +102,8 @@ def track_video(
     if isinstance(attempts, bool) or attempts != int(attempts) or attempts < 1:
         raise MotionError(f"attempts must be a whole number from 1, got {attempts!r}")
     check_options(particles, layers=layers)
-    fps, skeleton, rng = checked_fps(fps), from_height(height), np.random.default_rng(seed)
+    fps = _rate(path) if fps is None else checked_fps(fps)
+    skeleton, rng = from_height(height), np.random.default_rng(seed)
     foregrounds, size = _foregrounds(path, fps, seconds, background)
     rows, columns = foregrounds.shape[1:]
     boxes = sightings(foregrounds)
@@ -115,14 +117,12 @@ def track_video(
         view, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=float(far), threads=threads
     )
     made = FPCAPrior(skeleton=skeleton, fps=fps) if prior is None else prior(skeleton, fps)
-    film = foregrounds[first:last]
-    total = attempts * len(film)
-    ticks = (lambda done: None) if progress is None else (lambda done: progress(done, total))
-    best = max(
-        (_followed(made, likelihood, film, particles, layers, rng, lambda n, k=k: ticks(k * len(film) + n))
-         for k in range(int(attempts))),
-        key=lambda found: found.evidence,
-    )  # fmt: skip
+    walker = FPCAPrior(skeleton=skeleton, fps=fps, backwards=True)
+    back = MixturePrior(walker, VelocityPrior(skeleton=skeleton, fps=fps))
+    begin = departure(boxes[first:last], fps)
+    follower = Follower(made, back, likelihood, foregrounds[first:last], begin, particles, layers, rng)
+    total = int(attempts) * (last - first)
+    best = follower.best(int(attempts), lambda done: None if progress is None else progress(done, total))
     frames = (first, len(foregrounds) - last)
     poses, shown, effective, overlap = (
         np.pad(part, (frames, *[(0, 0)] * (part.ndim - 1)), constant_values=np.nan)
@@ -132,35 +132,12 @@ def track_video(
     return VideoTrack(motion, shown, effective, overlap, resized(full, *size), camera is None)
 
 
-@dataclass(frozen=True, eq=False)
-class _Followed:
-    """One attempt: expected poses (T, 25), particles (T, _SHOWN, 25), and what they are worth."""
+def _rate(path) -> float:
+    """The film's own frames per second, or the largest whole fraction of them that isn't above `_MOST_FPS`."""
+    from motionenv.render.reading import video_info
 
-    poses: np.ndarray
-    particles: np.ndarray
-    effective: np.ndarray
-    overlap: np.ndarray
-    evidence: float
-
-
-def _followed(prior: Prior, likelihood: ObservationModel, film, particles: int, layers: int, rng, tick) -> _Followed:
-    """Find where to start and follow to the end of the `film` (T, rows, columns) of foregrounds."""
-    observations = [{"mask": f} for f in film]
-    looked = observations[: max(1, round(_START * prior.fps))]
-    start = automatic_start(likelihood, looked, fps=prior.fps, n=_WIDE, seed=rng)
-    tracker = ParticleFilter(prior, likelihood, particles, layers=layers, seed=rng)
-    tracker.start(start)
-    poses, overlap = np.empty((len(film), 25)), np.empty(len(film))
-    shown, effective = np.empty((len(film), _SHOWN, 25)), np.empty(len(film))
-    evidence = 0.0
-    for i, observation in enumerate(observations):
-        belief = tracker.step(**observation)
-        evidence += belief.log_evidence
-        poses[i], effective[i] = belief.mean, belief.effective
-        shown[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, rng)]
-        overlap[i] = _overlap(poses[i], likelihood.skeleton, likelihood.camera, film[i])
-        tick(i + 1)
-    return _Followed(poses, shown, effective, overlap, evidence)
+    own = video_info(path).fps
+    return own / np.ceil(own / _MOST_FPS)
 
 
 def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarray, tuple[int, int]]:
@@ -171,7 +148,7 @@ def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarr
     width = max(16, round(info.width * min(1.0, _SIDE / max(info.width, info.height))))
     frames = list(read_frames(path, fps=fps, width=width, seconds=seconds))
     if len(frames) < 3:
-        raise FormatError(path, f"holds {len(frames)} frames at {fps:g} fps, too few to follow anybody")
+        raise FormatError(path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to follow anybody")
     if background is None:
         without = frames
     elif isinstance(background, np.ndarray):
@@ -180,11 +157,3 @@ def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarr
         without = list(read_frames(background, fps=fps, width=width, seconds=seconds))
     film = FilmBackground(without)
     return np.stack([film.foreground(f) for f in frames]), (info.width, info.height)
-
-
-def _overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> float:
-    """Intersection over union of a pose's silhouette and the foreground (height, width)."""
-    from motionenv.render import render
-
-    body, seen = render(pose, skeleton, camera).limbs > 0, foreground > 0.5
-    return float((body & seen).sum() / max((body | seen).sum(), 1))

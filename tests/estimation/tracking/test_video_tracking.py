@@ -6,14 +6,17 @@ import pytest
 from motionenv.body import markers
 from motionenv.errors import FormatError, MotionError
 from motionenv.estimation.tracking import VelocityPrior
+from motionenv.estimation.tracking.following import exchanged
 from motionenv.estimation.tracking.foreground import FilmBackground
-from motionenv.estimation.tracking.sightings import resized, side_camera, sightings, span
+from motionenv.estimation.tracking.priors import Start
+from motionenv.estimation.tracking.sightings import departure, resized, side_camera, sightings, span
 from motionenv.estimation.tracking.video import track_video
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import view
 from motionenv.render.reading import read_frames
 from motionenv.render.video import write_video
+from motionenv.types import MARKERS
 
 FPS, HEIGHT, FRAMES = 30, 1.75, 60
 
@@ -120,6 +123,27 @@ def test_when_somebody_is_there():
     assert span(boxes, 64) == (6, 15)
     with pytest.raises(MotionError, match="no foreground"):
         span(boxes[:9], 64)
+
+
+def test_walking_begins_where_the_outline_moves_on():
+    boxes = np.tile([20.0, 40.0, 10.0, 70.0], (60, 1))
+    boxes[25:, :2] += 1.5 * np.arange(35)[:, None]
+    boxes[:4] = np.nan
+    assert 12 <= departure(boxes, 30.0) <= 20
+    assert departure(np.tile([20.0, 40.0, 10.0, 70.0], (60, 1)), 30.0) == 0
+
+
+def test_an_exchanged_start_is_the_mirror_image_in_the_plane_of_walking(crossing):
+    _, _, poses, skeleton, _ = crossing
+    start = Start.at(poses[7], poses[6])
+    other = exchanged(start)
+    heading = np.array([np.cos(poses[7, 5]), np.sin(poses[7, 5]), 0.0])
+    aside = np.array([-heading[1], heading[0], 0.0])
+    true, found = (markers(s.poses[0], skeleton) - [*poses[7, :2], 0.0] for s in (start, other))
+    swapped = [MARKERS.index(m.replace("left", "*").replace("right", "left").replace("*", "right")) for m in MARKERS]
+    np.testing.assert_allclose((found @ aside)[swapped], -(true @ aside), atol=1e-9)
+    np.testing.assert_allclose((found @ heading)[swapped], true @ heading, atol=1e-9)
+    np.testing.assert_allclose(exchanged(other).previous, start.previous, atol=1e-12)
 
 
 @pytest.mark.parametrize(
