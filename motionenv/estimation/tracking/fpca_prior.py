@@ -5,11 +5,11 @@ A particle is φ = (c, ψ, ρ, τ, θ): scores, phase, pace, and where the walke
     θ(t) = μ(ψ_t) + Σ_k c_t,k v_k(ψ_t) + δ_t
 
 δ is what a person does beside the components: people who were not learned from leave them by some degrees. The paper
-leaves the transition noise to others; here c, log ρ and δ return to their means (Ornstein-Uhlenbeck processes), so
-that a walker who is hidden for long becomes any walker again, and c has the model's own covariance: components with
-large singular values change most. Nothing but the model holds joints within their ranges. The root is carried by the
-components too: how far the body comes per cycle, and how high it is, is tabulated from the model's contact with the
-ground.
+takes the transition noise from the singular values, and says no more of it; here c, log ρ and δ return to their means
+(Ornstein-Uhlenbeck processes), so that a walker who is hidden for long becomes any walker again, and c has the model's
+own covariance: components with large singular values change most. Nothing but the model holds joints within their
+ranges. The root is carried by the components too: how far the body comes per cycle, and how high it is, is tabulated
+from the model's contact with the ground.
 """
 
 from dataclasses import dataclass

@@ -89,7 +89,9 @@ def test_few_particles_of_a_filter_get_closer():
         for seed in range(60):
             tracker = ParticleFilter(Still(), Seen(), 10, refine=refine, hidden=0.0, seed=seed)
             tracker.start(Start.at(np.zeros(25)))
-            errors[refine].append(tracker.step(y=Y).mean[0] - MEAN)
+            belief = tracker.step(y=Y)
+            errors[refine].append(belief.mean[0] - MEAN)
+            assert (belief.effective == pytest.approx(10)) == bool(refine)  # all alike after refinement
     assert np.square(errors[6]).mean() < 0.6 * np.square(errors[0]).mean()
 
 

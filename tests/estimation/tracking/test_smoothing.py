@@ -115,6 +115,18 @@ def mixed():
     return prior, prior.initial(Start.at(walk[20], walk[19]), 4, rng)
 
 
+def test_motions_of_a_mixture_hang_together(mixed):
+    prior, _ = mixed
+    tracker = ParticleFilter(prior, ElbowMeasured(), 300, hidden=0.0, seed=1)
+    tracker.start(Start.at(load("walk/fpca").synthesize(seconds=1, fps=30, seed=4).poses[10]))
+    beliefs = [tracker.step(y=0.1 * t) for t in range(8)]
+    drawn = smooth(beliefs, prior, 50, seed=0)
+    assert all(np.isin(drawn[:, t, 0], b.poses[:, 0]).all() for t, b in enumerate(beliefs))
+    rng = np.random.default_rng(0)
+    apart = np.stack([b.poses[rng.choice(300, 50, p=np.exp(b.log_weights))] for b in beliefs], axis=1)
+    assert np.abs(np.diff(drawn, 2, axis=1)).mean() < 0.8 * np.abs(np.diff(apart, 2, axis=1)).mean()
+
+
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_the_density_of_a_mixture_is_that_of_its_draws(mixed, share):
     # E_p[q / p] = 1 for whatever density q that is 0 where p is; here the one of another share of the same priors.
