@@ -71,7 +71,7 @@ def exact(y):
 
 def test_constant_velocity_agrees_with_the_exact_smoother(elbow, measured, beliefs):
     mean, covariance = exact(measured)
-    drawn = smooth(beliefs, elbow, 2000, seed=2)
+    drawn = smooth(beliefs, elbow, 1000, seed=2)
     x = drawn[:, :, ELBOW]
     assert np.abs(x.mean(0) - mean).max() < 0.02
     np.testing.assert_allclose(x.std(0), np.sqrt(np.diag(covariance)), rtol=0.12)
