@@ -87,7 +87,11 @@ class TrackingAgent:
         return [track.belief for track in self._tracks if track is not None and track.belief is not None]
 
     def reset(self, observation, began=None) -> None:
-        """Start new filters; see `motionenv.estimation.playing.Agent` for `observation` and `began`."""
+        """Start new filters; see `motionenv.estimation.playing.Agent` for `observation` and `began`.
+
+        Raises:
+            MotionError: a prior of another frame rate, or one that moves more than the arm where only that moves.
+        """
         began = np.ones(self._actions.n, dtype=bool) if began is None else np.asarray(began, dtype=bool)
         for slot in np.flatnonzero(began).tolist():
             self._tracks[slot] = self._begun(slot)
