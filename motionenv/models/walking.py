@@ -9,23 +9,20 @@ ankle's height says.
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from motionenv.body.skeleton import ANKLE_HEIGHT, limb_radii, symmetric
+from motionenv.body.skeleton import limb_radii, symmetric
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.contact import carry
 from motionenv.models.fpca import FunctionalPCA
 from motionenv.models.gait import forward_speed, gait_channels, walking_cycles
 from motionenv.models.store import save_model
-from motionenv.types import POSE, Cycles, Motion, Skeleton
+from motionenv.types import Cycles, Motion, Skeleton
 
-_HINGES = [i for i, name in enumerate(POSE) if "elbow" in name or "knee" in name]
 _RATE = 60.0  # frames per second at least, at which contact is integrated
 _PADDING = 0.2  # seconds before and after, so that smoothing has no ends
-_STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from bending backwards
-_GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
-_TOGETHER = 16  # walkers at a time, so that what is in work stays in the cache
+_TOGETHER = 16  # walkers that are worth a thread
 _FASTEST = 3.0  # [m/s]
 _SHORTEST = 0.5  # [s] stride time
 
@@ -36,6 +33,24 @@ class Stride:
 
     scores: np.ndarray
     seconds: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Tables:
+    """What each walk needs and the model alone decides.
+
+    Attributes:
+        body: the mean body.
+        people: (q + 1, q + 1) square root of the covariance of scores and log stride times.
+        cycles: (q, q) square root of that of the control points of score splines.
+        terms, heights: what `motionenv.models._walk_kernels.walk` takes.
+    """
+
+    body: Skeleton
+    people: np.ndarray
+    cycles: np.ndarray
+    terms: np.ndarray
+    heights: np.ndarray
 
 
 class WalkingModel:
@@ -82,6 +97,7 @@ class WalkingModel:
             raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(subjects)}")
         channels = [gait_channels(m) for m in motions]
         cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
+        self.__dict__.pop("_tables", None)
         self.fpca_ = FunctionalPCA(self.n_components, self.n_harmonics).fit(cycles)
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
@@ -122,14 +138,14 @@ class WalkingModel:
         """
         self._check_fitted()
         rng = np.random.default_rng(seed)
-        mean, covariance = self.person_mean_[:-1], self.person_covariance_[:-1, :-1]
+        mean, root = self.person_mean_[:-1], self._tables.people
         if speed is not None:
             if not 0.1 <= speed <= _FASTEST:
                 raise MotionError(f"speed must be from 0.1 to {_FASTEST} m/s, got {speed!r}")
             gain = self.person_covariance_[:-1, -1] / self.person_covariance_[-1, -1]
             mean = mean + gain * (np.log(speed / self.height_) - self.person_mean_[-1])
-            covariance = covariance - np.outer(gain, self.person_covariance_[-1, :-1])
-        drawn = mean + rng.standard_normal((n, len(mean))) @ _root_of(covariance).T
+            root = _root_of(self.person_covariance_[:-1, :-1] - np.outer(gain, self.person_covariance_[-1, :-1]))
+        drawn = mean + rng.standard_normal((n, len(mean))) @ root.T
         return Stride(drawn[:, :-1], np.exp(drawn[:, -1]))
 
     def synthesize(
@@ -166,8 +182,8 @@ class WalkingModel:
         _check_request(seconds, fps, variation, phase, n)
         if speed is not None and not 0.1 <= speed <= _FASTEST:
             raise MotionError(f"speed must be from 0.1 to {_FASTEST} m/s, got {speed!r}")
-        if stride is not None and len(stride.seconds) != (n or 1):
-            raise MotionError(f"stride holds {len(stride.seconds)} walkers and n asks for {n or 1}: they must agree")
+        if stride is not None:
+            self._check_stride(stride, n or 1)
         rng = np.random.default_rng(seed)
         body = self.skeleton(height)
         # Fitted speeds are in body heights per second, so that a tall person walks faster with the same scores.
@@ -175,11 +191,8 @@ class WalkingModel:
         stride = self.sample(n or 1, seed=rng, speed=relative) if stride is None else stride
         frames = round(seconds * fps)
         wobble = variation * self._wobble(stride, frames / fps, rng)
-        if speed is not None:
-            stride = self._paced(
-                stride, speed, lambda s: (self._walk(s, frames + 1, fps, body, phase, wobble)[..., 0], fps)
-            )
-        poses = self._walk(stride, frames, fps, body, phase, wobble)
+        poses = np.empty((n or 1, frames, 25))
+        self._walk(stride, wobble, fps, phase, speed or 0.0, body, poses)
         return Motion(poses if n is not None else poses[0], body, fps, "walk")
 
     def skeleton(self, height: float | None = None) -> Skeleton:
@@ -189,7 +202,8 @@ class WalkingModel:
             MotionError: `height` isn't between 0.5 and 2.5 m.
         """
         self._check_fitted()
-        height = self.height_ if height is None else height
+        if height is None:
+            return self._tables.body
         if not 0.5 <= height <= 2.5:
             raise MotionError(f"height must be from 0.5 to 2.5 m, got {height!r}")
         return Skeleton(self.proportions_ * height, limb_radii(height), height)
@@ -208,60 +222,50 @@ class WalkingModel:
     def _wobble(self, stride: Stride, seconds: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines along which scores leave their mean."""
         n, q = stride.scores.shape
-        count = int(np.ceil((seconds + 2 * _PADDING) / min(stride.seconds.min(), _SHORTEST))) + 5
-        # A uniform cubic B-spline of unit-variance points has variance 0.46 to 0.5: scaled to keep the cycles'.
-        return rng.standard_normal((n, count, q)) @ _root_of(self.cycle_covariance_).T / np.sqrt(0.48)
+        count = int(np.ceil((seconds + 2 * _PADDING) / _shortest(stride.seconds))) + 5
+        return rng.standard_normal((n, count, q)) @ self._tables.cycles.T
 
-    def _paced(self, stride: Stride, speed: float, walk) -> Stride:
-        """The same walkers with the stride times that make `walk(stride)` go at `speed` [m/s].
+    def _walk(self, stride: Stride, wobble: np.ndarray, fps: float, phase: float, speed: float, body, poses) -> None:
+        """Fill `poses` (n, frames, 25) with walks; many in as many threads as there are cores."""
+        from motionenv.models._walk_kernels import walk
 
-        Contact decides how far a cycle carries, whatever its pace; but the pace decides which cycles fit, so the steps
-        are shorter than a fixed stride would ask for, and there are four.
-        """
-        shortest = min(_SHORTEST, stride.seconds.min())  # what `_wobble` has control points for
-        for _ in range(4):
-            x, fps = walk(stride)
-            pace = (x[:, -1] - x[:, 0]) * fps / (x.shape[1] - 1)
-            seconds = np.maximum(stride.seconds * (pace / speed) ** 0.75, shortest)
-            stride = Stride(stride.scores, seconds)
-        return stride
-
-    def _walk(self, stride: Stride, frames: int, fps: float, body: Skeleton, phase, wobble) -> np.ndarray:
-        """Poses (n, frames, 25), a few walkers at a time on every core."""
-        poses = np.empty((len(stride.seconds), frames, 25))
-
-        def fill(start: int) -> None:
-            part = slice(start, start + _TOGETHER)
-            some = Stride(stride.scores[part], stride.seconds[part])
-            poses[part] = self._walk_together(some, frames, fps, body, phase, wobble[part])
-
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(fill, range(0, len(poses), _TOGETHER)))
-        return poses
-
-    def _walk_together(self, stride: Stride, frames: int, fps: float, body: Skeleton, phase, wobble) -> np.ndarray:
-        """Poses (n, frames, 25): the cycles played at the stride's pace, on a root moved by contact."""
         finer = int(np.ceil(_RATE / fps))
         rate = fps * finer
-        pad = int(np.ceil(_PADDING * rate))
-        clock = np.arange(-pad, (frames - 1) * finer + 1 + pad) / rate
-        cycles = clock / stride.seconds[:, None]
-        at = (clock + pad / rate) / stride.seconds[:, None]
-        channels = self.fpca_.evaluate(stride.scores[:, None] + _b_spline(wobble, at), phase + cycles)
-        poses = np.zeros((*channels.shape[:2], 25))
-        poses[..., 6:], poses[..., 3:6] = channels[..., :19], channels[..., 19:22]
-        poses[..., _HINGES] = _STIFFNESS * np.logaddexp(0.0, poses[..., _HINGES] / _STIFFNESS)
-        heights = body.height * self._ankle_heights(stride, channels[..., 22:])
-        carry(poses, heights, phase + cycles, rate, body)
-        poses = poses[:, pad : len(clock) - pad : finer]
-        poses[..., :2] -= poses[:, :1, :2]
-        return poses
+        scores, seconds = (np.ascontiguousarray(a, dtype=np.float64) for a in (stride.scores, stride.seconds))
+        clock = float(rate), int(np.ceil(_PADDING * rate)), finer, float(phase), float(speed), _shortest(seconds)
+        person = body.offsets, body.height
+        terms, heights = self._tables.terms, self._tables.heights
 
-    def _ankle_heights(self, stride: Stride, heights: np.ndarray) -> np.ndarray:
-        """Heights (n, frames, 2) of the ankles on a floor that each walker's mean cycle stands on, never under it."""
-        cycle = self.fpca_.inverse_transform(stride.scores)[..., 22:]
-        over = (heights - np.percentile(cycle, 10, axis=1)[:, None]) / _GIVE
-        return ANKLE_HEIGHT + _GIVE * np.logaddexp(0.0, over)
+        def fill(start: int, stop: int) -> None:
+            walk(start, stop, scores, seconds, wobble, clock, terms, heights, person, poses)
+
+        n = len(poses)
+        if n <= _TOGETHER:
+            return fill(0, n)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(lambda start: fill(start, min(start + _TOGETHER, n)), range(0, n, _TOGETHER)))
+
+    @cached_property
+    def _tables(self) -> _Tables:
+        """What each walk needs; `fit` makes it anew."""
+        from motionenv.models._walk_kernels import ORDER
+
+        fpca, height = self.fpca_, self.height_
+        samples, harmonics = len(fpca.mean_), fpca.n_harmonics
+        series = np.concatenate([fpca.mean_coefficients_[None], fpca.component_coefficients_])
+        series[:, 0] *= np.sqrt(1 / samples)
+        series[:, 1:] *= np.sqrt(2 / samples)
+        # The constant, then sine and cosine of each harmonic by turns.
+        columns = [0, *np.column_stack([np.arange(harmonics, 2 * harmonics - 1), np.arange(1, harmonics)]).ravel()]
+        ankles = np.concatenate([fpca.mean_[None], fpca.components_])[..., 22:]
+        return _Tables(
+            Skeleton(self.proportions_ * height, limb_radii(height), height),
+            _root_of(self.person_covariance_[:-1, :-1]),
+            # A uniform cubic B-spline of unit-variance points has variance 0.46 to 0.5: scaled to keep the cycles'.
+            _root_of(self.cycle_covariance_) / np.sqrt(0.48),
+            np.ascontiguousarray(series[:, columns][..., ORDER]).reshape(len(series), -1),
+            np.ascontiguousarray(np.moveaxis(ankles, -1, 0)),
+        )
 
     def save(self, path, card: dict | None = None) -> None:
         """Write the fitted model to `path` (.npz) with a model `card`."""
@@ -295,6 +299,16 @@ class WalkingModel:
             setattr(model, name, arrays[name])
         return model
 
+    def _check_stride(self, stride: Stride, n: int) -> None:
+        """Refuse walkers that are not `n` of this model's."""
+        if len(stride.seconds) != n:
+            raise MotionError(f"stride holds {len(stride.seconds)} walkers and n asks for {n}: they must agree")
+        seconds, want = np.asarray(stride.seconds), (n, self.fpca_.n_components)
+        if np.shape(stride.scores) != want or not np.isfinite(stride.scores).all() or seconds.shape != (n,):
+            raise MotionError(f"stride must hold finite scores {want} and stride times ({n},), as sample() draws them")
+        if not (0.0 < seconds.min() and seconds.max() < np.inf):
+            raise MotionError(f"stride times must be finite and above 0 s, got {seconds.min()!r} to {seconds.max()!r}")
+
     def _check_fitted(self) -> None:
         if not hasattr(self, "fpca_"):
             raise ModelError("this WalkingModel is not fitted: call fit(motions, subjects) first, or motionenv.load")
@@ -303,13 +317,9 @@ class WalkingModel:
 _STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")
 
 
-def _b_spline(points: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Uniform cubic B-splines (n, frames, q) with control points (n, k, q) at parameters (n, frames) from 0."""
-    first = np.floor(at).astype(np.intp)
-    u = (at - first)[..., None]
-    basis = ((1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3)
-    rows = np.arange(len(points))[:, None]
-    return sum(b * points[rows, first + i] for i, b in enumerate(basis)) / 6.0
+def _shortest(seconds: np.ndarray) -> float:
+    """The shortest stride time [s] of walkers with those (n,) of their own, however fast they are asked to walk."""
+    return min(_SHORTEST, float(seconds.min()))
 
 
 def _root_of(covariance: np.ndarray) -> np.ndarray:
