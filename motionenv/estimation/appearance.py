@@ -151,7 +151,8 @@ class AppearanceModel:
         body = (limbs.sum(axis=0) + _FLAT * flat) / (limbs.sum() + _FLAT)
         limbs = (limbs + _POOL * body) / (limbs.sum(axis=1, keepdims=True) + _POOL)
         background = (background + _FLAT * flat) / (background.sum() + _FLAT)
-        return np.log((1 - self.outliers) * limbs / background + self.outliers)
+        share = self.outliers
+        return np.log(((1 - share) * limbs + share * background) / ((1 - share) * background + share * body))
 
     def _counted(self, poses: np.ndarray, log_weights) -> np.ndarray:
         """Pixels (1 + limbs, bins) of background and of each limb, by colour, as far as the belief is sure of them."""

@@ -26,7 +26,7 @@ def drawn(poses, camera=CAMERA):
 
 
 def along(model, image, poses):
-    return outline_sums(model, np.zeros((image.shape[0], image.shape[1] + 1)), image, poses, model.workers)[1]
+    return outline_sums(model, np.zeros_like(image), image, poses, model.workers)[1]
 
 
 def test_points_lie_on_the_outlines_of_drawn_silhouettes():
@@ -126,3 +126,28 @@ def test_misuse():
     model.observe(mask=np.zeros((96, 96), bool))
     with pytest.raises(MotionError, match="finite"):
         model.log_likelihood(np.full((1, 25), np.nan))
+
+
+@pytest.mark.parametrize("form", ["mask", "rgb"])
+def test_edges_where_nothing_can_be_seen_do_not_count(form):
+    """A bright post before the body: its own outline says nothing, nor does what it hides."""
+    camera = view(0.2, width=64, height=64, distance=4.0)
+    poses = np.zeros((6, 25))
+    poses[:, 2], poses[:, 0] = 0.93, np.linspace(-0.5, 0.5, 6)
+    frame = Raycaster().render(poses[2], from_height(), camera)
+    post = np.zeros((64, 64), dtype=bool)
+    post[:, 30:33] = True
+    whole = frame.limbs > 0 if form == "mask" else frame.rgb
+    behind = whole.copy()
+    behind[post] = 0 if form == "mask" else 250
+    model = EdgeModel(camera)
+    model.observe(**{form: behind}, unseen=post)
+    assert model.odds is not None
+    np.testing.assert_array_equal(model.odds[post], 0.0)
+    hidden = model.log_likelihood(poses)
+    model.observe(**{form: behind})
+    assert not np.array_equal(model.log_likelihood(poses), hidden)
+    model.observe(**{form: behind}, unseen=np.ones((64, 64), dtype=bool))
+    np.testing.assert_array_equal(model.log_likelihood(poses), 0.0)
+    with pytest.raises(MotionError, match="unseen"):
+        model.observe(**{form: behind}, unseen=np.zeros((9, 9), dtype=bool))

@@ -33,10 +33,8 @@ def drawn(poses, camera, body=BODY):
 
 def sums(model, poses, image):
     """Sums of `image` under silhouettes, as the model computes them."""
-    running = np.zeros((image.shape[0], image.shape[1] + 1))
-    np.cumsum(image, axis=1, out=running[:, 1:])
     out = np.empty(len(poses))
-    silhouette_sums(limb_segments(poses, model.skeleton), model.skeleton.radii, *model.view, running, out)
+    silhouette_sums(limb_segments(poses, model.skeleton), model.skeleton.radii, *model.view, image, out)
     return out
 
 
@@ -262,3 +260,31 @@ def test_a_refused_observation_leaves_the_last_one():
     with pytest.raises(MotionError):
         model.observe(mask=np.ones((3, 3)))
     assert np.array_equal(model.log_likelihood(poses), scores)
+
+
+@pytest.mark.parametrize("form", ["mask", "depth"])
+def test_pixels_where_nothing_can_be_seen_say_nothing(form):
+    """Whatever they show, and however bodies differ behind them; elsewhere everything stays as it was."""
+    camera, body = view(0.2, width=64, height=64, distance=4.0), from_height()
+    poses = np.zeros((6, 25))
+    poses[:, 2], poses[:, 17] = 0.93, np.linspace(-0.8, 0.8, 6)
+    frames = Raycaster().render(poses, body, camera, rgb=False)
+    shown = frames.limbs[0] > 0 if form == "mask" else frames.depth[0]
+    model = ObservationModel(camera, body, effective=None)
+    below = np.zeros((64, 64), dtype=bool)
+    below[25:] = True
+    said = []
+    for content in (shown, np.where(below, 0, shown)):
+        model.observe(**{form: content.astype(shown.dtype)}, unseen=below)
+        said.append(model.log_likelihood(poses))
+    np.testing.assert_array_equal(said[0], said[1])
+    model.observe(**{form: shown}, unseen=np.ones((64, 64), dtype=bool))
+    np.testing.assert_allclose(np.ptp(model.log_likelihood(poses)), 0.0, atol=1e-9)
+    model.observe(**{form: shown})
+    all_of_it = model.log_likelihood(poses)
+    model.observe(**{form: shown}, unseen=np.zeros((64, 64), dtype=bool))
+    np.testing.assert_array_equal(model.log_likelihood(poses), all_of_it)
+    with pytest.raises(MotionError, match="unseen"):
+        model.observe(**{form: shown}, unseen=np.zeros((64, 63), dtype=bool))
+    with pytest.raises(MotionError, match="bool"):
+        model.observe(**{form: shown}, unseen=np.zeros((64, 64)))
