@@ -122,6 +122,15 @@ def test_synth_is_the_motion_that_python_gives(run, tmp_path, model):
     assert made.skeleton.height == 1.6
 
 
+def test_synth_takes_who_walks_as_deviations(run, tmp_path):
+    from motionenv.models.synthesis import synthesize
+
+    run("synth", "walk/fpca", "--seconds", 1, "--fps", 30, "--deviations", "1,0,-2", "--out", "w.npz")
+    expected = synthesize("walk/fpca", 1.0, 30.0, seed=0, deviations=[1.0, 0.0, -2.0])
+    assert motionenv.read(tmp_path / "w.npz").poses.tobytes() == expected.poses.tobytes()
+    refused(run("synth", "walk/fpca", "--deviations", "1;2", "--out", "w.npz"), "commas between")
+
+
 def test_as_a_program_it_makes_the_same_bytes(run, tmp_path):
     run("synth", "walk/fpca", "--seconds", 1, "--seed", 5, "--out", "here.npz")
     done = in_a_process("synth", "walk/fpca", "--seconds", 1, "--seed", 5, "--out", "there.npz", cwd=tmp_path)

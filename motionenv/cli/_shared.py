@@ -50,6 +50,18 @@ def check_folder(out: Path) -> None:
         raise MotionError(f"can't write {out}: there is no folder {out.parent}; make it first, or choose another")
 
 
+def parsed_numbers(text: str | None, name: str) -> list[float] | None:
+    """Numbers from "1,0,-2"; None from None.
+
+    Raises:
+        MotionError: something else; says which option `name` it was for.
+    """
+    try:
+        return None if text is None else [float(part) for part in text.split(",")]
+    except ValueError:
+        raise MotionError(f"{name} must be numbers with commas between, such as 1,0,-2; got {text!r}") from None
+
+
 def parsed_view(text: str) -> float:
     """View angle α [rad] (paper B) from "side", "front", "oblique" or degrees.
 

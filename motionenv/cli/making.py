@@ -16,6 +16,7 @@ from motionenv.cli._shared import (
     View,
     check_folder,
     err,
+    parsed_numbers,
     parsed_size,
     parsed_view,
     progress,
@@ -51,17 +52,23 @@ def synth(
     height: Height = None,
     phase: Annotated[float, typer.Option(help="Where in the cycle to start, in cycles.")] = 0.0,
     variation: Annotated[float, typer.Option(help="How much cycles differ; 0 repeats one exactly.")] = 1.0,
+    deviations: Annotated[
+        str | None, typer.Option(help="Who walks: standard deviations along each component, as 1,0,-2; else drawn.")
+    ] = None,
 ) -> None:
     """Synthesise a walk into a motion file.
 
-    Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --seed 3 --out walk.bvh
+    Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --deviations 1,0,-2 --seed 3 --out walk.bvh
     """
     from motionenv.mocap import write
     from motionenv.mocap.writing import check_suffix
     from motionenv.models.synthesis import synthesize
 
     check_suffix(out)
-    motion = synthesize(model, seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation)
+    motion = synthesize(
+        model, seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation,
+        deviations=parsed_numbers(deviations, "deviations"),
+    )  # fmt: skip
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames, {motion.seconds:g} s at {motion.fps:g} fps")
 

@@ -1,4 +1,4 @@
-"""Videos out: MP4, GIF, animated WebP or a folder of PNGs, through PyAV, whose wheels carry ffmpeg.
+"""Videos out: MP4 (as a stream too), GIF, animated WebP or PNGs, through PyAV, whose wheels carry ffmpeg.
 
 The caller's thread makes the frames (an OpenGL context belongs to its thread) while another encodes, at most a few
 frames behind, so that a video of any length takes no more memory than a short one. The same frames give the same
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import av
 import numpy as np
@@ -28,6 +28,7 @@ _WEBP_QUALITY = 80
 # Players show GIF frames of less than 1/50 s much slower; milliseconds are WebP's unit; the rest is good measure.
 _MOST_FPS = {".mp4": 1000, ".gif": 50, ".webp": 1000, "": 1000}
 _LEAST_FPS = 0.01
+_FRAGMENT = 0.5  # [s] from one key frame of a stream to the next
 
 
 def write_video(
@@ -72,6 +73,68 @@ def write_video(
             raise MotionError(f"can't encode {path}: {error.strerror}; try another size or another format") from error
 
 
+def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[bytes]:
+    """The bytes of an MP4 that can be sent, and watched, while it is made: H.264 in fragments of half a second.
+
+    After each frame come the bytes that are ready, often none, so that whoever takes them can stop at any frame, by
+    `close()`. Nothing is drawn or encoded ahead. The same frames give the same bytes.
+
+    Args:
+        frames: uint8 (H, W, 3), all of one size: an array (T, H, W, 3) or any iterable, taken one at a time.
+        fps: frames per second, from 0.01 to 1000.
+        crf: quality, from 0 (best) to 51 (worst).
+
+    Raises:
+        MotionError: fps, crf or frames out of their range, no frames, or a picture that can't be encoded.
+    """
+    rate = _checked_rate(".mp4", fps, crf)
+    return _streamed(_checked_frames(frames, None), rate, crf)
+
+
+def _streamed(frames: Iterator[av.VideoFrame], rate: Fraction, crf: int) -> Iterator[bytes]:
+    """Parts of a fragmented MP4."""
+    sink = _Sink()
+    muxer = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
+    every = str(max(1, round(_FRAGMENT * rate)))
+    how = {"preset": "superfast", "tune": "animation,zerolatency", "g": every, "keyint_min": every, "sc_threshold": "0"}
+    try:
+        with _encoder(sink, "libx264", "yuv420p", rate, muxer, container="mp4", crf=str(crf), **how) as add:
+            for frame in frames:
+                add(_yuv(frame))
+                yield sink.taken()
+        yield sink.taken()
+    except av.FFmpegError as error:
+        raise MotionError(f"can't encode this video: {error.strerror}; try another size") from error
+
+
+class _Sink:
+    """A file that can't be read or sought, whose bytes are taken while it is written."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+
+    def write(self, data: bytes) -> int:
+        """Keep `data`."""
+        self._parts.append(bytes(data))
+        return len(data)
+
+    def taken(self) -> bytes:
+        """What was written since the last call."""
+        data = b"".join(self._parts)
+        self._parts.clear()
+        return data
+
+
+def png(rgb) -> bytes:
+    """One picture (H, W, 3) uint8 as the bytes of a PNG file.
+
+    Raises:
+        MotionError: not a picture.
+    """
+    (picture,) = _checked_frames([rgb], None)
+    return _png(picture)
+
+
 def write_image(path, rgb) -> None:
     """Write one picture (H, W, 3) uint8 to a PNG file, whole or not at all.
 
@@ -85,9 +148,9 @@ def write_image(path, rgb) -> None:
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise MotionError(f"can't write a picture to {path}: its name must end in .png")
-    (picture,) = _checked_frames([rgb], None)
+    data = png(rgb)
     with atomic_write(path) as part:
-        part.write_bytes(_png(picture))
+        part.write_bytes(data)
 
 
 def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
@@ -101,14 +164,24 @@ def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
             f"can't write a video to {path}: the name must end in .mp4, .gif or .webp, or have no suffix for a "
             "folder of PNGs"
         )
+    rate = _checked_rate(suffix, fps, crf)
+    if suffix and path.is_dir():
+        raise MotionError(f"can't write {path}: a folder has that name; choose another")
+    return rate
+
+
+def _checked_rate(suffix: str, fps, crf) -> Fraction:
+    """The frame rate as a fraction.
+
+    Raises:
+        MotionError: fps or crf out of what the format with this `suffix` can have.
+    """
     if not _LEAST_FPS <= checked_fps(fps) <= _MOST_FPS[suffix]:
         raise MotionError(
             f"fps must be from {_LEAST_FPS} to {_MOST_FPS[suffix]} for {suffix or 'a folder of PNGs'}, got {fps!r}"
         )
     if isinstance(crf, bool) or crf not in range(52):
         raise MotionError(f"crf must be a whole number from 0 (best) to 51 (smallest), got {crf!r}")
-    if suffix and path.is_dir():
-        raise MotionError(f"can't write {path}: a folder has that name; choose another")
     return Fraction(fps).limit_denominator(1001)
 
 
@@ -153,10 +226,13 @@ def _in_background(items: Iterable, work: Callable) -> None:
 
 
 @contextmanager
-def _encoder(path: Path, codec: str, pixels: str, rate: Fraction, muxer=None, **options: str) -> Iterator[Callable]:
-    """A function that appends one `av.VideoFrame` to the file at `path`; it ends with the block."""
-    with av.open(str(path), "w", options={"fflags": "+bitexact", **(muxer or {})}) as container:
-        stream = cast(av.VideoStream, container.add_stream(codec, rate=rate, options=options))
+def _encoder(
+    to: Path | _Sink, codec: str, pixels: str, rate: Fraction, muxer=None, container: str | None = None, **options: str
+) -> Iterator[Callable]:
+    """A function that appends one `av.VideoFrame` to a file or sink; it ends with the block."""
+    file: Any = to if isinstance(to, _Sink) else str(to)
+    with av.open(file, "w", format=container, options={"fflags": "+bitexact", **(muxer or {})}) as output:
+        stream = cast(av.VideoStream, output.add_stream(codec, rate=rate, options=options))
         context = stream.codec_context
         context.thread_count = 1
         context.flags |= av.codec.context.Flags.bitexact
@@ -172,10 +248,10 @@ def _encoder(path: Path, codec: str, pixels: str, rate: Fraction, muxer=None, **
                 stream.width, stream.height = frame.width, frame.height
             frame.pts, frame.time_base = count, 1 / rate
             count += 1
-            container.mux(stream.encode(frame))
+            output.mux(stream.encode(frame))
 
         yield add
-        container.mux(stream.encode())
+        output.mux(stream.encode())
 
 
 def _write_mp4(path: Path, frames: Iterator[av.VideoFrame], rate: Fraction, crf: int) -> None:

@@ -7,7 +7,8 @@ import motionenv
 from motionenv.body import markers
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.fpca import FunctionalPCA
-from motionenv.models.synthesis import scaled, synthesize
+from motionenv.models.gait import gait_channels, walking_cycles
+from motionenv.models.synthesis import components, scaled, synthesize
 from motionenv.types import Cycles
 
 MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior")
@@ -126,3 +127,45 @@ def test_a_tree_has_no_cycles():
     for seconds, fps in ((np.nan, 30), (1, 2000), (1, -1), (0, 30)):
         with pytest.raises(MotionError):
             synthesize("mixed/tree", seconds, fps)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_deviations_are_along_the_components(model):
+    fitted = motionenv.load(model)
+    mean, deviation = components(fitted)
+    scores = mean + deviation * np.eye(len(mean))[1] * 1.5
+    walks = [synthesize(fitted, 2, 30, seed=3, **who) for who in (
+        {"deviations": [0, 1.5]}, {"deviations": [0.0, 1.5, 0.0]}, {"scores": scores}, {"scores": scores[:2]},
+    )]  # fmt: skip
+    assert len({walk.poses.tobytes() for walk in walks}) == 1
+    assert (synthesize(fitted, 2, 30, seed=3, deviations=[0, -1.5]).poses != walks[0].poses).any()
+
+
+def test_a_given_walker_has_the_scores_and_the_pace_that_were_asked_for():
+    model = motionenv.load("walk/fpca")
+    mean, deviation = components(model)
+    motion = synthesize(model, 8, 60, deviations=[1.0, -0.5], variation=0.0)
+    cycles = walking_cycles([gait_channels(motion)], [60], ["her"])
+    got = np.median(model.fpca_.transform(cycles.values), axis=0)
+    np.testing.assert_allclose((got - mean)[:2] / deviation[:2], [1.0, -0.5], atol=0.25)
+    # Closed form of a Gaussian's conditional mean by regression on many draws.
+    drawn = model.sample(20_000, seed=0)
+    design = np.c_[np.ones(20_000), drawn.scores]
+    weights = np.linalg.lstsq(design, np.log(drawn.seconds), rcond=None)[0]
+    expected = np.exp(weights @ [1, *(mean + deviation * [1.0, -0.5, 0, 0, 0, 0, 0, 0])])
+    assert cycles.seconds[0] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_given_walker_goes_at_the_speed_that_is_asked_for(model):
+    motion = synthesize(model, 6, 60, seed=1, deviations=[1.0], speed=1.2, height=1.6)
+    assert (motion.poses[-1, 0] - motion.poses[0, 0]) * 60 / 359 == pytest.approx(1.2, rel=0.03)
+    assert motion.skeleton.height == pytest.approx(1.6)
+
+
+def test_what_can_not_be_a_walker_is_refused():
+    for wrong in ({"deviations": [1.0] * 9}, {"scores": [np.nan]}, {"deviations": [[1.0]]}):
+        with pytest.raises(MotionError, match="up to 8 finite numbers"):
+            synthesize("walk/fpca", 1, 30, **wrong)
+    with pytest.raises(MotionError, match="give one of them"):
+        synthesize("walk/fpca", 1, 30, deviations=[1.0], scores=[1.0])

@@ -7,7 +7,7 @@ import motionenv
 from motionenv.body import markers
 from motionenv.errors import GapError, MotionError
 from motionenv.render import Scene, render
-from motionenv.render.film import cameras_for, film
+from motionenv.render.film import cameras_for, film, picture
 from motionenv.types import Motion
 
 
@@ -77,3 +77,28 @@ def test_a_batch_and_an_unknown_engine_are_refused():
     one = motionenv.Motion(batch.poses[0], batch.skeleton, 30)
     with pytest.raises(MotionError, match="engine must be one of raycast, pyrender, got 'foo'"):
         film(one, points=True, engine="foo")
+
+
+@pytest.mark.parametrize("how", [{}, {"points": True, "colour": (0, 0, 0), "background": (1, 1, 1)}, {"follow": False}])
+def test_one_picture_is_that_of_the_film(walk, how):
+    frames = list(film(walk, 0.5, width=64, height=48, elevation=0.3, **how))
+    np.testing.assert_array_equal(picture(walk, 20, 0.5, width=64, height=48, elevation=0.3, **how), frames[20])
+    with pytest.raises(MotionError, match="frames 0 to 34, got 35"):
+        picture(walk, 35)
+
+
+def test_a_plain_background_and_dots_have_the_colours_asked_for(walk):
+    red = next(film(walk, 0.5, width=64, height=48, background=(1.0, 0.0, 0.5)))
+    assert np.abs(red[[0, -1]].astype(int) - [255, 0, 128]).max() <= 1
+    dots = next(film(walk, 0.0, width=160, height=120, points=True, colour=(0, 0, 0), background=(1, 1, 1)))
+    assert (dots[0] == 255).all()
+    assert dots.min() == 0
+    for wrong in ({"background": (2, 0, 0)}, {"colour": (0, 0)}):
+        with pytest.raises(MotionError, match="from 0 to 1"):
+            film(walk, 0.0, **wrong)
+
+
+def test_a_camera_can_look_down(walk):
+    level, steep = (cameras_for(walk, 0.0, 96, 72, follow=True, elevation=e)[0] for e in (0.0, 1.0))
+    assert steep.centre[2] > level.centre[2] + 1.0
+    assert np.arcsin(-steep.R[2, 2]) == pytest.approx(1.0)

@@ -1,6 +1,7 @@
 """Videos read back by independent readers: PyAV's decoder for MP4, Pillow for GIF, WebP and PNG."""
 
 import hashlib
+import io
 import resource
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 from motionenv.errors import MotionError
-from motionenv.render.video import write_image, write_video
+from motionenv.render.video import png, stream_video, write_image, write_video
 
 SUFFIXES = [".mp4", ".gif", ".webp", ""]
 
@@ -219,7 +220,7 @@ FULL_DISK = """
     import resource, signal, sys
     import numpy as np
     from motionenv.errors import MotionError
-    from motionenv.render.video import write_image, write_video
+    from motionenv.render.video import png, stream_video, write_image, write_video
 
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     noise = np.random.default_rng(0).integers(0, 255, (20, 64, 64, 3), dtype=np.uint8)
@@ -256,3 +257,50 @@ def test_write_image(tmp_path):
     with pytest.raises(MotionError, match="must be uint8"):
         write_image(tmp_path / "b.png", picture[..., 0])
     assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_a_stream_is_the_film_in_parts_that_can_be_watched_as_they_come():
+    parts = list(stream_video(walk(n=40), 30))
+    assert len(parts) == 41
+    assert parts[0][4:8] == b"ftyp"  # the beginning comes with the first frame
+    assert sum(map(bool, parts)) >= 3
+    with av.open(io.BytesIO(b"".join(parts))) as container:
+        shown = np.stack([f.to_ndarray(format="rgb24") for f in container.decode(video=0)])
+        assert container.streams.video[0].average_rate == 30
+    assert np.abs(shown.astype(int) - truth(n=40)).mean() < 4
+    with av.open(io.BytesIO(b"".join(parts[:20]))) as begun:  # one fragment has come whole
+        assert sum(1 for _ in begun.decode(video=0)) == 15
+
+
+def test_a_stream_is_the_same_each_time():
+    sizes = {"height": 51, "width": 67}
+    assert len({b"".join(stream_video(walk(n=20, **sizes), 25)) for _ in range(3)}) == 1
+
+
+def test_a_stream_that_is_closed_draws_no_more():
+    taken = []
+
+    def drawn():
+        for frame in walk(n=50):
+            taken.append(1)
+            yield frame
+
+    stream = stream_video(drawn(), 30)
+    for _ in range(5):
+        next(stream)
+    stream.close()
+    assert len(taken) == 5
+
+
+def test_a_stream_that_can_not_be_is_refused():
+    for fps, crf in ((0, 20), (30, 99)):
+        with pytest.raises(MotionError, match="fps|crf"):
+            stream_video(walk(), fps, crf=crf)
+    with pytest.raises(MotionError, match="no frames"):
+        list(stream_video([], 30))
+    with pytest.raises(MotionError, match="one size"):
+        list(stream_video([truth()[0], truth()[0, 1:]], 30))
+
+
+def test_a_picture_is_bytes_too():
+    np.testing.assert_array_equal(np.asarray(Image.open(io.BytesIO(png(truth()[3])))), truth()[3])
