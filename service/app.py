@@ -12,7 +12,7 @@ from service.admission import Workshop
 from service.catalogue import Catalogue
 from service.metrics import Metrics
 from service.middleware import Guarding, Observing
-from service.routes import health, synthesis
+from service.routes import health, lift, stream, synthesis, tree
 from service.settings import Settings
 
 
@@ -28,6 +28,7 @@ class Service:
         workshop: threads that compute.
         painter: the one thread that OpenGL is called from.
         ready: whether the models are loaded.
+        streams: how many WebSockets get motion.
     """
 
     def __init__(self, settings: Settings):
@@ -35,7 +36,7 @@ class Service:
         self.catalogue = Catalogue(settings.data / "models")
         self.workshop = Workshop(settings.threads, settings.waiting)
         self.painter = Workshop(1, settings.waiting, name="opengl")
-        self.ready = False
+        self.ready, self.streams = False, 0
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -64,6 +65,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         )
     app.add_middleware(Observing, settings=service.settings, metrics=service.metrics)
     problems.install(app)
-    for module in (health, synthesis):
+    for module in (health, synthesis, tree, lift, stream):
         app.include_router(module.router)
     return app

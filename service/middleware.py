@@ -64,11 +64,13 @@ class Observing:
         except TimeoutError:
             if answer.status:
                 raise
+            answer.deadline = None
             await _answer(scope, receive, answer.send, 504, f"no answer within {self.seconds:g} s: ask for less")
         except Exception:  # the last resort: whatever it is, the client gets a problem and the log the rest
             _log.exception("request failed", request_id=answer.request_id, path=scope["path"])
             if answer.status:
                 raise
+            answer.deadline = None
             detail = "this is a defect of the service: please report it"
             await _answer(scope, receive, answer.send, 500, detail)
 
@@ -93,14 +95,15 @@ class _Answer:
 
     def __init__(self, send: Send, request_id: str):
         self.begun, self.status, self.size = time.perf_counter(), 0, 0
-        self.request_id, self.deadline = request_id, asyncio.timeout(None)
-        self._send = send
+        self.request_id, self._send = request_id, send
+        self.deadline: asyncio.Timeout | None = None
 
     async def send(self, message: Message) -> None:
         """Send part of the answer; its beginning ends the deadline."""
         if message["type"] == "http.response.start":
             self.status = message["status"]
-            self.deadline.reschedule(None)
+            if self.deadline is not None:
+                self.deadline.reschedule(None)
             message["headers"] = [*message.get("headers", ()), (b"x-request-id", self.request_id.encode())]
         else:
             self.size += len(message.get("body", b""))

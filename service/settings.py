@@ -48,6 +48,7 @@ class Settings(BaseSettings):
         default_factory=lambda: os.cpu_count() or 1, ge=1, le=256, description="Threads that compute, in each process."
     )
     waiting: int = Field(32, ge=0, description="Requests that may wait for such a thread; more get 503.")
+    streams: int = Field(32, ge=0, description="WebSockets that get motion at a time, in each process.")
     request_seconds: float = Field(60.0, gt=0, description="Seconds until the answer of a request must begin.")
     shutdown_seconds: float = Field(30.0, ge=0, description="Seconds that running requests have to end at shutdown.")
 

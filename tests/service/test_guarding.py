@@ -1,5 +1,6 @@
 """Keys, sizes, rates, slow clients, problems: what every request meets."""
 
+import asyncio
 import base64
 import socket
 import time
@@ -8,6 +9,7 @@ import httpx
 import pytest
 from pydantic import ValidationError
 
+from service.app import create_app
 from service.settings import Settings
 
 ASK = {"seed": 1, "seconds": 0.1}
@@ -154,3 +156,18 @@ def test_settings_survive_the_environment(monkeypatch, tmp_path):
     for name, value in made.environment().items():
         monkeypatch.setenv(name, value)
     assert Settings() == made
+
+
+def test_defects_and_delays_end_as_problems(tmp_path):
+    app = create_app(Settings(data=tmp_path, request_seconds=0.2))
+    app.add_api_route("/defect", lambda: 1 / 0)
+    app.add_api_route("/delay", lambda: time.sleep(2))
+
+    async def ask(path: str) -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
+            return await client.get(path)
+
+    for path, status in (("/defect", 500), ("/delay", 504)):
+        answer = asyncio.run(ask(path))
+        assert (answer.status_code, answer.json()["status"]) == (status, status)
+        assert "division" not in answer.text

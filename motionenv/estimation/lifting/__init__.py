@@ -9,7 +9,7 @@ which `series` makes of raw points. `refine` explains the raw points themselves,
 """
 
 from motionenv.estimation.lifting.known import Reconstruction, least_squares, maximum_a_posteriori
-from motionenv.estimation.lifting.lifter import Lifted, OtherView, lift
+from motionenv.estimation.lifting.lifter import UNLIKE, Lifted, OtherView, lift
 from motionenv.estimation.lifting.projecting import project_markers
 from motionenv.estimation.lifting.refined import Refined
 from motionenv.estimation.lifting.refining import Start, refine
@@ -17,6 +17,7 @@ from motionenv.estimation.lifting.series import Series, fourier_points
 from motionenv.estimation.lifting.unknown import Views, find_view
 
 __all__ = [
+    "UNLIKE",
     "Lifted",
     "OtherView",
     "Reconstruction",

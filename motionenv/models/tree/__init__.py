@@ -3,7 +3,7 @@
 from motionenv.models.tree.capture import read_clips
 from motionenv.models.tree.database import Clip, Database, build_database
 from motionenv.models.tree.frames import resample
-from motionenv.models.tree.growth import Growth, Options, Target, synthesize
+from motionenv.models.tree.growth import Growth, Options, Target, history, synthesize
 from motionenv.models.tree.model import MotionTree, Samples
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "Samples",
     "Target",
     "build_database",
+    "history",
     "read_clips",
     "resample",
     "synthesize",

@@ -26,6 +26,7 @@ from motionenv.errors import ModelError, MotionError
 from motionenv.models.tree._exact_kernels import scratch
 from motionenv.models.tree._footing_kernels import footing_on
 from motionenv.models.tree._growth_kernels import Settings, Source, State, grow
+from motionenv.models.tree.database import Database
 from motionenv.models.tree.frames import FPS, WINDOW, parameters, turned_towards
 from motionenv.models.tree.model import METHODS, PARTS, MotionTree
 from motionenv.models.tree.outlook import Outlook, look_ahead
@@ -218,23 +219,28 @@ class Growth:
 
     def _started_in_database(self, activity: str | None, rng: np.random.Generator) -> State:
         database, outlook = self._trees[0].database_, self._outlooks[0]
-        if activity is not None and activity not in outlook.activities:
-            raise MotionError(_unknown(activity, outlook.activities))
-        frames = self._trees[0].frames_
-        among = np.arange(len(frames)) if activity is None else np.flatnonzero(
-            outlook.activity == outlook.activities.index(activity)
-        )  # fmt: skip
-        left = database.starts[1:][database.sequence_of(frames[among])] - frames[among]
-        among = among[left >= min(_LEAD, left.max())]
-        among = among[np.argsort(frames[among])]  # trees of the same database start at the same window
-        i = among[rng.integers(len(among))]
-        frame = frames[i]
-        first = database.starts[database.sequence_of(frame)]
-        recent = parameters(database.poses[max(first, frame - WINDOW - 1) : frame + 1])[-WINDOW:]
+        i = _start_window(self._trees[0], activity, rng)
+        frame = self._trees[0].frames_[i]
+        recent = parameters(_leading_to(database, frame))[-WINDOW:]
         pose = database.poses[frame].astype(np.float64)
         pose[[0, 1, 5]] = 0.0
         windows = np.array([o.place[frame - 1] for o in self._outlooks])
         return _state(recent, pose, windows, outlook.ground[i])
+
+
+def history(tree: MotionTree, activity: str | None = None, *, seed=None) -> np.ndarray:
+    """The last 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s of a window of the database, to start from.
+
+    Args:
+        tree: whose database.
+        activity: a label of the database, or None for any window.
+        seed: int or Generator, which picks the window: the one that `Growth` starts from with the same seed.
+
+    Raises:
+        MotionError: an activity that the database doesn't have.
+    """
+    i = _start_window(tree, activity, np.random.default_rng(seed))
+    return _leading_to(tree.database_, tree.frames_[i]).astype(np.float64)
 
 
 def synthesize(
@@ -282,6 +288,30 @@ def outlook_of(tree: MotionTree) -> Outlook:
         index = tree.index_
         _OUTLOOKS[tree] = look_ahead(tree.database_, tree.frames_, _fixed(index.blocks), _fixed(index.boxes))
     return _OUTLOOKS[tree]
+
+
+def _start_window(tree: MotionTree, activity: str | None, rng: np.random.Generator) -> int:
+    """Position of a window of an activity that a motion can start from.
+
+    Raises:
+        MotionError: an activity that the database doesn't have.
+    """
+    database, outlook, frames = tree.database_, outlook_of(tree), tree.frames_
+    if activity is not None and activity not in outlook.activities:
+        raise MotionError(_unknown(activity, outlook.activities))
+    among = np.arange(len(frames)) if activity is None else np.flatnonzero(
+        outlook.activity == outlook.activities.index(activity)
+    )  # fmt: skip
+    left = database.starts[1:][database.sequence_of(frames[among])] - frames[among]
+    among = among[left >= min(_LEAD, left.max())]
+    among = among[np.argsort(frames[among])]  # trees of the same database start at the same window
+    return int(among[rng.integers(len(among))])
+
+
+def _leading_to(database: Database, frame: int) -> np.ndarray:
+    """The poses (10 to 12, 25) of a clip up to one of its frames."""
+    first = database.starts[database.sequence_of(frame)]
+    return database.poses[max(first, frame - WINDOW - 1) : frame + 1]
 
 
 def _source(tree: MotionTree, outlook: Outlook) -> Source:

@@ -252,6 +252,11 @@ class MotionTree:
         self.check()
         return self.database_.sequence_of(self.frames_[windows])
 
+    def leaf(self, windows) -> np.ndarray:
+        """Index (...) of the leaf of the paper's tree that each of `windows` (...) is in."""
+        self.check()
+        return self.descent_.leaf_of(windows)
+
     def recent(self, history) -> "Recent":
         """What a history says, in the database's terms.
 

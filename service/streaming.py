@@ -1,0 +1,111 @@
+"""Motion without end, whose parameters change while it runs.
+
+A tree grows frame by frame. A walking model makes half a minute at a time; where one piece ends, or parameters change,
+the next one begins at the frame of its first seconds whose pose and movement are nearest, moved to where the body is,
+and fades in.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import motionenv
+from motionenv import Motion
+from motionenv.models.tree import Growth, Options, Target
+from service.schemas.stream import StreamSettings
+
+_PIECE = 30.0  # [s]
+_SEARCHED = 2.0  # [s] of a new piece in which its beginning is looked for
+_FADE = 0.25  # [s]
+_TREE_FPS = 30.0
+
+
+class Stream:
+    """One motion without end.
+
+    Args:
+        models: callable that gives the model of a name.
+        settings: to begin with.
+
+    Attributes:
+        settings: the present ones; set by `change`.
+        fps: frames per second.
+        height: of the body [m].
+    """
+
+    def __init__(self, models: Any, settings: StreamSettings):
+        self._models, self._pieces, self._last = models, 0, np.zeros((0, 25))
+        self.change(settings)
+
+    def change(self, settings: StreamSettings) -> None:
+        """Go on with other settings.
+
+        Args:
+            settings: all of them, not only what is new.
+
+        Raises:
+            MotionError: settings that don't go together.
+            Problem: there is no such model.
+        """
+        model = self._models(settings.model)
+        frames, height, fps = (_grown if model.kind == "tree" else _walked)(model, settings, self._last, self._pieces)
+        self._frames, self.settings, self.height, self.fps = frames, settings, height, fps
+        self._pieces += 1
+
+    def next(self) -> np.ndarray:
+        """The next pose (25,) [m, rad]."""
+        pose = next(self._frames, None)
+        if pose is None:
+            self.change(self.settings)
+            pose = next(self._frames)
+        self._last = np.concatenate([self._last[-11:], pose[None]])
+        return pose
+
+
+def _grown(tree: Any, settings: StreamSettings, before: np.ndarray, piece: int) -> tuple[Iterator, float, float]:
+    """Poses from a tree, its body's height, and frames per second."""
+    heading = None if settings.heading is None else math.radians(settings.heading)
+    target = Target(settings.activity, heading, settings.speed)
+    start = before if len(before) >= 10 else settings.activity
+    options = Options(temperature=settings.temperature)
+    growth = Growth(tree, start, seed=[settings.seed, piece], options=options, target=target)
+    frames = (pose for _ in iter(int, 1) for pose in growth.step(1))
+    return frames, growth.skeleton.height, _TREE_FPS
+
+
+def _walked(model: Any, settings: StreamSettings, before: np.ndarray, piece: int) -> tuple[Iterator, float, float]:
+    """Poses from a walking model, joined to those `before`; the body's height, and frames per second."""
+    asked: dict[str, Any] = {} if settings.deviations is None else {"deviations": settings.deviations}
+    motion = motionenv.synthesize(
+        model, _PIECE, settings.fps, seed=[settings.seed, piece] if settings.variation else settings.seed,
+        speed=settings.speed, height=settings.height, variation=settings.variation, **asked,
+    )  # fmt: skip
+    poses = motion.poses if len(before) < 2 else _joined(before, motion)
+    return iter(poses), motion.skeleton.height, settings.fps
+
+
+def _joined(before: np.ndarray, motion: Motion) -> np.ndarray:
+    """A motion's poses from its frame that goes on best from `before` (frames, 25), moved there and faded in."""
+    poses, last, step = motion.poses, before[-1], before[-1] - before[-2]
+    among = poses[: max(2, round(_SEARCHED * motion.fps))]
+    angles = [3, 4, *range(6, 25)]
+    off = (among[1:] - last)[:, angles], (np.diff(among, axis=0) - step)[:, angles] * motion.fps / 10
+    first = 1 + int(sum((o**2).sum(axis=1) for o in off).argmin())
+    rest = _moved(poses[first:], last)
+    count = min(round(_FADE * motion.fps), len(rest))
+    fade = (1 - np.arange(1, count + 1) / (count + 1))[:, None] ** 2
+    rest[:count, 2:] += fade * (last - rest[0])[2:]
+    return rest
+
+
+def _moved(poses: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Poses turned and shifted over the ground so that the first one goes on from `last`."""
+    turn = last[5] - poses[0, 5]
+    c, s = math.cos(turn), math.sin(turn)
+    moved = poses.copy()
+    way = poses[:, :2] - poses[0, :2]
+    moved[:, 0], moved[:, 1] = last[0] + c * way[:, 0] - s * way[:, 1], last[1] + s * way[:, 0] + c * way[:, 1]
+    moved[:, 5] += turn
+    return moved
