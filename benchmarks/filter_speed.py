@@ -107,7 +107,7 @@ def peer(n: int, masks, prior: FPCAPrior, product: Product, start: np.ndarray):
     for mask in masks:
         product.observe(mask=mask)
         silhouettes, edges = product.models
-        inside = np.diff(silhouettes.running_odds()[0], axis=1) * silhouettes.temper
+        inside = silhouettes.odds()[0] * silhouettes.temper
         pictures.append((inside, edges.odds * edges.temper))
     body, camera = prior.skeleton, silhouettes.camera
     rng = np.random.default_rng(0)

@@ -10,33 +10,51 @@ import numpy as np
 from numba import njit
 
 from motionenv.body.skeleton import LIMBS
-from motionenv.estimation._limbs_kernel import END_ROWS, LANES, WORK, set_limbs
-from motionenv.estimation._silhouette_kernel import _mark_limb, _mark_near_limb, _set_balls, _sum
-from motionenv.render._raycast_kernel import COLUMNS, GATHER, NEAR, set_limb
+from motionenv.estimation._limbs_kernel import LANES, WORK, set_limbs
+from motionenv.estimation._silhouette_kernel import EXTENT, GROUP, OUTLINE, add_marked, mark_bodies
+from motionenv.render._raycast_kernel import NEAR
 
 jit = njit(nogil=True, cache=True, error_model="numpy")
 
-_ONE, _SIXTY_THREE = np.uint64(1), np.uint64(63)
-_OUT = 1.5  # [pixels] beside an outline, where another limb would hide it
+_ONE, _NONE = np.uint64(1), np.uint64(0)
+_ZERO, _HALF, _UNIT = np.float32(0), np.float32(0.5), np.float32(1)
+_OUT = np.float32(1.5)  # [pixels] beside an outline, where another limb would hide it
 _ALONG, _ROUND = 4, 3  # points on each straight piece, and on each cap
 
-# Points of a limb's outline: place along the axis; normal = (c0 + cs · sine, s0 + sc · cosine) along and across it;
-# length of outline = l · axis · cosine + la · first radius + lb · second radius.
-_STRAIGHT = [((i + 0.5) / _ALONG, 0, 1, 0, side, 1 / _ALONG, 0, 0) for i in range(_ALONG) for side in (-1, 1)]
+# Sides of a limb's outline: normal = (c0 + cs · sine, s0 + sc · cosine) along and across the axis; length of outline at
+# each point = l · axis · cosine + la · first radius + lb · second radius; places along the axis from the first to the
+# last, evenly. Two are straight pieces, then come points of the caps.
+_STRAIGHT = [(0, 1, 0, side, 1 / _ALONG, 0, 0, 0.5 / _ALONG, 1 - 0.5 / _ALONG, _ALONG) for side in (-1, 1)]
 _CAPS = [
-    (ball, sign * math.cos(angle), 0, math.sin(angle), 0, 0, (1 - ball) * math.pi / _ROUND, ball * math.pi / _ROUND)
-    for ball, sign in ((0, -1), (1, 1))
+    (
+        sign * math.cos(angle),
+        0,
+        math.sin(angle),
+        0,
+        0,
+        (1 - end) * math.pi / _ROUND,
+        end * math.pi / _ROUND,
+        end,
+        end,
+        1,
+    )
+    for end, sign in ((0, -1), (1, 1))
     for angle in np.linspace(-1, 1, _ROUND) * math.pi * (1 - 1 / _ROUND) / 2
 ]
-_POINTS = np.array([*_STRAIGHT, *_CAPS], dtype=np.float64)
+_SIDES = np.array([*_STRAIGHT, *_CAPS], dtype=np.float32)
 
-# Points of each limb: caps matter where the body ends; elsewhere the next limb has the same outline there.
+# Sides of each limb: caps matter where the body ends; elsewhere the next limb has the same outline there.
 _ENDING = ("head", "hand", "foot")
-_COUNTS = np.array([len(_POINTS) if limb.split("_")[-1] in _ENDING else len(_STRAIGHT) for limb in LIMBS])
+_COUNTS = np.array([len(_SIDES) if limb.split("_")[-1] in _ENDING else len(_STRAIGHT) for limb in LIMBS])
 
 # Rows of a limb's geometry: centre, axis, radii, unit axis, length, sine and cosine of the taper.
 _U, _V, _DU, _DV, _RA, _RB, _EU, _EV, _L, _S, _C = (i * LANES for i in range(11))
-_GEOMETRY = 11 * LANES
+# Rows of a side: its first point, from there to the last, from each to the pixel just outside, length at each point.
+_FU, _FV, _TU, _TV, _OU, _OV, _W = (i * LANES for i in range(11, 18))
+_GEOMETRY = 18 * LANES
+
+# Rows of a point: number of its pixel, row by row, and of the bit of the pixel just outside.
+_POINT = 2 * LANES
 
 
 @jit
@@ -50,7 +68,7 @@ def _set_geometry(ends, radius, r, t, k, g):
         radius: (2,) [m].
         r, t: world → camera.
         k: intrinsics, upper triangular.
-        g: (_GEOMETRY,) to write.
+        g: (_GEOMETRY,) float32 to write.
     """
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     tx, ty, tz, radius_a, radius_b = t[0], t[1], t[2], radius[0], radius[1]
@@ -76,62 +94,78 @@ def _set_geometry(ends, radius, r, t, k, g):
 
 
 @jit
-def _set_pixels(g, point, width, height, at, beside, weight):
-    """Write a point's pixel, the pixel just outside of it, and its length of outline, for each body.
+def _set_side(g, side):
+    """Write a side of a limb's outline to the last rows of `g`, from the others.
 
     Args:
         g: of `_set_geometry`.
-        point: row of `_POINTS`.
-        width, height: of the picture.
-        at: (LANES,) number of the pixel, row by row.
-        beside: (2 * LANES,) column, then row.
-        weight: (LANES,) [pixels], 0 beside the picture.
+        side: row of `_SIDES`.
     """
-    along, c0, cs, s0, sc, l0, la, lb = point
-    right, bottom = width - 1.0, height - 1.0
+    c0, cs, s0, sc, l0, la, lb = side
     for j in range(LANES):
         c, s = c0 + cs * g[_S + j], s0 + sc * g[_C + j]
         nu, nv = c * g[_EU + j] - s * g[_EV + j], c * g[_EV + j] + s * g[_EU + j]
-        radius = g[_RA + j] + along * (g[_RB + j] - g[_RA + j])
-        u, v = g[_U + j] + along * g[_DU + j] + radius * nu + 0.5, g[_V + j] + along * g[_DV + j] + radius * nv + 0.5
-        inside = (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height) & (g[_L + j] > 0.0)
+        taper = g[_RB + j] - g[_RA + j]
+        g[_FU + j], g[_FV + j] = g[_U + j] + g[_RA + j] * nu + _HALF, g[_V + j] + g[_RA + j] * nv + _HALF
+        g[_TU + j], g[_TV + j] = g[_DU + j] + taper * nu, g[_DV + j] + taper * nv
+        g[_OU + j], g[_OV + j] = _OUT * nu, _OUT * nv
         length = l0 * g[_L + j] * g[_C + j] + la * g[_RA + j] + lb * g[_RB + j]
-        weight[j] = length if inside else 0.0
-        u, v = (u if inside else 0.0), (v if inside else 0.0)
-        at[j] = np.int64(v) * width + np.int64(u)
-        x, y = u + _OUT * nu, v + _OUT * nv
-        x, y = (x if x > 0.0 else 0.0), (y if y > 0.0 else 0.0)
-        x, y = (x if inside & (x < right) else right), (y if inside & (y < bottom) else bottom)
-        beside[j], beside[LANES + j] = np.int64(x), np.int64(y)
+        g[_W + j] = length if g[_L + j] > _ZERO else _ZERO
 
 
 @jit
-def _add(at, beside, weight, bits, odds, out):
+def _set_pixels(g, along, width, height, words, point, weight):
+    """Write where a point of a side lies in the picture, for each body.
+
+    Args:
+        g: of `_set_side`.
+        along: where on the axis, float32.
+        width, height: of the picture, whose rows have `words` words of bits.
+        point: (_POINT,) uint32 to write.
+        weight: (LANES,) float32 to write: length of outline [pixels], 0 beside the picture.
+    """
+    wide, high = np.float32(width), np.float32(height)
+    right, bottom = np.float32(width - 1), np.float32(height - 1)
+    for j in range(LANES):
+        u, v = g[_FU + j] + along * g[_TU + j], g[_FV + j] + along * g[_TV + j]
+        inside = (u >= _ZERO) & (u < wide) & (v >= _ZERO) & (v < high)
+        weight[j] = g[_W + j] if inside else _ZERO
+        u, v = (u if inside else _ZERO), (v if inside else _ZERO)
+        point[j] = np.int32(v) * width + np.int32(u)
+        u, v = u + g[_OU + j], v + g[_OV + j]
+        u, v = (u if u > _ZERO else _ZERO), (v if v > _ZERO else _ZERO)
+        x, y = np.int32(u if u < right else right), np.int32(v if v < bottom else bottom)
+        point[LANES + j] = (((y * words + (x >> 6)) * LANES + j) << 6) | (x & 63)
+
+
+@jit
+def _add(point, weight, bits, odds, out):
     """Add a point's log-odds times length to `out` (LANES,), unless the body has the pixel on its outside."""
     for j in range(LANES):
-        x = np.uint64(beside[j])
-        word = bits[j, np.int64(x >> np.uint64(6)), beside[LANES + j]]
-        free = _ONE - ((word >> (x & _SIXTY_THREE)) & _ONE)
-        out[j] += weight[j] * odds[at[j]] * np.float64(free)
+        bit = point[LANES + j]
+        free = _ONE - ((bits[bit >> np.uint32(6)] >> np.uint64(bit & np.uint32(63))) & _ONE)
+        out[j] += np.float64(weight[j] * np.float32(free)) * odds[point[j]]
 
 
 @jit
-def _add_outlines(w, radii, r, t, k, bits, odds, g, at, beside, weight, out):
+def _add_outlines(w, radii, r, t, k, bits, odds, g, point, weight, out):
     """Write sums of log-odds along the outlines of a block's bodies to `out` (LANES,)."""
     height, width = odds.shape
-    flat = odds.reshape(-1)
+    words, flat, marks = bits.shape[1], odds.reshape(-1), bits.reshape(-1)
     out[:] = 0.0
     for limb in range(len(radii)):
         _set_geometry(w[6 * LANES * limb : 6 * LANES * (limb + 1)], radii[limb], r, t, k, g)
         for i in range(_COUNTS[limb]):
-            p = _POINTS[i]
-            point = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7])
-            _set_pixels(g, point, width, height, at, beside, weight)
-            _add(at, beside, weight, bits, flat, out)
+            s = _SIDES[i]
+            _set_side(g, (s[0], s[1], s[2], s[3], s[4], s[5], s[6]))
+            places, first, step = int(s[9]), s[7], (s[8] - s[7]) / max(s[9] - _UNIT, _UNIT)
+            for place in range(places):
+                _set_pixels(g, first + np.float32(place) * step, width, height, words, point, weight)
+                _add(point, weight, marks, flat, out)
 
 
 @jit
-def body_sums(poses, offsets, shifts, body_height, radii, r, t, k, kinv, running, odds, silhouettes, outlines):
+def body_sums(poses, offsets, shifts, body_height, radii, r, t, k, kinv, inside, along, silhouettes, outlines):
     """Sums of one picture under silhouettes, and of another along outlines.
 
     A limb that reaches behind the camera has no outline here.
@@ -145,36 +179,21 @@ def body_sums(poses, offsets, shifts, body_height, radii, r, t, k, kinv, running
         r, t: world → camera.
         k: (3, 3) intrinsics, upper triangular with positive diagonal.
         kinv: their inverse.
-        running: (height, width + 1), sums of each row of the picture up to a column.
-        odds: (height, width), per pixel of outline.
+        inside: (height, width), per pixel of silhouette.
+        along: (height, width), per pixel of outline.
         silhouettes: (n,) to write.
         outlines: (n,) to write.
     """
-    height, width = running.shape[0], running.shape[1] - 1
-    bits, spans = np.zeros((LANES, (width + 63) >> 6, height), np.uint64), np.empty((2, height), np.int64)
-    balls, ellipses, lines, g = np.empty((2, 4)), np.empty((2, 7)), np.empty((2, 4)), np.empty(COLUMNS)
-    scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
-    depth, limbs = np.empty((height, width), np.float32), np.empty((height, width), np.uint8)
-    w, geometry, ends = np.empty(WORK), np.empty(_GEOMETRY), np.empty((len(radii), 2, 3))
-    at, beside, weight = np.empty(LANES, np.int64), np.empty(2 * LANES, np.int64), np.empty(LANES)
-    rows, along = np.empty((LANES, 2), np.int64), np.empty(LANES)
+    height, width = inside.shape
+    bits, spans = np.zeros((height, (width + 63) >> 6, LANES), np.uint64), np.empty((2, GROUP), np.int64)
+    outline, extent = np.empty(OUTLINE, np.float32), np.empty(EXTENT, np.int32)
+    w, geometry, sums = np.empty(WORK), np.empty(_GEOMETRY, np.float32), np.empty(LANES)
+    point, weight = np.empty(_POINT, np.uint32), np.empty(LANES, np.float32)
     for start in range(0, len(poses), LANES):
         n = min(LANES, len(poses) - start)
         set_limbs(poses, start, offsets, shifts, body_height, w)
-        for j in range(n):
-            first, last, flat = height, -1, ends.reshape(-1)
-            for row in range(END_ROWS):
-                flat[row] = w[row * LANES + j]
-            for limb in range(len(radii)):
-                if _set_balls(ends[limb], radii[limb], r, t, balls) > NEAR:
-                    a, b = _mark_limb(balls, k, width, height, spans, ellipses, lines, bits[j])
-                else:
-                    set_limb(ends[limb], radii[limb], r, t, k, kinv, width, height, g)
-                    a, b = _mark_near_limb(g, kinv, depth, limbs, bits[j], scratch, where)
-                if a <= b:
-                    first, last = min(first, a), max(last, b)
-            rows[j, 0], rows[j, 1] = first, last
-        _add_outlines(w, radii, r, t, k, bits, odds, geometry, at, beside, weight, along)
-        for j in range(n):
-            outlines[start + j] = along[j]
-            silhouettes[start + j] = _sum(bits[j], rows[j, 0], rows[j, 1], running)
+        mark_bodies(w, radii, r, t, k, kinv, bits, width, spans, outline, extent)
+        _add_outlines(w, radii, r, t, k, bits, along, geometry, point, weight, sums)
+        outlines[start : start + n] = sums[:n]
+        add_marked(bits, inside, sums)
+        silhouettes[start : start + n] = sums[:n]

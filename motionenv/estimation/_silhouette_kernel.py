@@ -7,76 +7,77 @@ a ray (x, y, 1), w = y Y + Z and a sphere of radius r about (X, Y, Z), C = X² +
 
 so every row of pixels meets an ellipse in a span whose middle is linear, and whose half width squared is quadratic,
 in the row. The hull adds the two straight lines that touch both ellipses; a row's span reaches from the leftmost to
-the rightmost of ellipses and lines. Spans are gathered in rows of bits, one per pixel, so that limbs may overlap, and
-the sum over a run of bits is a difference of two running sums.
+the rightmost of ellipses and lines. Spans are gathered in rows of bits, one per pixel, so that limbs may overlap.
+
+All this goes for `LANES` bodies at a time, laid out as in `_limbs_kernel`: loops over bodies become vector
+instructions. Ellipses and lines are float64, rows are counted from them in float32: to about 1e-5 pixels.
 """
 
 import math
 
 import numpy as np
 from numba import njit
+from numba.cpython.unsafe.numbers import leading_zeros, trailing_zeros
 
+from motionenv.estimation._limbs_kernel import END_ROWS, LANES
 from motionenv.render._raycast_kernel import BOX, COLUMNS, GATHER, NEAR, draw_limb, set_limb
 
 jit = njit(nogil=True, cache=True, error_model="numpy")
+_inline = njit(inline="always", error_model="numpy")
 
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
-_NONE, _ONE, _SIXTY_THREE = np.uint64(0), np.uint64(1), np.uint64(63)
+_NONE, _ONE = np.uint64(0), np.uint64(1)
+_ZERO, _INF = np.float32(0), np.float32(np.inf)
 
-# Position of the lowest bit set, by a de Bruijn sequence (Leiserson, Prokop & Randall 1998).
-_SEQUENCE = 0x03F79D71B4CB0A89
-_DE_BRUIJN, _SHIFT = np.uint64(_SEQUENCE), np.uint64(58)
-_POSITION = np.empty(64, np.uint8)
-for _i in range(64):
-    _POSITION[(_SEQUENCE << _i & 0xFFFFFFFFFFFFFFFF) >> 58] = _i
+GROUP = 16  # bodies whose rows are gone through together: few, so that limbs at different heights cost little
 
+# Rows of a limb's outline in a block. Of each sphere: first and last row of its ellipse, half width over half height,
+# column of the spans' middles at the principal point's row, and their slope. Of each line: first and last row, column
+# there, slope. So nothing large is subtracted from something large near a limb that all but touches the camera.
+_LINES = 10 * LANES
+OUTLINE = 18 * LANES
+# Of its extent: first and last row of pixels that it can meet, and whether it reaches behind the camera.
+_LAST, _NEAR = LANES, 2 * LANES
+EXTENT = 3 * LANES
 
-@jit
-def _set_balls(ends, radii, r, t, balls):
-    """Write centre in the camera's frame and radius of a limb's spheres, (2, 4); returns how near its front is."""
-    front = np.inf
-    for end in range(2):
-        ball = balls[end]
-        for i in range(3):
-            ball[i] = r[i, 0] * ends[end, 0] + r[i, 1] * ends[end, 1] + r[i, 2] * ends[end, 2] + t[i]
-        ball[3] = radii[end]
-        front = min(front, ball[2] - ball[3])
-    return front
+_ABOVE, _HIGHER = np.float32(-1), np.float32(-2)  # first and last row of what has none
+_MARGIN = np.float32(1e-3)  # [pixels] that an extent may be too large: rows beside an outline have no span
 
 
-@jit
-def _set_ellipse(ball, k, e):
-    """Write the ellipse `e` (7,) of a sphere (x, y, z, r) in front of a camera with upper triangular `k`.
-
-    First and last row (real numbers), m0 and m1 of the middle m0 + m1 v of row v's span, and h0, h1 and h2 of half
-    its width squared h0 + h1 v + h2 v².
-    """
-    x, y, z, r = ball[0], ball[1], ball[2], ball[3]
-    fx, skew, cx, fy, cy = k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2]
-    y1 = 1.0 / fy
-    y0 = -cy * y1
-    q = y * y + z * z - r * r
-    fq, fb = fx / q, fy / (z * z - r * r)
-    middle, reach = y * z * fb + cy, r * math.sqrt(q) * fb
-    w1, w0 = y * y1, y * y0 + z
-    h = fq * fq * (x * x + q)
-    e[0], e[1] = middle - reach, middle + reach
-    e[2], e[3] = fq * x * w0 + skew * y0 + cx, fq * x * w1 + skew * y1
-    e[4] = h * (w0 * w0 - q * (1.0 + y0 * y0))
-    e[5] = 2.0 * h * (w1 * w0 - q * y1 * y0)
-    e[6] = h * (w1 * w1 - q * y1 * y1)
+@_inline
+def _put_ellipse(x, y, z, r, fx, skew, cx, fy, cy, seen, outline, at):
+    """Write the outline of a sphere, none unless `seen`; returns first and last row. A division costs ten products."""
+    over = 1.0 / fy
+    yz, zz = y * y + z * z - r * r, z * z - r * r
+    both = 1.0 / (yz * zz)
+    p, q = both * yz, both * zz
+    middle, reach, width = cy + fy * (y * z * p), fy * r * p * math.sqrt(yz), fx * q * over
+    first, last = np.float32(middle - reach), np.float32(middle + reach)
+    outline[at], outline[at + LANES] = (first if seen else _ABOVE), (last if seen else _HIGHER)
+    outline[at + 2 * LANES] = math.sqrt(np.float32(width * width * (x * x + yz) * zz))
+    outline[at + 3 * LANES], outline[at + 4 * LANES] = cx + fx * x * z * q, (fx * x * y * q + skew) * over
+    return first, last
 
 
-@jit
-def _set_lines(balls, k, lines):
-    """Write the two straight pieces of a limb's outline, (2, 4): first and last row, l0 and l1 of u = l0 + l1 v.
+@_inline
+def _put_line(ax, ay, az, ra, by, bz, rb, x, y, z, fx, skew, cx, fy, cy, there, outline, at):
+    """Write the straight piece along which a plane of normal (x, y, z) touches both spheres."""
+    pz, qz = az - ra * z, bz - rb * z
+    both = 1.0 / (pz * qz * x)
+    p, q = cy + fy * (ay - ra * y) * (both * qz * x), cy + fy * (by - rb * y) * (both * pz * x)
+    over = -fx * (both * pz * qz)
+    first, last = (p if p < q else q), (q if p < q else p)
+    outline[at], outline[at + LANES] = (first if there else np.inf), (last if there else -np.inf)
+    outline[at + 2 * LANES], outline[at + 3 * LANES] = cx + over * z, (over * y + skew) / fy
+
+
+@_inline
+def _put_lines(ax, ay, az, ra, bx, by, bz, rb, fx, skew, cx, fy, cy, seen, outline, j):
+    """Write the straight pieces of the outline of a limb, none unless `seen`.
 
     They are where planes through the camera touch both spheres: unit normals n with n·a = r_a, n·b = r_b, between the
     points a - r_a n and b - r_b n. There are none (last row before the first) where one sphere hides the other.
     """
-    ax, ay, az, ra = balls[0, 0], balls[0, 1], balls[0, 2], balls[0, 3]
-    bx, by, bz, rb = balls[1, 0], balls[1, 1], balls[1, 2], balls[1, 3]
-    fx, skew, cx, fy, cy = k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     size = nx * nx + ny * ny + nz * nz
     aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
@@ -84,127 +85,193 @@ def _set_lines(balls, k, lines):
     p, q = (ra * bb - rb * ab) * over, (rb * aa - ra * ab) * over
     mx, my, mz = p * ax + q * bx, p * ay + q * by, p * az + q * bz
     rest = 1.0 - (mx * mx + my * my + mz * mz)
-    for side in range(2):
-        lines[side, 0], lines[side, 1] = np.inf, -np.inf
-    if size < 1e-12 * aa * bb or rest <= 0.0:
-        return
-    step = math.sqrt(rest * over)
-    for side in range(2):
-        x, y, z = mx + step * nx, my + step * ny, mz + step * nz
-        va, vb = cy + fy * (ay - ra * y) / (az - ra * z), cy + fy * (by - rb * y) / (bz - rb * z)
-        fn = -fx / x
-        slope = (fn * y + skew) / fy
-        lines[side, 0], lines[side, 1] = min(va, vb), max(va, vb)
-        lines[side, 2], lines[side, 3] = fn * z + cx - cy * slope, slope
-        step = -step
+    there = seen & (size >= 1e-12 * aa * bb) & (rest > 0.0)
+    step = math.sqrt((rest if there else 0.0) * over)
+    sx, sy, sz = step * nx, step * ny, step * nz
+    at, other = _LINES + j, _LINES + 4 * LANES + j
+    _put_line(ax, ay, az, ra, by, bz, rb, mx + sx, my + sy, mz + sz, fx, skew, cx, fy, cy, there, outline, at)
+    _put_line(ax, ay, az, ra, by, bz, rb, mx - sx, my - sy, mz - sz, fx, skew, cx, fy, cy, there, outline, other)
 
 
 @jit
-def _set_spans(first, a, b, lines, width, low, high):
-    """Write first and last pixel (n,) of a limb in rows from `first` on; last < first where there is none.
+def _set_outlines(ends, radius, r, t, k, height, outline, extent):
+    """Write a limb's outline in the picture for each body of a block.
+
+    Of a limb that isn't wholly in front of the camera both are empty.
 
     Args:
-        first: row of the picture.
-        a, b: (7,) its ellipses.
-        lines: (2, 4) the straight pieces.
-        width: of the picture.
-        low, high: (n,) int64 to write.
-
-    No branches: the compiler turns the loop into vector instructions.
+        ends: (6 * LANES,), of `set_limbs`.
+        radius: (2,) [m].
+        r, t: world → camera.
+        k: intrinsics, upper triangular with positive diagonal.
+        height: of the picture.
+        outline: (OUTLINE,) float32 to write.
+        extent: (EXTENT,) int32 to write.
     """
-    at, ab, am0, am1, ah0, ah1, ah2 = a[0], a[1], a[2], a[3], a[4], a[5], a[6]
-    bt, bb, bm0, bm1, bh0, bh1, bh2 = b[0], b[1], b[2], b[3], b[4], b[5], b[6]
-    lt, lb, l0, l1 = lines[0, 0], lines[0, 1], lines[0, 2], lines[0, 3]
-    rt, rb, r0, r1 = lines[1, 0], lines[1, 1], lines[1, 2], lines[1, 3]
-    right = width - 1.0
-    for j in range(len(low)):
-        v = np.float64(first + j)
-        ah, bh = ah0 + v * (ah1 + v * ah2), bh0 + v * (bh1 + v * bh2)
-        ah, bh = math.sqrt(ah if ah > 0.0 else 0.0), math.sqrt(bh if bh > 0.0 else 0.0)
-        am, bm, p, q = am0 + v * am1, bm0 + v * bm1, l0 + v * l1, r0 + v * r1
-        in_a, in_b = (v >= at) & (v <= ab), (v >= bt) & (v <= bb)
-        in_l, in_r = (v >= lt) & (v <= lb), (v >= rt) & (v <= rb)
-        x, y = (am - ah if in_a else np.inf), (am + ah if in_a else -np.inf)
-        x, y = (bm - bh if in_b & (bm - bh < x) else x), (bm + bh if in_b & (bm + bh > y) else y)
-        x, y = (p if in_l & (p < x) else x), (p if in_l & (p > y) else y)
-        x, y = (q if in_r & (q < x) else x), (q if in_r & (q > y) else y)
-        x, y = (x if x > 0.0 else 0.0), (y if y < right else right)
-        low[j], high[j] = np.int64(math.ceil(x if x < width else width)), np.int64(math.floor(y if y > -1.0 else -1.0))
+    r0, r1, r2, r3, r4, r5, r6, r7, r8 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
+    tx, ty, tz, ra, rb = t[0], t[1], t[2], radius[0], radius[1]
+    fx, skew, cx, fy, cy = k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2]
+    before, bottom, below = np.float32(-1), np.float32(height - 1), np.float32(height)
+    for j in range(LANES):
+        x, y, z = ends[j], ends[LANES + j], ends[2 * LANES + j]
+        ax, ay, az = r0 * x + r1 * y + r2 * z + tx, r3 * x + r4 * y + r5 * z + ty, r6 * x + r7 * y + r8 * z + tz
+        x, y, z = ends[3 * LANES + j], ends[4 * LANES + j], ends[5 * LANES + j]
+        bx, by, bz = r0 * x + r1 * y + r2 * z + tx, r3 * x + r4 * y + r5 * z + ty, r6 * x + r7 * y + r8 * z + tz
+        seen = (az - ra > NEAR) & (bz - rb > NEAR)
+        first, last = _put_ellipse(ax, ay, az, ra, fx, skew, cx, fy, cy, seen, outline, j)
+        top, end = _put_ellipse(bx, by, bz, rb, fx, skew, cx, fy, cy, seen, outline, 5 * LANES + j)
+        _put_lines(ax, ay, az, ra, bx, by, bz, rb, fx, skew, cx, fy, cy, seen, outline, j)
+        first, last = (first if first < top else top), (last if last > end else end)
+        first, last = (first - _MARGIN if seen else below), (last + _MARGIN if seen else before)
+        first, last = (first if first > _ZERO else _ZERO), (last if last < bottom else bottom)
+        first, last = (first if first < below else below), (last if last > before else before)
+        extent[j], extent[_LAST + j] = math.ceil(first), math.floor(last)
+        extent[_NEAR + j] = 0 if seen else 1
 
 
 @jit
-def _mark(low, high, bits):
-    """Set the bits from `low` to `high` (n,) of rows `bits` (words, n)."""
-    for word in range(len(bits)):
-        row, start = bits[word], 64 * word
-        for j in range(len(row)):
-            first, last = low[j] - start, high[j] - start
+def _set_spans(v, down, outline, width, low, high):
+    """Write first and last pixel (GROUP,) of the limb of each body in row `v`; last < first where there is none.
+
+    Args:
+        v: row, float32.
+        down: rows from the principal point's to this one, float32.
+        outline: of `_set_outlines`, from the group's first body on.
+        width: of the picture, float32.
+        low, high: (GROUP,) int64 to write.
+    """
+    right, before = width - np.float32(1), np.float32(-1)
+    for j in range(GROUP):
+        h = (v - outline[j]) * (outline[LANES + j] - v)
+        half = outline[2 * LANES + j] * math.sqrt(h if h > _ZERO else _ZERO)
+        middle = outline[3 * LANES + j] + outline[4 * LANES + j] * down
+        x, y = middle - half, middle + half
+        x, y = (x if h >= _ZERO else _INF), (y if h >= _ZERO else -_INF)
+        h = (v - outline[5 * LANES + j]) * (outline[6 * LANES + j] - v)
+        half = outline[7 * LANES + j] * math.sqrt(h if h > _ZERO else _ZERO)
+        middle = outline[8 * LANES + j] + outline[9 * LANES + j] * down
+        p, q = middle - half, middle + half
+        p, q = (p if h >= _ZERO else _INF), (q if h >= _ZERO else -_INF)
+        x, y = (p if p < x else x), (q if q > y else y)
+        within = (v >= outline[10 * LANES + j]) & (v <= outline[11 * LANES + j])
+        p = outline[12 * LANES + j] + outline[13 * LANES + j] * down
+        x, y = (p if within & (p < x) else x), (p if within & (p > y) else y)
+        within = (v >= outline[14 * LANES + j]) & (v <= outline[15 * LANES + j])
+        p = outline[16 * LANES + j] + outline[17 * LANES + j] * down
+        x, y = (p if within & (p < x) else x), (p if within & (p > y) else y)
+        x, y = (x if x > _ZERO else _ZERO), (y if y < right else right)
+        x, y = (x if x < width else width), (y if y > before else before)
+        low[j], high[j] = np.int32(math.ceil(x)), np.int32(math.floor(y))
+
+
+@jit
+def _mark(low, high, row, group):
+    """Set the bits from `low` to `high` (GROUP,) for the bodies from `group` on in a row of pixels (words, LANES)."""
+    start, end = 64 * len(row), -1
+    for j in range(GROUP):
+        start, end = (low[j] if low[j] < start else start), (high[j] if high[j] > end else end)
+    for word in range(start >> 6, (end >> 6) + 1):
+        bits, column = row[word, group : group + GROUP], 64 * word
+        for j in range(GROUP):
+            first, last = low[j] - column, high[j] - column
             first, last = (first if first > 0 else 0), (last if last < 63 else 63)
             mask = (_ALL << np.uint64(first & 63)) & (_ALL >> np.uint64((63 - last) & 63))
-            row[j] |= mask if first <= last else _NONE
+            bits[j] |= mask if first <= last else _NONE
 
 
 @jit
-def _mark_limb(balls, k, width, height, spans, ellipses, lines, bits):
-    """Mark a limb that lies wholly in front of the camera; returns its first and last row."""
-    a, b = ellipses[0], ellipses[1]
-    _set_ellipse(balls[0], k, a)
-    _set_ellipse(balls[1], k, b)
-    first = math.ceil(min(max(min(a[0], b[0]), 0.0), height))
-    last = math.floor(max(min(max(a[1], b[1]), height - 1.0), -1.0))
-    if first <= last:
-        _set_lines(balls, k, lines)
-        low, high = spans[0, : last + 1 - first], spans[1, : last + 1 - first]
-        _set_spans(first, a, b, lines, width, low, high)
-        _mark(low, high, bits[:, first : last + 1])
-    return first, last
+def _mark_limb(outline, extent, centre, width, spans, bits):
+    """Mark a limb of the bodies of a block, where it lies wholly in front of the camera."""
+    low, high = spans[0], spans[1]
+    for group in range(0, LANES, GROUP):
+        first, last = len(bits), -1
+        for j in range(group, group + GROUP):
+            top, end = extent[j], extent[_LAST + j]
+            first, last = (top if top < first else first), (end if end > last else last)
+        for v in range(first, last + 1):
+            _set_spans(np.float32(v), np.float32(v - centre), outline[group:], np.float32(width), low, high)
+            _mark(low, high, bits[v], group)
 
 
 @jit
 def _mark_near_limb(g, kinv, depth, limbs, bits, scratch, where):
-    """Mark a limb that reaches behind the camera, by casting a ray per pixel; returns its first and last row."""
-    height, width = depth.shape
-    first, last = int(g[BOX + 2]), int(g[BOX + 3])
+    """Mark a limb that reaches behind the camera in `bits` (height, words), by casting a ray per pixel."""
+    width = depth.shape[1]
     if g[BOX] > g[BOX + 1]:
-        return height, -1
+        return
     depth[:] = np.inf
     draw_limb(g, kinv, np.uint8(1), width, depth.reshape(-1), limbs.reshape(-1), scratch, where)
-    for v in range(first, last + 1):
+    for v in range(int(g[BOX + 2]), int(g[BOX + 3]) + 1):
         for u in range(width):
             if depth[v, u] < np.inf:
-                bits[u >> 6, v] |= _ONE << np.uint64(u & 63)
-    return first, last
+                bits[v, u >> 6] |= _ONE << np.uint64(u & 63)
 
 
 @jit
-def _sum(bits, first, last, running):
-    """Sum of a picture over the bits set in rows `first` to `last`.
+def mark_bodies(w, radii, r, t, k, kinv, bits, width, spans, outline, extent):
+    """Mark the silhouettes of a block's bodies.
 
     Args:
-        bits: (words, height) uint64, cleared on the way.
-        first, last: rows.
-        running: (height, width + 1), sums of each row of the picture up to a column.
+        w: of `set_limbs`.
+        radii: (limbs, 2) [m].
+        r, t: world → camera.
+        k: (3, 3) intrinsics, upper triangular with positive diagonal.
+        kinv: their inverse.
+        bits: (height, words, LANES) uint64, a bit per pixel, to add to.
+        width: of the picture.
+        spans: (2, GROUP) int64; outline: (OUTLINE,) float32; extent: (EXTENT,) int32: scratch.
     """
-    total, words, width = 0.0, len(bits), running.shape[1] - 1
-    for v in range(first, last + 1):
-        row, carry, sign = running[v], _NONE, -1.0
-        for word in range(words):
-            b = bits[word, v]
-            bits[word, v] = _NONE
-            change = b ^ ((b << _ONE) | carry)
-            carry = b >> _SIXTY_THREE
-            while change != _NONE:
-                lowest = change & (~change + _ONE)
-                total += sign * row[64 * word + _POSITION[(lowest * _DE_BRUIJN) >> _SHIFT]]
-                sign = -sign
-                change ^= lowest
-        if sign > 0.0:
-            total += row[width]
-    return total
+    height = len(bits)
+    for limb in range(len(radii)):
+        ends = w[6 * LANES * limb : 6 * LANES * (limb + 1)]
+        _set_outlines(ends, radii[limb], r, t, k, height, outline, extent)
+        _mark_limb(outline, extent, k[1, 2], width, spans, bits)
+        for j in range(LANES):
+            if extent[_NEAR + j]:
+                _mark_near(ends, j, radii[limb], r, t, k, kinv, width, bits)
 
 
 @jit
-def silhouette_sums(ends, radii, r, t, k, kinv, running, out):
+def _mark_near(ends, lane, radius, r, t, k, kinv, width, bits):
+    """Mark a limb of one body that reaches behind the camera."""
+    height = len(bits)
+    g, both = np.empty(COLUMNS), np.empty((2, 3))
+    for i in range(6):
+        both[i // 3, i % 3] = ends[i * LANES + lane]
+    set_limb(both, radius, r, t, k, kinv, width, height, g)
+    scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
+    depth, limbs = np.empty((height, width), np.float32), np.empty((height, width), np.uint8)
+    _mark_near_limb(g, kinv, depth, limbs, bits[:, :, lane], scratch, where)
+
+
+@jit
+def add_marked(bits, picture, out):
+    """Write the sum of a picture over the marked pixels of each body to `out` (LANES,), and clear the marks.
+
+    Args:
+        bits: (height, words, LANES) of `mark_bodies`.
+        picture: (height, width).
+        out: to write.
+    """
+    out[:] = 0.0
+    for v in range(len(bits)):
+        for word in range(bits.shape[1]):
+            row = bits[v, word]
+            some = _NONE
+            for j in range(LANES):
+                some |= row[j]
+            if some == _NONE:
+                continue
+            values = picture[v, 64 * word :]
+            for u in range(trailing_zeros(some), 64 - leading_zeros(some)):
+                value, shift = values[u], np.uint64(u)
+                for j in range(len(out)):
+                    out[j] += value if (row[j] >> shift) & _ONE != _NONE else 0.0
+            row[:] = _NONE
+
+
+@jit
+def silhouette_sums(ends, radii, r, t, k, kinv, picture, out):
     """Sum of a picture over the pixels whose centres lie in each body's silhouette.
 
     Args:
@@ -213,22 +280,19 @@ def silhouette_sums(ends, radii, r, t, k, kinv, running, out):
         r, t: world → camera.
         k: (3, 3) intrinsics, upper triangular with positive diagonal.
         kinv: their inverse.
-        running: (height, width + 1), sums of each row of the picture up to a column.
+        picture: (height, width).
         out: (n,) to write.
     """
-    height, width = running.shape[0], running.shape[1] - 1
-    bits, spans = np.zeros(((width + 63) >> 6, height), np.uint64), np.empty((2, height), np.int64)
-    balls, ellipses, lines, g = np.empty((2, 4)), np.empty((2, 7)), np.empty((2, 4)), np.empty(COLUMNS)
-    scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
-    depth, limbs = np.empty((height, width), np.float32), np.empty((height, width), np.uint8)
-    for i in range(len(ends)):
-        first, last = height, -1
-        for limb in range(len(radii)):
-            if _set_balls(ends[i, limb], radii[limb], r, t, balls) > NEAR:
-                a, b = _mark_limb(balls, k, width, height, spans, ellipses, lines, bits)
-            else:
-                set_limb(ends[i, limb], radii[limb], r, t, k, kinv, width, height, g)
-                a, b = _mark_near_limb(g, kinv, depth, limbs, bits, scratch, where)
-            if a <= b:
-                first, last = min(first, a), max(last, b)
-        out[i] = _sum(bits, first, last, running)
+    height, width = picture.shape
+    bits, spans = np.zeros((height, (width + 63) >> 6, LANES), np.uint64), np.empty((2, GROUP), np.int64)
+    outline, extent = np.empty(OUTLINE, np.float32), np.empty(EXTENT, np.int32)
+    w, sums = np.empty(END_ROWS * LANES), np.empty(LANES)
+    for start in range(0, len(ends), LANES):
+        n = min(LANES, len(ends) - start)
+        for j in range(LANES):
+            body = ends[min(start + j, len(ends) - 1)].reshape(-1)
+            for row in range(END_ROWS):
+                w[row * LANES + j] = body[row]
+        mark_bodies(w, radii, r, t, k, kinv, bits, width, spans, outline, extent)
+        add_marked(bits, picture, sums)
+        out[start : start + n] = sums[:n]

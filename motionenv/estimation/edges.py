@@ -136,7 +136,7 @@ class EdgeModel:
         """
         if self.odds is None:
             raise MotionError(NOTHING_OBSERVED)
-        nothing = np.zeros((self.camera.height, self.camera.width + 1))
+        nothing = np.zeros_like(self.odds)
         return self.temper * outline_sums(self, nothing, self.odds, poses, self.workers)[1]
 
     @property
@@ -168,14 +168,14 @@ class EdgeModel:
 
 
 def outline_sums(
-    model: EdgeModel, running: np.ndarray, odds: np.ndarray, poses, workers: Workers
+    model: EdgeModel, inside: np.ndarray, along: np.ndarray, poses, workers: Workers
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums under silhouettes (N,) and along outlines (N,) in one pass over each body.
 
     Args:
         model: whose view and skeleton are taken.
-        running: (height, width + 1), sums of each row of a picture up to a column.
-        odds: (height, width), per pixel of outline.
+        inside: (height, width), per pixel of silhouette.
+        along: (height, width), per pixel of outline.
         poses: (N, 25) [m, rad].
         workers: that share the work.
     """
@@ -185,7 +185,7 @@ def outline_sums(
     out = np.empty((2, len(poses)))
 
     body = model.skeleton
-    about = (body.offsets, LIMB_SHIFTS, body.height, body.radii, *model.view, running, odds)
+    about = (body.offsets, LIMB_SHIFTS, body.height, body.radii, *model.view, inside, along)
 
     def work(start: int, stop: int) -> None:
         body_sums(poses[start:stop], *about, out[0, start:stop], out[1, start:stop])

@@ -124,6 +124,7 @@ class ObservationModel:
         self._background = Background(still=self.still)
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
+        self._odds: tuple[np.ndarray, float] | None = None
         self._to_learn = False
 
     def observe(
@@ -166,6 +167,7 @@ class ObservationModel:
             foreground = None if foreground is None else np.where(nothing, 0.5, foreground)
             depths = None if depths is None else np.where(nothing, np.float32(np.nan), depths)
         self._foreground, self._depth = foreground, depths
+        self._odds = None if foreground is None else self._log_odds(foreground)
 
     def learn(self, poses, log_weights=None) -> None:
         """Take the last picture's pixels beside the body for background, where that isn't given.
@@ -245,27 +247,28 @@ class ObservationModel:
             return self._silhouettes()
         raise MotionError(NOTHING_OBSERVED)
 
-    def running_odds(self) -> tuple[np.ndarray, float]:
-        """Log-odds of body against background as sums of rows up to a column (height, width + 1), and that of none.
+    def odds(self) -> tuple[np.ndarray, float]:
+        """Log-odds (height, width) of body against background, and the log-likelihood of background alone.
 
         Raises:
             MotionError: no mask or colours observed yet.
         """
-        p = self._foreground
-        if p is None:
+        if self._odds is None:
             raise MotionError(NOTHING_OBSERVED)
+        return self._odds
+
+    def _log_odds(self, p: np.ndarray) -> tuple[np.ndarray, float]:
+        """`odds` of probabilities of foreground (height, width)."""
         misses, alarms = self.misses, self.false_alarms
-        body, none = np.log(p * (1 - misses) + (1 - p) * misses), np.log(p * alarms + (1 - p) * (1 - alarms))
-        running = np.zeros((p.shape[0], p.shape[1] + 1))
-        np.cumsum(body - none, axis=1, out=running[:, 1:])
-        return running, none.sum()
+        none = np.log(p * alarms + (1 - p) * (1 - alarms))
+        return np.log(p * (1 - misses) + (1 - p) * misses) - none, float(none.sum())
 
     def _silhouettes(self) -> tuple[Score, float]:
         """`_score` of probabilities of foreground."""
         from motionenv.estimation._silhouette_kernel import silhouette_sums
 
-        running, none = self.running_odds()
-        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, running, out), none
+        odds, none = self.odds()
+        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, odds, out), none
 
     def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
         """`_score` of depths (height, width)."""

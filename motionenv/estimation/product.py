@@ -149,7 +149,7 @@ def _together(pair: Sequence[Any]) -> bool:
 
 def _one_pass(silhouettes: ObservationModel, edges: EdgeModel, poses) -> tuple[np.ndarray, np.ndarray]:
     """Log-likelihoods (N,) and (N,) of both."""
-    running, none = silhouettes.running_odds()
+    odds, none = silhouettes.odds()
     assert edges.odds is not None
-    inside, along = outline_sums(edges, running, edges.odds, poses, silhouettes.workers)
+    inside, along = outline_sums(edges, odds, edges.odds, poses, silhouettes.workers)
     return (inside + none) * silhouettes.temper, along * edges.temper
