@@ -5,6 +5,7 @@ import pytest
 
 from motionenv.errors import MotionError
 from motionenv.estimation.background import Background, foreground_probability
+from motionenv.estimation.tracking.foreground import FilmBackground
 
 
 def scene(at, seed=0, noise=4.0, gain=1.0, plain=False):
@@ -115,6 +116,13 @@ def test_a_plain_wall_is_plain_behind_the_body_too():
     model.observe(picture)
     model.learn(mask)
     assert ((foreground_probability(picture, model.estimate()) > 0.5) != mask).mean() < 0.01
+
+
+def test_a_film_before_a_background_without_noise():
+    """Rendered empty scenes have none, films do."""
+    picture, background, mask = scene(30, noise=12.0)
+    clean = FilmBackground([background.astype(np.uint8)] * 3)
+    assert ((clean.foreground(picture) > 0.5) != mask).mean() < 0.02
 
 
 def test_pictures_of_another_size_are_refused():

@@ -59,11 +59,13 @@ class FilmBackground:
         bright = self.median > _DARK
         gain = float(np.median(rgb[bright] / self.median[bright])) if bright.any() else 1.0
         expected = gain * self.median
-        spread = np.log(256 / (self.noise[..., 0] * np.sqrt(2 * np.pi)))
-        plain = 0.5 * (((rgb - expected) / self.noise) ** 2).sum(axis=-1)
+        # Pictures of the empty scene may be cleaner than the film: most of it is background, and says how noisy it is.
+        noise = np.maximum(self.noise, _TO_DEVIATION * float(np.median(np.abs(rgb - expected))))
+        spread = np.log(256 / (noise[..., 0] * np.sqrt(2 * np.pi)))
+        plain = 0.5 * (((rgb - expected) / noise) ** 2).sum(axis=-1)
         darker = (rgb * expected).sum(axis=-1) / np.maximum((expected**2).sum(axis=-1), 1.0)
         shade = np.clip(darker, _SHADOW, 1.0)[..., None]
-        shadow = 0.5 * (((rgb - shade * expected) / self.noise) ** 2).sum(axis=-1) + _SHADOW_COST
+        shadow = 0.5 * (((rgb - shade * expected) / noise) ** 2).sum(axis=-1) + _SHADOW_COST
         log_odds = np.minimum(plain, shadow) - 3 * spread - _PRIOR
         smooth = uniform_filter(np.clip(log_odds, -_SURE, _SURE), 3, mode="nearest")
         return 1.0 / (1.0 + np.exp(-smooth.astype(np.float64)))
