@@ -4,10 +4,11 @@
 
 A walker is followed in masks by the FPCA prior (paper A, section 5) with silhouettes and edges; each frame is observed,
 propagated, weighed and resampled. The peer (Chopin's `particles` 0.4; it asks for numpy < 2 but runs with numpy 2, so
-it isn't among the extras: `pip install --no-deps particles joblib`) resamples as ours does. Its model is vectorised:
+it can't be among the extras: `pip install --no-deps particles joblib`) resamples as ours does. Its model is vectorised:
 noise of the same form, table, tempering and log-odds, kinematics by matrices (without the levelled feet). But instead
 of whole silhouettes it looks up a dozen points per limb, points of outline that other limbs hide count too, and what it
 needs of the masks is made beforehand: less work.
+The tree prior (paper C) follows the same walks in silhouettes alone, without a peer.
 Times are the process's own seconds on one thread, so that other work on the machine tells less; of the clock on two.
 """
 
@@ -24,8 +25,9 @@ from motionenv.estimation.edges import EdgeModel
 from motionenv.estimation.observation import ObservationModel
 from motionenv.estimation.product import Product
 from motionenv.estimation.tracking.filters import ParticleFilter
-from motionenv.estimation.tracking.fpca_prior import _PACE, _REST, FPCAPrior
+from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.priors import Start
+from motionenv.estimation.tracking.tree_prior import TreePrior
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view
 
@@ -102,7 +104,8 @@ def numpy_score(poses, body, camera, inside, along) -> np.ndarray:
 def peer(n: int, masks, prior: FPCAPrior, product: Product, start: np.ndarray):
     """The same filter on the `particles` library; returns what runs it."""
     particles = importlib.import_module("particles")  # can't be declared: see above
-    table, q = prior._table, len(prior._root)
+    table, q = prior.table, len(prior.root)
+    rest, pace = prior.deviation[:25], prior.deviation[25]
     pictures = []
     for mask in masks:
         product.observe(mask=mask)
@@ -122,12 +125,12 @@ def peer(n: int, masks, prior: FPCAPrior, product: Product, start: np.ndarray):
 
         def M(self, t, xp):
             x = xp.copy()
-            x[:, :q] = 0.98 * xp[:, :q] + 0.2 * rng.standard_normal((len(x), q)) @ prior._root.T
-            x[:, q + 1] = 0.98 * xp[:, q + 1] + 0.02 * _PACE * rng.standard_normal(len(x))
-            turned = np.exp(prior._log_pace + x[:, q + 1]) / 30 + 0.003 * rng.standard_normal(len(x))
+            x[:, :q] = 0.98 * xp[:, :q] + 0.2 * rng.standard_normal((len(x), q)) @ prior.root.T
+            x[:, q + 1] = 0.98 * xp[:, q + 1] + 0.02 * pace * rng.standard_normal(len(x))
+            turned = np.exp(prior.log_pace + x[:, q + 1]) / 30 + 0.003 * rng.standard_normal(len(x))
             x[:, q] += turned
             x[:, q + 2] += 0.01 * rng.standard_normal(len(x))
-            x[:, q + 5 : q + 30] = 0.93 * xp[:, q + 5 : q + 30] + 0.3 * _REST * rng.standard_normal((len(x), 25))
+            x[:, q + 5 : q + 30] = 0.93 * xp[:, q + 5 : q + 30] + 0.3 * rest * rng.standard_normal((len(x), 25))
             at = x[:, q] % 1 * len(table)
             first = at.astype(np.intp) % len(table)
             u = (at - at.astype(np.intp))[:, None, None]
@@ -157,20 +160,20 @@ def scene(size: int, frames: int):
     return prior, camera, Raycaster().render(poses, prior.skeleton, camera, rgb=False).limbs > 0, poses
 
 
-def ours(n: int, size: int, threads: int, frames: int) -> tuple[float, float, float]:
-    """Frames per second, and shares of time in likelihood and in prior."""
+def ours(n: int, size: int, threads: int, frames: int, tree: bool = False) -> tuple[float, float, float]:
+    """Frames per second, and shares of time in likelihood and in prior; of the tree prior if `tree`."""
     prior, camera, masks, poses = scene(size, frames)
     clock = time.process_time if threads == 1 else time.perf_counter
-    models = [
-        ObservationModel(camera, prior.skeleton, threads=threads),
-        EdgeModel(camera, prior.skeleton, threads=threads),
-    ]
-    product = Product(models)
-    tracker = ParticleFilter(prior, product, n, seed=0)
+    likelihood = ObservationModel(camera, prior.skeleton, threads=threads)
+    if tree:
+        prior = TreePrior(skeleton=prior.skeleton)
+    else:
+        likelihood = Product([likelihood, EdgeModel(camera, prior.skeleton, threads=threads)])
+    tracker = ParticleFilter(prior, likelihood, n, seed=0)
     tracker.start(Start.at(poses[0]))
     tracker.step(mask=masks[0])
     tracker.step(mask=masks[1])
-    observing, scoring = Timed(product, "observe", clock), Timed(product, "log_likelihood", clock)
+    observing, scoring = Timed(likelihood, "observe", clock), Timed(likelihood, "log_likelihood", clock)
     moving = Timed(prior, "propagate", clock)
     began = clock()
     for mask in masks[2:]:
@@ -191,22 +194,31 @@ def theirs(n: int, size: int, frames: int) -> float:
 
 def table(frames: int) -> None:
     """Print frames per second, with the share of each part."""
-    print("| picture | N | threads | frames/s | likelihood | prior | rest | `particles` | ratio |\n|-|-|-|-|-|-|-|-|-|")
+    print("| prior | picture | N | threads | frames/s | likelihood | prior | rest | `particles` | ratio |")
+    print("|-|-|-|-|-|-|-|-|-|-|")
     for size in (64, 128):
         for n in (300, 1_000, 10_000):
             count = frames if n == 10_000 else 2 * frames
             other = theirs(n, size, max(3, frames // 4))
             for threads in (1, 2):
-                rate, likelihood, prior = ours(n, size, threads, count)
-                shares = f"{likelihood:.0%} | {prior:.0%} | {1 - likelihood - prior:.0%}"
-                print(f"| {size}² | {n:,} | {threads} | {rate:.1f} | {shares} | {other:.1f} | {rate / other:.1f} |")
+                rate, *shares = ours(n, size, threads, count)
+                row("functional", size, n, threads, rate, shares, f"{other:.1f} | {rate / other:.1f}")
+    for threads in (1, 2):
+        rate, *shares = ours(300, 128, threads, 4 * frames, tree=True)
+        row("tree", 128, 300, threads, rate, shares, "|")
+
+
+def row(prior: str, size: int, n: int, threads: int, rate: float, shares: list[float], peer: str) -> None:
+    """Print a row of the table."""
+    parts = f"{shares[0]:.0%} | {shares[1]:.0%} | {1 - sum(shares):.0%}"
+    print(f"| {prior} | {size}² | {n:,} | {threads} | {rate:.1f} | {parts} | {peer} |")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="few frames: does the script run?")
     quick = parser.parse_args().quick
-    ours(32, 64, 1, 3), theirs(32, 64, 3)  # both compile
+    ours(32, 64, 1, 3), ours(32, 64, 1, 3, tree=True), theirs(32, 64, 3)  # all compile
     table(8 if quick else 40)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     ours(100_000, 64, 2, 4)

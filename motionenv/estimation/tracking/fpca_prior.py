@@ -72,6 +72,13 @@ class FPCAPrior:
 
     Raises:
         MotionError: another model, or `fps` out of range.
+
+    Attributes:
+        table: mean and components at each phase (phases, 1 + q, 25): how far the body comes forward and left
+            [m per cycle], and what poses hold [m, rad].
+        root: (q, q) Cholesky factor of the scores' covariance.
+        log_pace: mean of log ρ, paces in cycles/s.
+        deviation: (26,) stationary standard deviations of δ [m, rad] and of log ρ.
     """
 
     def __init__(
@@ -89,10 +96,10 @@ class FPCAPrior:
         self.skeleton = model.skeleton() if skeleton is None else skeleton
         q = model.fpca_.n_components
         self._covariance = model.person_covariance_[:q, :q] + model.cycle_covariance_
-        self._root = np.linalg.cholesky(self._covariance)
-        self._log_pace = -float(model.person_mean_[q])
-        self._table = _tabulated(model, self.skeleton.height)
-        self._deviation = np.append(_REST, _PACE)
+        self.root = np.linalg.cholesky(self._covariance)
+        self.log_pace = -float(model.person_mean_[q])
+        self.table = _tabulated(model, self.skeleton.height)
+        self.deviation = np.append(_REST, _PACE)
         memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY])
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
@@ -112,7 +119,7 @@ class FPCAPrior:
         weights, means, roots = self._explained(start)
         which = (weights.cumsum(axis=1)[row] < rng.random((n, 1))).sum(axis=1)
         which = np.minimum(which, _PHASES - 1)
-        scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self._root))))
+        scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self.root))))
         ways = np.zeros((n, 7))
         ways[:, PHASE] = (which + rng.random(n)) / _PHASES
         state = self._at(ways, scores, np.zeros((n, 25)))
@@ -189,24 +196,24 @@ class FPCAPrior:
             after: (M).
         """
         step, a, b = self._step, before.ways[:, None], after.ways[None]
-        total = _gaussian(b[..., PACE], self._log_pace + step[1] * (a[..., PACE] - self._log_pace), step[4] * _PACE)
+        total = _gaussian(b[..., PACE], self.log_pace + step[1] * (a[..., PACE] - self.log_pace), step[4] * _PACE)
         total += _gaussian(_turned(a, b), np.exp(b[..., PACE]) * step[0], step[7])
-        return total + _ornstein_uhlenbeck(before.scores, after.scores, self._root, step[2], step[5])
+        return total + _ornstein_uhlenbeck(before.scores, after.scores, self.root, step[2], step[5])
 
     def _stirred(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:
         """The walkers after the `noise` of `_walk_kernel.stirred`, and where the flow of that time brings them."""
         key = rng.integers(2**64, dtype=np.uint64)
         ways, scores, rest = (np.empty_like(a) for a in (state.ways, state.scores, state.rest))
         given = np.ascontiguousarray(state.ways), np.ascontiguousarray(state.scores), np.ascontiguousarray(state.rest)
-        stirred(*given, key, noise, self._log_pace, self._root, self._deviation, ways, scores, rest)
+        stirred(*given, key, noise, self.log_pace, self.root, self.deviation, ways, scores, rest)
         poses = np.empty_like(rest)
-        flowed(self._table, ways, given[0], scores, rest, noise[0] != 0, poses)
+        flowed(self.table, ways, given[0], scores, rest, noise[0] != 0, poses)
         return WalkState(poses, scores, rest, ways)
 
     def _at(self, ways: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
         """The walkers with the poses that these say."""
         poses = np.empty((len(ways), 25))
-        flowed(self._table, ways, ways, scores, rest, False, poses)
+        flowed(self.table, ways, ways, scores, rest, False, poses)
         return WalkState(poses, scores, rest, ways)
 
     def _paces(self, state: WalkState, start: Start, row: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -216,16 +223,16 @@ class FPCAPrior:
         seen = np.log(np.maximum(speed, _SLOWEST) / flow)
         uncertain = np.where(np.isnan(speed), np.inf, _SPEED / np.maximum(speed, _SLOWEST))
         precision = _PACE**-2 + uncertain**-2
-        mean = (self._log_pace * _PACE**-2 + np.nan_to_num(seen) * uncertain**-2) / precision
+        mean = (self.log_pace * _PACE**-2 + np.nan_to_num(seen) * uncertain**-2) / precision
         return mean + rng.standard_normal(len(row)) / np.sqrt(precision)
 
     def _explained(self, start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """How likely each phase is for each of start's poses (m, phases), scores there (m, phases, q), their roots."""
         precision = 1 / (_REST[_SHAPED] ** 2 + start.spread[_SHAPED] ** 2)
-        loadings = np.swapaxes(self._table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
+        loadings = np.swapaxes(self.table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
         normal = np.swapaxes(loadings, 1, 2) @ (precision[:, None] * loadings) + np.linalg.inv(self._covariance)
         inverse = np.linalg.inv(normal)
-        means = self._table[:, 0]
+        means = self.table[:, 0]
         off = turned_towards(start.poses[:, None] - means, np.zeros(25))[..., _SHAPED]
         scores = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off, optimize=True)
         cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", scores, normal, scores, optimize=True)
@@ -235,8 +242,8 @@ class FPCAPrior:
 
     def _against_flow(self, start: Start) -> np.ndarray:
         """Squared misfit (m, phases) of start's velocities with the mean walker's; 0 where there are none."""
-        mean = self._table[:, 0, _SHAPED]
-        model = 0.5 * (np.roll(mean, -1, axis=0) - np.roll(mean, 1, axis=0)) * _PHASES * np.exp(self._log_pace)
+        mean = self.table[:, 0, _SHAPED]
+        model = 0.5 * (np.roll(mean, -1, axis=0) - np.roll(mean, 1, axis=0)) * _PHASES * np.exp(self.log_pace)
         moved = turned_towards(start.poses - start.previous, np.zeros(25))
         seen = moved[:, None, _SHAPED] * self.fps
         return np.nan_to_num((seen - model) ** 2 / _FLOW**2).sum(-1)
