@@ -8,6 +8,7 @@ import pytest
 
 import motionenv
 from motionenv.models.synthesis import synthesize
+from motionenv.models.tree import Clip, MotionTree, build_database
 from motionenv.render import render
 from motionenv.render.cameras import view
 from motionenv.render.video import write_video
@@ -31,6 +32,16 @@ def test_an_environment_is_filmed_and_the_motion_written(run, tmp_path, tracker)
     assert frames == 6
     assert shape[1] == 2 * 384 + 4
     assert motionenv.read(tmp_path / "walk.npz").poses.shape == (6, 25)
+
+
+def test_a_tree_out_of_a_file(run, tmp_path):
+    walks = [synthesize("walk/fpca", 4, 30, seed=i, height=1.75) for i in range(8)]
+    clips = [Clip(w, f"walk {i}", "walk", str(i)) for i, w in enumerate(walks)]
+    MotionTree().fit(build_database(clips)).save(tmp_path / "walks.npz")
+    result = run("track", "--env", "walker", "--tracker", "tree", "--model", "walks.npz", "--start", "given",
+                 "--frames", 6, *FAST, "--out", "track.mp4")  # fmt: skip
+    assert result.code == 0, result.err
+    assert float(result.out.split("frames, ")[1].split(" mm")[0]) < 250
 
 
 def test_an_arm_and_the_same_bytes_again(run, tmp_path):
@@ -71,6 +82,11 @@ def test_a_video_with_its_camera(run, tmp_path):
         (("--env", "walker", "--tracker", "magic", "--out", "t.mp4"), "magic"),
         (("--env", "walker", "--start", "late", "--out", "t.mp4"), "late"),
         (("--env", "walker", "--camera", "c.json", "--out", "t.mp4"), "--camera"),
+        (("--env", "walker", "--seconds", "2", "--fps", "30", "--out", "t.mp4"), "--seconds, --fps: for --video"),
+        (("--env", "walker", "--height", "1.8", "--out", "t.mp4"), "--height"),
+        (("--video", "still.mp4", "--start", "given", "--frames", "5", "--out", "t.mp4"), "--start, --frames"),
+        (("--video", "still.mp4", "--which", "1", "--out", "t.mp4"), "--which: goes with --camera"),
+        (("--video", "still.mp4", "--fps", "0", "--out", "t.mp4"), "fps"),
         (("--env", "Nowhere-v0", "--out", "t.mp4"), "Nowhere-v0"),
         (("--env", "motionenv/MarkerTracking-v0", "--out", "t.mp4"), "MarkerTracking"),
         (("--env", "arm", "--out", "t.mp4"), "arm"),

@@ -27,15 +27,22 @@ def track(
     camera: Annotated[Path | None, typer.Option(help="The video's camera (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Which of several cameras in a .toml.")] = None,
     background: Annotated[Path | None, typer.Option(help="Film of the video's background without the person.")] = None,
-    height: Annotated[float, typer.Option(help="Of a video's person, in metres.")] = 1.75,
+    height: Annotated[
+        float | None, typer.Option(help="Of a video's person, in metres; by default measured with --camera, else 1.75.")
+    ] = None,
     tracker: Annotated[str, typer.Option(help="fpca, tree, constant-velocity or mixture.")] = "fpca",
     model: Annotated[
         str | None, typer.Option(help="The tracker's model, a name or a file; by default its own.")
     ] = None,
     particles: Annotated[int, typer.Option(min=2, help="How many.")] = 2000,
-    start: Annotated[str, typer.Option(help="Of an environment: automatic, or given by its truth.")] = "automatic",
-    frames: Annotated[int, typer.Option(min=1, help="Of an environment.")] = 90,
-    seconds: Annotated[float, typer.Option(help="Of a video, at most.")] = 60.0,
+    start: Annotated[
+        str | None, typer.Option(help="Of an environment: automatic, the default, or given by its truth.")
+    ] = None,
+    frames: Annotated[int | None, typer.Option(min=1, help="Of an environment; by default 90.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Of a video, at most; by default 60.")] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames per second at which a video is followed; by default its own, up to 31.")
+    ] = None,
     motion: Annotated[Path | None, typer.Option(help="Write the track too: .npz, .bvh, .c3d, .csv or .glb.")] = None,
     seed: Seed = 0,
 ) -> None:
@@ -52,12 +59,29 @@ def track(
         raise MotionError(f"tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
     _check_outputs(out, motion)
     if video is None:
-        unused = {"camera": camera, "which": which, "background": background}
-        if wrong := [f"--{name}" for name, value in unused.items() if value is not None]:
-            raise MotionError(f"{', '.join(wrong)}: for --video only; an environment knows its own")
+        of_videos = {
+            "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds, "fps": fps
+        }  # fmt: skip
+        _refuse(of_videos, "for --video only; an environment knows its own")
+        start, frames = "automatic" if start is None else start, 90 if frames is None else frames
         _track_env(str(env), tracker, model, particles, start, frames, out, motion, seed)
-    else:
-        _track_video(video, camera, which, background, height, tracker, model, particles, seconds, out, motion, seed)
+        return
+    _refuse({"start": start, "frames": frames}, "for --env only; a video is followed from its beginning to its end")
+    if camera is None:
+        _refuse({"which": which}, "goes with --camera, a file of several")
+    given = {"height": height, "seconds": seconds, "fps": fps, "background": background}
+    options = {name: value for name, value in given.items() if value is not None}
+    _track_video(video, camera, which, tracker, model, particles, options, out, motion, seed)
+
+
+def _refuse(options: dict[str, Any], why: str) -> None:
+    """Refuse options that would be without effect.
+
+    Raises:
+        MotionError: one of them was given; names it.
+    """
+    if wrong := [f"--{name}" for name, value in options.items() if value is not None]:
+        raise MotionError(f"{', '.join(wrong)}: {why}")
 
 
 def _check_outputs(out: Path, motion: Path | None) -> None:
@@ -99,10 +123,8 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
     return make
 
 
-def _track_video(
-    video, camera, which, background, height, tracker, model, particles, seconds, out, motion_out, seed
-) -> None:
-    """Follow somebody through a film."""
+def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> None:
+    """Follow somebody through a film, with the `options` of `track_video` that were given."""
     from motionenv.estimation.tracking.sightings import resized
     from motionenv.estimation.tracking.video import track_video
     from motionenv.mocap import write
@@ -115,14 +137,14 @@ def _track_video(
     known = None if camera is None else read_camera(camera, which)
     with progress("following", None) as step:
         found = track_video(
-            video, known, height=height, prior=_made(tracker, model), particles=particles, seconds=seconds,
-            background=background, seed=seed, progress=lambda done, total: step(done),
+            video, known, prior=_made(tracker, model), particles=particles, seed=seed,
+            progress=lambda done, total: step(done), **options,
         )  # fmt: skip
     followed = np.flatnonzero(found.followed)
     first, last = int(followed[0]), int(followed[-1]) + 1
     walked = Motion(found.motion.poses[first:last], found.motion.skeleton, found.motion.fps, video.stem)
     width = _film_width(found.camera)
-    pictures = read_frames(video, fps=walked.fps, width=width, seconds=seconds)
+    pictures = read_frames(video, fps=walked.fps, width=width, seconds=options.get("seconds", 60.0))
     shape = (width, round(found.camera.height * width / found.camera.width))
     film = track_film(
         pictures, resized(found.camera, *shape), found.motion.poses, found.particles, walked.skeleton, found.overlap,
@@ -134,7 +156,8 @@ def _track_video(
     typer.echo(f"overlap of figure and foreground {np.nanmean(found.overlap):.2f} on average")
     if found.guessed:
         x, y, z = found.camera.centre
-        typer.echo(f"camera guessed: {np.hypot(x, y):.1f} m away, {z:.1f} m high, for a person of {height:g} m")
+        person = f"for a person of {walked.skeleton.height:.2f} m"
+        typer.echo(f"camera guessed: {np.hypot(x, y):.1f} m away, {z:.1f} m high, {person}")
     if motion_out is not None:
         write(walked, motion_out)
         typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {walked.fps:g} fps")

@@ -52,14 +52,15 @@ def track_film(
         raise MotionError(f"poses {poses.shape}, particles {particles.shape} and curve {curve.shape} don't go together")
     top = most or float(np.nanmax(curve, initial=1e-6, where=np.isfinite(curve)))
     each = iter([cameras] * len(poses) if isinstance(cameras, Camera) else cameras)
-    raycaster = Raycaster()
+    raycaster, plot = Raycaster(), None
     for i, picture in enumerate(pictures):
         camera = next(each, None)
         if i == len(poses) or camera is None:
             raise MotionError(f"there are more pictures than the {len(poses)} poses, or than cameras")
         over = _overlaid(picture, camera, poses[i], particles[i], skeleton)
         both = side_by_side(over, _in_3d(raycaster, camera, poses[i], skeleton, over.shape))
-        yield np.concatenate([both, _plotted(curve, i, top, label, both.shape)])
+        plot = plot or _Plot(curve, top, label, both.shape)
+        yield np.concatenate([both, plot.upto(i)])
 
 
 def _overlaid(picture, camera: Camera, pose: np.ndarray, particles: np.ndarray, skeleton: Skeleton) -> np.ndarray:
@@ -87,19 +88,37 @@ def _in_3d(raycaster: Raycaster, camera: Camera, pose: np.ndarray, skeleton: Ske
     return np.asarray(rgb)[0]
 
 
-def _plotted(curve: np.ndarray, now: int, top: float, label: str, shape: tuple) -> np.ndarray:
-    """The curve up to frame `now`, and in words."""
-    from PIL import Image, ImageDraw, ImageFont
+class _Plot:
+    """A curve that grows from frame to frame, below what it is called and its value.
 
-    rows, columns = max(24, round(_CURVE_SHARE * shape[0])), shape[1]
-    image = np.full((rows, columns, 3), _PAPER, dtype=np.uint8)
-    across = np.linspace(4, columns - 5, max(len(curve), 2))
-    down = rows - 5 - np.clip(curve / top, 0, 1) * (rows - 10)
-    draw_line(image, 4.0, rows - 5.0, columns - 5.0, rows - 5.0, 1.0, _GRID)
-    draw_line(image, 4.0, 5.0, columns - 5.0, 5.0, 1.0, _GRID)
-    for j in range(now):
-        draw_line(image, across[j], down[j], across[j + 1], down[j + 1], 2.0, _CURVE)
-    drawn = Image.fromarray(image)
-    value = f"{curve[now]:.3g}" if np.isfinite(curve[now]) else "-"
-    ImageDraw.Draw(drawn).text((8, 7), f"{label} {value}", fill=(220, 220, 220), font=ImageFont.load_default(rows / 4))
-    return np.asarray(drawn)
+    Args:
+        curve: (T,) values; NaN leaves gaps.
+        top: upper end of the axis.
+        label: what the curve is.
+        shape: of the pictures that it goes below (rows, columns).
+    """
+
+    def __init__(self, curve: np.ndarray, top: float, label: str, shape: tuple):
+        rows, columns = max(24, round(_CURVE_SHARE * shape[0])), shape[1]
+        self._curve, self._label, self._letters = curve, label, max(7.0, rows / 5)
+        self._image = np.full((rows, columns, 3), _PAPER, dtype=np.uint8)
+        first = 1.5 * self._letters + 2  # row of the axis' upper end: words have the rows above
+        self._across = np.linspace(4, columns - 5, max(len(curve), 2))
+        self._down = rows - 5 - np.clip(curve / top, 0, 1) * (rows - 5 - first)
+        self._drawn = 0  # frame up to which the curve is in the image
+        for row in (first, rows - 5.0):
+            draw_line(self._image, 4.0, row, columns - 5.0, row, 1.0, _GRID)
+
+    def upto(self, frame: int) -> np.ndarray:
+        """The curve up to `frame`, uint8 (rows, columns, 3); frames come in order."""
+        from PIL import Image, ImageDraw, ImageFont
+
+        x, y = self._across, self._down
+        for j in range(self._drawn, frame):
+            draw_line(self._image, x[j], y[j], x[j + 1], y[j + 1], 2.0, _CURVE)
+        self._drawn = frame
+        drawn = Image.fromarray(self._image)
+        value = f"{self._curve[frame]:.3g}" if np.isfinite(self._curve[frame]) else "-"
+        font = ImageFont.load_default(self._letters)
+        ImageDraw.Draw(drawn).text((8, 3), f"{self._label} {value}", fill=(220, 220, 220), font=font)
+        return np.asarray(drawn)

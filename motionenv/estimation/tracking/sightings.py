@@ -17,6 +17,7 @@ _FOCAL = 1.0  # of the picture's longer side; main cameras of telephones have 0.
 _EYES = (0.8, 1.9)  # [m] heights of a camera that isn't thought to be tilted
 _USUAL_EYES = 1.5  # [m]
 _LEAST_HEIGHT, _LEAST_AREA = 0.12, 0.002  # of the picture's height and area, that a person takes
+_LEAST_PERSON, _MOST_PERSON = 1.0, 2.3  # [m]
 _STEADY = 5  # frames on end
 _WHOLE = 0.85  # of the usual outline's height, from where on it is thought to be whole
 _SOON, _STEP = 0.5, 0.08  # [s] and heights, by which walkers move on in them
@@ -127,3 +128,33 @@ def resized(camera: Camera, width: int, height: int) -> Camera:
     K[:2] *= scale[:, None]
     K[:2, 2] -= 0.5
     return Camera(K, camera.R, camera.t, width, height)
+
+
+def standing_height(boxes: np.ndarray, camera: Camera) -> float:
+    """Height [m] of whoever stands or walks on the ground in the boxes of a known camera.
+
+    The ray through a box's lower edge meets the ground where the feet are, the one through its upper edge passes the
+    crown above them. Feet that are nearer than the body, and strides, make up for each other but for some per cent.
+
+    Args:
+        boxes: (T, 4) [pixels], NaN rows are left out.
+        camera: of the same pictures.
+
+    Raises:
+        MotionError: what the boxes show can't be a person on this camera's ground.
+    """
+    boxes = boxes[np.isfinite(boxes).all(axis=-1)]
+    middle, ones = boxes[:, :2].mean(axis=1), np.ones(len(boxes))
+    feet, crown = (np.stack([middle, row, ones], -1) for row in (boxes[:, 3] + 0.5, boxes[:, 2] - 0.5))
+    down, up = (pixels @ np.linalg.inv(camera.K).T @ camera.R for pixels in (feet, crown))
+    centre = camera.centre
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = np.hypot(*(down[:, :2] * (-centre[2] / down[:, 2:])).T)
+        heights = centre[2] + up[:, 2] * far / np.hypot(*up[:, :2].T)
+    height = float(np.median(heights[down[:, 2] < 0])) if (down[:, 2] < 0).any() else np.nan
+    if not _LEAST_PERSON <= height <= _MOST_PERSON:
+        raise MotionError(
+            f"what moves is {height:.2f} m high by this camera, as if standing on its ground z = 0: check the camera, "
+            "or give the height"
+        )
+    return height

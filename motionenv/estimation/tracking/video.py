@@ -21,12 +21,16 @@ from motionenv.estimation.tracking.foreground import FilmBackground
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.mixture import MixturePrior
 from motionenv.estimation.tracking.priors import Prior
-from motionenv.estimation.tracking.sightings import departure, resized, side_camera, sightings, span
+from motionenv.estimation.tracking.sightings import departure, resized, side_camera, sightings, span, standing_height
 from motionenv.estimation.tracking.velocity_prior import VelocityPrior
 from motionenv.types import Camera, Motion, Skeleton, checked_fps
 
-_SIDE = 192  # pixels of the longer side of the pictures that are looked at
+_SIDE = 192  # pixels of the longer side of the pictures that are looked at at first
+_TALL = 90.0  # [pixels] that a person should be high; in larger films of small people the pictures are made larger
+_MOST_LARGER = 2.5  # by no more than this,
+_MOST_PIXELS = 1.2e8  # and by no more than holds so many in all of the film
 _MOST_FPS = 31.0  # films of more are thinned out by a whole number
+_USUAL = 1.75  # [m] height of a person of whom nothing is known
 _MISSES, _ALARMS = 0.25, 0.1  # foreground of films has holes, and clutter around
 #: Makes a prior for a body and frames per second.
 MakePrior = Callable[[Skeleton, float], Prior]
@@ -62,7 +66,7 @@ def track_video(
     path,
     camera: Camera | None = None,
     *,
-    height: float = 1.75,
+    height: float | None = None,
     prior: MakePrior | None = None,
     particles: int = 2000,
     layers: int = 2,
@@ -79,7 +83,7 @@ def track_video(
     Args:
         path: of the film, anything that ffmpeg reads.
         camera: that made it, standing still, the ground at z = 0; None guesses one that stands at the side.
-        height: of the person [m].
+        height: of the person [m]; None is what the outlines say with a known camera, and 1.75 m without one.
         prior: makes the prior of a body and a rate; None is the `FPCAPrior`.
         particles: of the filter.
         layers: of annealing.
@@ -103,15 +107,19 @@ def track_video(
         raise MotionError(f"attempts must be a whole number from 1, got {attempts!r}")
     check_options(particles, layers=layers)
     fps = _rate(path) if fps is None else checked_fps(fps)
-    skeleton, rng = from_height(height), np.random.default_rng(seed)
-    foregrounds, size = _foregrounds(path, fps, seconds, background)
-    rows, columns = foregrounds.shape[1:]
+    skeleton, rng = from_height(_USUAL if height is None else height), np.random.default_rng(seed)
+    foregrounds, size = _looked(path, fps, seconds, background)
     boxes = sightings(foregrounds)
-    first, last = span(boxes, columns)
+    first, last = span(boxes, foregrounds.shape[2])
+    rows, columns = foregrounds.shape[1:]
+    if camera is not None and height is None:
+        skeleton = from_height(standing_height(boxes[first:last], resized(camera, columns, rows)))
     full = side_camera(boxes[first:last], skeleton, columns, rows) if camera is None else camera
     view = resized(full, columns, rows)
     far = (
-        np.sqrt(abs(np.linalg.det(view.K[:2, :2]))) * height / np.nanmedian(boxes[first:last, 3] - boxes[first:last, 2])
+        np.sqrt(abs(np.linalg.det(view.K[:2, :2])))
+        * skeleton.height
+        / np.nanmedian(boxes[first:last, 3] - boxes[first:last, 2])
     )
     likelihood = ObservationModel(
         view, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=float(far), threads=threads
@@ -140,12 +148,34 @@ def _rate(path) -> float:
     return own / np.ceil(own / _MOST_FPS)
 
 
-def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarray, tuple[int, int]]:
-    """Probabilities (T, rows, columns) of the film in small, and the film's own (width, height)."""
+def _looked(path, fps: float, seconds: float, background) -> tuple[np.ndarray, tuple[int, int]]:
+    """`_foregrounds` in pictures as large as the person in them needs."""
+    foregrounds, size = _foregrounds(path, fps, seconds, background, _SIDE)
+    boxes = sightings(foregrounds)
+    first, last = span(boxes, foregrounds.shape[2])
+    side = _larger(boxes[first:last], foregrounds.shape, max(size))
+    return (foregrounds, size) if side <= _SIDE else _foregrounds(path, fps, seconds, background, side)
+
+
+def _larger(boxes: np.ndarray, shape: tuple[int, ...], own: int) -> int:
+    """Longer side of pictures [pixels] in which the person of `boxes` (T, 4) is `_TALL`, as far as that goes.
+
+    Args:
+        boxes: in pictures of `_SIDE`.
+        shape: (T, rows, columns) of these.
+        own: longer side of the film.
+    """
+    tall = float(np.nanmedian(boxes[:, 3] - boxes[:, 2]))
+    factor = min(_TALL / tall, _MOST_LARGER, np.sqrt(_MOST_PIXELS / np.prod(shape, dtype=float)))
+    return min(own, round(_SIDE * factor))
+
+
+def _foregrounds(path, fps: float, seconds: float, background, side: int) -> tuple[np.ndarray, tuple[int, int]]:
+    """Probabilities (T, rows, columns) of the film in pictures with that longer side, and its own (width, height)."""
     from motionenv.render.reading import narrowed, read_frames, video_info
 
     info = video_info(path)
-    width = max(16, round(info.width * min(1.0, _SIDE / max(info.width, info.height))))
+    width = max(16, round(info.width * min(1.0, side / max(info.width, info.height))))
     frames = list(read_frames(path, fps=fps, width=width, seconds=seconds))
     if len(frames) < 3:
         raise FormatError(path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to follow anybody")
@@ -156,4 +186,4 @@ def _foregrounds(path, fps: float, seconds: float, background) -> tuple[np.ndarr
     else:
         without = list(read_frames(background, fps=fps, width=width, seconds=seconds))
     film = FilmBackground(without)
-    return np.stack([film.foreground(f) for f in frames]), (info.width, info.height)
+    return np.stack([film.foreground(f).astype(np.float32) for f in frames]), (info.width, info.height)
