@@ -58,7 +58,7 @@ class WalkState:
 
     def take(self, which: np.ndarray) -> "WalkState":
         """The walkers `which` (n,)."""
-        return WalkState(self.poses[which], self.scores[which], self.rest[which], self.ways[which])
+        return WalkState(*(a.take(which, axis=0) for a in (self.poses, self.scores, self.rest, self.ways)))
 
 
 class FPCAPrior:
