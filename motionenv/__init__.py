@@ -48,6 +48,7 @@ _HOME = {
     "WalkerPrior": "models.walkerprior",
     "WalkingModel": "models.walking",
     "load": "models.store",
+    "parameters": "models.sharing",
     "synthesize": "models.synthesis",
     "lift": "estimation.lifting",
     "Scene": "render",

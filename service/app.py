@@ -12,7 +12,7 @@ from service.admission import Workshop
 from service.catalogue import Catalogue
 from service.metrics import Metrics
 from service.middleware import Guarding, Observing
-from service.routes import health, lift, stream, synthesis, tree
+from service.routes import health, lift, page, parameters, stream, synthesis, tree
 from service.settings import Settings
 
 
@@ -50,6 +50,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         service.catalogue.load()
+        parameters.prepare(service.catalogue)
         service.ready = True
         yield
         service.ready = False
@@ -65,6 +66,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         )
     app.add_middleware(Observing, settings=service.settings, metrics=service.metrics)
     problems.install(app)
-    for module in (health, synthesis, tree, lift, stream):
+    for module in (health, synthesis, tree, lift, stream, parameters, page):
         app.include_router(module.router)
     return app

@@ -64,10 +64,10 @@ def draw_walkers(model: Eigenwalkers, n: int, seed=None) -> Treadmill:
     scores = rng.standard_normal((n, len(model.components_))) * np.sqrt(model.explained_variance_)
     frequencies = model.frequency(scores) * np.exp(model.log_frequency_deviation_ * rng.standard_normal(n))
     w = grounded(model.inverse_transform(scores))
-    return Treadmill(w, frequencies, _heights(w), _stride_lengths(w))
+    return Treadmill(w, frequencies, body_heights(w), _stride_lengths(w))
 
 
-def _heights(w: np.ndarray) -> np.ndarray:
+def body_heights(w: np.ndarray) -> np.ndarray:
     """Body heights (n,) [m] of coefficients (n, 5, 15, 3), from lengths averaged over the cycle."""
     cycle = positions_at(w, _PHASES[::4])
     length = lambda a, b: np.linalg.norm(a - b, axis=-1).mean(axis=1)

@@ -23,7 +23,7 @@ def tree() -> list[Path]:
     """Every file of the project: its folders, and what lies at the top of the checkout."""
     inside = [p for folder in FOLDERS for p in (ROOT / folder).rglob("*")]
     top = [p for p in ROOT.iterdir() if p.suffix in {".md", ".toml"} or p.name in {"LICENSE", ".gitignore"}]
-    return sorted(p for p in inside + top if p.is_file() and "__pycache__" not in p.parts)
+    return sorted(p for p in inside + top if p.is_file() and not {"__pycache__", "node_modules", "dist"} & set(p.parts))
 
 
 def texts() -> list:

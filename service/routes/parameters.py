@@ -1,0 +1,71 @@
+"""Numbers of a model, with which the page makes its walks itself: `GET /v1/models/{group}/{name}/parameters`."""
+
+import hashlib
+import threading
+from functools import lru_cache
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Request
+from starlette.responses import Response
+
+import motionenv
+from motionenv import MotionError
+from service.formats.parameters import MEDIA_TYPE, packed
+from service.problems import Problem, documented
+
+router = APIRouter(prefix="/v1", tags=["models"])
+_KEPT = 16  # models whose parameters stay in memory
+_BYTES: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "A little-endian uint32 with the length of a JSON header, the header (padded so that what "
+        "follows begins at a multiple of 8), and all arrays as little-endian float64, rows first. The header says for "
+        "each array its `shape` and its `offset` in numbers, and names body, traits and units.",
+        "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+    },
+    304: {"description": "The parameters are those of `If-None-Match`."},
+}
+
+
+@router.get(
+    "/models/{group}/{name}/parameters",
+    summary="A model's mean, components and body",
+    response_class=Response,
+    responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
+)
+async def parameters(
+    request: Request,
+    group: Annotated[str, Path(pattern="^[a-z0-9]+$", max_length=63, examples=["walk"])],
+    name: Annotated[str, Path(pattern="^[a-z0-9][a-z0-9-]*$", max_length=63, examples=["fpca"])],
+) -> Response:
+    """What is needed to make the model's walks anywhere, as the page does.
+
+    With sliders at `d` standard deviations, scores are `mean_scores + d · deviations`, and the cycle is
+    `mean + scores · components`.
+    """
+    service = request.app.state.service
+    model = service.catalogue.get(f"{group}/{name}")
+    try:
+        body, tag = await service.workshop.run(lambda: _packed(model))
+    except MotionError as error:
+        raise Problem(422, str(error), field="/name") from None
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache"}
+    if tag in request.headers.get("if-none-match", ""):
+        return Response(status_code=304, headers=headers)
+    return Response(body, headers=headers, media_type=MEDIA_TYPE)
+
+
+def prepare(catalogue: Any) -> None:
+    """Work out, in a thread of its own, what the page asks for first: it takes some tenths of a second.
+
+    Args:
+        catalogue: `service.catalogue.Catalogue`, loaded.
+    """
+    models = [catalogue.get(name) for name in ("walk/fpca", "walk/eigenwalkers")]
+    threading.Thread(target=lambda: list(map(_packed, models)), name="parameters", daemon=True).start()
+
+
+@lru_cache(maxsize=_KEPT)
+def _packed(model: Any) -> tuple[bytes, str]:
+    """Parameters as bytes, and their tag."""
+    body = packed(*motionenv.parameters(model))
+    return body, f'"{hashlib.blake2b(body, digest_size=12).hexdigest()}"'

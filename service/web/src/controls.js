@@ -1,0 +1,136 @@
+// The sliders of the walker that is chosen: its manner, pace, size and components.
+
+import { Slider } from "./sliders.js";
+import { LIMIT } from "./state.js";
+
+const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
+const sum = (a, b) => a.reduce((total, x, k) => total + x * (b[k] ?? 0), 0);
+
+/** The sliders of a model; `app` has `change(person => …)`, which takes what it is told, and `walkers`. */
+export class Controls {
+  constructor(app, parameters) {
+    this.app = app;
+    this.parameters = parameters;
+    this.tree = parameters.kind === "tree";
+    this.fill("traits", this.tree ? [] : this.traits());
+    this.fill("pace", this.tree ? this.steering() : this.pacing());
+    this.fill("components", this.tree ? [] : this.components());
+    for (const id of ["traits-section", "components-section"]) document.getElementById(id).hidden = this.tree;
+  }
+
+  fill(id, sliders) {
+    document.getElementById(id).replaceChildren(...sliders.map((slider) => slider.row));
+    this[`${id}Sliders`] = sliders;
+  }
+
+  traits() {
+    const { traits, arrays, components } = this.parameters;
+    this.directions = traits.map((_, i) => arrays.traits.subarray(i * components, (i + 1) * components));
+    return traits.map(
+      ({ name, low, high }, i) =>
+        new Slider({
+          label: `${capital(name)}: from ${low} to ${high}, in standard deviations`,
+          low: capital(low),
+          high: capital(high),
+          min: -LIMIT,
+          max: LIMIT,
+          step: 0.05,
+          text: deviation,
+          changed: (value) => this.app.change((one) => this.along(one, this.directions[i], value)),
+        }),
+    );
+  }
+
+  /** Move a person along a direction to `value`, each component within its limits. */
+  along(one, direction, value) {
+    const now = sum(direction, one.deviations);
+    const within = (d) => Math.min(LIMIT, Math.max(-LIMIT, d));
+    one.deviations = Array.from(direction, (share, k) => within((one.deviations[k] ?? 0) + (value - now) * share));
+  }
+
+  pacing() {
+    const speed = new Slider({
+      label: "Speed in metres per second",
+      named: "Speed",
+      min: 0.3,
+      max: 2.6,
+      step: 0.01,
+      own: "back to the walker's own",
+      text: (value) => `${value.toFixed(2)} m/s`,
+      changed: (value) => this.app.change((one) => (one.speed = value)),
+    });
+    const height = new Slider({
+      label: "Body height in metres",
+      named: "Height",
+      min: 1,
+      max: 2.2,
+      step: 0.01,
+      own: "back to the walker's own",
+      text: (value) => `${value.toFixed(2)} m`,
+      changed: (value) => this.app.change((one) => (one.height = value)),
+    });
+    return [speed, height];
+  }
+
+  steering() {
+    const temperature = new Slider({
+      label: "Temperature: how far the motion strays from what was captured",
+      low: "Close to capture",
+      high: "Free",
+      min: -2,
+      max: 0,
+      step: 0.05,
+      home: Math.log10(0.05),
+      text: (value) => (10 ** value).toFixed(2),
+      changed: (value) => this.app.warm(10 ** value),
+    });
+    const speed = new Slider({
+      label: "Speed that the motion is steered to, in metres per second",
+      named: "Steered to a speed",
+      min: 0.3,
+      max: 2.6,
+      step: 0.01,
+      own: "don't steer",
+      text: (value) => `${value.toFixed(2)} m/s`,
+      changed: (value) => this.app.change((one) => (one.speed = value)),
+    });
+    return [temperature, speed];
+  }
+
+  components() {
+    const { components, shares } = this.parameters;
+    const percent = (share) => `${(100 * share).toFixed(share < 0.095 ? 1 : 0)} %`;
+    return Array.from(
+      { length: components },
+      (_, k) =>
+        new Slider({
+          label: `Component ${k + 1}, in standard deviations; it holds ${percent(shares[k])} of the variance`,
+          named: `${k + 1}  ·  ${percent(shares[k])}`,
+          min: -LIMIT,
+          max: LIMIT,
+          step: 0.05,
+          text: deviation,
+          changed: (value) =>
+            this.app.change((one) => {
+              one.deviations = Array.from({ length: components }, (_, i) => (i === k ? value : (one.deviations[i] ?? 0)));
+            }),
+        }),
+    );
+  }
+
+  /** Stand where a person stands. */
+  show(one, walker, temperature) {
+    if (this.tree) {
+      this.paceSliders[0].show(Math.log10(temperature));
+      this.paceSliders[1].show(one.speed ?? 1.2, one.speed !== null);
+      return;
+    }
+    this.traitsSliders.forEach((slider, i) => slider.show(sum(this.directions[i], one.deviations)));
+    this.componentsSliders.forEach((slider, k) => slider.show(one.deviations[k] ?? 0));
+    const [speed, height] = this.paceSliders;
+    speed.show(walker.speed, one.speed !== null);
+    height.show(walker.body.height, one.height !== null);
+  }
+}
+
+const capital = (word) => word[0].toUpperCase() + word.slice(1);

@@ -1,0 +1,59 @@
+// Sliders: one row each, with words at both ends or a name, and what it stands at.
+
+const part = (tag, properties, ...inside) => {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...inside);
+  return element;
+};
+
+/** An element, with properties and what is inside. */
+export const make = part;
+
+/** Show on the track what lies between a slider's home and where it stands. */
+function fill(input, home) {
+  const share = (value) => (100 * (value - input.min)) / (input.max - input.min);
+  const ends = [share(home), share(input.value)].sort((a, b) => a - b);
+  input.style.setProperty("--from", `${ends[0]}%`);
+  input.style.setProperty("--to", `${ends[1]}%`);
+}
+
+/**
+ * A slider.
+ *
+ * `label` is its name for those who can't see; `low` and `high` words at its ends, or `named` one name before it;
+ * `text` says a value in words; `home` is what a double click takes it back to; `own`, if given, names the button that
+ * gives the value back to the walker. `changed(value)` hears each movement, and null from that button.
+ */
+export class Slider {
+  constructor({ label, low, high, named, min, max, step, home = 0, text, own, changed }) {
+    this.home = home;
+    this.text = text;
+    this.input = part("input", { type: "range", min, max, step, value: home });
+    this.input.setAttribute("aria-label", label);
+    this.output = part("output", {});
+    const words = named
+      ? [part("span", { className: "named", textContent: named })]
+      : [part("span", { className: "low", textContent: low })];
+    this.row = part("div", { className: "slider" }, ...words, this.output);
+    if (!named) this.row.append(part("span", { className: "high", textContent: high }));
+    this.row.append(this.input);
+    if (own) {
+      this.own = part("button", { type: "button", className: "own", textContent: own, hidden: true });
+      this.own.addEventListener("click", () => changed(null));
+      this.row.append(this.own);
+    }
+    this.input.addEventListener("input", () => changed(this.input.valueAsNumber));
+    this.input.addEventListener("dblclick", () => changed(own ? null : this.home));
+    this.show(home);
+  }
+
+  /** Stand at `value`; `given` says whether somebody chose it. */
+  show(value, given = false) {
+    this.input.value = value;
+    const words = this.text(value);
+    this.output.textContent = words;
+    this.input.setAttribute("aria-valuetext", words);
+    if (this.own) this.own.hidden = !given;
+    fill(this.input, this.own && !given ? value : this.home);
+  }
+}

@@ -1,0 +1,170 @@
+// The stage: ground, light and camera, and the walkers on it, one or two side by side.
+
+import {
+  Color,
+  DirectionalLight,
+  HemisphereLight,
+  Mesh,
+  PCFShadowMap,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Scene,
+  ShaderMaterial,
+  ShadowMaterial,
+  Spherical,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+const NEAR = [2.2, 14]; // [m] how near and how far the camera goes
+const USUAL = [45, 8, 5.6]; // degrees around (0 from the side, 90 from the front), degrees up, metres away
+const FLOOR = 15; // [m] half a side of the ground
+const SHADE = 0.3;
+
+const GROUND = {
+  vertexShader: `varying vec2 at;
+    void main() { at = position.xy; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
+  // Squares of half a metre, averaged over a pixel (box filter of the checker's integral), fading out with distance.
+  fragmentShader: `varying vec2 at; uniform vec2 moved; uniform vec3 bright; uniform vec3 dark; uniform float reach;
+    vec2 ramp(vec2 x) { return abs(fract(x * 0.5) - 0.5) * 2.0; }
+    void main() {
+      vec2 p = (at + moved) / 0.5, w = max(fwidth(p), 1e-4);
+      vec2 k = (ramp(p - 0.5 * w) - ramp(p + 0.5 * w)) / w;
+      float share = 0.5 - 0.5 * clamp(k.x, -1.0, 1.0) * clamp(k.y, -1.0, 1.0);
+      float near = 1.0 - smoothstep(0.25, 1.0, length(at) / reach);
+      gl_FragColor = vec4(mix(dark, bright, share), near);
+      #include <colorspace_fragment>
+    }`,
+};
+
+/** The stage on a canvas. Throws where the browser has no WebGL. */
+export class Stage {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: "high-performance" });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.renderer.setScissorTest(true);
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(24, 1, 0.1, 60);
+    this.camera.up.set(0, 0, 1);
+    this.figures = [];
+    this.light();
+    this.floor();
+    this.orbit();
+    this.resize();
+    new ResizeObserver(() => this.resize()).observe(canvas);
+  }
+
+  light() {
+    this.scene.add(Object.assign(new HemisphereLight("#f3f7fb", "#8d8a86", 2.1)));
+    const sun = new DirectionalLight("#fff6ea", 2.4);
+    sun.position.set(2.2, -2.4, 5);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(1024, 1024);
+    Object.assign(sun.shadow.camera, { left: -1.6, right: 1.6, top: 1.6, bottom: -1.6, near: 1, far: 9 });
+    sun.shadow.radius = 3;
+    sun.shadow.bias = -0.002;
+    this.scene.add(sun);
+  }
+
+  floor() {
+    const uniforms = {
+      moved: { value: new Vector2() },
+      bright: { value: new Color() },
+      dark: { value: new Color() },
+      reach: { value: FLOOR },
+    };
+    this.ground = new Mesh(new PlaneGeometry(2 * FLOOR, 2 * FLOOR), new ShaderMaterial({ ...GROUND, uniforms, transparent: true }));
+    this.shade = new Mesh(new PlaneGeometry(6, 6), new ShadowMaterial({ opacity: SHADE }));
+    this.shade.position.z = 0.002;
+    this.shade.receiveShadow = true;
+    this.scene.add(this.ground, this.shade);
+  }
+
+  /** Colours of the ground: light or dark. */
+  theme(dark) {
+    const { bright, dark: deep } = this.ground.material.uniforms;
+    bright.value.set(dark ? "#3a4149" : "#dcdddc");
+    deep.value.set(dark ? "#30363d" : "#c6c8c8");
+    this.shade.material.opacity = dark ? 0.45 : SHADE;
+  }
+
+  orbit() {
+    const orbit = new OrbitControls(this.camera, this.canvas);
+    orbit.target.set(0, 0, 0.9);
+    [orbit.minDistance, orbit.maxDistance] = NEAR;
+    orbit.maxPolarAngle = Math.PI * 0.53;
+    orbit.enablePan = false;
+    orbit.enableDamping = true;
+    this.controls = orbit;
+    this.look(USUAL);
+  }
+
+  /** Where the camera is: degrees around, degrees up, metres away. */
+  get view() {
+    const from = new Spherical().setFromVector3(turned(this.camera.position.clone().sub(this.controls.target)));
+    const degrees = (r) => (r * 180) / Math.PI;
+    return [degrees(from.theta), 90 - degrees(from.phi), from.radius];
+  }
+
+  /** Look from `around` and `up` [degrees], `away` [m]. */
+  look([around, up, away]) {
+    const radians = (d) => (d * Math.PI) / 180;
+    const sphere = new Spherical(away, radians(90 - up), radians(around));
+    this.camera.position.copy(unturned(new Vector3().setFromSpherical(sphere)).add(this.controls.target));
+    this.controls.update();
+  }
+
+  /** Look from elsewhere at the same distance: what is null stays. */
+  move({ around = null, up = null, away = null }) {
+    const now = this.view;
+    const high = Math.min(85, Math.max(-4, up ?? now[1]));
+    this.look([around ?? now[0], high, Math.min(NEAR[1], Math.max(NEAR[0], away ?? now[2]))]);
+  }
+
+  /** Where nothing else is asked for, the figure is this tall [m]: the camera looks at its middle. */
+  aim(height) {
+    const middle = 0.51 * height;
+    this.camera.position.z += middle - this.controls.target.z;
+    this.controls.target.z = middle;
+  }
+
+  /** Show these figures, and no others. */
+  show(figures) {
+    for (const figure of this.figures) figure.dispose();
+    this.figures = figures;
+    for (const figure of figures) this.scene.add(figure.group);
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width && height) this.renderer.setSize(width, height, false);
+  }
+
+  /** Draw; `bare` leaves the ground out. */
+  draw(bare) {
+    this.controls.update();
+    this.ground.visible = !bare;
+    this.shade.visible = !bare;
+    const { clientWidth, clientHeight: height } = this.canvas;
+    const width = clientWidth / this.figures.length;
+    this.camera.aspect = width / height;
+    this.camera.fov = 24 * Math.max(1, 0.62 / this.camera.aspect);
+    this.camera.updateProjectionMatrix();
+    this.figures.forEach((figure, i) => {
+      for (const other of this.figures) other.group.visible = other === figure;
+      this.ground.material.uniforms.moved.value.fromArray(figure.walker.ground);
+      this.renderer.setViewport(i * width, 0, width, height);
+      this.renderer.setScissor(i * width, 0, width, height);
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+}
+
+/** From z up, with angles counted from the walker's right side towards its front, to three's y up; and back. */
+const turned = (v) => v.set(v.x, v.z, -v.y);
+const unturned = (v) => v.set(v.x, -v.z, v.y);
