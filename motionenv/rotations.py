@@ -73,21 +73,37 @@ def unwrap_euler(angles) -> np.ndarray:
 def _unwrap(angles: np.ndarray) -> None:
     """`unwrap_euler` of one sequence (frames, 3), in place."""
     known = np.isfinite(angles).all(-1)
+    if not known.any():
+        return
+    smooth = angles[known]
+    if _jumps(smooth):
+        smooth = _without_jumps(smooth)
+    if np.median(np.abs(smooth[:, 1])) > math.pi / 2:
+        smooth = np.array([1.0, -1.0, 1.0]) * smooth + math.pi
+    angles[known] = smooth - 2 * math.pi * np.round(np.median(smooth, axis=0) / (2 * math.pi))
+
+
+def _jumps(angles: np.ndarray) -> bool:
+    """Whether `_without_jumps` would change anything in angles (frames, 3), as it does of few people who walk."""
+    before = np.concatenate([np.zeros((1, 3)), angles[:-1]])
+    near = angles - before
+    far = math.pi + np.array([1.0, -1.0, 1.0]) * angles - before
+    far -= 2 * math.pi * np.round(far / (2 * math.pi))
+    return bool((np.abs(near) >= math.pi).any() or (np.abs(far).sum(1) <= np.abs(near).sum(1)).any())
+
+
+def _without_jumps(angles: np.ndarray) -> np.ndarray:
+    """Angles (frames, 3) on the branch nearest to the frame before, the first nearest to 0."""
     a0 = b0 = c0 = 0.0
     out = []
-    for a, b, c in angles[known].tolist():  # plain floats: a frame costs 1 µs, and arrays of three 20
+    for a, b, c in angles.tolist():  # plain floats: a frame costs 1 µs, and arrays of three 20
         near = (_near(a, a0), _near(b, b0), _near(c, c0))
         far = (_near(a + math.pi, a0), _near(math.pi - b, b0), _near(c + math.pi, c0))
         near_gap = abs(near[0] - a0) + abs(near[1] - b0) + abs(near[2] - c0)
         far_gap = abs(far[0] - a0) + abs(far[1] - b0) + abs(far[2] - c0)
         a0, b0, c0 = far if far_gap < near_gap else near
         out.append((a0, b0, c0))
-    if not out:
-        return
-    smooth = np.array(out)
-    if np.median(np.abs(smooth[:, 1])) > math.pi / 2:
-        smooth = np.array([1.0, -1.0, 1.0]) * smooth + math.pi
-    angles[known] = smooth - 2 * math.pi * np.round(np.median(smooth, axis=0) / (2 * math.pi))
+    return np.array(out)
 
 
 def _near(angle: float, to: float) -> float:

@@ -108,7 +108,12 @@ def _median_distance(nodes: np.ndarray, a: str, b: str) -> float:
     distance = np.linalg.norm(nodes[:, _I[a]] - nodes[:, _I[b]], axis=-1)
     if np.isnan(distance).all():
         raise GapError(f"{a} and {b} are never seen in one frame; leave this trial out or map other points to them")
-    return float(np.nanmedian(distance))
+    return float(_median(distance))
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    """Median over the first axis of what isn't NaN; numpy's own takes ten times as long where nothing is."""
+    return np.nanmedian(values, axis=0) if np.isnan(values).any() else np.median(values, axis=0)
 
 
 def _torso_template(nodes: np.ndarray) -> np.ndarray:
@@ -128,7 +133,7 @@ def _torso_template(nodes: np.ndarray) -> np.ndarray:
     template = np.median((points - points[:, :1])[whole] @ _frame(up, left)[whole], axis=0)
     for _ in range(3):
         rotation, origin = _procrustes(points, template)
-        template = np.nanmedian((points - origin[:, None]) @ rotation, axis=0)
+        template = _median((points - origin[:, None]) @ rotation)
         template = template - template[0]
         template = template @ _frame(template[6], template[2] - template[3] + template[4] - template[5])
     return template
@@ -154,7 +159,8 @@ def _procrustes(points: np.ndarray, template: np.ndarray) -> tuple[np.ndarray, n
     p_mean = p.sum(1) / count
     t_mean = (weight * template).sum(1) / count
     t = weight * (template - t_mean[:, None])
-    spread = np.linalg.svd(t, compute_uv=False)[:, 1]
+    # Where nothing is missing, all frames spread as the first does.
+    spread = np.linalg.svd(t[:1] if seen.all() else t, compute_uv=False)[:, 1]
     fixed = (seen.sum(1) >= 3) & (spread > 0.2 * np.linalg.svd(template - template.mean(0), compute_uv=False)[1])
     cross = np.einsum("tni,tnj->tij", p - weight * p_mean[:, None], t)
     rotation = nearest(np.where(fixed[:, None, None], cross, np.nan))

@@ -92,7 +92,7 @@ def _curves(scores, points, terms, out):
 
     A B-spline's weights sum to 1, so what all points have in common may be added to each.
     """
-    for i in range(len(points)):
+    for i in range(len(out)):
         curve, last = out[i], len(scores) - 1
         curve[:] = terms[0]
         for k in range(0, last, 2):  # two at a time: half as often in and out of memory
@@ -302,7 +302,8 @@ def walk(start, stop, scores, seconds, points, clock, terms, heights, body, pose
     rows = np.empty((ROWS, samples + finer + LANES))
     curves = np.empty((points.shape[1], terms.shape[1]))
     for i in range(start, stop):
-        _curves(scores[i], points[i], terms, curves)
+        most = samples / rate / (shortest if speed > 0.0 else seconds[i])  # strides
+        _curves(scores[i], points[i], terms, curves[: int(most) + 5])
         floor, stride = (_floor(scores[i], heights[0]), _floor(scores[i], heights[1])), seconds[i]
         for _ in range(_PACINGS if speed > 0.0 else 0):
             _move(curves, floor, (rate, pad, stride, phase), samples + finer, finer, body, rows, poses[i, :0])

@@ -6,6 +6,7 @@ the foot that moves back fastest under the body stands, so the body moves forwar
 ankle's height says.
 """
 
+import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -222,17 +223,18 @@ class WalkingModel:
     def _wobble(self, stride: Stride, seconds: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines along which scores leave their mean."""
         n, q = stride.scores.shape
-        count = int(np.ceil((seconds + 2 * _PADDING) / _shortest(stride.seconds))) + 5
+        count = math.ceil((seconds + 2 * _PADDING) / _shortest(stride.seconds)) + 5
         return rng.standard_normal((n, count, q)) @ self._tables.cycles.T
 
     def _walk(self, stride: Stride, wobble: np.ndarray, fps: float, phase: float, speed: float, body, poses) -> None:
         """Fill `poses` (n, frames, 25) with walks; many in as many threads as there are cores."""
         from motionenv.models._walk_kernels import walk
 
-        finer = int(np.ceil(_RATE / fps))
-        rate = fps * finer
-        scores, seconds = (np.ascontiguousarray(a, dtype=np.float64) for a in (stride.scores, stride.seconds))
-        clock = float(rate), int(np.ceil(_PADDING * rate)), finer, float(phase), float(speed), _shortest(seconds)
+        finer = math.ceil(_RATE / fps)
+        rate = float(fps * finer)
+        scores = np.ascontiguousarray(stride.scores, dtype=np.float64)
+        seconds = np.ascontiguousarray(stride.seconds, dtype=np.float64)
+        clock = rate, math.ceil(_PADDING * rate), finer, float(phase), float(speed), _shortest(seconds)
         person = body.offsets, body.height
         terms, heights = self._tables.terms, self._tables.heights
 
