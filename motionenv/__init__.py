@@ -34,6 +34,7 @@ _HOME = {
     "Motion": "types",
     "Points": "types",
     "Skeleton": "types",
+    "EngineError": "errors",
     "MotionError": "errors",
     "read": "mocap",
     "read_points": "mocap.points2d",
@@ -52,7 +53,9 @@ _HOME = {
     "synthesize": "models.synthesis",
     "lift": "estimation.lifting",
     "Scene": "render",
+    "film": "render",
     "fit_view": "render.cameras",
+    "stream_video": "render.video",
     "view": "render.cameras",
     "write_video": "render.video",
 }

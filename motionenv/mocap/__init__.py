@@ -3,6 +3,6 @@
 from motionenv.mocap.loading import describe, read_motion
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget, to_markers
-from motionenv.mocap.writing import write
+from motionenv.mocap.writing import encode, write
 
-__all__ = ["describe", "read", "read_motion", "retarget", "to_markers", "write"]
+__all__ = ["describe", "encode", "read", "read_motion", "retarget", "to_markers", "write"]

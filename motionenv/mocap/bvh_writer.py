@@ -5,6 +5,8 @@ R_X R_Z R_Y about the file's (X, Y, Z) = (y, z, x), hence "Xrotation Zrotation Y
 R_z(heading) R_x(obliquity) R_y(tilt) is "Yrotation Zrotation Xrotation".
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from motionenv.body.kinematics import forward
@@ -15,6 +17,7 @@ from motionenv.rotations import to_euler, unwrap_euler
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0
+_TOGETHER = 500  # frames made into text at a time
 _ROOT_CHANNELS = "CHANNELS 6 Xposition Yposition Zposition Yrotation Zrotation Xrotation"
 _CHANNELS = "CHANNELS 3 Xrotation Zrotation Yrotation"
 
@@ -63,14 +66,31 @@ def write(motion: Motion, path) -> None:
         GapError: the motion has gaps, for which the format has no sign.
         MotionError: it isn't one sequence, or the file can't be written.
     """
+    made = parts(motion)
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
+        file.writelines(made)
+
+
+def parts(motion: Motion) -> Iterator[bytes]:
+    """What `write` writes, a few hundred frames at a time.
+
+    Raises:
+        GapError: `motion` has gaps.
+        MotionError: it isn't one sequence.
+    """
     check_sequence(motion, "BVH", gaps=False)
+    return _parts(motion)
+
+
+def _parts(motion: Motion) -> Iterator[bytes]:
     head = ["HIERARCHY", *_block("Hips", _rest(motion.skeleton)), "MOTION"]
     head += [f"Frames: {len(motion.poses)}", f"Frame Time: {1 / motion.fps:.17g}"]
     values = np.round(_channels(motion), 6) + 0.0  # no negative zeros
     row = " ".join(["%.6f"] * values.shape[1])
-    with atomic_write(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as file:
-        file.writelines(f"{line}\n" for line in head)
-        file.writelines(f"{row % tuple(frame)}\n" for frame in values.tolist())
+    yield "".join(f"{line}\n" for line in head).encode("ascii")
+    for start in range(0, len(values), _TOGETHER):
+        some = values[start : start + _TOGETHER].tolist()
+        yield "".join(f"{row % tuple(frame)}\n" for frame in some).encode("ascii")
 
 
 def _rest(skeleton: Skeleton) -> dict[str, np.ndarray]:

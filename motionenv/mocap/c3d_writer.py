@@ -1,6 +1,9 @@
 """C3D out: the body's 15 markers through ezc3d."""
 
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +29,30 @@ def write(motion: Motion, path) -> None:
     Raises:
         MotionError: it isn't one sequence, or too long a one, or the file can't be written.
     """
+    file = _file(motion)
+    with atomic_write(path) as temporary:
+        _write(file, temporary, len(motion.poses))
+
+
+def parts(motion: Motion) -> Iterator[bytes]:
+    """What `write` writes, all at once: ezc3d writes files only.
+
+    Raises:
+        MotionError: `motion` isn't one sequence, or too long a one.
+    """
+    file = _file(motion)
+    with tempfile.TemporaryDirectory(prefix="motionenv-") as folder:
+        path = Path(folder) / "motion.c3d"
+        _write(file, path, len(motion.poses))
+        return iter([path.read_bytes()])
+
+
+def _file(motion: Motion) -> Any:
+    """The file in ezc3d's form.
+
+    Raises:
+        MotionError: what `write` raises before it writes.
+    """
     import ezc3d
 
     check_sequence(motion, "C3D", gaps=True)
@@ -44,9 +71,17 @@ def write(motion: Motion, path) -> None:
     file["data"]["points"] = np.concatenate([np.where(gap, np.nan, points), np.ones((1, *gap.shape))])
     file["data"]["meta_points"]["residuals"] = np.where(gap, -1.0, 0.0)[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *gap.shape), dtype=bool)
-    with atomic_write(path) as temporary:
-        file.write(str(temporary))
-        _check_whole(temporary, frames * len(MARKERS) * 16)
+    return file
+
+
+def _write(file: Any, path: Path, frames: int) -> None:
+    """Have ezc3d write `file`, whole.
+
+    Raises:
+        OSError: the disk is full.
+    """
+    file.write(str(path))
+    _check_whole(path, frames * len(MARKERS) * 16)
 
 
 def _check_whole(path: Path, data: int) -> None:

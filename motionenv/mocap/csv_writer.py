@@ -12,6 +12,8 @@ The body's limb lengths are not in the file; NPZ holds them.
 """
 
 import csv
+import io
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -27,6 +29,8 @@ COLUMNS = (
     *(f"{name}_{axis}_m" for name in MARKERS for axis in "xyz"),
 )
 
+_TOGETHER = 500  # frames made into text at a time
+
 
 def write(motion: Motion, path) -> None:
     """Write poses and markers over time as CSV, whole or not at all.
@@ -38,11 +42,33 @@ def write(motion: Motion, path) -> None:
     Raises:
         MotionError: it isn't one sequence, or the file can't be written.
     """
+    made = parts(motion)
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
+        file.writelines(made)
+
+
+def parts(motion: Motion) -> Iterator[bytes]:
+    """What `write` writes, a few hundred rows at a time.
+
+    Raises:
+        MotionError: `motion` isn't one sequence.
+    """
     check_sequence(motion, "CSV", gaps=True)
-    frames = len(motion.poses)
-    points = markers(motion.poses, motion.skeleton).reshape(frames, -1)
-    table = np.column_stack([np.arange(frames) / motion.fps, motion.poses, points])
-    with atomic_write(path) as temporary, open(temporary, "w", encoding="ascii", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(COLUMNS)
-        rows.writerows([value if value == value else "" for value in row] for row in table.tolist())
+    return _parts(motion)
+
+
+def _parts(motion: Motion) -> Iterator[bytes]:
+    yield ",".join(COLUMNS).encode() + b"\n"
+    for start in range(0, len(motion.poses), _TOGETHER):
+        yield _rows(motion, np.arange(start, min(start + _TOGETHER, len(motion.poses))))
+
+
+def _rows(motion: Motion, frames: np.ndarray) -> bytes:
+    """Lines of some of a motion's frames."""
+    poses = motion.poses[frames]
+    points = markers(poses, motion.skeleton).reshape(len(poses), -1)
+    table = np.column_stack([frames / motion.fps, poses, points])
+    text = io.StringIO(newline="")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerows([value if value == value else "" for value in row] for row in table.tolist())
+    return text.getvalue().encode("ascii")

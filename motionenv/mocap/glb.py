@@ -5,6 +5,7 @@ The joints of the skin are the body's segments, each limb follows one of them. M
 
 import json
 import struct
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,6 +34,18 @@ def write(motion: Motion, path) -> None:
         GapError: the motion has gaps, for which the format has no sign.
         MotionError: it isn't one sequence, or the file can't be written.
     """
+    made = parts(motion)
+    with atomic_write(path) as temporary:
+        temporary.write_bytes(b"".join(made))
+
+
+def parts(motion: Motion) -> Iterator[bytes]:
+    """What `write` writes, all at once: a GLB begins with its length.
+
+    Raises:
+        GapError: `motion` has gaps.
+        MotionError: it isn't one sequence.
+    """
     check_sequence(motion, "GLB", gaps=False)
     data = _Data()
     rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # where the motion begins: viewers look there
@@ -50,8 +63,7 @@ def write(motion: Motion, path) -> None:
         "buffers": [{"byteLength": len(data.bytes)}],
     }
     text = json.dumps(document, separators=(",", ":")).encode()
-    with atomic_write(path) as temporary:
-        temporary.write_bytes(_container(text, bytes(data.bytes)))
+    return iter([_container(text, bytes(data.bytes))])
 
 
 def _container(text: bytes, binary: bytes) -> bytes:

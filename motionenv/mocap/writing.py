@@ -1,18 +1,13 @@
 """Motions into files: the writer is picked by the file's suffix."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from motionenv.errors import MotionError
 from motionenv.mocap import bvh_writer, c3d_writer, csv_writer, glb, npz
 from motionenv.types import Motion
 
-_WRITERS = {
-    ".bvh": bvh_writer.write,
-    ".c3d": c3d_writer.write,
-    ".csv": csv_writer.write,
-    ".glb": glb.write,
-    ".npz": npz.write,
-}
+_WRITERS = {".bvh": bvh_writer, ".c3d": c3d_writer, ".csv": csv_writer, ".glb": glb, ".npz": npz}
 
 
 def write(motion: Motion, path) -> None:
@@ -36,12 +31,34 @@ def write(motion: Motion, path) -> None:
         GapError: the motion has gaps and the format no sign for them.
         MotionError: another suffix, not one sequence, or the file can't be written.
     """
+    _check_motion(motion)
+    check_suffix(path)
+    _WRITERS[Path(path).suffix.lower()].write(motion, path)
+
+
+def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
+    """The bytes of the file that `write` would write, in parts: one after the other is made as it is asked for.
+
+    BVH and CSV come a few hundred frames at a time, the others whole. NPZ is not compressed here, for speed.
+
+    Args:
+        motion: (frames, 25) poses and their skeleton.
+        suffix: as of `write`, such as ".bvh".
+
+    Raises:
+        GapError: the motion has gaps and the format no sign for them.
+        MotionError: another suffix, or not one sequence.
+    """
+    _check_motion(motion)
+    check_suffix(f"motion{suffix}")
+    return _WRITERS[suffix.lower()].parts(motion)
+
+
+def _check_motion(motion) -> None:
     if not isinstance(motion, Motion):
         raise MotionError(
             f"only a Motion can be written, got {type(motion).__name__}; retarget Markers to a body first"
         )
-    check_suffix(path)
-    _WRITERS[Path(path).suffix.lower()](motion, path)
 
 
 def check_suffix(path) -> None:

@@ -12,6 +12,8 @@ from motionenv.models.store import load
 from motionenv.models.walking import Stride, WalkingModel
 from motionenv.types import Motion, Skeleton, checked_fps
 
+__all__ = ["components", "scaled", "synthesize"]
+
 
 def synthesize(
     model,

@@ -23,6 +23,8 @@ from motionenv.errors import MotionError
 from motionenv.files import atomic_write
 from motionenv.types import checked_fps
 
+__all__ = ["png", "stream_video", "write_image", "write_video"]
+
 _AHEAD = 8  # frames that may wait for the encoder
 _WEBP_QUALITY = 80
 # Players show GIF frames of less than 1/50 s much slower; milliseconds are WebP's unit; the rest is good measure.
@@ -126,7 +128,10 @@ class _Sink:
 
 
 def png(rgb) -> bytes:
-    """One picture (H, W, 3) uint8 as the bytes of a PNG file.
+    """One picture as the bytes of a PNG file.
+
+    Args:
+        rgb: uint8 (H, W, 3).
 
     Raises:
         MotionError: not a picture.

@@ -1,3 +1,4 @@
+import io
 import zipfile
 
 import numpy as np
@@ -113,3 +114,19 @@ def test_random_damage_gives_an_answer_or_an_error(tmp_path):
 def test_a_missing_folder_is_named(tmp_path):
     with pytest.raises(MotionError, match="choose a folder that exists"):
         npz.write(motion(), tmp_path / "no" / "a.npz")
+
+
+def test_in_memory_it_is_a_plain_zip_that_is_read_the_same(tmp_path):
+    sent = motion()
+    data = b"".join(npz.parts(sent))
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        assert archive.testzip() is None
+    (tmp_path / "a.npz").write_bytes(data)
+    npz.write(sent, tmp_path / "b.npz")
+    with np.load(tmp_path / "a.npz") as stored, np.load(tmp_path / "b.npz") as deflated:
+        assert set(stored) == set(deflated)
+        for name in stored:
+            np.testing.assert_array_equal(stored[name], deflated[name])
+    got = npz.read(tmp_path / "a.npz")
+    assert got.poses.tobytes() == sent.poses.tobytes()
+    assert got.skeleton.offsets.tobytes() == sent.skeleton.offsets.tobytes()

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from motionenv.errors import GapError, MotionError
-from motionenv.mocap import write
+from motionenv.mocap import encode, write
+from motionenv.models.synthesis import synthesize
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 SUFFIXES = (".bvh", ".c3d", ".csv", ".glb", ".npz")
@@ -18,7 +19,7 @@ import hashlib, sys
 import numpy as np
 from pathlib import Path
 from motionenv.body import from_height
-from motionenv.mocap import write
+from motionenv.mocap import encode, write
 from motionenv.types import Motion
 motion = Motion(np.random.default_rng(1).normal(size=(50, 25)), from_height(), 100.0, "a")
 for suffix in sys.argv[2:]:
@@ -33,7 +34,7 @@ import numpy as np
 from pathlib import Path
 from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
-from motionenv.mocap import write
+from motionenv.mocap import encode, write
 from motionenv.types import Motion
 motion = Motion(np.random.default_rng(1).normal(size=(500, 25)), from_height(), 100.0)
 markers(motion.poses, motion.skeleton)  # compiled, so that nothing but our file is written from here on
@@ -135,3 +136,12 @@ def test_overwriting_gives_the_new_file(any_motion, tmp_path):
         write(any_motion(seed), tmp_path / "a.glb")
         seen.add(hashlib.sha256((tmp_path / "a.glb").read_bytes()).hexdigest())
     assert len(seen) == 2
+
+
+@pytest.mark.parametrize("suffix", [".bvh", ".c3d", ".csv", ".glb"])
+def test_in_memory_every_other_format_is_the_file_to_the_byte(suffix, tmp_path):
+    walk = synthesize("walk/fpca", 11, 60, seed=1)
+    parts = list(encode(walk, suffix))
+    write(walk, tmp_path / f"a{suffix}")
+    assert b"".join(parts) == (tmp_path / f"a{suffix}").read_bytes()
+    assert (len(parts) > 2) == (suffix in {".bvh", ".csv"})
