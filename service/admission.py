@@ -5,8 +5,8 @@ A request reserves its place before it does any work and after its body has come
 """
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from typing import TypeVar
 
@@ -60,15 +60,24 @@ class Workshop:
         """What `work()` returns, computed in the thread of a `place()` that the caller holds."""
         return await asyncio.get_running_loop().run_in_executor(self._pool, work)
 
-    async def stream(self, chunks: Iterator[bytes]) -> AsyncIterator[bytes]:
-        """`chunks`, each made in the thread of a `place()` that the caller holds; closed when the client goes."""
+    async def stream(self, chunks: Iterator[bytes]) -> AsyncGenerator[bytes, None]:
+        """`chunks`, each made in the thread of a `place()` that the caller holds; closed when no more are wanted.
+
+        Whoever is cancelled while a thread still makes a chunk doesn't wait for it: the iterator is closed after that,
+        for one that runs can't be.
+        """
+        step: Future | None = None
         try:
-            while (chunk := await self.step(lambda: next(chunks, _END))) is not _END:
-                yield chunk  # type: ignore[misc]
+            while True:
+                step = self._pool.submit(next, chunks, _END)
+                chunk = await asyncio.wrap_future(step)
+                if chunk is _END:
+                    return
+                yield chunk
         finally:
             close = getattr(chunks, "close", None)
-            if close is not None:
-                self._pool.submit(close)
+            if close is not None and step is not None:
+                step.add_done_callback(lambda _: self._pool.submit(close))
 
     def close(self) -> None:
         """Let running work end, and take no more."""
