@@ -9,16 +9,19 @@ from service.problems import Problem
 JSON = "application/json"
 NPY = "application/x-npy"
 NPZ = "application/x-npz"
+CSV = "text/csv"
+BVH = "model/x-bvh"
+MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
     NPZ: ".npz",
-    "text/csv": ".csv",
-    "model/x-bvh": ".bvh",
+    CSV: ".csv",
+    BVH: ".bvh",
     "model/gltf-binary": ".glb",
     "application/x-c3d": ".c3d",
 }
 #: Suffixes of the formats that show it.
-FILMS = {"video/mp4": ".mp4", "image/gif": ".gif", "image/webp": ".webp", "image/png": ".png"}
+FILMS = {MP4: ".mp4", GIF: ".gif", "image/webp": ".webp", PNG: ".png"}
 MOTION = (JSON, NPY, *FILES, *FILMS)
 
 

@@ -1,0 +1,47 @@
+"""Answers that clients may keep: same request, same bytes, so an ETag is known before any work is done."""
+
+import hashlib
+from functools import lru_cache
+
+from fastapi import Request
+from starlette.responses import Response
+
+from motionenv import __version__
+
+_SEEDED = "private, max-age=86400"
+
+
+def tag(*parts: str) -> str:
+    """A strong ETag of what decides on an answer: the version of motionenv, and `parts`."""
+    digest = hashlib.blake2b(digest_size=16)
+    for part in (__version__, *parts):
+        digest.update(part.encode("utf-8", "surrogatepass") + b"\0")
+    return f'"{digest.hexdigest()}"'
+
+
+def kept(etag: str | None, *, control: str = _SEEDED) -> dict[str, str]:
+    """Headers that tell what may be kept, and for how long.
+
+    Args:
+        etag: of the answer; None where the next one will be another.
+        control: Cache-Control of an answer with a tag.
+    """
+    if etag is None:
+        return {"Cache-Control": "no-store", "Vary": "Accept"}
+    return {"ETag": etag, "Cache-Control": control, "Vary": "Accept"}
+
+
+def unchanged(request: Request, etag: str | None) -> bool:
+    """Whether the client has the answer already: If-None-Match holds `etag`, compared weakly (RFC 9110, 8.8.3.2)."""
+    given = request.headers.get("if-none-match")
+    return given is not None and etag is not None and etag in _tags(given)
+
+
+@lru_cache(maxsize=256)
+def _tags(header: str) -> frozenset[str]:
+    return frozenset(one.strip().removeprefix("W/") for one in header.split(","))
+
+
+def not_modified(headers: dict[str, str]) -> Response:
+    """304 with the `headers` of the answer that it stands for."""
+    return Response(status_code=304, headers=headers)

@@ -1,0 +1,68 @@
+"""`GET /v1/models`."""
+
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+
+class Component(BaseModel):
+    """One way in which people differ: what a slider moves along."""
+
+    deviation: float = Field(ge=0, description="Standard deviation of the scores along it, in the scores' unit.")
+    mean: float = Field(description="The average person's score.")
+    share: float | None = Field(
+        None, ge=0, le=1, description="Share of the variance that it explains.", examples=[0.43]
+    )
+
+
+class Range(BaseModel):
+    """What a number of a request may be."""
+
+    minimum: float = Field(examples=[0.1])
+    maximum: float = Field(examples=[3.0])
+    unit: str = Field(examples=["m/s"])
+
+
+class ModelSummary(BaseModel):
+    """A model in the list."""
+
+    name: str = Field(description="What `model` in requests is set to.", examples=["walk/fpca"])
+    kind: str | None = Field(description="walking, eigenwalkers, walker-prior, fpca or tree; null until it is loaded.")
+    ready: bool = Field(description="Whether it is in memory; requests for one that isn't yet get 503.")
+    summary: str = Field(description="What it is.")
+    licence: str | None = Field(None, description="Of the model; its data's is in the card.", examples=["MIT"])
+
+
+class ModelDescription(ModelSummary):
+    """All about a model."""
+
+    card: dict[str, Any] = Field(description="Its card: data, people, licence, how it was made.")
+    synthesis: bool = Field(description="Whether `POST /v1/synthesis` can walk with it.")
+    dimensions: dict[str, int] = Field(description="How large it is.", examples=[{"components": 8, "pose": 25}])
+    height: float | None = Field(None, description="Height of its average body [m].")
+    components: list[Component] = Field(description="In the order of `deviations` and `scores`; none of a tree.")
+    ranges: dict[str, Range] = Field(description="What a request's numbers may be.")
+
+
+class ModelList(BaseModel):
+    """All models."""
+
+    models: list[ModelSummary] = Field(description="Those that ship first, then the fitted ones.")
+
+
+class Tensor(BaseModel):
+    """An input or output, as the Open Inference Protocol describes it."""
+
+    name: str
+    datatype: str = Field(examples=["FP64"])
+    shape: list[int] = Field(description="-1: any number.", examples=[[-1, 25]])
+
+
+class InferenceModel(BaseModel):
+    """A model as the Open Inference Protocol (KServe v2) describes it."""
+
+    name: str = Field(examples=["walk/fpca"])
+    versions: list[str] = Field(examples=[["0.1.0"]])
+    platform: str = Field(examples=["motionenv_walking"])
+    inputs: list[Tensor]
+    outputs: list[Tensor]
