@@ -17,7 +17,6 @@ import numpy as np
 from motionenv.body.skeleton import limb_radii, symmetric
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.fpca import FunctionalPCA
-from motionenv.models.gait import forward_speed, gait_channels, walking_cycles
 from motionenv.models.store import save_model
 from motionenv.types import Cycles, Motion, Skeleton
 
@@ -93,6 +92,9 @@ class WalkingModel:
         Raises:
             MotionError: nothing to learn from, or a walk without a period.
         """
+        # Here, because those who only synthesise would wait two seconds for what finds cycles in captured walks.
+        from motionenv.models.gait import forward_speed, gait_channels, walking_cycles
+
         motions, subjects = list(motions), [str(s) for s in subjects]
         if len(motions) != len(subjects) or not motions:
             raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(subjects)}")
@@ -215,6 +217,8 @@ class WalkingModel:
         Args:
             motions: straight walks (frames, 25).
         """
+        from motionenv.models.gait import gait_channels, walking_cycles
+
         self._check_fitted()
         motions = list(motions)
         cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
