@@ -10,9 +10,10 @@ from motionenv import __version__
 from service import problems
 from service.admission import Workshop
 from service.catalogue import Catalogue
+from service.jobs import Desk
 from service.metrics import Metrics
 from service.middleware import Guarding, Observing
-from service.routes import health, lift, page, parameters, stream, synthesis, tree
+from service.routes import health, jobs, lift, models, page, parameters, stream, synthesis, tree
 from service.settings import Settings
 
 
@@ -27,6 +28,7 @@ class Service:
         metrics: the counts.
         workshop: threads that compute.
         painter: the one thread that OpenGL is called from.
+        jobs: work for processes of its own.
         ready: whether the models are loaded.
         streams: how many WebSockets get motion.
     """
@@ -36,6 +38,7 @@ class Service:
         self.catalogue = Catalogue(settings.data / "models")
         self.workshop = Workshop(settings.threads, settings.waiting)
         self.painter = Workshop(1, settings.waiting, name="opengl")
+        self.jobs = Desk(settings, self.catalogue, self.metrics)
         self.ready, self.streams = False, 0
 
 
@@ -51,9 +54,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         service.catalogue.load()
         parameters.prepare(service.catalogue)
+        service.jobs.open()
         service.ready = True
         yield
         service.ready = False
+        await service.jobs.close()
         service.workshop.close()
         service.painter.close()
 
@@ -66,6 +71,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         )
     app.add_middleware(Observing, settings=service.settings, metrics=service.metrics)
     problems.install(app)
-    for module in (health, synthesis, tree, lift, stream, parameters, page):
+    for module in (health, jobs, synthesis, models, tree, lift, stream, parameters, page):
         app.include_router(module.router)
     return app

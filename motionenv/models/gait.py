@@ -1,17 +1,19 @@
 """Captured walks as cycles that a model can learn: what is periodic in them, in step with each other."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import ANKLE_HEIGHT, NODES
-from motionenv.cycles import align, estimate_period, periodic_basis, to_reference
+from motionenv.cycles import Alignment, align, estimate_period, periodic_basis, to_reference
 from motionenv.errors import MotionError
 from motionenv.types import ANGLES, Cycles, Motion
 
 #: Channels of the cycles: the 19 angles, the root's rotations [rad], the ankles' heights [shares of body height].
 CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
+
+__all__ = ["CHANNELS", "FoundCycles", "find_cycles", "forward_speed", "gait_channels", "walking_cycles"]
 
 _ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
 
@@ -54,13 +56,45 @@ def walking_cycles(channels, fps, subjects) -> Cycles:
     """
     angles = [c[:, :19] for c in channels]
     periods = [estimate_period(a, f).frames for a, f in zip(angles, fps, strict=True)]
-    found = align(angles, periods)
+    in_phase = _in_phase(align(angles, periods))
+    return _closed(to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects))
+
+
+@dataclass(frozen=True, eq=False)
+class FoundCycles:
+    """The cycles of one walk, all of one length (paper A, section 3).
+
+    Attributes:
+        seconds: of a cycle: one stride [s].
+        starts: (n,) times at which the left leg is furthest ahead of the right [s], within the walk.
+    """
+
+    seconds: float
+    starts: np.ndarray
+
+
+def find_cycles(motion: Motion) -> FoundCycles:
+    """Where the cycles of a straight walk begin.
+
+    Args:
+        motion: (frames, 25).
+
+    Raises:
+        MotionError: not one sequence, or without a period.
+    """
+    angles = gait_channels(motion)[:, :19]
+    period = estimate_period(angles, motion.fps).frames
+    first = np.mod(_in_phase(align([angles], [period])).offsets[0], period)
+    return FoundCycles(period / motion.fps, np.arange(first, len(angles), period) / motion.fps)
+
+
+def _in_phase(found: Alignment) -> Alignment:
+    """Aligned angles, now with phase 0 where the left leg is furthest ahead of the right."""
     grid = np.arange(256) / 256
     reference = periodic_basis(grid) @ found.reference
     ahead = reference[:, CHANNELS.index("left_hip_flexion")] - reference[:, CHANNELS.index("right_hip_flexion")]
     shift = -np.angle((ahead * np.exp(-2j * np.pi * grid)).sum()) / (2 * np.pi)
-    in_phase = replace(found, offsets=found.offsets + shift * found.periods)
-    return _closed(to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects))
+    return replace(found, offsets=found.offsets + shift * found.periods)
 
 
 def _closed(cycles: Cycles) -> Cycles:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv import __version__
+from motionenv.body import markers as markers_of
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget, to_markers
@@ -16,7 +17,9 @@ from motionenv.models.eigenwalkers import Eigenwalkers
 from motionenv.models.gait import gait_channels
 from motionenv.models.walkerprior import WalkerPrior
 from motionenv.models.walking import WalkingModel
-from motionenv.types import Markers, Motion
+from motionenv.types import MARKERS, Markers, Motion
+
+__all__ = ["MODELS", "STRAIGHT", "Walks", "fit", "read_walks", "straightness"]
 
 # CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.
 _SAME_PERSON = {"37": "12", "38": "07"}
@@ -36,8 +39,9 @@ _UNKNOWN_CARD = {
     "intended use": "{} of straight walking",
 }
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
-_SUFFIXES = {".amc", ".bvh", ".c3d", ".trc"}
-_STRAIGHT = 0.9
+_SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
+#: Least `straightness` of the walks that models learn from.
+STRAIGHT = 0.9
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ def read_walks(
     numbers that are one person count as one.
 
     Args:
-        folder: searched with its subfolders for AMC, BVH, C3D and TRC.
+        folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC.
         fps: frames per second, where the files don't say (AMC never does; CMU's is 120).
         unit: unit of length, where the files don't say.
         on_file: called with each file's name before it is read.
@@ -79,7 +83,7 @@ def read_walks(
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
     if not paths:
         raise MotionError(
-            f"no AMC, BVH, C3D or TRC file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
+            f"no AMC, BVH, C3D, NPZ or TRC file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
         )
     known = {file.sha256 for file in find_source("cmu-walks").files}
     used, left_out, cmu = [], {}, []
@@ -137,19 +141,26 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
     Raises:
         MotionError: it can't be read or retargeted, turns, or has no period.
     """
-    capture = read(path, fps=fps if path.suffix.lower() != ".c3d" else None, unit=unit)
-    if isinstance(capture, Motion):
-        raise MotionError("not capture, but a motion of the body already")
-    motion = retarget(capture)
-    straight = _straightness(motion)
-    if straight < _STRAIGHT:
+    suffix = path.suffix.lower()
+    capture = read(path, fps=None if suffix in {".c3d", ".npz"} else fps, unit=None if suffix == ".npz" else unit)
+    motion = capture if isinstance(capture, Motion) else retarget(capture)
+    if motion.poses.ndim != 2:
+        raise MotionError("holds several motions: save one to a file")
+    straight = straightness(motion)
+    if straight < STRAIGHT:
         raise MotionError(f"not straight: gets {straight:.0%} of its path's length ahead")
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
+    if isinstance(capture, Motion):
+        return motion, Markers(MARKERS, markers_of(motion.poses, motion.skeleton), motion.fps, name=motion.name)
     return motion, to_markers(capture)
 
 
-def _straightness(motion: Motion) -> float:
-    """Net displacement of the root over the length of its path, both from positions half a second apart."""
+def straightness(motion: Motion) -> float:
+    """Net displacement of the root over the length of its path, both from positions half a second apart.
+
+    Args:
+        motion: (frames, 25).
+    """
     path = motion.poses[:: max(1, round(motion.fps / 2)), :2]
     path = path[np.isfinite(path).all(1)]
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()

@@ -9,6 +9,8 @@ from motionenv.models.tree.database import build_database
 from motionenv.models.tree.frames import WINDOW
 from motionenv.models.tree.model import MotionTree
 
+__all__ = ["fit_tree"]
+
 
 def fit_tree(
     folder,

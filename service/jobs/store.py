@@ -1,0 +1,359 @@
+"""What is known of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
+
+import json
+import sqlite3
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+#: How often a job may be interrupted by the end of the service before it is given up.
+ATTEMPTS = 5
+WAITING = ("queued", "running")
+_PATIENCE = 10.0  # [s] for other processes' transactions, which take milliseconds
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS jobs (
+    number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE, kind TEXT NOT NULL, settings TEXT NOT NULL,
+    model TEXT, media_type TEXT NOT NULL, filename TEXT NOT NULL,
+    status TEXT NOT NULL DEFAULT 'queued', progress REAL NOT NULL DEFAULT 0, message TEXT NOT NULL DEFAULT 'waiting',
+    attempts INTEGER NOT NULL DEFAULT 0, created REAL NOT NULL, started REAL, ended REAL,
+    error TEXT, result TEXT, size INTEGER, idempotency TEXT UNIQUE
+);
+CREATE INDEX IF NOT EXISTS jobs_by_status ON jobs (status, number);
+CREATE INDEX IF NOT EXISTS jobs_by_result ON jobs (result);
+CREATE TABLE IF NOT EXISTS inputs (
+    job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE, name TEXT NOT NULL, sha TEXT NOT NULL
+);
+CREATE INDEX IF NOT EXISTS inputs_by_job ON inputs (job);
+CREATE INDEX IF NOT EXISTS inputs_by_sha ON inputs (sha);
+CREATE TABLE IF NOT EXISTS models (name TEXT NOT NULL, sha TEXT NOT NULL, PRIMARY KEY (name, sha));
+"""
+
+
+class Full(Exception):
+    """The disk is full."""
+
+
+class Waiting(Exception):
+    """Too many jobs wait already."""
+
+
+class Taken(Exception):
+    """Another job makes a model of that name."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job.
+
+    Attributes:
+        id: unguessable.
+        kind: "fit", "inspect", "convert" or "render".
+        settings: what was asked.
+        model: name of the model that it fits, or None.
+        media_type: of the result.
+        filename: under which to save the result.
+        status: "queued", "running", "done", "failed" or "cancelled".
+        progress: 0 to 1.
+        message: what it is doing.
+        attempts: how often it was begun.
+        created, started, ended: Unix times [s].
+        error: status and detail, where it failed.
+        result: SHA-256 of the result.
+        size: of the result [bytes].
+    """
+
+    id: str
+    kind: str
+    settings: dict[str, Any]
+    model: str | None
+    media_type: str
+    filename: str
+    status: str
+    progress: float
+    message: str
+    attempts: int
+    created: float
+    started: float | None
+    ended: float | None
+    error: dict[str, Any] | None
+    result: str | None
+    size: int | None
+
+
+_COLUMNS = ", ".join(Job.__dataclass_fields__)
+
+
+class Store:
+    """Jobs on disk. Calls take well under a millisecond, and are made from one thread.
+
+    A commit outlasts the end of any process, not that of the machine's power: that would cost a sync of the disk each.
+
+    Args:
+        path: of the database.
+        make_room: frees some of a full disk, and says whether it did.
+    """
+
+    def __init__(self, path: Path, make_room: Callable[[], bool]):
+        self._make_room = make_room
+        self._db = self._urgent(lambda: _opened(path))
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._db.close()
+
+    def add(
+        self, job: Job, inputs: Iterable[tuple[str, str]], *, most: int, idempotency: str | None,
+        place: Callable[[], None],
+    ) -> None:  # fmt: skip
+        """Queue a job.
+
+        Args:
+            job: as it begins.
+            inputs: name and SHA-256 of its files.
+            most: jobs that may wait.
+            idempotency: what is unique to the request, or None.
+            place: puts the files where they belong; called while nothing is swept.
+
+        Raises:
+            Full: the disk is full.
+            Taken: a job that fits a model of that name waits or runs.
+            Waiting: `most` jobs wait already.
+        """
+        with _telling_full(), self._transaction():
+            if self.count("queued") >= most:
+                raise Waiting
+            if job.model and self._one("SELECT 1 FROM jobs WHERE model = ? AND status IN (?, ?)", job.model, *WAITING):
+                raise Taken
+            place()
+            self._db.execute(
+                "INSERT INTO jobs (id, kind, settings, model, media_type, filename, created, idempotency) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                (job.id, job.kind, json.dumps(job.settings), job.model, job.media_type, job.filename, job.created,
+                 idempotency),
+            )  # fmt: skip
+            self._db.executemany("INSERT INTO inputs VALUES (?, ?, ?)", [(job.id, *given) for given in inputs])
+
+    def get(self, job: str) -> Job | None:
+        """The job with an id."""
+        return self._job("WHERE id = ?", job)
+
+    def same(self, idempotency: str) -> Job | None:
+        """The job of an earlier request of the same kind."""
+        return self._job("WHERE idempotency = ?", idempotency)
+
+    def inputs(self, job: str) -> list[tuple[str, str]]:
+        """Name and SHA-256 of a job's files, as they came."""
+        return self._db.execute("SELECT name, sha FROM inputs WHERE job = ? ORDER BY rowid", (job,)).fetchall()
+
+    def page(self, most: int, status: str | None = None, before: str | None = None) -> list[Job]:
+        """Jobs, the newest first.
+
+        Args:
+            most: how many.
+            status: only these.
+            before: id of a job; only those older than it.
+        """
+        query = (
+            f"SELECT {_COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND "
+            "(?2 IS NULL OR number < (SELECT number FROM jobs WHERE id = ?2)) ORDER BY number DESC LIMIT ?3"
+        )
+        return [_job(row) for row in self._db.execute(query, (status, before, most))]
+
+    def count(self, status: str) -> int:
+        """How many jobs have a status."""
+        return self._one("SELECT count(*) FROM jobs WHERE status = ?", status)[0]
+
+    def counts(self) -> dict[str, int]:
+        """How many jobs there are by status."""
+        return dict(self._db.execute("SELECT status, count(*) FROM jobs GROUP BY status"))
+
+    def claim(self) -> Job | None:
+        """The job that has waited longest, now running; None where none waits."""
+        row = self._write(
+            "UPDATE jobs SET status = 'running', attempts = attempts + 1, started = ?, progress = 0, "
+            "message = 'starting' WHERE number = (SELECT min(number) FROM jobs WHERE status = 'queued') "
+            f"RETURNING {_COLUMNS}",
+            time.time(),
+        )
+        return _job(row[0]) if row else None
+
+    def running(self) -> set[str]:
+        """Ids of the jobs that run, or should."""
+        return {row[0] for row in self._db.execute("SELECT id FROM jobs WHERE status = 'running'")}
+
+    def progress(self, job: str, progress: float, message: str) -> None:
+        """Note how far a running job is; while the disk is full, nothing is noted."""
+        with _telling_full():
+            self._db.execute(
+                "UPDATE jobs SET progress = ?, message = ? WHERE id = ? AND status = 'running'",
+                (progress, message, job),
+            )
+
+    def finish(self, job: Job, result: str, size: int, publish: Callable[[], None]) -> bool:
+        """A running job is done; False where it was cancelled meanwhile.
+
+        Args:
+            job: which.
+            result: SHA-256 of its result.
+            size: of its result [bytes].
+            publish: puts result and model where they belong.
+
+        Raises:
+            Full: the disk is full.
+        """
+
+        def work() -> bool:
+            with self._transaction():
+                found = self._db.execute(
+                    "UPDATE jobs SET status = 'done', progress = 1, message = 'done', ended = ?, result = ?, size = ? "
+                    "WHERE id = ? AND status = 'running'",
+                    (time.time(), result, size, job.id),
+                )
+                if found.rowcount:
+                    publish()
+                return bool(found.rowcount)
+
+        return self._urgent(work)
+
+    def end(self, job: str, status: str, message: str, error: dict[str, Any] | None = None) -> bool:
+        """A job that waits or runs has failed or is cancelled; False where it had ended before.
+
+        Args:
+            job: its id.
+            status: "failed" or "cancelled".
+            message: what to tell.
+            error: status and detail of the failure.
+        """
+        query = (
+            "UPDATE jobs SET status = ?, message = ?, error = ?, ended = ? "
+            "WHERE id = ? AND status IN (?, ?) RETURNING 1"
+        )
+        return bool(self._write(query, status, message, error and json.dumps(error), time.time(), job, *WAITING))
+
+    def put_back(self, job: str) -> None:
+        """A running job waits again, as if it had not begun."""
+        self._write(
+            "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting', attempts = attempts - 1 "
+            "WHERE id = ? AND status = 'running'", job,
+        )  # fmt: skip
+
+    def recover(self) -> list[str]:
+        """What ran when the last supervisor was killed waits again, or is given up; ids of both."""
+        error = {"status": 500, "detail": f"the service ended {ATTEMPTS} times while this ran: ask again"}
+        given_up = self._write(
+            "UPDATE jobs SET status = 'failed', message = ?, error = ?, ended = ? "
+            "WHERE status = 'running' AND attempts >= ? RETURNING id",
+            error["detail"], json.dumps(error), time.time(), ATTEMPTS,
+        )  # fmt: skip
+        again = self._write(
+            "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting' WHERE status = 'running' RETURNING id"
+        )
+        return [row[0] for row in [*given_up, *again]]
+
+    def remove(self, job: str) -> bool:
+        """Forget a job that has ended; False where there is none."""
+        return bool(self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING))
+
+    def expire(self, before: float) -> int:
+        """Forget the jobs that ended before a Unix time [s]; how many."""
+        return len(self._write("DELETE FROM jobs WHERE ended < ? RETURNING 1", before))
+
+    def known(self, model: str) -> set[str]:
+        """SHA-256 of the files that a model may be."""
+        return {row[0] for row in self._db.execute("SELECT sha FROM models WHERE name = ?", (model,))}
+
+    def know(self, model: str, sha: str) -> None:
+        """A model is about to be a file with this SHA-256."""
+        self._write("INSERT OR IGNORE INTO models VALUES (?, ?)", model, sha)
+
+    def forget(self, model: str) -> None:
+        """A model is no more."""
+        self._write("DELETE FROM models WHERE name = ?", model)
+
+    def sweep(self, shas: Iterable[str], remove: Callable[[str], None]) -> None:
+        """Remove files that no job refers to, while none can be added.
+
+        Args:
+            shas: SHA-256 of the files.
+            remove: removes one.
+        """
+
+        def work() -> None:
+            with self._transaction():
+                for sha in shas:
+                    used = "SELECT 1 WHERE EXISTS (SELECT 1 FROM inputs WHERE sha = ?1) OR EXISTS " \
+                           "(SELECT 1 FROM jobs WHERE result = ?1)"  # fmt: skip
+                    if self._one(used, sha) is None:
+                        remove(sha)
+
+        self._urgent(work)
+
+    def _one(self, query: str, *values: Any) -> Any:
+        return self._db.execute(query, values).fetchone()
+
+    def _job(self, where: str, value: str) -> Job | None:
+        row = self._one(f"SELECT {_COLUMNS} FROM jobs {where}", value)
+        return None if row is None else _job(row)
+
+    def _write(self, query: str, *values: Any) -> list[Any]:
+        """One statement that must succeed even when the disk is full."""
+        return self._urgent(lambda: self._db.execute(query, values).fetchall())
+
+    def _urgent(self, work: Callable[[], T]) -> T:
+        """What `work()` returns; on a full disk, once more with some room.
+
+        Raises:
+            Full: there is no room to make.
+        """
+        try:
+            with _telling_full():
+                return work()
+        except Full:
+            if not self._make_room():
+                raise
+        with _telling_full():
+            return work()
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        """All that the block writes, or nothing; nobody else writes meanwhile."""
+        self._db.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._db.execute("COMMIT")
+        except BaseException:
+            if self._db.in_transaction:
+                self._db.execute("ROLLBACK")
+            raise
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    db = sqlite3.connect(path, timeout=_PATIENCE, isolation_level=None, check_same_thread=False)
+    db.execute("PRAGMA journal_mode = WAL")
+    db.execute("PRAGMA synchronous = NORMAL")
+    db.execute("PRAGMA foreign_keys = ON")
+    db.executescript(_SCHEMA)
+    return db
+
+
+def _job(row: tuple) -> Job:
+    job = dict(zip(Job.__dataclass_fields__, row, strict=True))
+    job["settings"] = json.loads(job["settings"])
+    job["error"] = job["error"] and json.loads(job["error"])
+    return Job(**job)
+
+
+@contextmanager
+def _telling_full() -> Iterator[None]:
+    """Turn what SQLite says of a full disk into `Full`."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        kind = (error.sqlite_errorcode or 0) & 0xFF
+        if kind in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN):
+            raise Full from error
+        raise
