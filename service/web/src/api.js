@@ -2,8 +2,13 @@
 
 import { unpacked } from "./pack.js";
 
-/** Something went wrong; `message` says what, and what to do, in plain words. */
-export class Trouble extends Error {}
+/** Something went wrong; `message` says what, and what to do, in plain words; `again`: in how many seconds to ask again. */
+export class Trouble extends Error {
+  constructor(words, again = 0) {
+    super(words);
+    this.again = again;
+  }
+}
 
 /** A response of the service. Throws Trouble with the service's own words, or what its silence means. */
 export async function ask(path, options = {}) {
@@ -15,7 +20,8 @@ export async function ask(path, options = {}) {
     throw new Trouble("The service doesn't answer. Is it still running, and are you connected? Then try again.");
   }
   if (answer.ok) return answer;
-  throw new Trouble(await reason(answer));
+  const again = answer.status === 503 ? Number(answer.headers.get("retry-after") ?? 2) : 0;
+  throw new Trouble(await reason(answer), again);
 }
 
 async function reason(answer) {

@@ -22,6 +22,8 @@ const NEAR = [2.2, 14]; // [m] how near and how far the camera goes
 const USUAL = [45, 8, 5.6]; // degrees around (0 from the side, 90 from the front), degrees up, metres away
 const FLOOR = 15; // [m] half a side of the ground
 const SHADE = 0.3;
+const FIELD = 22; // degrees of what is seen, from top to bottom
+const NARROW = 0.55; // width over height below which more is seen, so that arms and steps fit
 
 const GROUND = {
   vertexShader: `varying vec2 at;
@@ -49,7 +51,7 @@ export class Stage {
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.setScissorTest(true);
     this.scene = new Scene();
-    this.camera = new PerspectiveCamera(24, 1, 0.1, 60);
+    this.camera = new PerspectiveCamera(FIELD, 1, 0.1, 60);
     this.camera.up.set(0, 0, 1);
     this.figures = [];
     this.light();
@@ -143,6 +145,19 @@ export class Stage {
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width && height) this.renderer.setSize(width, height, false);
+    const { top, bottom } = this.canvas.getBoundingClientRect();
+    const edge = (selector) => document.querySelector(selector).getBoundingClientRect();
+    this.covered = [edge(".stage header").bottom - top, bottom - edge(".looks").top];
+  }
+
+  /** Set the camera up for a picture whose edges are covered: what it looks at is in the middle of the rest. */
+  frameFor(width, height) {
+    const [top, bottom] = this.covered;
+    const free = Math.max(0.5 * height, height - top - bottom);
+    const degrees = FIELD * Math.max(1, NARROW / (width / free)) * (height / free);
+    this.camera.aspect = width / height;
+    this.camera.fov = Math.min(80, degrees);
+    this.camera.setViewOffset(width, height, 0, (bottom - top) / 2, width, height);
   }
 
   /** Draw; `bare` leaves the ground out. */
@@ -152,9 +167,7 @@ export class Stage {
     this.shade.visible = !bare;
     const { clientWidth, clientHeight: height } = this.canvas;
     const width = clientWidth / this.figures.length;
-    this.camera.aspect = width / height;
-    this.camera.fov = 24 * Math.max(1, 0.62 / this.camera.aspect);
-    this.camera.updateProjectionMatrix();
+    this.frameFor(width, height);
     this.figures.forEach((figure, i) => {
       for (const other of this.figures) other.group.visible = other === figure;
       this.ground.material.uniforms.moved.value.fromArray(figure.walker.ground);

@@ -5,12 +5,14 @@ const LATE = 4000; // [ms] without a frame until something is said
 /**
  * Poses as they come, from a model.
  *
- * `settings`: what the service is asked for; `pose`: called with each Float32Array (25); `trouble`: called with words.
+ * `settings`: what the service is asked for; `pose`: called with each Float32Array (25); `say`: called with
+ * words when something is wrong, and with none when it is right again.
  */
 export class Stream {
-  constructor(settings, { pose, trouble }) {
+  constructor(settings, { pose, say }) {
     this.told = { ...settings };
-    this.trouble = trouble;
+    this.say = say;
+    this.words = "";
     const address = new URL("/v1/stream", location.href);
     address.protocol = address.protocol.replace("http", "ws");
     this.socket = new WebSocket(address);
@@ -18,10 +20,17 @@ export class Stream {
     this.socket.onopen = () => this.socket.send(JSON.stringify(this.told));
     this.socket.onmessage = ({ data }) => {
       this.heard();
-      if (typeof data === "string") this.answered(JSON.parse(data));
-      else pose(new Float32Array(data));
+      if (typeof data === "string") {
+        this.answered(JSON.parse(data));
+        return;
+      }
+      this.tell("");
+      pose(new Float32Array(data));
     };
-    this.socket.onclose = () => this.failed("The motion has ended: the service closed it. Choose the model again.");
+    this.socket.onclose = ({ reason }) => {
+      clearTimeout(this.timer);
+      this.tell(`The motion has ended. Choose the model again. ${reason}`);
+    };
     this.heard();
   }
 
@@ -33,23 +42,23 @@ export class Stream {
   }
 
   close() {
-    this.trouble = () => {};
+    this.say = () => {};
     clearTimeout(this.timer);
     this.socket.close();
   }
 
   answered(message) {
-    if (message.type === "problem") this.failed(message.errors[0]?.problem ?? message.detail);
+    if (message.type === "problem") this.tell(message.errors[0]?.problem ?? message.detail);
   }
 
   heard() {
     clearTimeout(this.timer);
     if (this.told.paused) return;
-    this.timer = setTimeout(() => this.failed("No motion has come for some seconds: the service may be busy."), LATE);
+    this.timer = setTimeout(() => this.tell("Waiting for motion: the service is busy, or has just begun …"), LATE);
   }
 
-  failed(words) {
-    clearTimeout(this.timer);
-    this.trouble(words);
+  tell(words) {
+    if (words !== this.words) this.say(words);
+    this.words = words;
   }
 }

@@ -1,7 +1,7 @@
 // Walkers: given settings, each says at any time where its markers and its limbs are.
 //
 //   set(settings)         walk like this from now on; what it costs is paid at once, not in the next frames
-//   show(cycles, seconds) fill `markers` (45), `limbs` (limbs × 6) [m] and `ground` (x, y), how far the ground went back
+//   show(cycles)          fill `markers` (45), `limbs` (limbs × 6) [m] and `ground` (x, y), how far the ground went back
 //   body, stride, seconds, curves
 
 import { Frame, walkerInPlace } from "./eigenwalkers.js";
@@ -24,6 +24,17 @@ class Room {
   /** Speed [m/s]. */
   get speed() {
     return this.stride / this.seconds;
+  }
+
+  /** Whether there is a time to move to and fro in. */
+  get scrubbed() {
+    return true;
+  }
+
+  /** What is to be known of it at a glance. */
+  facts() {
+    const { speed, seconds, body } = this;
+    return `${speed.toFixed(2)} m/s · ${(120 / seconds).toFixed(0)} steps/min · ${body.height.toFixed(2)} m`;
   }
 }
 
@@ -108,6 +119,14 @@ class StreamWalker extends Room {
 
   set() {}
 
+  get scrubbed() {
+    return false;
+  }
+
+  facts() {
+    return "";
+  }
+
   /** The pose (25) that arrived last, less where the body is: the ground moves instead. */
   arrived(pose) {
     this.pose.set(pose);
@@ -122,10 +141,65 @@ class StreamWalker extends Room {
     limbEnds(this.nodes, this.rotations, this.body, this.limbs);
   }
 
-  /** Flexion of hip, knee, shoulder and elbow now, left and right [degrees]. */
   flexions() {
-    const of = (...at) => at.map((i) => degrees(this.pose[i]));
-    return { Hip: of(17, 21), Knee: of(20, 24), Shoulder: of(9, 13), Elbow: of(12, 16) };
+    return flexions(this.pose);
+  }
+}
+
+/** Flexion of hip, knee, shoulder and elbow, left and right [degrees]. */
+function flexions(pose) {
+  const of = (...at) => at.map((i) => degrees(pose[i]));
+  return { Hip: of(17, 21), Knee: of(20, 24), Shoulder: of(9, 13), Elbow: of(12, 16) };
+}
+
+/** Of a capture file: the body doing what was captured, over and over. `motion` is the preview of an inspection. */
+export class CaptureWalker extends Room {
+  constructor(parameters, { fps, height, offsets, radii, poses }) {
+    super(parameters);
+    const arrays = {
+      offsets: Float64Array.from(offsets.flat(), (x) => x / height),
+      limb_radii: Float64Array.from(radii.flat(), (x) => x / height),
+      limb_shifts: parameters.arrays.limb_shifts,
+    };
+    this.body = new Body({ ...parameters, arrays }, height);
+    this.poses = poses.map((pose) => Float64Array.from(pose, (x) => x ?? Number.NaN));
+    this.pose = new Float64Array(25);
+    this.seconds = Math.max(1, poses.length - 1) / fps;
+    this.stride = 0;
+    this.cyclic = false;
+    this.curves = null;
+    this.sink = this.floor();
+  }
+
+  /** How far the lowest ankle is over where one stands [m]; captures have their floors anywhere. */
+  floor() {
+    let lowest = Infinity;
+    for (const pose of this.poses) {
+      forward(pose, this.body, this.nodes, this.rotations);
+      for (const z of [this.nodes[41], this.nodes[44]]) if (z < lowest) lowest = z;
+    }
+    return Number.isFinite(lowest) ? lowest - this.body.ankleHeight * this.body.height : 0;
+  }
+
+  show(cycles) {
+    const at = (cycles - Math.floor(cycles)) * (this.poses.length - 1);
+    const [first, second] = [this.poses[Math.floor(at)], this.poses[Math.ceil(at)]];
+    const share = at - Math.floor(at);
+    for (let i = 0; i < 25; i++) this.pose[i] = share ? (1 - share) * first[i] + share * second[i] : first[i];
+    [this.ground[0], this.ground[1]] = this.pose;
+    this.pose[0] = 0;
+    this.pose[1] = 0;
+    this.pose[2] -= this.sink;
+    forward(this.pose, this.body, this.nodes, this.rotations);
+    limbEnds(this.nodes, this.rotations, this.body, this.limbs);
+  }
+
+  facts() {
+    return `as captured · ${this.seconds.toFixed(1)} s · ${this.body.height.toFixed(2)} m`;
+  }
+
+  flexions() {
+    return flexions(this.pose);
   }
 }
 
