@@ -12,6 +12,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +114,7 @@ def load(name_or_path) -> Any:
     return model
 
 
+@cache
 def names() -> tuple[str, ...]:
     """Names of the models that ship, such as "walk/fpca"."""
     return tuple(sorted([*MADE, *(path.stem.replace("-", "/", 1) for path in ASSETS.glob("*.npz"))]))
