@@ -1,0 +1,87 @@
+"""`GET /v1/models`, and the questions of the Open Inference Protocol."""
+
+import numpy as np
+import pytest
+
+import motionenv
+
+
+@pytest.mark.parametrize("name", ["walk/fpca", "walk/eigenwalkers", "walk/prior"])
+def test_a_model_is_described_as_it_is(server, name):
+    told = server.http.get(f"/v1/models/{name}").json()
+    model = motionenv.load(name)
+    assert (told["name"], told["kind"], told["ready"], told["synthesis"]) == (name, model.kind, True, True)
+    assert told["card"]["people"] == model.card_["people"]
+    assert told["licence"] == "MIT"
+    variance = getattr(model, "fpca_", model).explained_variance_
+    np.testing.assert_allclose([c["deviation"] ** 2 for c in told["components"]], variance)
+    assert 0.5 < sum(c["share"] for c in told["components"]) < 1 + 1e-9
+    assert told["dimensions"]["components"] == len(variance)
+    assert told["ranges"]["speed"] == {"minimum": 0.1, "maximum": 3.0, "unit": "m/s"}
+
+
+def test_all_models_are_listed(server):
+    listed = {model["name"]: model for model in server.http.get("/v1/models").json()["models"]}
+    assert {"walk/fpca", "walk/eigenwalkers", "walk/prior", "mixed/tree"} <= set(listed)
+    assert listed["walk/fpca"]["ready"]
+
+
+def test_a_tree_is_described_before_it_is_there_too(server):
+    told = server.http.get("/v1/models/mixed/tree").json()
+    assert told["card"]["model"] == "mixed/tree"
+    assert told["components"] == []
+    assert (told["kind"] == "tree") == told["ready"]
+
+
+def test_a_fitted_model_is_served(serving, tmp_path):
+    (tmp_path / "models").mkdir()
+    motionenv.load("walk/fpca").save(tmp_path / "models" / "mine.npz", {"data": "ours", "model licence": "CC0"})
+    with serving(tmp_path) as running:
+        told = running.http.get("/v1/models/fitted/mine").json()
+        assert (told["kind"], told["licence"], told["summary"]) == ("walking", "CC0", "ours")
+        assert "fitted/mine" in [model["name"] for model in running.http.get("/v1/models").json()["models"]]
+        asked = {"model": "fitted/mine", "seed": 1, "seconds": 0.5}
+        first = running.http.post("/v1/synthesis", json=asked)
+        shipped = running.http.post("/v1/synthesis", json=asked | {"model": "walk/fpca"})
+        assert first.json()["poses"] == shipped.json()["poses"]
+        motionenv.load("walk/eigenwalkers").save(tmp_path / "models" / "mine.npz")
+        second = running.http.post("/v1/synthesis", json=asked)
+        assert second.headers["etag"] != first.headers["etag"]
+        assert second.json()["poses"] != first.json()["poses"]
+        (tmp_path / "models" / "mine.npz").unlink()
+        assert running.http.post("/v1/synthesis", json=asked).status_code == 404
+
+
+@pytest.mark.parametrize("path", ["/v1/models", "/v1/models/walk/fpca", "/v2/models/walk/fpca"])
+def test_descriptions_are_kept(server, path):
+    first = server.http.get(path)
+    assert first.headers["cache-control"] == "private, no-cache"
+    again = server.http.get(path, headers={"If-None-Match": first.headers["etag"]})
+    assert again.status_code in (200, 304)  # the tree may have come in between
+    assert server.http.get(path, headers={"If-None-Match": '"another"'}).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["/v1/models/no/such", "/v1/models/fitted/none", "/v2/models/no%2Fsuch/ready"])
+def test_what_there_is_not_is_404(server, path):
+    answer = server.http.get(path)
+    assert answer.status_code == 404
+    assert "GET /v1/models" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "path", ["/v1/models/..%2F..%2Fetc/x", "/v2/models/..%2Fx", "/v1/models/fitted/%2E%2E", "/v2/models/x"]
+)
+def test_odd_names_are_refused(server, path):
+    assert server.http.get(path).status_code in (404, 422)
+
+
+def test_the_inference_protocol_is_answered(server, locked):
+    assert server.http.get("/v2").json()["name"] == "motionenv"
+    assert server.http.get("/v2/health/live").json() == {"live": True}
+    assert server.http.get("/v2/health/ready").json() == {"ready": True}
+    for name in ("walk/fpca", "walk%2Ffpca"):
+        told = server.http.get(f"/v2/models/{name}").json()
+        assert (told["name"], told["platform"]) == ("walk/fpca", "motionenv_walking")
+        assert {"name": "deviations", "datatype": "FP64", "shape": [8]} in told["inputs"]
+        assert told["outputs"] == [{"name": "poses", "datatype": "FP64", "shape": [-1, 25]}]
+        assert server.http.get(f"/v2/models/{name}/ready").json() == {"name": "walk/fpca", "ready": True}
