@@ -163,6 +163,7 @@ export class App {
     $("scrub").disabled = !shown.scrubbed;
     $("seed").value = this.one.seed;
     $("facts").textContent = shown.facts();
+    stage.resize();
     this.write();
   }
 

@@ -10,16 +10,19 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
+  NotEqualStencilFunc,
   Quaternion,
+  ReplaceStencilOp,
   SphereGeometry,
   SRGBColorSpace,
   Vector2,
   Vector3,
 } from "three";
 import { arranged } from "./dots.js";
+import { SUN } from "./light.js";
 
-const AROUND = 20; // faces around a limb
-const CAP = 6; // and from its equator to its pole
+const AROUND = 18; // faces around a limb
+const CAP = 5; // and from its equator to its pole
 const DOT = 0.017; // radii, shares of the height
 const JOINT = 0.019;
 const STICK = 0.009;
@@ -55,7 +58,9 @@ export class Figure {
     this.edges = parameters.edges;
     this.group = new Group();
     this.body = new Group();
-    this.group.add(this.body);
+    this.bodyShadow = new Group();
+    this.group.add(this.body, this.bodyShadow);
+    this.shadow = shadowMaterial();
     this.a = new Vector3();
     this.b = new Vector3();
     this.turn = new Quaternion();
@@ -81,19 +86,32 @@ export class Figure {
       const rgb = second && clothes === "shirt" ? SECOND : parameters.colours[clothes];
       const material = new MeshLambertMaterial({ color: colour(rgb) });
       const mesh = new Mesh(new LatheGeometry(outline(length, start, end), AROUND), material);
-      mesh.castShadow = true;
       mesh.userData.length = length;
       this.body.add(mesh);
+      this.bodyShadow.add(this.shadowOf(mesh));
       return mesh;
     });
   }
 
   instances(geometry, count) {
     const mesh = new InstancedMesh(geometry, this.lit, count);
-    mesh.castShadow = true;
-    mesh.frustumCulled = false;
-    this.group.add(mesh);
+    const shadow = new InstancedMesh(geometry, this.shadow, count);
+    shadow.instanceMatrix = mesh.instanceMatrix;
+    shadow.matrixAutoUpdate = false;
+    shadow.matrix.copy(FALL);
+    mesh.userData.shadow = shadow;
+    mesh.frustumCulled = shadow.frustumCulled = false;
+    this.group.add(mesh, shadow);
     return mesh;
+  }
+
+  /** The shadow of a limb: the same, pressed flat on the ground. */
+  shadowOf(mesh) {
+    const shadow = new Mesh(mesh.geometry, this.shadow);
+    shadow.matrixAutoUpdate = false;
+    shadow.frustumCulled = false;
+    mesh.userData.shadow = shadow;
+    return shadow;
   }
 
   /** Set `a` and `b` to the ends of a limb; how far they are apart. */
@@ -108,9 +126,10 @@ export class Figure {
     const points = figure === "points";
     this.moves = points && scattered ? moves : null;
     this.inverted = points && inverted;
-    this.body.visible = figure === "body";
+    this.body.visible = this.bodyShadow.visible = figure === "body";
     this.joints.visible = figure !== "body";
     this.lines.visible = figure === "stick" || (points && lines);
+    for (const mesh of [this.joints, this.lines]) mesh.userData.shadow.visible = figure === "stick";
     this.radii = points ? [DOT, LINE] : [JOINT, STICK];
     for (const [mesh, tints] of [
       [this.joints, this.tints],
@@ -135,6 +154,8 @@ export class Figure {
       mesh.position.copy(this.a);
       mesh.quaternion.setFromUnitVectors(UP, this.b.sub(this.a).divideScalar(length));
       mesh.scale.set(wide, length / mesh.userData.length, wide);
+      mesh.updateMatrix();
+      mesh.userData.shadow.matrix.multiplyMatrices(FALL, mesh.matrix);
     });
   }
 
@@ -169,7 +190,25 @@ export class Figure {
     });
     this.lit.dispose();
     this.plain.dispose();
+    this.shadow.dispose();
   }
+}
+
+// Where the sun's light falls to the ground: z is pressed to a hair above it, and x and y go with the light.
+const FALL = new Matrix4().set(1, 0, -SUN[0] / SUN[2], 0, 0, 1, -SUN[1] / SUN[2], 0, 0, 0, 0, 0.002, 0, 0, 0, 1);
+
+/** Dark, and drawn once only where shadows of several limbs lie over each other. */
+function shadowMaterial() {
+  return new MeshBasicMaterial({
+    color: "#000000",
+    transparent: true,
+    opacity: 0.24,
+    depthWrite: false,
+    stencilWrite: true,
+    stencilRef: 1,
+    stencilFunc: NotEqualStencilFunc,
+    stencilZPass: ReplaceStencilOp,
+  });
 }
 
 const WHITE = new Color("#ffffff");

@@ -5,23 +5,21 @@ import {
   DirectionalLight,
   HemisphereLight,
   Mesh,
-  PCFShadowMap,
   PerspectiveCamera,
   PlaneGeometry,
   Scene,
   ShaderMaterial,
-  ShadowMaterial,
   Spherical,
   Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { SUN } from "./light.js";
 
 const NEAR = [2.2, 14]; // [m] how near and how far the camera goes
 const USUAL = [45, 8, 5.6]; // degrees around (0 from the side, 90 from the front), degrees up, metres away
 const FLOOR = 15; // [m] half a side of the ground
-const SHADE = 0.3;
 const FIELD = 22; // degrees of what is seen, from top to bottom
 const NARROW = 0.55; // width over height below which more is seen, so that arms and steps fit
 
@@ -45,10 +43,8 @@ const GROUND = {
 export class Stage {
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: "high-performance" });
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, stencil: true, powerPreference: "high-performance" });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.setScissorTest(true);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(FIELD, 1, 0.1, 60);
@@ -62,14 +58,9 @@ export class Stage {
   }
 
   light() {
-    this.scene.add(Object.assign(new HemisphereLight("#f3f7fb", "#8d8a86", 2.1)));
+    this.scene.add(new HemisphereLight("#f3f7fb", "#8d8a86", 2.1));
     const sun = new DirectionalLight("#fff6ea", 2.4);
-    sun.position.set(2.2, -2.4, 5);
-    sun.castShadow = true;
-    sun.shadow.mapSize.set(1024, 1024);
-    Object.assign(sun.shadow.camera, { left: -1.6, right: 1.6, top: 1.6, bottom: -1.6, near: 1, far: 9 });
-    sun.shadow.radius = 3;
-    sun.shadow.bias = -0.002;
+    sun.position.set(...SUN);
     this.scene.add(sun);
   }
 
@@ -80,11 +71,10 @@ export class Stage {
       dark: { value: new Color() },
       reach: { value: FLOOR },
     };
-    this.ground = new Mesh(new PlaneGeometry(2 * FLOOR, 2 * FLOOR), new ShaderMaterial({ ...GROUND, uniforms, transparent: true }));
-    this.shade = new Mesh(new PlaneGeometry(6, 6), new ShadowMaterial({ opacity: SHADE }));
-    this.shade.position.z = 0.002;
-    this.shade.receiveShadow = true;
-    this.scene.add(this.ground, this.shade);
+    const material = new ShaderMaterial({ ...GROUND, uniforms, transparent: true, depthWrite: false });
+    this.ground = new Mesh(new PlaneGeometry(2 * FLOOR, 2 * FLOOR), material);
+    this.ground.renderOrder = -1; // before the shadows on it
+    this.scene.add(this.ground);
   }
 
   /** Colours of the ground: light or dark. */
@@ -92,7 +82,6 @@ export class Stage {
     const { bright, dark: deep } = this.ground.material.uniforms;
     bright.value.set(dark ? "#3a4149" : "#dcdddc");
     deep.value.set(dark ? "#30363d" : "#c6c8c8");
-    this.shade.material.opacity = dark ? 0.45 : SHADE;
   }
 
   orbit() {
@@ -164,7 +153,6 @@ export class Stage {
   draw(bare) {
     this.controls.update();
     this.ground.visible = !bare;
-    this.shade.visible = !bare;
     const { clientWidth, clientHeight: height } = this.canvas;
     const width = clientWidth / this.figures.length;
     this.frameFor(width, height);
