@@ -1,5 +1,6 @@
-"""Motion from a database (paper C): `POST /v1/tree/samples`."""
+"""Motion from a database (paper C): `POST /v1/tree/samples` and `POST /v1/tree/synthesis`."""
 
+import math
 import secrets
 from typing import Any
 
@@ -7,11 +8,12 @@ import numpy as np
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from motionenv.models.tree import history
-from motionenv.types import POSE
+from motionenv.models.tree import Options, Target, history, synthesize
+from motionenv.types import POSE, Motion
+from service.answering import ANSWERS, answer
 from service.encoding import dumps
 from service.problems import Problem, documented
-from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse
+from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
 
 router = APIRouter(prefix="/v1/tree", tags=["tree"])
 _INLINE = 1000  # draws that take less than 2 ms
@@ -27,6 +29,22 @@ async def samples(request: Request, asked: SamplesRequest) -> Response:
     work = lambda: _samples(tree, asked, seed)
     body = work() if asked.n <= _INLINE else await service.workshop.run(work)
     return Response(body, media_type="application/json")
+
+
+@router.post("/synthesis", summary="Motion that grows", response_class=Response, responses=ANSWERS)
+async def tree_synthesis(request: Request, asked: TreeSynthesisRequest) -> Response:
+    """Motion of any length, 30 frames a second, after a history, an activity, or anything; formats by `Accept`."""
+    tree = tree_of(request.app.state.service, asked)
+
+    def make(seed: int) -> Motion:
+        heading = None if asked.heading is None else math.radians(asked.heading)
+        return synthesize(
+            tree, asked.seconds, start=asked.start if asked.history is None else np.array(asked.history),
+            temperature=asked.temperature, seed=seed, method=asked.method, contact=asked.contact,
+            target=Target(asked.activity, heading, asked.speed), blend=Options.blend if asked.blend else 0.0,
+        )  # fmt: skip
+
+    return answer(request, asked, make, quick=False)
 
 
 def tree_of(service: Any, asked: FromTree) -> Any:

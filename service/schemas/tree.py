@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, Field, model_validator
 
 from service.schemas.common import ModelName, Request, Seed
+from service.schemas.synthesis import Picture
 
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 Pose = Annotated[list[Number], Field(min_length=25, max_length=25)]
@@ -71,3 +72,14 @@ class TreeSynthesisRequest(FromTree):
     speed: float | None = Field(None, ge=0, le=10, description="Steer to this speed [m/s].")
     blend: bool = Field(True, description="Smooth over jumps between clips.")
     contact: bool = Field(True, description="Keep standing feet in place.")
+    picture: Picture = Field(default_factory=Picture)
+
+    @property
+    def fps(self) -> float:
+        """Frames per second: those of the database."""
+        return 30.0
+
+    @property
+    def frames(self) -> int:
+        """How many frames the motion has."""
+        return max(1, round(self.seconds * self.fps))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import motionenv
+from motionenv.models.tree import Target, synthesize
 
 
 @pytest.fixture(scope="module")
@@ -76,3 +77,15 @@ def test_what_is_wrong_is_told(asking, asked, field):
 
 def test_a_history_and_a_start_are_one_too_many(asking, walk):
     assert asking(history=walk.tolist(), start="walk").status_code == 422
+
+
+def test_motion_that_grows_is_that_of_python(server, asking, tree, walk):
+    asked = {"history": walk.tolist(), "seconds": 2.0, "seed": 5, "temperature": 0.1, "heading": 45.0}
+    told = server.http.post("/v1/tree/synthesis", json=asked)
+    target = Target(heading=np.radians(45.0))
+    grown = synthesize(tree, 2.0, start=walk, temperature=0.1, seed=5, target=target)
+    assert told.json()["poses"] == grown.poses.tolist()
+    again = server.http.post("/v1/tree/synthesis", json=asked, headers={"If-None-Match": told.headers["etag"]})
+    assert again.status_code == 304
+    bvh = server.http.post("/v1/tree/synthesis", json=asked, headers={"Accept": "model/x-bvh"})
+    assert bvh.text.startswith("HIERARCHY")
