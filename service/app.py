@@ -10,7 +10,7 @@ from motionenv import __version__
 from service import problems
 from service.admission import Workshop
 from service.catalogue import Catalogue
-from service.jobs import Desk
+from service.jobs.desk import Desk
 from service.metrics import Metrics
 from service.middleware import Guarding, Observing
 from service.routes import health, jobs, lift, models, page, parameters, stream, synthesis, tree

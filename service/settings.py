@@ -55,7 +55,10 @@ class Settings(BaseSettings):
     job_processes: int = Field(1, ge=1, le=64, description="Jobs that run at a time.")
     job_waiting: int = Field(100, ge=1, description="Jobs that may wait; more get 503.")
     job_seconds: float = Field(900.0, gt=0, description="Seconds that a job may take.")
-    job_memory: int = Field(4_000 * _MEGABYTE, ge=100 * _MEGABYTE, description="Bytes of memory that a job may take.")
+    job_memory: int = Field(
+        4_000 * _MEGABYTE, ge=1_000 * _MEGABYTE,
+        description="Bytes of address space that a job may take; libraries alone take half of the least.",
+    )  # fmt: skip
     job_days: float = Field(7.0, gt=0, description="Days that jobs that have ended, and their results, are kept.")
     reserve: int = Field(64 * _MEGABYTE, ge=0, description="Bytes of disk kept free; below it, uploads get 507.")
 

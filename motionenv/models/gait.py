@@ -13,8 +13,19 @@ from motionenv.types import ANGLES, Cycles, Motion
 #: Channels of the cycles: the 19 angles, the root's rotations [rad], the ankles' heights [shares of body height].
 CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
 
-__all__ = ["CHANNELS", "FoundCycles", "find_cycles", "forward_speed", "gait_channels", "walking_cycles"]
+__all__ = [
+    "CHANNELS",
+    "STRAIGHT",
+    "FoundCycles",
+    "find_cycles",
+    "forward_speed",
+    "gait_channels",
+    "straightness",
+    "walking_cycles",
+]
 
+#: Least `straightness` of the walks that models learn from.
+STRAIGHT = 0.9
 _ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
 
 
@@ -116,6 +127,18 @@ def forward_speed(motion: Motion) -> float:
         motion: a straight walk.
     """
     return float(np.linalg.norm(_travel(motion)) * motion.fps)
+
+
+def straightness(motion: Motion) -> float:
+    """Net displacement of the root over the length of its path, both from positions half a second apart.
+
+    Args:
+        motion: (frames, 25).
+    """
+    path = motion.poses[:: max(1, round(motion.fps / 2)), :2]
+    path = path[np.isfinite(path).all(1)]
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    return float(np.linalg.norm(path[-1] - path[0]) / max(length, 1e-9)) if len(path) > 1 else 0.0
 
 
 def _travel(motion: Motion) -> np.ndarray:

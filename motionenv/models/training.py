@@ -5,8 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from motionenv import __version__
 from motionenv.body import markers as markers_of
 from motionenv.cycles import estimate_period
@@ -14,12 +12,12 @@ from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget, to_markers
 from motionenv.mocap.sources import find_source
 from motionenv.models.eigenwalkers import Eigenwalkers
-from motionenv.models.gait import gait_channels
+from motionenv.models.gait import STRAIGHT, gait_channels, straightness
 from motionenv.models.walkerprior import WalkerPrior
 from motionenv.models.walking import WalkingModel
 from motionenv.types import MARKERS, Markers, Motion
 
-__all__ = ["MODELS", "STRAIGHT", "Walks", "fit", "read_walks", "straightness"]
+__all__ = ["MODELS", "Walks", "fit", "read_walks"]
 
 # CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.
 _SAME_PERSON = {"37": "12", "38": "07"}
@@ -40,8 +38,6 @@ _UNKNOWN_CARD = {
 }
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
 _SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
-#: Least `straightness` of the walks that models learn from.
-STRAIGHT = 0.9
 
 
 @dataclass(frozen=True)
@@ -151,20 +147,8 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
         raise MotionError(f"not straight: gets {straight:.0%} of its path's length ahead")
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
     if isinstance(capture, Motion):
-        return motion, Markers(MARKERS, markers_of(motion.poses, motion.skeleton), motion.fps, name=motion.name)
+        return motion, Markers(MARKERS, markers_of(motion.poses, motion.skeleton), motion.fps, name=path.stem)
     return motion, to_markers(capture)
-
-
-def straightness(motion: Motion) -> float:
-    """Net displacement of the root over the length of its path, both from positions half a second apart.
-
-    Args:
-        motion: (frames, 25).
-    """
-    path = motion.poses[:: max(1, round(motion.fps / 2)), :2]
-    path = path[np.isfinite(path).all(1)]
-    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
-    return float(np.linalg.norm(path[-1] - path[0]) / max(length, 1e-9)) if len(path) > 1 else 0.0
 
 
 def _card(name: str, walks: Walks, command: str) -> dict:

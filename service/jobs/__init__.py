@@ -6,7 +6,3 @@
 All of it lies in one data folder. Whatever is killed in the middle, `store` knows what waits and what ran, and the next
 supervisor begins that again.
 """
-
-from service.jobs.desk import Desk
-
-__all__ = ["Desk"]

@@ -9,6 +9,7 @@ import ctypes
 import errno
 import faulthandler
 import os
+import re
 import resource
 import signal
 import sys
@@ -20,6 +21,7 @@ import orjson
 _NICE = 10
 _FILE_BYTES = 2 << 30  # of any file that it writes
 _FILES_OPEN = 256
+_MUCH = 0.8  # of the memory: an error after that is a lack of memory
 _PR_SET_PDEATHSIG = 1
 
 
@@ -74,9 +76,18 @@ def main() -> None:
     limit(limits["memory"], limits["cpu"], limits["parent"])
     try:
         _do(work, voice)
-    except MemoryError:
+    except Exception as error:
+        if not isinstance(error, MemoryError) and _peak() < _MUCH * limits["memory"]:
+            raise
         gigabytes = limits["memory"] / 1e9
         voice.say(failed=422, detail=f"this needs more than the {gigabytes:g} GB of memory that a job gets")
+
+
+def _peak() -> int:
+    """Most bytes of address space that this process has had: what libraries raise without them has many names."""
+    status = Path("/proc/self/status")
+    found = re.search(r"VmPeak:\s+(\d+) kB", status.read_text()) if status.exists() else None
+    return 1024 * int(found[1]) if found else 0
 
 
 def _do(work: dict[str, Any], voice: Voice) -> None:

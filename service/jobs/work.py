@@ -1,7 +1,8 @@
 """What jobs do, in their own process: kind → work(settings, folder, progress).
 
 `folder` holds the files in `input` and gets the `result`, and `model.npz` where a model is fitted. Whatever is wrong
-with the input is a MotionError.
+with the input is a MotionError. What only one kind
+needs is imported there, since a job begins by importing.
 """
 
 from collections.abc import Callable
@@ -14,13 +15,8 @@ import orjson
 import motionenv
 from motionenv import Motion, MotionError
 from motionenv.mocap import read_motion
-from motionenv.models.gait import find_cycles, forward_speed
-from motionenv.models.training import STRAIGHT, fit, read_walks, straightness
-from motionenv.models.tree.fitting import fit_tree
+from motionenv.models.gait import STRAIGHT, find_cycles, forward_speed, straightness
 from motionenv.types import POSE
-from service.formats import FILES, JSON
-from service.formats.films import arguments
-from service.schemas.synthesis import SynthesisRequest
 
 Progress = Callable[[float, str], None]
 _SHOWN_FPS, _SHOWN_FRAMES = 30.0, 3600  # of a preview, at most
@@ -49,11 +45,15 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
     options = {"fps": settings["fps"], "unit": settings["unit"], "on_file": reading}
     model: Any
     if settings["kind"] == "tree":
+        from motionenv.models.tree.fitting import fit_tree
+
         model = fit_tree(
             folder / "input", activity=settings["activity"] or "motion", mirrored=settings["mirrored"], command=says,
             on_left_out=left_out.__setitem__, **options,
         )  # fmt: skip
     else:
+        from motionenv.models.training import fit, read_walks
+
         walks = read_walks(folder / "input", **options)
         left_out = walks.left_out
         model = fit(f"walk/{settings['kind']}", walks, says)
@@ -88,7 +88,7 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     """One file in another format.
 
     Args:
-        settings: of `service.schemas.jobs.ConvertFields`.
+        settings: of `service.schemas.jobs.ConvertFields`, and the `suffix` of its format.
         folder: of this job.
         progress: told how far it is.
     """
@@ -100,10 +100,10 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
-    if settings["format"] == JSON:
+    if settings["suffix"] == ".json":
         _told(folder, {"name": files[0].name, "pose": POSE, **_shown(motion, motion.fps, len(motion.poses))})
         return
-    path = folder / f"converted{FILES[settings['format']]}"
+    path = folder / f"converted{settings['suffix']}"
     motionenv.write(motion, path)
     path.rename(folder / "result")
 
@@ -116,6 +116,9 @@ def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         folder: of this job.
         progress: told how far it is.
     """
+    from service.formats.films import arguments
+    from service.schemas.synthesis import SynthesisRequest
+
     asked = SynthesisRequest.model_validate(settings["request"])
     progress(0.0, "making the walk")
     motion = motionenv.synthesize(

@@ -109,9 +109,8 @@ async def convert(request: Request, key: Key = None) -> Response:
         asked = _fields(ConvertFields, upload)
         name = _check_files(upload, most=1)[0].rpartition(".")[0]
         suffix = FILES.get(asked.format, ".json")
-        job = desk.add(
-            "convert", asked.model_dump(), upload.files, media_type=asked.format, filename=f"{name}{suffix}", key=key
-        )
+        settings = asked.model_dump() | {"suffix": suffix}
+        job = desk.add("convert", settings, upload.files, media_type=asked.format, filename=f"{name}{suffix}", key=key)
     return _accepted(desk, job)
 
 

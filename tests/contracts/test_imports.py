@@ -50,6 +50,7 @@ HOME = {
     "typer": {"cli"},
     "rich": {"cli"},
     "httpx": {"client"},
+    "websockets": {"client"},
 }
 
 #: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.
@@ -59,6 +60,7 @@ DISTRIBUTION = {
     "pyglet": "pyrender",
     "skfda": "scikit-fda",
     "mimeparse": "python-mimeparse",
+    "python_multipart": "python-multipart",
     "prometheus_client": "prometheus-client",
     "pydantic_settings": "pydantic-settings",
     "sklearn": "scikit-learn",
