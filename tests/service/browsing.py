@@ -1,0 +1,99 @@
+"""Debian's Chromium for the tests of the page, and what they ask of it."""
+
+import json
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BUNDLE = ROOT / "service" / "web" / "dist" / "index.html"
+ARTEFACTS = ROOT / "build" / "page"
+FLAGS = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+DESK, PHONE = (1280, 800), (360, 740)
+
+
+def need_page() -> str:
+    """The path of Chromium; skips, or fails where MOTIONENV_REQUIRE_PAGE is set, without it or without the page."""
+    chromium = shutil.which("chromium")
+    missing = [] if chromium else ["Chromium isn't installed: apt-get install chromium"]
+    missing += [] if BUNDLE.is_file() else ["the page isn't built: install motionenv again where npm is"]
+    if missing and os.environ.get("MOTIONENV_REQUIRE_PAGE"):
+        pytest.fail(" and ".join(missing))
+    if missing:
+        pytest.skip(" and ".join(missing))
+    return str(chromium)
+
+
+class Tab:
+    """One page, and what its console said.
+
+    Args:
+        page: of Playwright.
+        url: of the service.
+    """
+
+    def __init__(self, page: Any, url: str):
+        self.page, self.url = page, url
+        self.complaints: list[str] = []
+        page.on("console", self._heard)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+
+    def _heard(self, message: Any) -> None:
+        if message.type in ("error", "warning") and "GPU stall" not in message.text:  # SwiftShader, of screenshots
+            self.complaints.append(message.text)
+
+    def open(self, state: str = "") -> "Tab":
+        """Go to the page in a state, and wait until somebody walks."""
+        self.page.goto("about:blank")
+        self.page.goto(f"{self.url}/#{state}")
+        self.until("globalThis.motionenv?.stats.frames > 2", 30)
+        return self
+
+    def ask(self, expression: str) -> Any:
+        """What an expression is in the page; through JSON, which numbers in typed arrays don't take by themselves."""
+        plain = "(key, value) => ArrayBuffer.isView(value) ? Array.from(value) : value"
+        text = self.page.evaluate(f"() => JSON.stringify((() => {expression})() ?? null, {plain})")
+        return json.loads(text)
+
+    def until(self, condition: str, seconds: float = 15) -> None:
+        """Wait until a condition holds; the page's own policy forbids Playwright's way, which is eval."""
+        end = time.monotonic() + seconds
+        while not self.page.evaluate(f"() => Boolean({condition})"):
+            note = self.page.evaluate("() => document.getElementById('note')?.textContent")
+            assert time.monotonic() < end, f"never: {condition}; the page says {note!r}, the console {self.complaints}"
+            time.sleep(0.05)
+
+    def still(self, phase: float = 0.3) -> "Tab":
+        """Stand still at a moment of the cycle, drawn."""
+        frames = self.page.evaluate(f"() => {{ motionenv.scrub({phase}); return motionenv.stats.frames; }}")
+        self.until(f"motionenv.stats.frames > {frames + 2}")
+        return self
+
+    def picture(self, name: str) -> bytes:
+        """A screenshot, kept as an artefact."""
+        ARTEFACTS.mkdir(parents=True, exist_ok=True)
+        return self.page.screenshot(path=ARTEFACTS / f"{name}.png")
+
+
+@contextmanager
+def launched(*flags: str) -> Iterator[Any]:
+    """A running Chromium."""
+    from playwright.sync_api import sync_playwright
+
+    path = need_page()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *flags])
+        yield browser
+        browser.close()
+
+
+def tab(browser: Any, url: str, size: tuple[int, int] = DESK, **options: Any) -> Tab:
+    """A new page of `size` [pixels] in a context of its own."""
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, accept_downloads=True, **options)
+    return Tab(context.new_page(), url)

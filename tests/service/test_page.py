@@ -1,0 +1,208 @@
+"""The page in a real browser: walkers walk, sliders work at once, links and downloads hold what was shown."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image, ImageChops
+
+import motionenv
+from motionenv.models.inplace import markers_in_place, walk_in_place
+from motionenv.models.synthesis import components
+from tests.service.browsing import DESK, PHONE, launched, tab
+
+MODELS = ["walk/fpca", "walk/eigenwalkers"]
+CURVES = {"left_hip_flexion": 17, "right_hip_flexion": 21, "left_knee_flexion": 20, "right_knee_flexion": 24}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with launched() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def shown(browser, server):
+    """A page that tests share; each begins by opening a state of its own."""
+    return tab(browser, server.url)
+
+
+def pixels(png: bytes) -> Image.Image:
+    """The stage of a screenshot at the desk's size."""
+    return Image.open(io.BytesIO(png)).convert("RGB").crop((0, 60, 900, 680))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("model", [*MODELS, "mixed/tree"])
+def test_somebody_walks_and_the_console_is_silent(browser, server, model, scheme):
+    fresh = tab(browser, server.url, color_scheme=scheme).open(f"model={model}")
+    before = pixels(fresh.picture(f"{model.replace('/', '-')}-{scheme}"))
+    fresh.until("motionenv.cycles[0] > 0.2" if model in MODELS else "motionenv.walkers[0].ground[0] > 0.05", 60)
+    after = pixels(fresh.page.screenshot())
+    assert ImageChops.difference(before, after).getbbox() is not None
+    assert fresh.ask("document.getElementById('note').hidden")
+    assert fresh.complaints == []
+    fresh.page.context.close()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_slider_moves_the_pose_at_once_and_as_python_says(shown, model):
+    """Deviations after each of the sliders, and the cycle that is shown in the very next frame."""
+    shown.open(f"model={model}")
+    fitted = motionenv.load(model)
+    mean, deviation = components(fitted)
+    sliders = shown.ask("document.querySelectorAll('#traits input, #components input').length")
+    assert sliders == 6 + (model != "walk/fpca") + len(mean)
+    for i in range(sliders):
+        found = shown.ask(
+            "{ const input = document.querySelectorAll('#traits input, #components input')[%d];"
+            "  input.value = 1.35; input.dispatchEvent(new Event('input', {bubbles: true}));"
+            "  const [walker] = motionenv.walkers;"
+            "  return [motionenv.one.deviations, walker.poses ?? walker.cycle, walker.seconds, input.value]; }" % i
+        )
+        deviations, frames, seconds, value = found
+        assert float(value) == pytest.approx(1.35, abs=0.026)
+        cycle = (walk_in_place if model == "walk/fpca" else markers_in_place)(fitted, mean + deviation * deviations)
+        np.testing.assert_allclose(np.reshape(frames, cycle.frames.shape), cycle.frames, atol=1e-6)
+        assert seconds == pytest.approx(float(cycle.seconds), rel=1e-6)
+
+
+def test_speed_and_height_are_what_is_asked_for(shown):
+    shown.open("model=walk/fpca&speed=1.8&height=1.5")
+    assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.8)
+    assert shown.ask("motionenv.walkers[0].body.height") == 1.5
+    assert "1.80 m/s" in shown.page.text_content("#facts")
+    shown.page.click("#pace .slider:nth-child(1) .own")
+    assert shown.ask("motionenv.one.speed") is None
+    assert shown.ask("motionenv.walkers[0].speed") < 1.2
+
+
+def test_each_look_is_another_picture(shown):
+    """Body, stick, dots, with lines, upside down, scrambled: at one moment of one walk."""
+    looks = ["figure=body", "figure=stick", "figure=points", "figure=points&lines=1", "figure=points&inverted=1",
+             "figure=points&scattered=1"]  # fmt: skip
+    pictures = []
+    for look in looks:
+        shown.open(f"model=walk/fpca&camera=0,8,5.6&{look}").still()
+        pictures.append(pixels(shown.picture(look.replace("&", "-"))))
+    for i, one in enumerate(pictures):
+        assert max(high for _, high in one.getextrema()) > 120, looks[i]
+        assert all(ImageChops.difference(one, other).getbbox() for other in pictures[:i]), looks[i]
+    lights = [np.asarray(p).mean(axis=2) > 128 for p in pictures]
+    upright, inverted = (np.flatnonzero(lights[i].any(axis=1)) for i in (2, 4))
+    assert np.ptp(upright) == pytest.approx(np.ptp(inverted), abs=12)
+
+
+def test_a_link_brings_everything_back(shown, browser, server):
+    shown.open(
+        "model=walk/eigenwalkers&figure=stick&walker=1.2,-0.4&walker2=-1,0.5,2&speed2=1.5&camera=20,15,6"
+    ).still()
+    shown.page.wait_for_timeout(500)
+    other = tab(browser, server.url).open(shown.page.url.split("#")[1]).still()
+    assert other.ask("motionenv.state") == shown.ask("motionenv.state")
+    difference = ImageChops.difference(pixels(shown.picture("link")), pixels(other.page.screenshot()))
+    assert np.asarray(difference).mean() < 0.1
+    other.page.context.close()
+
+
+def test_a_link_that_makes_no_sense_shows_the_average(shown):
+    shown.open("model=../../x&figure=cube&walker=NaN,1e99,&speed=-5&camera=a,b&scattered=yes&walker2=%F0")
+    assert shown.ask("motionenv.state.model") == "walk/fpca"
+    assert shown.ask("motionenv.state.people[0].deviations") == [0, 3, 0]
+    assert shown.ask("motionenv.state.people[0].speed") == 0.3
+
+
+def test_two_walkers_side_by_side(shown):
+    shown.open("model=walk/fpca")
+    shown.page.click("#compare")
+    shown.page.click("#randomise")
+    assert shown.ask("motionenv.walkers.length") == 2
+    assert shown.ask("motionenv.state.people[0].deviations.some((d) => d !== 0)") is False
+    assert shown.ask("motionenv.state.people[1].deviations.some((d) => d !== 0)") is True
+    shown.still()
+    picture = pixels(shown.picture("compare"))
+    assert ImageChops.difference(picture.crop((0, 0, 450, 620)), picture.crop((450, 0, 900, 620))).getbbox()
+    shown.page.click("#compare")
+    assert shown.ask("motionenv.walkers.length") == 1
+
+
+def test_the_seed_says_who_comes(shown):
+    shown.open("model=walk/fpca")
+    shown.ask("{ motionenv.draw(17); }")
+    first = shown.ask("motionenv.one.deviations")
+    shown.ask("{ motionenv.draw(18); }")
+    assert shown.ask("motionenv.one.deviations") != first
+    shown.page.click("#components-section summary")
+    shown.page.fill("#seed", "17")
+    shown.page.press("#seed", "Enter")
+    assert shown.ask("motionenv.one.deviations") == first
+    drawn = shown.ask(
+        "{ const all = []; for (let s = 0; s < 400; s++) { motionenv.draw(s); all.push(...motionenv.one.deviations); } return all; }"
+    )
+    assert np.mean(drawn) == pytest.approx(0, abs=0.06)
+    assert np.std(drawn) == pytest.approx(1, abs=0.05)
+
+
+def test_the_tree_is_steered_while_it_moves(shown):
+    shown.open("model=mixed/tree")
+    shown.until("motionenv.walkers[0].ground[0] > 0.1", 60)
+    shown.page.focus("#pace input")
+    for _ in range(6):
+        shown.page.keyboard.press("ArrowRight")
+    assert shown.ask("motionenv.stream.told.temperature") == pytest.approx(10 ** (np.log10(0.05) + 0.3), rel=0.1)
+    shown.page.keyboard.press("Escape")
+    ground = shown.ask("motionenv.walkers[0].ground[0]")
+    shown.until(f"motionenv.walkers[0].ground[0] > {ground} + 0.1")
+    shown.ask("{ motionenv.pause(true); }")
+    shown.page.wait_for_timeout(700)
+    stopped = shown.ask("motionenv.walkers[0].pose")
+    shown.page.wait_for_timeout(400)
+    assert shown.ask("motionenv.walkers[0].pose") == stopped
+    assert shown.ask("document.getElementById('note').hidden"), "a pause is no trouble"
+
+
+@pytest.mark.parametrize("suffix", ["bvh", "glb", "npz", "mp4"])
+def test_downloads_are_what_is_shown(shown, tmp_path, suffix):
+    shown.open("model=walk/fpca&walker=1.5,-1&speed=1.4&camera=0,8,5.6")
+    with shown.page.expect_download(timeout=30_000) as coming:
+        shown.page.click(f"[data-suffix={suffix}]")
+    path = tmp_path / f"walk.{suffix}"
+    coming.value.save_as(path)
+    assert coming.value.suggested_filename == f"walk-fpca.{suffix}"
+    if suffix == "npz":
+        motion = motionenv.read(path)
+        assert motion.poses.shape == (120, 25)
+        way = motion.poses[-1, 0] - motion.poses[0, 0]
+        assert way * motion.fps / 119 == pytest.approx(1.4, abs=0.05)
+        for name, column in CURVES.items():
+            joint, side = name.split("_")[1].capitalize(), int(name.startswith("right"))
+            want = np.degrees(motion.poses[:, column])
+            cycle = np.array(shown.ask(f"motionenv.walkers[0].curves.{joint}[{side}]"))
+            assert cycle.min() == pytest.approx(want.min(), abs=2.5), name
+            assert cycle.max() == pytest.approx(want.max(), abs=2.5), name
+    elif suffix == "bvh":
+        assert motionenv.read(path).positions.shape[0] == 120
+    elif suffix == "glb":
+        assert path.read_bytes()[:4] == b"glTF"
+    else:
+        import av
+
+        with av.open(path) as film:
+            assert sum(1 for _ in film.decode(video=0)) == 120
+    assert "Saved" in shown.page.text_content("#download-note")
+
+
+@pytest.mark.parametrize("size", [PHONE, (768, 1024), DESK], ids=["phone", "tablet", "desk"])
+@pytest.mark.parametrize("state", ["", "figure=points&lines=1", "walker=1&walker2=-1"], ids=["body", "points", "two"])
+def test_nothing_is_wider_than_the_screen(browser, server, size, state):
+    small = tab(browser, server.url, size).open(f"model=walk/eigenwalkers&{state}")
+    small.ask("{ document.querySelectorAll('details').forEach((d) => (d.open = true)); }")
+    assert small.ask("document.documentElement.scrollWidth") <= size[0]
+    outside = small.ask(
+        "[...document.querySelectorAll('button, input, h2, p, output')].filter((e) => {"
+        f" const b = e.getBoundingClientRect(); return b.width > 1 && (b.right > {size[0]} + 0.5 || b.left < -0.5);"
+        "}).map((e) => e.outerHTML)"
+    )
+    assert outside == []
+    small.picture(f"{size[0]}-{state or 'body'}")
+    small.page.context.close()
