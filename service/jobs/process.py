@@ -98,8 +98,11 @@ def _do(work: dict[str, Any], voice: Voice) -> None:
     try:
         kinds.KINDS[work["kind"]](work["settings"], Path.cwd(), voice.progress)
         voice.say(done=True)
-    except MotionError as error:
-        full = isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENOSPC
+    except (MotionError, OSError) as error:
+        cause = error if isinstance(error, OSError) else error.__cause__
+        full = isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT)
+        if not full and not isinstance(error, MotionError):
+            raise
         detail = str(error).replace(f"{Path.cwd()}{os.sep}", "").replace(f"input{os.sep}", "")
         voice.say(failed=507 if full else 422, detail=detail)
 

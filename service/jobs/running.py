@@ -13,6 +13,7 @@ import orjson
 import structlog
 
 import service
+from service.jobs.blobs import telling_full
 
 _log = structlog.get_logger("motionenv.service")
 #: What the process may know of our environment: no keys.
@@ -20,6 +21,10 @@ _KEPT = ("PATH", "HOME", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "NUMBA_CACHE_DIR",
          "XDG_CACHE_HOME", "PYOPENGL_PLATFORM")  # fmt: skip
 _LOGGED = 4000  # bytes of what a process that failed has said
 _CRASHES = {signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL}
+
+
+class Interrupted(Exception):
+    """A job's process was killed by somebody else."""
 
 
 class Failed(Exception):
@@ -49,9 +54,12 @@ async def run(
 
     Raises:
         Failed: says why.
+        Full: the disk is full.
+        Interrupted: the process was killed.
     """
     limits = {"memory": memory, "cpu": seconds * (os.cpu_count() or 1), "parent": os.getpid()}
-    (folder / "work").write_bytes(orjson.dumps({**work, "limits": limits}))
+    with telling_full():
+        (folder / "work").write_bytes(orjson.dumps({**work, "limits": limits}))
     # Popen's vfork: the event loop's own way forks, which waits for ever for OpenBLAS where other threads compute.
     with (folder / "work").open("rb") as asked, (folder / "log").open("wb") as said:
         process = subprocess.Popen(
@@ -67,6 +75,8 @@ async def run(
     finally:
         os.killpg(process.pid, signal.SIGKILL)  # before it is waited for, its id is nobody else's
         code = await asyncio.to_thread(process.wait)
+    if code == -signal.SIGKILL and not done:
+        raise Interrupted
     if not done:
         raise _failure(code, folder / "log", memory)
 
@@ -108,8 +118,6 @@ def _failure(code: int, log: Path, memory: int) -> Failed:
         )  # fmt: skip
     if code == -signal.SIGXCPU:
         return Failed(422, "this took more computing time than a job gets: ask for less")
-    if code == -signal.SIGKILL:
-        return Failed(500, "the job's process was killed, probably because the machine is short of memory: ask again")
     return Failed(500, "the job's process ended without a result: this is a defect of the service: please report it")
 
 

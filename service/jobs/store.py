@@ -234,12 +234,19 @@ class Store:
         )
         return bool(self._write(query, status, message, error and json.dumps(error), time.time(), job, *WAITING))
 
-    def put_back(self, job: str) -> None:
-        """A running job waits again, as if it had not begun."""
+    def put_back(self, job: str, *, begun: bool = False) -> None:
+        """A running job waits again.
+
+        Args:
+            job: its id.
+            begun: whether this counts as an attempt.
+        """
         self._write(
-            "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting', attempts = attempts - 1 "
-            "WHERE id = ? AND status = 'running'", job,
-        )  # fmt: skip
+            "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting', attempts = attempts - ? "
+            "WHERE id = ? AND status = 'running'",
+            0 if begun else 1,
+            job,
+        )
 
     def recover(self) -> list[str]:
         """What ran when the last supervisor was killed waits again, or is given up; ids of both."""

@@ -16,8 +16,8 @@ import structlog
 from motionenv.models import names
 from service.catalogue import Catalogue
 from service.jobs.blobs import Blobs, sha256, telling_full
-from service.jobs.running import Failed, run
-from service.jobs.store import Full, Job, Store
+from service.jobs.running import Failed, Interrupted, run
+from service.jobs.store import ATTEMPTS, Full, Job, Store
 from service.metrics import Metrics
 from service.settings import Settings
 
@@ -144,6 +144,8 @@ class Supervisor:
             _log.info("job done", job=job.id, kind=job.kind, seconds=round(time.monotonic() - begun, 3))
         except Full:
             self._fail(job, 507, "the service's disk is full: remove jobs or models, or ask whoever runs it")
+        except Interrupted:
+            self._again(job)
         except Failed as error:
             self._fail(job, error.status, error.detail)
         except Exception:  # noqa: BLE001 whatever it is, the client is told and the log gets the rest
@@ -151,6 +153,14 @@ class Supervisor:
             self._fail(job, 500, "this is a defect of the service: please report it")
         finally:
             shutil.rmtree(folder, ignore_errors=True)
+
+    def _again(self, job: Job) -> None:
+        """A job whose process was killed, as the system does when memory is short, waits again, or is given up."""
+        _log.warning("job was interrupted", job=job.id)
+        if job.attempts < ATTEMPTS:
+            self.store.put_back(job.id, begun=True)
+        else:
+            self._fail(job, 500, f"the job's process was killed {ATTEMPTS} times: is the machine short of memory?")
 
     def _fail(self, job: Job, status: int, detail: str) -> None:
         _log.info("job failed", job=job.id, kind=job.kind, status=status, detail=detail)
