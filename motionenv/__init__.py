@@ -36,6 +36,7 @@ _HOME = {
     "Skeleton": "types",
     "EngineError": "errors",
     "MotionError": "errors",
+    "ServiceError": "errors",
     "read": "mocap",
     "read_points": "mocap.points2d",
     "retarget": "mocap",
@@ -58,6 +59,7 @@ _HOME = {
     "stream_video": "render.video",
     "view": "render.cameras",
     "write_video": "render.video",
+    "Client": "client",
 }
 
 __all__ = sorted(_HOME)

@@ -1,5 +1,8 @@
 """Errors that motionenv raises on purpose. All are ValueErrors, and each says what to do next."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 
 class MotionError(ValueError):
     """Something about a motion, a model or a request is not as it must be."""
@@ -28,3 +31,31 @@ class ModelError(MotionError):
 
 class EngineError(MotionError):
     """A rendering engine can't run here: the message says what to install."""
+
+
+class ServiceError(MotionError):
+    """A service refused, failed or can't be reached.
+
+    Args:
+        detail: what was wrong, and what to do.
+        status: of HTTP; None where no answer came.
+        errors: each field that was wrong: `field`, `problem` and, where it broke one, `bound`.
+        request_id: by which the service's logs know the request.
+        retry_after: seconds after which to ask again, where the service said so.
+    """
+
+    def __init__(
+        self,
+        detail: str,
+        status: int | None = None,
+        errors: Sequence[Mapping[str, Any]] = (),
+        request_id: str | None = None,
+        retry_after: float | None = None,
+    ):
+        super().__init__(detail)
+        self.detail, self.status, self.errors = detail, status, tuple(errors)
+        self.request_id, self.retry_after = request_id, retry_after
+
+    def __reduce__(self):
+        """Pickle by the parts, so that the error crosses process borders whole."""
+        return ServiceError, (self.detail, self.status, self.errors, self.request_id, self.retry_after)

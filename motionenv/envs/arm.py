@@ -132,6 +132,8 @@ class ArmMotion:
 @lru_cache(maxsize=8)
 def _opened(motion: ArmMotion) -> Recordings:
     source = motion.source
+    if source.motion == "reach" and source.seed is not None:
+        raise MotionError("motion_seed is for models, which synthesise: leave it out for motion 'reach'")
     return _Reaching(source) if source.motion == "reach" else _Swinging(source.open())
 
 

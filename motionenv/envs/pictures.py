@@ -80,6 +80,7 @@ def picture_world(
     direct: Callable[[Source, str | float], tuple[Motions, View]],
     *,
     motion: str,
+    motion_seed: int | None = None,
     scored: dict[str, Any],
     split: str = "train",
     size: int = 64,
@@ -106,7 +107,7 @@ def picture_world(
     Args:
         n: how many.
         direct: what moves and whence it is seen, from the source of motion and `camera`.
-        motion: whence motion comes.
+        motion, motion_seed: whence motion comes, see `motionenv.envs.WalkerTracking`.
         scored: which entries and joints an estimate is of, as `Estimates` takes them.
         split, size, observation, camera, background, distractors, occluders, noise, brightness, fps, horizon: see
             `motionenv.envs.WalkerTracking`.
@@ -118,7 +119,7 @@ def picture_world(
     """
     sense, estimates = Sense(observation, size), Estimates(estimate, n_belief, threads=threads, **scored)
     scenery = SceneryChoice(background, distractors, occluders, noise, brightness)
-    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
+    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit, motion_seed)
     motions, view = direct(source, camera)
     stage = Stage(n, motions, view, size=size, scenery=scenery, clothes=clothes, threads=threads)
     return PictureWorld(stage, sense, estimates)

@@ -3,7 +3,8 @@
 A source holds recordings, of which each episode shows a piece that starts at a random time. A model's recordings are
 those of `WALKERS` walkers per split, made when first needed from seeds that depend on split and number only; every
 environment of a process that asks for the same shares them. Captured people are on one side or the other for good:
-those whose label hashes to a multiple of `EVAL_SHARE` are for evaluation.
+those whose label hashes to a multiple of `EVAL_SHARE` are for evaluation. With a seed of its own, a model's motion is
+the one that `motionenv.synthesize` makes with that seed, in every episode.
 """
 
 import zipfile
@@ -64,6 +65,8 @@ class Source:
         height: least and greatest body height [m]; None is `HEIGHT` for models, and captured people's own.
         file_fps: frames per second of capture files that don't say.
         unit: unit of length of capture files that don't say.
+        seed: None, or that of `motionenv.synthesize`, whose motion every episode then shows from its first frame on,
+            in either split; `speed` and `height` are then one number twice, or None for the model's own.
     """
 
     motion: str
@@ -74,6 +77,7 @@ class Source:
     height: tuple[float, float] | None = None
     file_fps: float | None = None
     unit: str | None = None
+    seed: int | None = None
 
     def __post_init__(self):
         if self.split not in SPLITS:
@@ -89,6 +93,8 @@ class Source:
         _check_reading(self.file_fps, self.unit)
         object.__setattr__(self, "speed", _checked_range("speed", self.speed, *_SPEEDS, "m/s"))
         object.__setattr__(self, "height", _checked_range("height", self.height, *_HEIGHTS, "m"))
+        if self.seed is not None:
+            _check_seeded(self.seed, self.speed, self.height)
 
     def open(self) -> "Recordings":
         """The recordings, shared with every equal source of this process.
@@ -114,7 +120,9 @@ class Recordings(Protocol):
 def _opened(source: Source) -> Recordings:
     path = Path(source.motion)
     if source.motion in store.names() or (path.is_file() and _is_model(path)):
-        return _Walkers(source)
+        return _Walkers(source) if source.seed is None else _Repeated(source)
+    if source.seed is not None:
+        raise MotionError(f"motion_seed is for models, which synthesise: leave it out for motion {source.motion!r}")
     if source.speed is not None:
         raise MotionError(f"speed is the walkers' own in captured motion: leave it out for motion {source.motion!r}")
     if not path.exists():
@@ -158,6 +166,18 @@ class _Walkers:
         pairs = zip(heights, speeds, strict=True)
         made = [synthesize(self._model, seconds, source.fps, seed=rng, speed=v, height=float(h)) for h, v in pairs]
         return [_ahead(motion) for motion in made] if self._model.kind == "tree" else made
+
+
+class _Repeated:
+    """The one motion that a model makes with the source's seed, the same in every episode."""
+
+    def __init__(self, source: Source):
+        speed, height = (None if wanted is None else wanted[0] for wanted in (source.speed, source.height))
+        seconds = source.frames / source.fps
+        self._motion = synthesize(source.motion, seconds, source.fps, seed=source.seed, speed=speed, height=height)
+
+    def draw(self, _: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
+        return self._motion.poses, self._motion.skeleton
 
 
 def _walks(model: WalkingModel, seconds: float, fps: float, heights, speeds, rng) -> list[Motion]:
@@ -296,6 +316,20 @@ def _check_reading(file_fps: float | None, unit: str | None) -> None:
         raise MotionError(f"file_fps must be a finite number of frames per second above 0, got {file_fps!r}")
     if unit is not None:
         metres_per(unit)
+
+
+def _check_seeded(seed, speed: tuple[float, float] | None, height: tuple[float, float] | None) -> None:
+    """Refuse what one motion can't be made with.
+
+    Raises:
+        MotionError: no seed, or a range of speeds or heights.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise MotionError(f"motion_seed must be a whole number from 0, got {seed!r}")
+    for name, wanted in (("speed", speed), ("height", height)):
+        if wanted is not None and wanted[0] != wanted[1]:
+            raise MotionError(f"with motion_seed every episode shows the same motion: {name} must be one, as "
+                              f"({wanted[0]:g}, {wanted[0]:g}), got {wanted!r}")  # fmt: skip
 
 
 def _checked_range(name: str, value, least: float, most: float, unit: str) -> tuple[float, float] | None:

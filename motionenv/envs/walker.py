@@ -65,6 +65,9 @@ class WalkerTracking(PictureTracking):
     - `motion="walk/fpca"`: whence motion comes: a model ("walk/fpca", "walk/eigenwalkers", "mixed/tree", or the file of
       one), a file of motion, or a folder of capture files (.amc, .bvh, .c3d, .trc, .npz). `file_fps` and `unit` are for
       files that don't say.
+    - `motion_seed=None`: with a number, every episode shows the motion of `motionenv.synthesize(motion,
+      (horizon + 1) / fps, fps, seed=motion_seed)` from its first frame on, in both splits: the walk that the service,
+      the page and `motionenv synth` give for that seed. `speed` and `height` are then one number, given twice.
     - `split="train"`: or "eval": other walkers; of a folder other people, about one in four, by a hash of their label.
       A single file is one person, the same in both.
     - `size=64`: side of the pictures, 36 to 256 pixels.

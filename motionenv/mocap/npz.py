@@ -111,11 +111,23 @@ def read(path) -> Motion:
     Raises:
         FormatError: not such a file, of another version, damaged, or its arrays would take over 1 GiB.
     """
-    read_bytes(path)
+    return parse(read_bytes(path), path)
+
+
+def parse(raw: bytes, path) -> Motion:
+    """The motion in the bytes of a file of `write` or `parts`.
+
+    Args:
+        raw: the file's content.
+        path: what errors call it.
+
+    Raises:
+        FormatError: as of `read`.
+    """
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
             _check_sizes(path, archive)
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(io.BytesIO(raw), allow_pickle=False) as file:
             fields = {name: file[name] for name in _FIELDS if name in file}
     except _DAMAGED as error:
         if isinstance(error, FormatError):

@@ -154,7 +154,8 @@ def declared(*extras: str) -> set[str]:
 def test_every_library_that_is_imported_is_declared(folder, extras):
     paths = list((ROOT / folder).rglob("*.py"))
     tops = {name.split(".")[0] for path in paths for name in imports(path)} - {path.stem for path in paths}
-    assert {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names} <= declared(*extras) | {"motionenv", "service"}
+    used = {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names}
+    assert used <= declared(*extras) | {"motionenv", "service"}
 
 
 @pytest.mark.parametrize(
