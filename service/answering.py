@@ -89,7 +89,7 @@ def answer(request: Request, asked: Asked, make: Callable[[int], Motion], *, qui
     etag = None
     if asked.seed is not None:
         etag = caching.tag(
-            request.url.path, service.catalogue.version(asked.model), media_type, asked.model_dump_json()
+            request.scope["path"], service.catalogue.version(asked.model), media_type, asked.model_dump_json()
         )
     seed = secrets.randbits(_DRAW_SEED) if asked.seed is None else asked.seed
     headers = {"Motion-Seed": str(seed), **caching.kept(etag)}
