@@ -13,6 +13,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
+from starlette.routing import Match
 
 from motionenv import MotionError
 
@@ -130,7 +131,16 @@ async def _of_problem(request: Request, error: Any) -> Response:
 async def _of_http(request: Request, error: Any) -> Response:
     details = {404: f"there is nothing at {request.url.path}: see /docs", 405: f"{request.method} isn't allowed here"}
     detail = details.get(error.status_code, str(error.detail))
-    return problem_response(error.status_code, detail, request_id=_id(request), headers=error.headers)
+    headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers
+    return problem_response(error.status_code, detail, request_id=_id(request), headers=headers)
+
+
+def _allowed(request: Request) -> str:
+    """Methods of all routes with the path of the first that matches: Starlette tells that one's."""
+    matching = (route for route in request.app.routes if route.matches(request.scope)[0] is not Match.NONE)
+    path = getattr(next(matching, None), "path", None)
+    same = (route for route in request.app.routes if getattr(route, "path", None) == path)
+    return ", ".join(sorted({method for route in same for method in getattr(route, "methods", None) or ()}))
 
 
 async def _of_validation(request: Request, error: Any) -> Response:

@@ -1,12 +1,13 @@
 """Whether the service lives and is ready, and what it has counted."""
 
 from fastapi import APIRouter, Request
-from starlette.responses import Response
+from starlette.responses import PlainTextResponse, Response
 
 from service.metrics import MEDIA_TYPE
 from service.problems import documented
 
 router = APIRouter(tags=["health"])
+_REFUSALS = documented(401, 429)
 
 
 @router.get("/health/live", summary="Whether the process answers")
@@ -25,7 +26,7 @@ async def ready(request: Request) -> Response:
     return Response(b'{"status":"ready"}', media_type="application/json")
 
 
-@router.get("/metrics", summary="Counts for Prometheus")
+@router.get("/metrics", summary="Counts for Prometheus", response_class=PlainTextResponse, responses=_REFUSALS)
 async def metrics(request: Request) -> Response:
     """Requests, their times, threads and jobs, in Prometheus' text format."""
     return Response(request.app.state.service.metrics.text(), media_type=MEDIA_TYPE)

@@ -53,7 +53,6 @@ class SynthesisRequest(Request):
         None, max_length=64,
         description="The walker, as the model's own scores; those left out are the average's. Not together with "
         "`deviations`.",
-        examples=[[2.5, 0.1]],
     )  # fmt: skip
     speed: float | None = Field(
         None, ge=0.1, le=3.0, description="Walking speed [m/s]; the walker's own without it.", examples=[1.3]

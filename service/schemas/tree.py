@@ -15,7 +15,7 @@ Activity = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\
 class FromTree(Request):
     """What both requests share: which tree, and what the motion follows."""
 
-    model: ModelName = "mixed/tree"
+    model: Annotated[ModelName, Field(examples=["mixed/tree"])] = "mixed/tree"
     seed: Seed = None
     history: list[Pose] | None = Field(
         None, min_length=10, max_length=120,
