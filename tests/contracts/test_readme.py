@@ -11,6 +11,7 @@ import motionenv
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+SERVED = "http://127.0.0.1:8000"  # tests/service/test_serving_readme.py runs what asks a service
 ENDS = {"&&", "||", "|", ";", "&", ">"}
 
 
@@ -29,11 +30,11 @@ def commands() -> list[list[str]]:
 def test_python_blocks_run_in_order(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names: dict = {"__name__": "__main__"}
-    for number, code in enumerate(code for kind, code in BLOCKS if kind == "python"):
+    for number, code in enumerate(code for kind, code in BLOCKS if kind == "python" and SERVED not in code):
         exec(compile(code, f"README python block {number + 1}", "exec"), names)
 
 
-@pytest.mark.parametrize("words", commands(), ids=" ".join)
+@pytest.mark.parametrize("words", [words for words in commands() if words[0] != "serve"], ids=" ".join)
 def test_commands_exist_with_their_options(words):
     from typer.main import get_command
 
@@ -45,6 +46,16 @@ def test_commands_exist_with_their_options(words):
     assert not (getattr(command, "commands", {}) and words), f"no command {words[0]} under {command.name}"
     known = {option for p in command.params for option in (*p.opts, *p.secondary_opts)} | {"--help"}
     assert {word.split("=")[0] for word in words if re.match(r"--?[a-z]", word)} <= known
+
+
+@pytest.mark.parametrize("words", [words for words in commands() if words[0] == "serve"], ids=" ".join)
+def test_the_service_takes_the_options_that_are_shown(words, monkeypatch):
+    from pydantic_settings import CliApp
+
+    from service.settings import Settings
+
+    monkeypatch.setenv("MOTIONENV_SERVICE_KEYS", '["a-key-that-only-tests-know"]')
+    assert CliApp.run(Settings, cli_args=words[1:]).host
 
 
 def test_one_line_each_for_the_main_job_and_for_the_tests():
