@@ -74,8 +74,8 @@ def walk_in_place(model: WalkingModel, scores, *, speed: float | None = None, he
         MotionError: a number out of range, or scores of another shape.
     """
     body, scores = model.skeleton(height), np.asarray(scores, dtype=np.float64)
-    if scores.ndim == 0 or scores.shape[-1] != model.n_components or not np.isfinite(scores).all():
-        raise MotionError(f"scores must be finite, of shape (..., {model.n_components}), got {scores.shape}")
+    if scores.ndim == 0 or scores.shape[-1] != model.fpca_.n_components or not np.isfinite(scores).all():
+        raise MotionError(f"scores must be finite, of shape (..., {model.fpca_.n_components}), got {scores.shape}")
     if speed is not None and not 0.1 <= speed <= 3.0:
         raise MotionError(f"speed must be from 0.1 to 3 m/s, got {speed!r}")
     flat = scores.reshape(-1, scores.shape[-1])
@@ -85,25 +85,13 @@ def walk_in_place(model: WalkingModel, scores, *, speed: float | None = None, he
     poses[..., _HINGES] = _STIFFNESS * np.logaddexp(0.0, poses[..., _HINGES] / _STIFFNESS)
     floor = np.percentile(channels[..., 22:], 10, axis=1)[:, None]
     ankles = body.height * (ANKLE_HEIGHT + _GIVE * np.logaddexp(0.0, (channels[..., 22:] - floor) / _GIVE))
-    seconds = stride_seconds(model, flat)
+    seconds = model.stride_seconds(flat)
     for _ in range(1 if speed is None else _TURNS):
         walked, strides = _carried(poses, ankles, SAMPLES / seconds, body)
         if speed is not None:
             seconds = strides / speed
     lead = scores.shape[:-1]
     return InPlace(walked.reshape(*lead, SAMPLES, 25), strides.reshape(lead), seconds.reshape(lead))
-
-
-def stride_seconds(model: WalkingModel, scores) -> np.ndarray:
-    """The stride times (...) [s] that suit walkers with `scores` (..., q): the mean of those who walk like this.
-
-    Args:
-        model: fitted.
-        scores: (..., q).
-    """
-    q = model.n_components
-    gain = np.linalg.solve(model.person_covariance_[:q, :q], model.person_covariance_[:q, q])
-    return np.exp(model.person_mean_[q] + (np.asarray(scores) - model.person_mean_[:q]) @ gain)
 
 
 def markers_in_place(model: Eigenwalkers, scores, *, speed: float | None = None) -> InPlace:

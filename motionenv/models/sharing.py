@@ -59,15 +59,16 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 def _walking(model: WalkingModel, deviation) -> dict[str, np.ndarray]:
     """Series and stride times of a `WalkingModel`; columns of the basis have amplitude 1."""
-    fpca, q = model.fpca_, model.n_components
+    fpca, q = model.fpca_, len(deviation)
     scale = np.full(2 * fpca.n_harmonics - 1, np.sqrt(2 / len(fpca.mean_)))
     scale[0] = np.sqrt(1 / len(fpca.mean_))
-    weights = np.linalg.solve(model.person_covariance_[:q, :q], model.person_covariance_[:q, q])
+    steps = model.person_mean_[:q] + np.concatenate([np.zeros((1, q)), np.diag(deviation)])
+    log_seconds = np.log(model.stride_seconds(steps))
     return {
         "mean": scale[:, None] * fpca.mean_coefficients_,
         "components": scale[:, None] * fpca.component_coefficients_,
-        "log_seconds_mean": model.person_mean_[q],
-        "log_seconds_weights": weights * deviation,
+        "log_seconds_mean": log_seconds[0],
+        "log_seconds_weights": log_seconds[1:] - log_seconds[0],
     }
 
 

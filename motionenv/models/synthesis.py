@@ -55,7 +55,7 @@ def synthesize(
     fitted = load(model) if isinstance(model, str) or not hasattr(model, "kind") else model
     given = _given_scores(fitted, deviations, scores)
     if isinstance(fitted, WalkingModel):
-        stride = None if given is None else Stride(given[None], _expected_seconds(fitted, given)[None])
+        stride = None if given is None else Stride(given[None], fitted.stride_seconds(given)[None])
         return fitted.synthesize(
             seconds, fps, seed=seed, stride=stride, speed=speed, height=height, phase=phase, variation=variation
         )
@@ -105,13 +105,6 @@ def _given_scores(model, deviations, scores) -> np.ndarray | None:
     made = mean.copy()
     made[: len(values)] = values if deviations is None else mean[: len(values)] + values * deviation[: len(values)]
     return made
-
-
-def _expected_seconds(model: WalkingModel, scores: np.ndarray) -> np.ndarray:
-    """Stride time () [s] of people with these `scores` (q,): exp of the conditional mean of its logarithm."""
-    q, mean, covariance = len(scores), model.person_mean_, model.person_covariance_
-    weights = np.linalg.solve(covariance[:q, :q], covariance[:q, q])
-    return np.exp(mean[q] + (scores - mean[:q]) @ weights)
 
 
 def _from_eigenwalkers(model: Eigenwalkers, seconds, fps, seed, k, speed, height, phase) -> Motion:

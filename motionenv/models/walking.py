@@ -23,6 +23,8 @@ from motionenv.types import Cycles, Motion, Skeleton
 _RATE = 60.0  # frames per second at least, at which contact is integrated
 _PADDING = 0.2  # seconds before and after, so that smoothing has no ends
 _TOGETHER = 16  # walkers that are worth a thread
+_USUAL = 8  # components
+_NO_VARIANCE = 1e-9  # relative to the largest: what rounding leaves of none
 _FASTEST = 3.0  # [m/s]
 _SHORTEST = 0.5  # [s] stride time
 
@@ -42,12 +44,14 @@ class _Tables:
     Attributes:
         body: the mean body.
         people: (q + 1, q + 1) square root of the covariance of scores and log stride times.
+        pace: (q,) change of the expected log stride time with each score.
         cycles: (q, q) square root of that of the control points of score splines.
         terms, heights: what `motionenv.models._walk_kernels.walk` takes.
     """
 
     body: Skeleton
     people: np.ndarray
+    pace: np.ndarray
     cycles: np.ndarray
     terms: np.ndarray
     heights: np.ndarray
@@ -61,7 +65,7 @@ class WalkingModel:
     and components are Fourier series, so that walks are smooth across the cycles' borders.
 
     Args:
-        n_components: components of the functional PCA.
+        n_components: of the functional PCA; None takes 8, or one less than there are cycles if that is fewer.
         n_harmonics: constant and n_harmonics - 1 pairs per channel.
 
     Attributes:
@@ -77,7 +81,7 @@ class WalkingModel:
 
     kind = "walking"
 
-    def __init__(self, n_components: int = 8, n_harmonics: int = 12):
+    def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
         self.n_components = n_components
         self.n_harmonics = n_harmonics
         self.card_: dict = {}
@@ -101,7 +105,8 @@ class WalkingModel:
         channels = [gait_channels(m) for m in motions]
         cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
         self.__dict__.pop("_tables", None)
-        self.fpca_ = FunctionalPCA(self.n_components, self.n_harmonics).fit(cycles)
+        rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
+        self.fpca_ = FunctionalPCA(rank, self.n_harmonics).fit(cycles)
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
         speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
@@ -123,7 +128,10 @@ class WalkingModel:
         _, which, count = np.unique(people, return_inverse=True, return_counts=True)
         weight = 1.0 / count[which]
         self.person_mean_ = np.average(rows, axis=0, weights=weight)
-        self.person_covariance_ = np.cov(np.transpose(rows), aweights=weight)
+        # One walk says nothing about others.
+        self.person_covariance_ = (
+            np.cov(np.transpose(rows), aweights=weight) if len(rows) > 1 else np.zeros(2 * [len(rows[0])])
+        )
         spread = np.concatenate(within)
         self.cycle_covariance_ = spread.T @ spread / max(len(spread) - len(trials), 1)
 
@@ -145,11 +153,17 @@ class WalkingModel:
         if speed is not None:
             if not 0.1 <= speed <= _FASTEST:
                 raise MotionError(f"speed must be from 0.1 to {_FASTEST} m/s, got {speed!r}")
-            gain = self.person_covariance_[:-1, -1] / self.person_covariance_[-1, -1]
+            gain = self.person_covariance_[:-1, -1] / max(self.person_covariance_[-1, -1], np.finfo(float).tiny)
             mean = mean + gain * (np.log(speed / self.height_) - self.person_mean_[-1])
             root = _root_of(self.person_covariance_[:-1, :-1] - np.outer(gain, self.person_covariance_[-1, :-1]))
         drawn = mean + rng.standard_normal((n, len(mean))) @ root.T
         return Stride(drawn[:, :-1], np.exp(drawn[:, -1]))
+
+    def stride_seconds(self, scores) -> np.ndarray:
+        """Stride times (...) [s] of people with `scores` (..., q): exp of the conditional mean of their logarithm."""
+        self._check_fitted()
+        deviations = np.asarray(scores, dtype=np.float64) - self.person_mean_[:-2]
+        return np.exp(self.person_mean_[-2] + deviations @ self._tables.pace)
 
     def synthesize(
         self,
@@ -267,6 +281,9 @@ class WalkingModel:
         return _Tables(
             Skeleton(self.proportions_ * height, limb_radii(height), height),
             _root_of(self.person_covariance_[:-1, :-1]),
+            # Of few walks it has no inverse: what they don't tell of the pace is left at the mean.
+            np.linalg.pinv(self.person_covariance_[:-2, :-2], _NO_VARIANCE, hermitian=True)
+            @ self.person_covariance_[:-2, -2],
             # A uniform cubic B-spline of unit-variance points has variance 0.46 to 0.5: scaled to keep the cycles'.
             _root_of(self.cycle_covariance_) / np.sqrt(0.48),
             np.ascontiguousarray(series[:, columns][..., ORDER]).reshape(len(series), -1),

@@ -82,13 +82,13 @@ class Tab:
 
 
 @contextmanager
-def launched(*flags: str) -> Iterator[Any]:
+def launched() -> Iterator[Any]:
     """A running Chromium."""
     from playwright.sync_api import sync_playwright
 
     path = need_page()
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *flags])
+        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
         yield browser
         browser.close()
 
