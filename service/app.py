@@ -67,8 +67,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(Guarding, settings=service.settings)
     if service.settings.cors:
         app.add_middleware(
-            CORSMiddleware, allow_origins=service.settings.cors, allow_methods=["*"], allow_headers=["*"]
-        )
+            CORSMiddleware, allow_origins=service.settings.cors, allow_methods=["*"], allow_headers=["*"],
+            expose_headers=["ETag", "Location", "Motion-Seed", "Retry-After", "X-Request-ID"],
+        )  # fmt: skip
     app.add_middleware(Observing, settings=service.settings, metrics=service.metrics)
     problems.install(app)
     for module in (synthesis, tree, lift, health, jobs, models, stream, parameters, page):  # the busiest first

@@ -1,7 +1,8 @@
 """What happens to every request before and after its route: ASGI middleware without a body of its own.
 
 `Observing` gives it an id, a deadline, a line in the log and its place in the metrics; `Guarding` asks for the key,
-counts what it may ask, and stops bodies that are too large.
+refuses what pages of other sites send in a visitor's name, counts what may be asked, and stops bodies that are too
+large.
 """
 
 import asyncio
@@ -121,6 +122,7 @@ class Guarding:
     def __init__(self, app: ASGIApp, settings: Settings):
         self.app = app
         self.digests = [hashlib.sha256(key.get_secret_value().encode()).digest() for key in settings.keys]
+        self.origins = frozenset(origin.encode() for origin in settings.cors)
         self.max_json, self.max_upload = settings.max_json, settings.max_upload
         self.rate = RateLimitItemPerMinute(settings.rate) if settings.rate else None
         self.limiter = FixedWindowRateLimiter(MemoryStorage())
@@ -132,15 +134,19 @@ class Guarding:
             return
         headers = dict(scope["headers"])
         if self.digests and not self._known(headers, scope):
-            challenge = {"WWW-Authenticate": 'Bearer realm="motionenv", Basic realm="motionenv"'}
+            challenge = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
             await _refuse(scope, receive, send, 401, "an API key is needed, as Authorization: Bearer <key>", challenge)
+            return
+        if _from_elsewhere(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
+            await _refuse(scope, receive, send, 403, "another site's page asks this: only origins in cors may", None)
             return
         wait = self._wait(scope)
         if wait:
             retry = {"Retry-After": str(wait)}
             await _refuse(scope, receive, send, 429, f"more requests than allowed: ask again in {wait} s", retry)
             return
-        most = self.max_json if headers.get(b"content-type", b"").startswith(b"application/json") else self.max_upload
+        form = headers.get(b"content-type", b"").lower().startswith(b"multipart/form-data")
+        most = self.max_upload if form else self.max_json
         if int(headers.get(b"content-length", b"0")) > most:
             await _refuse(
                 scope, receive, send, 413, f"the body must be of {most} bytes at most", {"Connection": "close"}
@@ -168,6 +174,20 @@ class Guarding:
         if self.limiter.hit(self.rate, who):
             return 0
         return max(1, round(self.limiter.get_window_stats(self.rate, who).reset_time - time.time()))
+
+
+def _from_elsewhere(scope: Scope, headers: dict[bytes, bytes]) -> bool:
+    """Whether a page of another site asks for more than to look, as its visitor's browser says.
+
+    A browser sends forms there without asking first, even to a service that only its own machine can reach, and with
+    the password that it keeps for it. Decided as Go's http.CrossOriginProtection does.
+    """
+    if scope["type"] == "http" and scope["method"] in ("GET", "HEAD", "OPTIONS"):
+        return False
+    site, origin = headers.get(b"sec-fetch-site"), headers.get(b"origin")
+    if site is not None:
+        return site not in (b"same-origin", b"none")
+    return origin is not None and origin.partition(b"://")[2] != headers.get(b"host")
 
 
 def _key(headers: dict[bytes, bytes]) -> bytes | None:

@@ -96,13 +96,14 @@ def problem_response(
 
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI of the problems with these `statuses`."""
+    """OpenAPI of the problems with these `statuses`; with 401 comes 403: what is guarded is so by both."""
+    statuses = (*statuses, 403) if 401 in statuses else statuses
     return {
         status: {
             "description": HTTPStatus(status).phrase,
             "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetail"}}},
         }
-        for status in statuses
+        for status in sorted(statuses)
     }
 
 

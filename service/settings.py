@@ -29,23 +29,28 @@ class Settings(BaseSettings):
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
     workers: int = Field(1, ge=1, le=64, description="Processes that answer.")
     data: Path = Field(
-        default_factory=lambda: user_data_path("motionenv") / "service",
+        user_data_path("motionenv") / "service",
         description="Folder of fitted models, jobs and their results; made when missing.",
     )
-    keys: tuple[SecretStr, ...] = Field((), description="API keys, a JSON list; with any, every request needs one.")
+    keys: tuple[SecretStr, ...] = Field(
+        (), description="API keys, a JSON list; with any, every request needs one. Whoever lists this machine's "
+        "processes can read flags: the environment keeps them better.",
+    )  # fmt: skip
     open: bool = Field(False, description="Listen beyond this machine without keys.")
     cors: tuple[str, ...] = Field((), description="Origins whose pages may ask, a JSON list; none by default.")
     proxies: str = Field("", description="Addresses of proxies whose X-Forwarded-* headers are believed.")
-    rate: int = Field(0, ge=0, description="Requests a minute that each key, or each address, may make; 0: any number.")
+    rate: int = Field(
+        0, ge=0, description="Requests a minute that each process answers to each key, or address; 0: any number."
+    )
 
     max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Bytes of an upload at most.")
-    max_json: int = Field(4 * _MEGABYTE, ge=1, description="Bytes of a JSON body at most.")
+    max_json: int = Field(4 * _MEGABYTE, ge=1, description="Bytes of any other body at most.")
     max_frames: int = Field(36_000, ge=1, description="Frames of a motion at most.")
     max_pixels: int = Field(1920 * 1080, ge=256, description="Pixels of a picture at most.")
     max_video_frames: int = Field(1_800, ge=1, description="Frames of a video at most.")
 
     threads: int = Field(
-        default_factory=lambda: os.cpu_count() or 1, ge=1, le=256, description="Threads that compute, in each process."
+        len(os.sched_getaffinity(0)), ge=1, le=256, description="Threads that compute, in each process."
     )
     waiting: int = Field(32, ge=0, description="Requests that may wait for such a thread; more get 503.")
     streams: int = Field(32, ge=0, description="WebSockets that get motion at a time, in each process.")

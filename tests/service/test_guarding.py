@@ -8,6 +8,8 @@ import time
 import httpx
 import pytest
 from pydantic import ValidationError
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from service.app import create_app
 from service.settings import Settings
@@ -171,3 +173,53 @@ def test_defects_and_delays_end_as_problems(tmp_path):
         answer = asyncio.run(ask(path))
         assert (answer.status_code, answer.json()["status"]) == (status, status)
         assert "division" not in answer.text
+
+
+FORM = {"files": ("walk.bvh", b"HIERARCHY")}
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "https://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "https://evil.example", "Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_pages_of_other_sites_may_look_but_not_act(server, headers):
+    """Browsers send forms anywhere, in the name of whoever looks at the page, and ask nobody first."""
+    answer = server.http.post("/v1/jobs/inspect", files=FORM, headers=headers)
+    assert (answer.status_code, answer.headers["content-type"]) == (403, "application/problem+json")
+    assert server.http.get("/v1/models", headers=headers).status_code == 200
+    with pytest.raises(InvalidStatus, match="403"), talk(server, headers):
+        pass
+
+
+def test_the_services_own_page_and_programs_may_act(server):
+    own = [{"Origin": server.url}, {"Origin": server.url, "Sec-Fetch-Site": "same-origin"}, {}]
+    for headers in own:
+        assert server.http.post("/v1/synthesis", json=ASK, headers=headers).status_code == 200
+        with talk(server, headers):
+            pass
+
+
+def test_pages_of_origins_in_cors_may_act_and_read_what_they_need(serving, tmp_path):
+    theirs = {"Origin": "https://lab.example", "Sec-Fetch-Site": "cross-site"}
+    with serving(tmp_path, cors=["https://lab.example"]) as running:
+        answer = running.http.post("/v1/synthesis", json=ASK, headers=theirs)
+        assert answer.status_code == 200
+        assert answer.headers["access-control-allow-origin"] == "https://lab.example"
+        assert "Motion-Seed" in answer.headers["access-control-expose-headers"]
+        other = {**theirs, "Origin": "https://evil.example"}
+        assert running.http.post("/v1/synthesis", json=ASK, headers=other).status_code == 403
+
+
+@pytest.mark.parametrize("kind", ["application/json", "Application/JSON", "application/x+json", "text/plain"])
+def test_json_by_any_name_is_as_short_as_json(locked, kind):
+    answer = locked.http.post("/v1/synthesis", content=b" " * 2001, headers={"Content-Type": kind})
+    assert answer.status_code == 413
+
+
+def talk(server, headers):
+    return connect(f"ws{server.url.removeprefix('http')}/v1/stream", additional_headers=headers)
