@@ -4,13 +4,16 @@ A process of its own, because ezc3d can crash or ask for all memory on a damaged
 motionenv, so that it starts fast.
 """
 
+import ctypes
 import io
 import os
+import signal
 import sys
 from contextlib import suppress
 
 _MEMORY = 1 << 30  # [bytes] of address space for Python and its libraries
 _PER_BYTE = 64  # and more for each byte of the file: 2 to 4 become a double, which is held a few times
+_PR_SET_PDEATHSIG = 1
 _WANTED = ("LABELS", "UNITS", "RATE", "Y_SCREEN", "ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 
 
@@ -25,6 +28,8 @@ def text(value: str) -> str:
 
 def main(path: str) -> None:
     """Write positions (points, frames, 3), residuals and the POINT parameters of the file at `path`."""
+    if sys.platform == "linux":  # who asked may be killed; on some damaged files this would go on for ever
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     with suppress(ImportError):  # Windows has no resource limits
         import resource
 
