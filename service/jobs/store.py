@@ -339,6 +339,18 @@ class Store:
 
 
 def _opened(path: Path) -> sqlite3.Connection:
+    """A connection; whoever else opens a new database at the same time gets its turn."""
+    until = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            return _connected(path)
+        except sqlite3.OperationalError as error:  # the step to WAL doesn't wait by itself
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > until:
+                raise
+            time.sleep(0.05)
+
+
+def _connected(path: Path) -> sqlite3.Connection:
     db = sqlite3.connect(path, timeout=_PATIENCE, isolation_level=None, check_same_thread=False)
     db.execute("PRAGMA journal_mode = WAL")
     db.execute("PRAGMA synchronous = NORMAL")
