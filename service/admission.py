@@ -10,6 +10,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from typing import TypeVar
 
+from prometheus_client import Gauge
+
 from service.problems import busy
 
 T = TypeVar("T")
@@ -22,14 +24,15 @@ class Workshop:
     Args:
         threads: that compute.
         waiting: requests that may wait for one of them.
+        gauge: counts the requests that hold or await one; None counts for nobody.
         name: of the threads.
     """
 
-    def __init__(self, threads: int, waiting: int, name: str = "compute"):
+    def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute"):
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
         self._free = asyncio.Semaphore(threads)
         self._most = threads + waiting
-        self.held = 0
+        self.held, self._gauge = 0, gauge or Gauge("held", "Places that are held.", registry=None)
 
     @asynccontextmanager
     async def place(self) -> AsyncIterator[None]:
@@ -41,11 +44,13 @@ class Workshop:
         if self.held >= self._most:
             raise busy("too many requests are being computed")
         self.held += 1
+        self._gauge.inc()
         try:
             async with self._free:
                 yield
         finally:
             self.held -= 1
+            self._gauge.dec()
 
     async def run(self, work: Callable[[], T]) -> T:
         """What `work()` returns, computed in a thread.

@@ -7,7 +7,7 @@ from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
 
 from motionenv import __version__
-from service import problems
+from service import documentation, problems
 from service.admission import Workshop
 from service.catalogue import Catalogue
 from service.jobs.desk import Desk
@@ -36,8 +36,8 @@ class Service:
     def __init__(self, settings: Settings):
         self.settings, self.metrics = settings, Metrics()
         self.catalogue = Catalogue(settings.data / "models")
-        self.workshop = Workshop(settings.threads, settings.waiting)
-        self.painter = Workshop(1, settings.waiting, name="opengl")
+        self.workshop = Workshop(settings.threads, settings.waiting, self.metrics.computing)
+        self.painter = Workshop(1, settings.waiting, self.metrics.computing, name="opengl")
         self.jobs = Desk(settings, self.catalogue, self.metrics)
         self.ready, self.streams = False, 0
 
@@ -72,6 +72,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         )  # fmt: skip
     app.add_middleware(Observing, settings=service.settings, metrics=service.metrics)
     problems.install(app)
+    if service.settings.keys:
+        documentation.ask_for_keys(app)
     for module in (synthesis, tree, lift, health, jobs, models, stream, parameters, page):  # the busiest first
         app.router.routes.extend(module.router.routes)  # an included router would be looked through twice
     return app

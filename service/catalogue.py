@@ -49,12 +49,14 @@ class Catalogue:
         """The model called `name`.
 
         Raises:
-            Problem: 404, there is none; 503, it isn't loaded yet.
+            Problem: 404, there is none; 503, it isn't loaded yet, or can't be.
         """
         if name in self._shipped:
             return self._shipped[name]
         if name in names():
-            raise busy(self._failed.get(name, f"{name} is still being loaded"), seconds=5)
+            if name in self._failed:
+                raise Problem(503, f"{name} can't be made here: {self._failed[name]}")
+            raise busy(f"{name} is still being loaded", seconds=5)
         path = self.path(name)
         try:
             return _loaded(path, path.stat().st_mtime_ns)

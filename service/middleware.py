@@ -27,7 +27,8 @@ from service.problems import problem_response
 from service.settings import Settings
 
 _ID = re.compile(rb"[A-Za-z0-9_.-]{1,64}")
-_FREE = ("/health/", "/v2/health/")  # what load balancers ask, without a key
+#: What load balancers ask, without a key.
+FREE = ("/health/", "/v2/health/")
 _log = structlog.get_logger("motionenv.service")
 
 
@@ -129,7 +130,7 @@ class Guarding:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request pass, or answer it."""
-        if scope["type"] not in ("http", "websocket") or scope["path"].startswith(_FREE):
+        if scope["type"] not in ("http", "websocket") or scope["path"].startswith(FREE):
             await self.app(scope, receive, send)
             return
         headers = dict(scope["headers"])

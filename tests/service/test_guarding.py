@@ -2,6 +2,7 @@
 
 import asyncio
 import base64
+import re
 import socket
 import time
 
@@ -223,3 +224,22 @@ def test_json_by_any_name_is_as_short_as_json(locked, kind):
 
 def talk(server, headers):
     return connect(f"ws{server.url.removeprefix('http')}/v1/stream", additional_headers=headers)
+
+
+def test_the_openapi_says_what_wants_a_key(locked, server):
+    told = locked.http.get("/openapi.json").json()
+    assert set(told["components"]["securitySchemes"]) == {"bearer", "header", "basic"}
+    assert told["paths"]["/v1/synthesis"]["post"]["security"]
+    assert "security" not in told["paths"]["/health/live"]["get"]
+    assert "securitySchemes" not in server.http.get("/openapi.json").json()["components"]
+
+
+def test_threads_in_use_are_counted(server):
+    held = lambda: float(re.search(rb"^motionenv_threads_held (\S+)", server.http.get("/metrics").content, re.M)[1])
+    film = {**ASK, "seconds": 10, "picture": {"width": 640, "height": 480}}
+    with server.http.stream("POST", "/v1/synthesis", json=film, headers={"Accept": "video/mp4"}):
+        assert held() == 1
+    until = time.monotonic() + 10
+    while held() and time.monotonic() < until:
+        time.sleep(0.05)
+    assert held() == 0
