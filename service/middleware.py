@@ -46,6 +46,9 @@ class Observing:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request."""
+        if scope["type"] == "websocket":
+            await self._connected(scope, receive, send)
+            return
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -57,6 +60,18 @@ class Observing:
         finally:
             self.metrics.running.dec()
             self._note(scope, answer)
+
+    async def _connected(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let a WebSocket run, and log it when it has ended."""
+        scope["request_id"], begun, client = _request_id(scope), time.perf_counter(), scope.get("client")
+        try:
+            await self.app(scope, receive, send)
+        finally:
+            _log.info(
+                "websocket", request_id=scope["request_id"], path=scope["path"],
+                seconds=round(time.perf_counter() - begun, 6), client=client[0] if client else None,
+                key=scope.get("key"),
+            )  # fmt: skip
 
     async def _answered(self, scope: Scope, receive: Receive, answer: "_Answer") -> None:
         """Have the request answered in time, whatever happens."""

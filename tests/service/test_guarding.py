@@ -243,3 +243,15 @@ def test_threads_in_use_are_counted(server):
     while held() and time.monotonic() < until:
         time.sleep(0.05)
     assert held() == 0
+
+
+def test_websockets_are_logged_without_the_key(locked):
+    with talk(locked, {"Authorization": f"Bearer {locked.key}", "X-Request-ID": "a-stream"}) as connection:
+        connection.send("{}")
+        connection.recv(timeout=10)
+    until = time.monotonic() + 10
+    while not (found := [e for e in locked.events("websocket") if e["request_id"] == "a-stream"]):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert (found[0]["path"], len(found[0]["key"])) == ("/v1/stream", 8)
+    assert locked.key not in "".join(locked.lines)
