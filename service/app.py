@@ -13,7 +13,7 @@ from service.catalogue import Catalogue
 from service.jobs.desk import Desk
 from service.metrics import Metrics
 from service.middleware import Guarding, Observing
-from service.routes import health, jobs, lift, models, page, parameters, stream, synthesis, tree
+from service.routes import docs, health, jobs, lift, models, page, parameters, stream, synthesis, tree
 from service.settings import Settings
 
 
@@ -62,7 +62,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         service.workshop.close()
         service.painter.close()
 
-    app = FastAPI(title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False)
+    app = FastAPI(
+        title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False, docs_url=None, redoc_url=None
+    )
     app.state.service = service
     app.add_middleware(Guarding, settings=service.settings)
     if service.settings.cors:
@@ -74,6 +76,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     problems.install(app)
     if service.settings.keys:
         documentation.ask_for_keys(app)
-    for module in (synthesis, tree, lift, health, jobs, models, stream, parameters, page):  # the busiest first
+    for module in (synthesis, tree, lift, health, jobs, models, stream, parameters, page, docs):  # the busiest first
         app.router.routes.extend(module.router.routes)  # an included router would be looked through twice
     return app

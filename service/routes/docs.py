@@ -1,0 +1,88 @@
+"""`/docs`: the OpenAPI as a page without scripts, which works offline; FastAPI's own runs a stranger's from a CDN.
+
+Such a script could ask anything in the name of whoever's browser holds the key.
+"""
+
+from collections.abc import Iterator
+from html import escape
+from typing import Any
+
+from fastapi import APIRouter, Request
+from starlette.responses import HTMLResponse, Response
+
+router = APIRouter(include_in_schema=False)
+_BOUNDS = {
+    "minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<", "minLength": "length ≥",
+    "maxLength": "length ≤", "minItems": "items ≥", "maxItems": "items ≤", "pattern": "matches",
+}  # fmt: skip
+_HEADERS = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'", "Cache-Control": "no-cache"}
+_STYLE = """
+:root { color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif }
+body { max-width: 60rem; margin: auto; padding: 1rem }
+table { border-collapse: collapse; width: 100%; display: block; overflow-x: auto }
+td, th { border-bottom: 1px solid #8884; padding: .3rem .6rem; text-align: left; vertical-align: top }
+code { font-size: .9em }
+h2 { border-top: 2px solid #8884; padding-top: 1rem }
+"""
+
+
+@router.get("/docs")
+async def docs(request: Request) -> Response:
+    """Everything that can be asked, with bounds and examples."""
+    told = request.app.openapi()
+    body = "".join([*_paths(told), "<h2>What is sent and answered</h2>", *_schemas(told)])
+    head = f"<!doctype html><html lang=en><meta charset=utf-8><title>motionenv over HTTP</title><style>{_STYLE}</style>"
+    first = "<meta name=viewport content='width=device-width'><h1>motionenv over HTTP</h1><p>For programs: "
+    return HTMLResponse(f"{head}{first}<a href='openapi.json'>openapi.json</a>.</p>{body}", headers=_HEADERS)
+
+
+def _paths(told: dict[str, Any]) -> Iterator[str]:
+    """Each operation: what it takes, and what it may answer."""
+    for path, operations in told["paths"].items():
+        for method, operation in operations.items():
+            yield f"<h2><code>{method.upper()} {escape(path)}</code></h2><p><b>{escape(operation['summary'])}.</b> "
+            yield f"{escape(operation.get('description', ''))}</p>"
+            parameters = {p["name"]: {**p["schema"], **p} for p in operation.get("parameters", ())}
+            yield from _table(parameters)
+            for kind, body in operation.get("requestBody", {}).get("content", {}).items():
+                yield f"<p>Takes <code>{escape(kind)}</code>: {_type(body.get('schema', {}))}</p>"
+                yield from _table(body.get("schema", {}).get("properties", {}))
+            for status, answer in operation["responses"].items():
+                kinds = ", ".join(f"<code>{escape(kind)}</code>" for kind in answer.get("content", {}))
+                yield f"<div>{status}: {escape(answer.get('description', ''))} {kinds}</div>"
+
+
+def _schemas(told: dict[str, Any]) -> Iterator[str]:
+    """Each object by name."""
+    for name, schema in told["components"]["schemas"].items():
+        yield f"<h3 id='{escape(name)}'>{escape(name)}</h3><p>{escape(schema.get('description', ''))}</p>"
+        yield from _table(schema.get("properties", {}))
+
+
+def _table(fields: dict[str, Any]) -> Iterator[str]:
+    """Fields with type, bounds, default, example and meaning."""
+    if not fields:
+        return
+    yield "<table><tr><th>field<th>type<th>bounds<th>default<th>example<th>meaning"
+    for name, field in fields.items():
+        parts = [field, *field.get("anyOf", ())]
+        bounds = ", ".join(f"{sign} {part[key]}" for part in parts for key, sign in _BOUNDS.items() if key in part)
+        default, example = (str(field.get(key, "")) for key in ("default", "examples"))
+        cells = (name, bounds, default, example.strip("[]"), field.get("description", ""))
+        named, *rest = (escape(cell) for cell in cells)
+        yield f"<tr><td><code>{named}</code><td>{_type(field)}" + "".join(f"<td>{cell}" for cell in rest)
+    yield "</table>"
+
+
+def _type(schema: dict[str, Any]) -> str:
+    """A type in HTML, with links to objects that have a name."""
+    if "$ref" in schema:
+        name = escape(schema["$ref"].rpartition("/")[2])
+        return f"<a href='#{name}'>{name}</a>"
+    if "anyOf" in schema:
+        return " or ".join(map(_type, schema["anyOf"]))
+    if "enum" in schema:
+        return " | ".join(escape(str(value)) for value in schema["enum"])
+    if schema.get("type") == "array":
+        return f"list of {_type(schema.get('items', {}))}"
+    return escape(str(schema.get("type", schema.get("const", "any"))))
