@@ -51,7 +51,7 @@ async def asset(request: Request, name: str) -> Response:
 @lru_cache(maxsize=1)
 def _files(folder: Path) -> dict[str, _File]:
     """The files in `folder` by name; none where there is no such folder."""
-    return {path.name: _file(path.name, path) for path in folder.glob("*") if path.is_file()}
+    return {path.name: _file(path.name, path) for path in folder.glob("*.*")}
 
 
 def _file(name: str, path: Path) -> _File:
