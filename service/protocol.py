@@ -69,6 +69,12 @@ class Guarded(HttpToolsProtocol):
         self._unwatch()
         super().on_message_complete()
 
+    def shutdown(self) -> None:
+        """The server stops: a request that only waits finds `closing` in its scope."""
+        if self.cycle is not None:
+            self.cycle.scope["closing"] = True  # type: ignore[typeddict-unknown-key]
+        super().shutdown()
+
     def _await_header(self) -> None:
         self._in_header, self._header = True, 0
         self._unwatch()

@@ -168,7 +168,8 @@ async def get_job(
     """Status and progress; with `wait`, as soon as either changes."""
     desk, until = _desk(request), time.monotonic() + wait
     found = first = desk.get(job)
-    while found == first and found.status in WAITING and time.monotonic() < until:
+    going = lambda: found == first and found.status in WAITING and "closing" not in request.scope
+    while going() and time.monotonic() < until:
         await asyncio.sleep(_STEP)
         found = desk.get(job)
     return Response(orjson.dumps(_told(desk, found)), media_type=JSON, headers=_FRESH)
