@@ -263,7 +263,7 @@ def add_marked(bits, picture, out):
             if some == _NONE:
                 continue
             values = picture[v, 64 * word :]
-            for u in range(trailing_zeros(some), 64 - leading_zeros(some)):
+            for u in range(trailing_zeros(some), 64 - leading_zeros(some)):  # type: ignore[call-arg]
                 value, shift = values[u], np.uint64(u)
                 for j in range(len(out)):
                     out[j] += value if (row[j] >> shift) & _ONE != _NONE else 0.0
