@@ -47,9 +47,13 @@ def _paths(told: dict[str, Any]) -> Iterator[str]:
             for kind, body in operation.get("requestBody", {}).get("content", {}).items():
                 yield f"<p>Takes <code>{escape(kind)}</code>: {_type(body.get('schema', {}))}</p>"
                 yield from _table(body.get("schema", {}).get("properties", {}))
+            refusals = [status for status in operation["responses"] if status >= "400"]
             for status, answer in operation["responses"].items():
+                if status in refusals:
+                    continue
                 kinds = ", ".join(f"<code>{escape(kind)}</code>" for kind in answer.get("content", {}))
                 yield f"<div>{status}: {escape(answer.get('description', ''))} {kinds}</div>"
+            yield f"<div>Problems: {', '.join(refusals) or 'none'}</div>"
 
 
 def _schemas(told: dict[str, Any]) -> Iterator[str]:
