@@ -40,7 +40,7 @@ ANSWERS: dict[int | str, dict[str, Any]] = {
         "content": dict.fromkeys((NPY, *FILES, *FILMS), _BINARY) | {CSV: {"schema": {"type": "string"}}},
     },
     304: {"description": "The motion is the one of `If-None-Match`.", "headers": _HEADERS},
-    **documented(400, 401, 404, 406, 413, 422, 429, 500, 501, 503, 504),
+    **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 501, 503, 504),
 }
 
 

@@ -9,17 +9,18 @@ from starlette.responses import Response
 from motionenv import Points, WalkerPrior
 from motionenv.estimation.lifting import UNLIKE, Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE
+from service.bodies import JsonRoute
 from service.encoding import dumps
 from service.problems import documented
 from service.schemas.lift import LiftRequest, LiftResponse
 
-router = APIRouter(prefix="/v1", tags=["lift"])
+router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
 
 
 @router.post(
     "/lift",
     summary="The 3D walk that 2D points show",
-    responses={200: {"model": LiftResponse}, **documented(400, 401, 413, 422, 429, 503, 504)},
+    responses={200: {"model": LiftResponse}, **documented(400, 401, 413, 415, 422, 429, 503, 504)},
 )
 async def lifting(request: Request, asked: LiftRequest) -> Response:
     """The most probable walk, the view from which the points show it, and how sure both are."""

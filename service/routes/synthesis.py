@@ -6,9 +6,10 @@ from starlette.responses import Response
 import motionenv
 from motionenv.types import Motion
 from service.answering import ANSWERS, answer
+from service.bodies import JsonRoute
 from service.schemas.synthesis import SynthesisRequest
 
-router = APIRouter(prefix="/v1", tags=["motion"])
+router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
 
 
 @router.post("/synthesis", summary="A walk", response_class=Response, responses=ANSWERS)

@@ -11,13 +11,14 @@ from starlette.responses import Response
 from motionenv.models.tree import Options, Target, history, synthesize
 from motionenv.types import POSE, Motion
 from service.answering import ANSWERS, answer
+from service.bodies import JsonRoute
 from service.encoding import dumps
 from service.problems import Problem, documented
 from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
 
-router = APIRouter(prefix="/v1/tree", tags=["tree"])
+router = APIRouter(prefix="/v1/tree", tags=["tree"], route_class=JsonRoute)
 _INLINE = 1000  # draws that take less than 2 ms
-_REFUSALS = documented(400, 401, 404, 413, 422, 429, 503, 504)
+_REFUSALS = documented(400, 401, 404, 413, 415, 422, 429, 503, 504)
 
 
 @router.post("/samples", summary="Next poses", responses={200: {"model": SamplesResponse}, **_REFUSALS})

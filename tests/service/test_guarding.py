@@ -103,7 +103,7 @@ def test_a_request_has_an_id(server):
         (b'{"fps": NaN}', "/fps", 422),
         (b'{"fps": 1e999}', "/fps", 422),
         (b'{"seconds": -1e9}', "/seconds", 422),
-        (b'{"model": "\\ud800"}', "/model", 422),
+        (b'{"model": "\\ud800"}', None, 400),
         (b'{"model": "no/such"}', "/model", 404),
         (b'{"unheard": 1}', "/unheard", 422),
         (b"[" * 5000, None, 400),

@@ -26,7 +26,8 @@ def fuzzed(server, folder: Path, *options: str) -> int:
         "PYTHONPATH": str(HERE.parents[1]),
     }
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout[-20_000:] + done.stderr[-2000:]
+    told = "\n".join(line[:1000] for line in (done.stdout + done.stderr).splitlines())
+    assert done.returncode == 0, told[-20_000:]
     assert server.http.get("/health/live").status_code == 200
     assert not server.events("request failed")
     return int(re.search(r"(\d+) generated", done.stdout)[1])
