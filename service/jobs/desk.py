@@ -78,10 +78,7 @@ class Desk:
             Problem: 409, there is a model of that name, or a job makes it; 422, the key was used for something else;
                 503, too many jobs wait; 507, the disk is full.
         """
-        job = Job(
-            secrets.token_urlsafe(16), kind, settings, model, media_type, filename, "queued", 0.0, "waiting", 0,
-            time.time(), None, None, None, None, None,
-        )  # fmt: skip
+        job = Job(secrets.token_urlsafe(16), kind, settings, model, media_type, filename, time.time())
         inputs = [(file.name, file.sha) for file in files]
         unique = None if key is None else hashlib.sha256(f"{kind}\n{key}".encode()).hexdigest()
         if unique and (same := self.store.same(unique)):

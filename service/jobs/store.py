@@ -56,11 +56,12 @@ class Job:
         model: name of the model that it fits, or None.
         media_type: of the result.
         filename: under which to save the result.
+        created: Unix time [s].
         status: "queued", "running", "done", "failed" or "cancelled".
         progress: 0 to 1.
         message: what it is doing.
         attempts: how often it was begun.
-        created, started, ended: Unix times [s].
+        started, ended: Unix times [s].
         error: status and detail, where it failed.
         result: SHA-256 of the result.
         size: of the result [bytes].
@@ -72,16 +73,16 @@ class Job:
     model: str | None
     media_type: str
     filename: str
-    status: str
-    progress: float
-    message: str
-    attempts: int
     created: float
-    started: float | None
-    ended: float | None
-    error: dict[str, Any] | None
-    result: str | None
-    size: int | None
+    status: str = "queued"
+    progress: float = 0.0
+    message: str = "waiting"
+    attempts: int = 0
+    started: float | None = None
+    ended: float | None = None
+    error: dict[str, Any] | None = None
+    result: str | None = None
+    size: int | None = None
 
 
 _COLUMNS = ", ".join(Job.__dataclass_fields__)

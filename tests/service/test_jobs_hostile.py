@@ -2,10 +2,13 @@
 
 import hashlib
 import io
+import socket
+import threading
 import time
 import zipfile
 from collections.abc import Iterator
 
+import httpx
 import numpy as np
 import psutil
 import pytest
@@ -223,3 +226,50 @@ def test_unknown_models_and_too_much_are_refused(desk):
     assert desk.http.delete("/v1/jobs/nothing").status_code == 404
     assert desk.http.get("/v1/jobs/nothing/result").status_code == 404
     assert desk.http.get("/v1/jobs/nothing", params={"wait": 31}).status_code == 422
+
+
+def test_a_large_upload_takes_no_memory(desk):
+    process = psutil.Process(desk.process.pid)
+    content = b"HIERARCHY\n" + b"1.0 " * 15_000_000
+    desk.http.post("/v1/jobs/inspect", files=uploads({"small.bvh": content[:2_000_000]}))
+    before, most, over = process.memory_info().rss, 0, threading.Event()
+
+    def watch() -> None:
+        nonlocal most
+        while not over.is_set():
+            most = max(most, process.memory_info().rss)
+            time.sleep(0.01)
+
+    watching = threading.Thread(target=watch)
+    watching.start()
+    asked = desk.http.post("/v1/jobs/inspect", files=uploads({"large.bvh": content}))
+    over.set()
+    watching.join()
+    assert asked.status_code == 202
+    assert most - before < 20e6
+    assert (
+        desk.http.post("/v1/jobs/inspect", files=uploads({"huge.bvh": content + content[:10_000_000]})).status_code
+        == 413
+    )
+    for job in desk.http.get("/v1/jobs", params={"status": "queued"}).json()["jobs"]:
+        desk.http.delete(f"/v1/jobs/{job['id']}")
+
+
+def test_who_goes_in_the_middle_of_an_upload_leaves_nothing(desk):
+    head = (
+        "POST /v1/jobs/inspect HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; boundary=x\r\n"
+        "Content-Length: 9000000\r\n\r\n"
+    )
+    url = httpx.URL(desk.url)
+    with socket.create_connection((url.host, url.port)) as connection:
+        connection.sendall(head.encode() + HALF + bytes(3_000_000))
+        until(lambda: list((desk.data / "incoming").iterdir()))
+    until(lambda: not list((desk.data / "incoming").iterdir()))
+    assert not desk.events("request failed")
+
+
+def until(true) -> None:
+    deadline = time.monotonic() + 10
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
