@@ -9,20 +9,17 @@ import {
   Matrix4,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
-  NotEqualStencilFunc,
   Quaternion,
-  ReplaceStencilOp,
   SphereGeometry,
   SRGBColorSpace,
   Vector2,
   Vector3,
 } from "three";
 import { arranged } from "./dots.js";
-import { SUN } from "./light.js";
+import { FALL, lit, shadow } from "./light.js";
 
-const AROUND = 18; // faces around a limb
-const CAP = 5; // and from its equator to its pole
+const FINE = [18, 4]; // faces around a limb, and from its equator to its pole
+const COARSE = [10, 2]; // of its shadow
 const DOT = 0.017; // radii, shares of the height
 const JOINT = 0.019;
 const STICK = 0.009;
@@ -34,12 +31,12 @@ const MIDDLE = "#8a929c";
 const SECOND = [0.76, 0.42, 0.24]; // the shirt of walker B
 
 /** The outline of a rounded cone along y: two spheres and the cone that touches both (motionenv.body.rounded_cone). */
-function outline(length, start, end) {
+function outline(length, start, end, cap) {
   const touch = Math.abs(start - end) < length ? Math.asin((start - end) / length) : Math.PI / 2;
   const points = [];
   const arc = (from, to, radius, centre) => {
-    for (let i = 0; i <= CAP; i++) {
-      const latitude = from + ((to - from) * i) / CAP;
+    for (let i = 0; i <= cap; i++) {
+      const latitude = from + ((to - from) * i) / cap;
       points.push(new Vector2(Math.max(0, radius * Math.cos(latitude)), centre + radius * Math.sin(latitude)));
     }
   };
@@ -60,7 +57,7 @@ export class Figure {
     this.body = new Group();
     this.bodyShadow = new Group();
     this.group.add(this.body, this.bodyShadow);
-    this.shadow = shadowMaterial();
+    this.shadow = shadow();
     this.a = new Vector3();
     this.b = new Vector3();
     this.turn = new Quaternion();
@@ -68,7 +65,7 @@ export class Figure {
     this.matrix = new Matrix4();
     this.places = new Float64Array(45);
     this.limbs = this.limbMeshes(parameters, second);
-    this.lit = new MeshLambertMaterial();
+    this.lit = lit();
     this.plain = new MeshBasicMaterial();
     this.joints = this.instances(new SphereGeometry(1, 18, 12), parameters.markers.length);
     this.lines = this.instances(new CylinderGeometry(1, 1, 1, 10, 1), this.edges.length);
@@ -84,34 +81,35 @@ export class Figure {
       const [start, end] = walker.body.radii.subarray(2 * limb, 2 * limb + 2).map((r) => r * this.builtFor);
       const length = this.ends(limb);
       const rgb = second && clothes === "shirt" ? SECOND : parameters.colours[clothes];
-      const material = new MeshLambertMaterial({ color: colour(rgb) });
-      const mesh = new Mesh(new LatheGeometry(outline(length, start, end), AROUND), material);
+      const material = lit(colour(rgb));
+      const shape = ([around, cap]) => new LatheGeometry(outline(length, start, end, cap), around);
+      const mesh = new Mesh(shape(FINE), material);
       mesh.userData.length = length;
       this.body.add(mesh);
-      this.bodyShadow.add(this.shadowOf(mesh));
+      this.bodyShadow.add(this.shadowOf(mesh, shape(COARSE)));
       return mesh;
     });
   }
 
   instances(geometry, count) {
     const mesh = new InstancedMesh(geometry, this.lit, count);
-    const shadow = new InstancedMesh(geometry, this.shadow, count);
-    shadow.instanceMatrix = mesh.instanceMatrix;
-    shadow.matrixAutoUpdate = false;
-    shadow.matrix.copy(FALL);
-    mesh.userData.shadow = shadow;
-    mesh.frustumCulled = shadow.frustumCulled = false;
-    this.group.add(mesh, shadow);
+    const flat = new InstancedMesh(geometry, this.shadow, count);
+    flat.instanceMatrix = mesh.instanceMatrix;
+    flat.matrixAutoUpdate = false;
+    flat.matrix.copy(FALL);
+    mesh.userData.shadow = flat;
+    mesh.frustumCulled = flat.frustumCulled = false;
+    this.group.add(mesh, flat);
     return mesh;
   }
 
   /** The shadow of a limb: the same, pressed flat on the ground. */
-  shadowOf(mesh) {
-    const shadow = new Mesh(mesh.geometry, this.shadow);
-    shadow.matrixAutoUpdate = false;
-    shadow.frustumCulled = false;
-    mesh.userData.shadow = shadow;
-    return shadow;
+  shadowOf(mesh, geometry) {
+    const flat = new Mesh(geometry, this.shadow);
+    flat.matrixAutoUpdate = false;
+    flat.frustumCulled = false;
+    mesh.userData.shadow = flat;
+    return flat;
   }
 
   /** Set `a` and `b` to the ends of a limb; how far they are apart. */
@@ -192,23 +190,6 @@ export class Figure {
     this.plain.dispose();
     this.shadow.dispose();
   }
-}
-
-// Where the sun's light falls to the ground: z is pressed to a hair above it, and x and y go with the light.
-const FALL = new Matrix4().set(1, 0, -SUN[0] / SUN[2], 0, 0, 1, -SUN[1] / SUN[2], 0, 0, 0, 0, 0.002, 0, 0, 0, 1);
-
-/** Dark, and drawn once only where shadows of several limbs lie over each other. */
-function shadowMaterial() {
-  return new MeshBasicMaterial({
-    color: "#000000",
-    transparent: true,
-    opacity: 0.24,
-    depthWrite: false,
-    stencilWrite: true,
-    stencilRef: 1,
-    stencilFunc: NotEqualStencilFunc,
-    stencilZPass: ReplaceStencilOp,
-  });
 }
 
 const WHITE = new Color("#ffffff");

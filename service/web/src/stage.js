@@ -2,8 +2,6 @@
 
 import {
   Color,
-  DirectionalLight,
-  HemisphereLight,
   Mesh,
   PerspectiveCamera,
   PlaneGeometry,
@@ -15,7 +13,6 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { SUN } from "./light.js";
 
 const NEAR = [2.2, 14]; // [m] how near and how far the camera goes
 const USUAL = [45, 8, 5.6]; // degrees around (0 from the side, 90 from the front), degrees up, metres away
@@ -50,18 +47,10 @@ export class Stage {
     this.camera = new PerspectiveCamera(FIELD, 1, 0.1, 60);
     this.camera.up.set(0, 0, 1);
     this.figures = [];
-    this.light();
     this.floor();
     this.orbit();
     this.resize();
     new ResizeObserver(() => this.resize()).observe(canvas);
-  }
-
-  light() {
-    this.scene.add(new HemisphereLight("#f3f7fb", "#8d8a86", 2.1));
-    const sun = new DirectionalLight("#fff6ea", 2.4);
-    sun.position.set(...SUN);
-    this.scene.add(sun);
   }
 
   floor() {
