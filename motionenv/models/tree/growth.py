@@ -296,16 +296,28 @@ def _start_window(tree: MotionTree, activity: str | None, rng: np.random.Generat
     Raises:
         MotionError: an activity that the database doesn't have.
     """
-    database, outlook, frames = tree.database_, outlook_of(tree), tree.frames_
+    outlook = outlook_of(tree)
     if activity is not None and activity not in outlook.activities:
         raise MotionError(_unknown(activity, outlook.activities))
+    known = _STARTS.setdefault(tree, {})
+    if activity not in known:
+        known[activity] = _starts(tree, outlook, activity)
+    among = known[activity]
+    return int(among[rng.integers(len(among))])
+
+
+_STARTS: WeakKeyDictionary[MotionTree, dict[str | None, np.ndarray]] = WeakKeyDictionary()
+
+
+def _starts(tree: MotionTree, outlook: Outlook, activity: str | None) -> np.ndarray:
+    """Positions of the windows that motion can start from, in an order that all trees of a database share."""
+    database, frames = tree.database_, tree.frames_
     among = np.arange(len(frames)) if activity is None else np.flatnonzero(
         outlook.activity == outlook.activities.index(activity)
     )  # fmt: skip
     left = database.starts[1:][database.sequence_of(frames[among])] - frames[among]
     among = among[left >= min(_LEAD, left.max())]
-    among = among[np.argsort(frames[among])]  # trees of the same database start at the same window
-    return int(among[rng.integers(len(among))])
+    return among[np.argsort(frames[among])]
 
 
 def _leading_to(database: Database, frame: int) -> np.ndarray:
