@@ -4,11 +4,14 @@ The long run: pytest -m benchmark -s tests/service/test_hostile_load.py (200 ren
 """
 
 import asyncio
+import signal
 import socket
+import subprocess
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import httpx
@@ -49,14 +52,7 @@ async def _rush(server, count: int) -> Rush:
         base_url=server.url, timeout=300, limits=limits, headers=server.http.headers
     ) as client:
         await client.post("/v1/synthesis", json=FILM, headers=MP4)  # what is only loaded once
-        before, health, done = memory(server), [], asyncio.Event()
-
-        async def look() -> None:
-            while not done.is_set():
-                begun = time.perf_counter()
-                (await client.get("/health/live")).raise_for_status()
-                health.append(time.perf_counter() - begun)
-                await asyncio.sleep(0.02)
+        before = memory(server)
 
         async def film(seed: int) -> int:
             answer = await client.post("/v1/synthesis", json=FILM | {"seed": seed}, headers=MP4)
@@ -67,12 +63,34 @@ async def _rush(server, count: int) -> Rush:
                 assert answer.headers["content-type"] == "application/problem+json"
             return answer.status_code
 
-        looking, begun = asyncio.create_task(look()), time.perf_counter()
-        statuses = Counter(await asyncio.gather(*(film(seed) for seed in range(count))))
-        seconds = time.perf_counter() - begun
-        done.set()
-        await looking
+        with looking(server) as health:
+            begun = time.perf_counter()
+            statuses = Counter(await asyncio.gather(*(film(seed) for seed in range(count))))
+            seconds = time.perf_counter() - begun
     return Rush(statuses, np.array(health), seconds, memory(server) - before)
+
+
+_LOOKING = """
+import sys, time, httpx
+with httpx.Client(base_url=sys.argv[1], timeout=60) as client:
+    while True:
+        begun = time.perf_counter()
+        client.get("/health/live").raise_for_status()
+        print(time.perf_counter() - begun, flush=True)
+        time.sleep(0.02)
+"""
+
+
+@contextmanager
+def looking(server) -> Iterator[list[float]]:
+    """Seconds of each look at /health/live within the block, by a process that does nothing else."""
+    health: list[float] = []
+    with subprocess.Popen([sys.executable, "-c", _LOOKING, server.url], stdout=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()  # its own start
+        yield health
+        process.terminate()
+        health += [float(line) for line in process.stdout.read().splitlines()]
+    assert process.returncode == -signal.SIGTERM
 
 
 def rush(server, count: int) -> Rush:
