@@ -56,7 +56,6 @@ export class App {
       this.say("");
       this.parameters = found;
       if (found.kind === "tree") this.state.people.length = 1;
-      $("about").textContent = about(found.kind);
       this.controls = new Controls(this, found);
       this.people();
     } catch (error) {
@@ -163,7 +162,10 @@ export class App {
     $("scrub").disabled = !shown.scrubbed;
     $("seed").value = this.one.seed;
     $("facts").textContent = shown.facts();
+    $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to go on." : about(this.parameters.kind);
+    for (const button of $("downloads").children) button.disabled = guest !== null;
     stage.resize();
+    stage.changed = true;
     this.write();
   }
 
@@ -228,6 +230,7 @@ export class App {
   scrub(phase) {
     this.pause(true);
     this.cycles = [phase, phase];
+    this.stage.changed = true;
   }
 
   /** Look from somewhere else. */
@@ -268,7 +271,8 @@ export class App {
     const begun = performance.now();
     const passed = Math.min(0.1, (now - (this.before ?? now)) / 1000);
     this.before = now;
-    if (!this.walkers.length) return;
+    this.stage.controls.update();
+    if (!this.walkers.length || (this.paused && !this.stage.changed)) return;
     this.walkers.forEach((walker, i) => {
       if (!this.paused) this.cycles[i] += passed / walker.seconds;
       walker.show(this.cycles[i]);

@@ -109,7 +109,7 @@ class Run {
   }
 
   async show(file) {
-    this.app.invite(new CaptureWalker(await parameters("walk/fpca"), file.motion));
+    this.app.invite(new CaptureWalker(await parameters("walk/fpca"), file.motion, file.walk));
   }
 
   async done({ model, kind, left_out: left }) {

@@ -5,7 +5,7 @@ import { make } from "./sliders.js";
 import { known } from "./walkers.js";
 
 const SHIPPED = ["walk/fpca", "walk/eigenwalkers", "mixed/tree"];
-const TITLES = { "walk/fpca": "Components", "walk/eigenwalkers": "Eigenwalkers", "mixed/tree": "Tree" };
+const TITLES = { "walk/fpca": "Functional", "walk/eigenwalkers": "Eigenwalkers", "mixed/tree": "Tree" };
 const ABOUT = {
   walking: "Joint angles of whole gait cycles as functions: an average and how people differ from it.",
   eigenwalkers: "Fifteen points that swing in two harmonics: body shape and style in one space.",

@@ -14,11 +14,17 @@ const svg = (tag, attributes) => {
   return element;
 };
 
-const path = (values, [low, high], closed) => {
+const path = (values, [low, high], { closed = false, room = null } = {}) => {
   const points = closed ? [...values, values[0]] : values;
-  const last = Math.max(1, (closed ? points.length : KEPT) - 1);
+  const last = Math.max(1, (room ?? points.length) - 1);
+  let joined = false; // a gap is where nothing is known
   return points
-    .map((v, i) => `${i ? "L" : "M"}${((WIDE * i) / last).toFixed(2)} ${((HIGH * (high - v)) / (high - low)).toFixed(2)}`)
+    .map((v, i) => {
+      if (Number.isNaN(v)) return (joined = false) || "";
+      const step = `${joined ? "L" : "M"}${((WIDE * i) / last).toFixed(2)} ${((HIGH * (high - v)) / (high - low)).toFixed(2)}`;
+      joined = true;
+      return step;
+    })
     .join("");
 };
 
@@ -33,11 +39,12 @@ export class Plot {
       picture.append(svg("line", { x1: 0, x2: WIDE, y1: zero, y2: zero }));
       const lines = ["left", "right", "left other", "right other"].map((kind) => svg("path", { class: kind }));
       const now = svg("line", { class: "now", y1: 0, y2: HIGH, x1: 0, x2: 0 });
-      picture.append(...lines, now);
+      const marks = svg("path", { class: "marks" });
+      picture.append(marks, ...lines, now);
       const title = make("span", { textContent: name });
       const range = make("span", { textContent: `${low}° to ${high}°` });
       element.append(make("figure", {}, make("figcaption", {}, title, range), picture));
-      return { name, picture, lines, now };
+      return { name, picture, marks, lines, now };
     });
     this.legend = make("p", { className: "legend" });
     element.append(this.legend);
@@ -47,21 +54,24 @@ export class Plot {
   show(walkers) {
     const words = [["left", "left"], ["right", "right"], ...(walkers.length > 1 ? [["other", "walker B"]] : [])];
     this.legend.replaceChildren(...words.map(([className, textContent]) => make("span", { className, textContent })));
-    this.history = walkers[0].cyclic ? null : Object.fromEntries(NAMES.map((name) => [name, [[], []]]));
-    for (const { name, picture, lines, now } of this.charts) {
+    this.history = walkers[0].curves ? null : Object.fromEntries(NAMES.map((name) => [name, [[], []]]));
+    const cuts = (walkers[0].marks ?? []).map((mark) => `M${(WIDE * mark).toFixed(2)} 0V${HIGH}`).join("");
+    for (const { name, picture, marks, lines, now } of this.charts) {
+      marks.setAttribute("d", cuts);
       lines.forEach((line, i) => {
         const curves = walkers[i >> 1]?.curves;
-        line.setAttribute("d", curves ? path(curves[name][i & 1], RANGE[name], true) : "");
+        line.setAttribute("d", curves ? path(curves[name][i & 1], RANGE[name], { closed: walkers[i >> 1].cyclic }) : "");
       });
       now.style.display = this.history ? "none" : "";
       picture.setAttribute("aria-label", this.described(name, walkers[0]));
     }
   }
 
-  described(name, { curves }) {
+  described(name, { curves, cyclic }) {
     if (!curves) return `${name} flexion over the last seconds`;
-    const [least, most] = [Math.min, Math.max].map((f) => Math.round(f(...curves[name][0])));
-    return `${name} flexion over one cycle: from ${least} to ${most} degrees on the left`;
+    const known = curves[name][0].filter((v) => !Number.isNaN(v));
+    const [least, most] = [Math.min, Math.max].map((f) => Math.round(f(...known)));
+    return `${name} flexion over ${cyclic ? "one cycle" : "the capture"}: from ${least} to ${most} degrees on the left`;
   }
 
   /** Mark a moment of the cycle, or take in what the angles are now. */
@@ -80,7 +90,7 @@ export class Plot {
         const kept = this.history[name][side];
         kept.push(value);
         if (kept.length > KEPT) kept.shift();
-        lines[side].setAttribute("d", path(kept, RANGE[name], false));
+        lines[side].setAttribute("d", path(kept, RANGE[name], { room: KEPT }));
       });
     }
   }

@@ -47,6 +47,7 @@ export class Stage {
     this.camera = new PerspectiveCamera(FIELD, 1, 0.1, 60);
     this.camera.up.set(0, 0, 1);
     this.figures = [];
+    this.changed = true; // whether there is something new to draw while everybody stands still
     this.floor();
     this.orbit();
     this.resize();
@@ -68,6 +69,7 @@ export class Stage {
 
   /** Colours of the ground: light or dark. */
   theme(dark) {
+    this.changed = true;
     const { bright, dark: deep } = this.ground.material.uniforms;
     bright.value.set(dark ? "#3a4149" : "#dcdddc");
     deep.value.set(dark ? "#30363d" : "#c6c8c8");
@@ -80,6 +82,7 @@ export class Stage {
     orbit.maxPolarAngle = Math.PI * 0.53;
     orbit.enablePan = false;
     orbit.enableDamping = true;
+    orbit.addEventListener("change", () => (this.changed = true));
     this.controls = orbit;
     this.look(USUAL);
   }
@@ -122,7 +125,11 @@ export class Stage {
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    if (width && height) this.renderer.setSize(width, height, false);
+    if (width && height && (width !== this.size?.[0] || height !== this.size?.[1])) {
+      this.renderer.setSize(width, height, false); // which clears the picture
+      this.size = [width, height];
+      this.changed = true;
+    }
     const { top, bottom } = this.canvas.getBoundingClientRect();
     const edge = (selector) => document.querySelector(selector).getBoundingClientRect();
     this.covered = [edge(".stage header").bottom - top, bottom - edge(".looks").top];
@@ -140,7 +147,7 @@ export class Stage {
 
   /** Draw; `bare` leaves the ground out. */
   draw(bare) {
-    this.controls.update();
+    this.changed = false;
     this.ground.visible = !bare;
     const { clientWidth, clientHeight: height } = this.canvas;
     const width = clientWidth / this.figures.length;

@@ -152,9 +152,9 @@ function flexions(pose) {
   return { Hip: of(17, 21), Knee: of(20, 24), Shoulder: of(9, 13), Elbow: of(12, 16) };
 }
 
-/** Of a capture file: the body doing what was captured, over and over. `motion` is the preview of an inspection. */
+/** Of a capture file: the body doing what was captured, over and over: the `motion` and the `walk` that an inspection found. */
 export class CaptureWalker extends Room {
-  constructor(parameters, { fps, height, offsets, radii, poses }) {
+  constructor(parameters, { fps, height, offsets, radii, poses }, walk) {
     super(parameters);
     const arrays = {
       offsets: Float64Array.from(offsets.flat(), (x) => x / height),
@@ -167,7 +167,8 @@ export class CaptureWalker extends Room {
     this.seconds = Math.max(1, poses.length - 1) / fps;
     this.stride = 0;
     this.cyclic = false;
-    this.curves = null;
+    this.curves = this.angles();
+    this.marks = (walk?.starts ?? []).map((start) => start / this.seconds).filter((mark) => mark <= 1);
     this.sink = this.floor();
   }
 
@@ -198,8 +199,9 @@ export class CaptureWalker extends Room {
     return `as captured · ${this.seconds.toFixed(1)} s · ${this.body.height.toFixed(2)} m`;
   }
 
-  flexions() {
-    return flexions(this.pose);
+  angles() {
+    const every = (...at) => at.map((i) => this.poses.map((pose) => degrees(pose[i])));
+    return { Hip: every(17, 21), Knee: every(20, 24), Shoulder: every(9, 13), Elbow: every(12, 16) };
   }
 }
 
