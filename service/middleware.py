@@ -249,8 +249,8 @@ def _limited(receive: Receive, most: int) -> Receive:
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any) -> None:
-    """Answer instead of the route; a WebSocket is closed before it opens."""
-    if scope["type"] == "websocket":
+    """Answer instead of the route; a server that can't answer a WebSocket's opening request closes it with 403."""
+    if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": detail[:120]})
         return
     await _answer(scope, receive, send, status, detail, headers)

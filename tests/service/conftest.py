@@ -57,7 +57,7 @@ def run_service(data: Path, **settings: object) -> Iterator[Server]:
 
     reader = threading.Thread(target=read, daemon=True)
     reader.start()
-    started.wait(60)
+    started.wait(180)  # kernels are compiled where no cache has them
     assert address, "".join(lines)
     try:
         key = next(iter(values.get("keys", ())), None)

@@ -69,7 +69,7 @@ def test_wrong_settings_are_told_and_the_motion_goes_on(server):
 
 
 def test_a_key_is_asked_for(locked):
-    with pytest.raises(InvalidStatus, match="403"):
+    with pytest.raises(InvalidStatus, match="401"):
         talk(locked).close()
     with talk(locked, additional_headers={"Authorization": f"Bearer {locked.key}"}) as connection:
         assert say(connection, seed=1)["type"] == "settings"
