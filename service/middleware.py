@@ -74,10 +74,17 @@ class Observing:
             )  # fmt: skip
 
     async def _answered(self, scope: Scope, receive: Receive, answer: "_Answer") -> None:
-        """Have the request answered in time, whatever happens."""
+        """Have the request answered in time, whatever happens; the time counts from the body's last part."""
+
+        async def heard() -> Message:
+            message = await receive()
+            if message.get("more_body") and answer.deadline is not None:
+                answer.deadline.reschedule(asyncio.get_running_loop().time() + self.seconds)
+            return message
+
         try:
             async with asyncio.timeout(self.seconds) as answer.deadline:
-                await self.app(scope, receive, answer.send)
+                await self.app(scope, heard, answer.send)
         except TimeoutError:
             if answer.status:
                 raise

@@ -255,3 +255,22 @@ def test_websockets_are_logged_without_the_key(locked):
         time.sleep(0.05)
     assert (found[0]["path"], len(found[0]["key"])) == ("/v1/stream", 8)
     assert locked.key not in "".join(locked.lines)
+
+
+def test_slow_uploads_have_their_time(tmp_path):
+    """The deadline counts from the body's last part: ten parts take longer than an answer may."""
+    app = create_app(Settings(data=tmp_path, request_seconds=0.4))
+
+    async def parts():
+        for _ in range(10):
+            await asyncio.sleep(0.1)
+            yield b" "
+        yield b"{}"
+
+    async def ask() -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
+            json_body = {"Content-Type": "application/json"}
+            return await client.post("/v1/synthesis", content=parts(), headers=json_body)
+
+    answer = asyncio.run(ask())
+    assert answer.status_code == 503  # all of the body was read; models are loaded when the service starts, not here
