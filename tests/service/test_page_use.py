@@ -191,7 +191,6 @@ def test_a_capture_is_shown_cut_and_fitted(shown, walk_file):
     shown.picture("capture-fitted")
     shown.page.click("text=Walk with it")
     shown.until("motionenv.state.model.startsWith('fitted/me-01') && motionenv.guest === null", 30)
-    shown.until("motionenv.walkers[0].curves", 30)
     assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.2, abs=0.25)
     assert shown.ask("document.querySelectorAll('#models input').length") == 4
     shown.page.click("text=Forget it")
@@ -208,3 +207,13 @@ def test_a_file_that_is_no_capture_is_told_so(shown, tmp_path):
     shown.until("document.querySelector('#capture .hint.bad')", 60)
     assert "holiday.bvh" in shown.page.text_content("#capture")
     shown.picture("capture-refused")
+
+
+def test_amc_is_asked_for_its_frame_rate_before_it_is_sent(shown, tmp_path):
+    for name in ("07.asf", "07_01.amc"):
+        (tmp_path / name).write_text(":FULLY-SPECIFIED")
+    shown.open("model=walk/fpca")
+    shown.page.set_input_files("#capture-panel input[type=file]", [tmp_path / "07.asf", tmp_path / "07_01.amc"])
+    shown.until("document.querySelector('#capture .hint.bad')")
+    assert "frames per second" in shown.page.text_content("#capture .hint.bad")
+    assert shown.ask("document.activeElement.placeholder") == "as in the file"

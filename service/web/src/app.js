@@ -46,7 +46,6 @@ export class App {
   /** Take on a model: its numbers, its walkers, its sliders. */
   async load(name) {
     this.state.model = name;
-    this.guest = null;
     this.mark("models", name);
     this.say("");
     const slow = setTimeout(() => this.say("Loading the model …"), SLOW);
@@ -57,6 +56,7 @@ export class App {
       this.parameters = found;
       if (found.kind === "tree") this.state.people.length = 1;
       this.controls = new Controls(this, found);
+      this.guest = null;
       this.people();
     } catch (error) {
       if (this.state.model === name) this.say(error.message);

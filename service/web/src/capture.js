@@ -8,6 +8,7 @@ import { CaptureWalker } from "./walkers.js";
 const KINDS = ".bvh,.c3d,.amc,.asf,.trc,.npz";
 const WAIT = 20; // [s] that the service holds an answer back until something changes
 const STEPS = ["Sent", "Read", "Cut into cycles", "Fitted"];
+const UNTOLD = "AMC files don't say their frame rate: fill in frames per second (120 for CMU's), then choose them again.";
 const UNITS = ["", "m", "dm", "cm", "mm", "inch", "cmu"];
 
 /** The panel in an element; `app` shows what is found. */
@@ -17,10 +18,18 @@ export function capturePanel(element, app) {
   const drop = make("label", { className: "drop" }, input, "Drop BVH, C3D, AMC with its ASF, TRC or NPZ here, or click to choose");
   const { fps, unit, fields } = details();
   const report = make("div", {});
+  report.setAttribute("role", "status");
   element.append(drop, fields, report);
 
   const take = async (files) => {
     if (!files.length) return;
+    if (!fps.value && [...files].some(({ name }) => /\.amc$/i.test(name))) {
+      fields.open = true;
+      fps.focus();
+      report.replaceChildren(make("p", { className: "hint bad", textContent: UNTOLD }));
+      input.value = "";
+      return;
+    }
     input.disabled = true;
     const run = new Run(report, app, { fps: fps.value, unit: unit.value });
     await run.all([...files]);
@@ -153,7 +162,7 @@ class Run {
 
 /** What is in a file, in a sentence. */
 function said({ name, problem, points, frames, fps, motion, walk }) {
-  if (!points) return `${name}: ${problem}`;
+  if (!points) return problem.startsWith(name) ? problem : `${name}: ${problem}`;
   const body = motion ? `, a body of ${motion.height.toFixed(2)} m` : "";
   const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}`;
   if (!walk) return `${read}. ${problem ?? ""}`;
