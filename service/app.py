@@ -63,8 +63,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         service.painter.close()
 
     app = FastAPI(
-        title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False, docs_url=None, redoc_url=None
-    )
+        title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False, docs_url=None,
+        redoc_url=None, telemetry={"tracing": False, "metrics": False, "logs": False},
+    )  # fmt: skip
     app.state.service = service
     app.add_middleware(Guarding, settings=service.settings)
     if service.settings.cors:
