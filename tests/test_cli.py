@@ -284,7 +284,7 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
         ("render missing.npz --out w.mp4", "missing.npz"),
         ("render WALK --fps 30 --out w.mp4", "fps"),
         ("fit walk/other --mocap . --out m.npz", "tree, walk/fpca, walk/eigenwalkers or walk/prior"),
-        ("fit walk/fpca --mocap . --out m.npz", "no AMC, BVH, C3D or TRC"),
+        ("fit walk/fpca --mocap . --out m.npz", "no AMC, BVH, C3D, NPZ or TRC"),
         ("fit walk/fpca --mocap nowhere --out m.npz", "nowhere"),
         ("fit walk/fpca --mocap . --out nowhere/m.npz", "nowhere"),
         ("mocap info missing.amc --fps 120", "missing.amc"),
