@@ -81,6 +81,9 @@ class Guarded(HttpToolsProtocol):
         self._watch = self.loop.call_later(_HEADER_SECONDS, self._refuse, b"408 Request Timeout")
 
     def _look_at_body(self) -> None:
+        if self.cycle is not None and self.cycle.response_complete:  # what still comes is for nobody
+            self.transport.close()
+            return
         if self._body < _BODY_RATE * _GRACE and not self.flow.read_paused:
             self._refuse(b"408 Request Timeout")
             return

@@ -11,7 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import httpx
@@ -156,6 +156,20 @@ def vanished(server, count: int) -> float:
 def test_who_asks_and_hangs_up_leaves_nothing_running(small):
     assert vanished(small, 5) < 4  # 1 s on a quiet machine: see the long run
     assert small.http.post("/v1/synthesis", json=FILM, headers=MP4).status_code == 200
+
+
+def test_who_goes_on_sending_after_the_answer_is_hung_up(locked):
+    host, port = locked.url.removeprefix("http://").split(":")
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: x\r\ntransfer-encoding: chunked\r\n\r\n"
+    begun = time.monotonic()
+    with socket.create_connection((host, int(port)), timeout=5) as client:
+        client.sendall(head)
+        assert client.recv(100).startswith(b"HTTP/1.1 401")
+        with suppress(ConnectionResetError, BrokenPipeError):
+            while time.monotonic() - begun < 20:
+                client.sendall(b"1000\r\n" + b" " * 4096 + b"\r\n")
+                time.sleep(0.1)
+    assert time.monotonic() - begun < 12
 
 
 def busy(server) -> bool:
