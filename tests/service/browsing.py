@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -80,7 +81,7 @@ class Tab:
     def picture(self, name: str) -> bytes:
         """A screenshot, kept as an artefact."""
         ARTEFACTS.mkdir(parents=True, exist_ok=True)
-        return self.page.screenshot(path=ARTEFACTS / f"{name}.png")
+        return self.page.screenshot(path=ARTEFACTS / f"{re.sub(r'[^a-z0-9]+', '-', name)}.png")
 
 
 @contextmanager

@@ -27,14 +27,12 @@ const LIT = {
       #endif
       mat3 m = mat3(place);
       vec3 n = normalize(m * (normal / vec3(dot(m[0], m[0]), dot(m[1], m[1]), dot(m[2], m[2]))));
-      shade = tint * (mix(earth, sky, 0.5 * n.z + 0.5) + max(dot(n, sun), 0.0) * sunlight);
+      vec3 light = tint * (mix(earth, sky, 0.5 * n.z + 0.5) + max(dot(n, sun), 0.0) * sunlight);
+      shade = mix(1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, 12.92 * light, vec3(lessThan(light, vec3(0.0031308))));
       gl_Position = projectionMatrix * viewMatrix * place * vec4(position, 1.0);
     }`,
   fragmentShader: `varying vec3 shade;
-    void main() {
-      gl_FragColor = vec4(shade, 1.0);
-      #include <colorspace_fragment>
-    }`,
+    void main() { gl_FragColor = vec4(shade, 1.0); }`,
 };
 
 /** A material of a colour, lit. */

@@ -32,7 +32,6 @@ const GROUND = {
       float share = 0.5 - 0.5 * clamp(k.x, -1.0, 1.0) * clamp(k.y, -1.0, 1.0);
       float near = 1.0 - smoothstep(0.25, 1.0, length(at) / reach);
       gl_FragColor = vec4(mix(dark, bright, share), near);
-      #include <colorspace_fragment>
     }`,
 };
 
@@ -71,8 +70,8 @@ export class Stage {
   theme(dark) {
     this.changed = true;
     const { bright, dark: deep } = this.ground.material.uniforms;
-    bright.value.set(dark ? "#3a4149" : "#dcdddc");
-    deep.value.set(dark ? "#30363d" : "#c6c8c8");
+    bright.value.set(dark ? "#3a4149" : "#dcdddc").convertLinearToSRGB(); // mixed as the screen shows them
+    deep.value.set(dark ? "#30363d" : "#c6c8c8").convertLinearToSRGB();
   }
 
   orbit() {
