@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from scipy.optimize import nnls
-from scipy.signal import lfilter
 
 from motionenv.errors import GapError, MotionError
 from motionenv.models.harmonics import PARTS, columns
@@ -326,6 +325,8 @@ def _expected(q: np.ndarray, decay: float, lags: np.ndarray) -> np.ndarray:
 
 def _correlated(columns_: np.ndarray, share: float, decay: float) -> np.ndarray:
     """The correlation matrix (1 - share)·1 + share·decay^|i - j| times columns (frames, n)."""
+    from scipy.signal import lfilter  # takes a fifth of a service's start to import
+
     ahead = lfilter([1.0], [1.0, -decay], columns_, axis=0)
     back = lfilter([1.0], [1.0, -decay], columns_[::-1], axis=0)[::-1]
     return (1 - share) * columns_ + share * (ahead + back - columns_)
