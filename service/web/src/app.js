@@ -149,8 +149,11 @@ export class App {
     stage.aim(Math.max(...walkers.map((walker) => walker.body.height)));
     stage.figures.forEach((figure) => figure.look(state, this.moves(figure.walker)));
     this.plot.show(walkers);
-    $("stage").dataset.figure = state.figure;
-    $("dots").hidden = state.figure !== "points";
+    if ($("stage").dataset.figure !== state.figure) {
+      $("stage").dataset.figure = state.figure;
+      $("dots").hidden = state.figure !== "points";
+      stage.resize(); // other things cover its edges now
+    }
     for (const id of ["lines", "inverted", "scattered"]) $(id).checked = state[id];
     this.mark("figure", state.figure);
     this.mark("models", state.model);
@@ -164,7 +167,6 @@ export class App {
     $("facts").textContent = shown.facts();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to go on." : about(this.parameters.kind);
     for (const button of $("downloads").children) button.disabled = guest !== null;
-    stage.resize();
     stage.changed = true;
     this.write();
   }
