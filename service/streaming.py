@@ -7,6 +7,7 @@ and fades in.
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,8 @@ class Stream:
         """
         model = self._models(settings.model)
         frames, height, fps = (_grown if model.kind == "tree" else _walked)(model, settings, self._last, self._pieces)
-        self._frames, self.settings, self.height, self.fps = frames, settings, height, fps
+        first = next(frames)  # here, where it may take long: the first one ever compiles the kernels
+        self._frames, self.settings, self.height, self.fps = chain([first], frames), settings, height, fps
         self._pieces += 1
 
     def next(self) -> np.ndarray:
