@@ -1,6 +1,7 @@
 """Load on a server by wrk, a program (`apt install wrk`, `brew install wrk`), and what comes of it."""
 
 import re
+import resource
 import shutil
 import statistics
 import subprocess
@@ -73,14 +74,13 @@ def load(
         script.write_text(_SCRIPT % (first, path or what[0], KEY, accept, what[1]))
         command = ["wrk", "-t1", f"-c{_CONNECTIONS}", f"-d{seconds}s", "--timeout", "10s", "--latency", "-s",
                    str(script), server.url]  # fmt: skip
-        own, (busy, all_) = server.cpu(), machine()
+        own, wrk, (busy, all_) = server.cpu(), _of_children(), machine()
         told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        spent, (busy_after, all_after) = server.cpu() - own, machine()
+        spent, asking, (busy_after, all_after) = server.cpu() - own, _of_children() - wrk, machine()
     count = int(_number(told, r"(\d+) requests in"))
     wrong = _number(told, r"Non-2xx or 3xx responses: (\d+)") + sum(
         int(n) for n in re.findall(r"(?:connect|read|write|timeout) (\d+)", told)
     )
-    driver = min(count * 30e-6, busy_after - busy - spent)  # about what wrk takes for each
     return Load(
         per_second=_number(told, r"Requests/sec:\s+([\d.]+)"),
         p50=_milliseconds(told, "50%"),
@@ -88,7 +88,7 @@ def load(
         cpu=spent / max(count, 1) * 1e6,
         count=count,
         wrong=int(wrong),
-        others=max(0.0, busy_after - busy - spent - driver) / (all_after - all_),
+        others=max(0.0, busy_after - busy - spent - asking) / (all_after - all_),
     )
 
 
@@ -96,6 +96,12 @@ def check_wrk() -> None:
     """Say how to get wrk where it is missing."""
     if shutil.which("wrk") is None:
         raise SystemExit("this benchmark needs the program wrk: apt install wrk, or brew install wrk")
+
+
+def _of_children() -> float:
+    """Seconds of CPU that programs which have ended took."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _number(text: str, pattern: str) -> float:
