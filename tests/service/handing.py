@@ -2,6 +2,7 @@
 
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import httpx
@@ -61,5 +62,9 @@ def until_running(server, answer) -> dict:
 
 
 def processes(server) -> list[psutil.Process]:
-    """Those of jobs."""
-    return [p for p in psutil.Process(server.process.pid).children() if "service.jobs.process" in p.cmdline()]
+    """Those of jobs; one that has just ended is none."""
+    found = []
+    for child in psutil.Process(server.process.pid).children():
+        with suppress(psutil.NoSuchProcess):
+            found += [child] if "service.jobs.process" in child.cmdline() else []
+    return found
