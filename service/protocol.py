@@ -4,7 +4,7 @@ A header must come within seconds and stay below 128 kB (else 408 or 431), a bod
 plain uvicorn: an endless header took 200 MB, and connections that send a byte now and then stayed open for ever.
 """
 
-from asyncio import AbstractEventLoop, TimerHandle
+from asyncio import TimerHandle
 from typing import Any
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
@@ -14,40 +14,6 @@ _HEADER_SECONDS = 10.0
 _GRACE = 10.0  # [s] in which a body must keep its rate, again and again
 _BODY_RATE = 1_000  # [bytes/s]
 _LINGER = 1.0  # [s] that what still comes is thrown away: hanging up on unread bytes would lose the answer too
-
-
-class Corked:
-    """A transport that sends what is written in one turn of the event loop with one call of the system.
-
-    uvicorn writes a header and its body one after the other; each call costs tens of microseconds and wakes the client.
-
-    Args:
-        transport: of the connection.
-        loop: that it belongs to.
-    """
-
-    def __init__(self, transport: Any, loop: AbstractEventLoop):
-        self._transport, self._loop = transport, loop
-        self._waiting: list[bytes] = []
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._transport, name)
-
-    def write(self, data: bytes) -> None:
-        """Send `data` before the loop's next turn."""
-        if not self._waiting:
-            self._loop.call_soon(self._flush)
-        self._waiting.append(data)
-
-    def close(self) -> None:
-        """Send what waits, and hang up."""
-        self._flush()
-        self._transport.close()
-
-    def _flush(self) -> None:
-        if self._waiting:
-            data, self._waiting = b"".join(self._waiting), []
-            self._transport.write(data)
 
 
 class Guarded(HttpToolsProtocol):
@@ -61,7 +27,7 @@ class Guarded(HttpToolsProtocol):
 
     def connection_made(self, transport: Any) -> None:
         """Wait for the first header."""
-        super().connection_made(Corked(transport, self.loop))  # type: ignore[arg-type]
+        super().connection_made(transport)
         self._await_header()
 
     def connection_lost(self, exc: Exception | None) -> None:
