@@ -1,4 +1,4 @@
-"""The page: what `hatch_build.py` bundled into `service/web/dist`, or a plain page that says how to get it."""
+"""The page: what `bundle.py` bundled into `service/web/dist`, or a plain page that says how to get it."""
 
 import gzip
 import hashlib

@@ -136,9 +136,14 @@ def test_the_service_imports_only_public_names(path):
 
 
 def declared(*extras: str) -> set[str]:
-    """Names of the distributions that pyproject.toml asks for, plain or in `extras`."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    lines = project["dependencies"] + [line for extra in extras for line in project["optional-dependencies"][extra]]
+    """Names of the distributions that pyproject.toml asks for: to build, plain, or in `extras`."""
+    file = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    project = file["project"]
+    lines = (
+        file["build-system"]["requires"]
+        + project["dependencies"]
+        + [line for extra in extras for line in project["optional-dependencies"][extra]]
+    )
     return {re.match(r"[\w-]+", line)[0] for line in lines}
 
 

@@ -15,6 +15,8 @@ from pathlib import Path
 import httpx
 import pytest
 
+from tests.service.browsing import Tab, launched, tab
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -89,3 +91,16 @@ def locked(tmp_path_factory) -> Iterator[Server]:
     """A service that asks for a key, and takes JSON of 2,000 bytes at most."""
     with run_service(tmp_path_factory.mktemp("locked"), keys=["a-key-that-only-tests-know"], max_json=2000) as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium."""
+    with launched() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def shown(browser, server) -> Tab:
+    """The page, which tests share; each begins by opening a state of its own."""
+    return tab(browser, server.url)

@@ -76,14 +76,15 @@ def test_bodies_have_a_limit(locked):
         "/v1/synthesis", content=iter([b" " * 1000] * 3), headers={"Content-Type": "application/json"}
     )
     assert chunked.status_code == 413
-    assert chunked.json()["title"] == "Content Too Large" or "Large" in chunked.json()["title"]
+    assert "2000 bytes" in chunked.json()["detail"]
 
 
 def test_rates_are_kept(serving, tmp_path):
+    """Of eleven requests in a row five pass in each minute of the clock that they fall into, two at most."""
     with serving(tmp_path, rate=5) as running:
         answers = [running.http.get("/metrics") for _ in range(11)]
-        assert 1 <= [a.status_code for a in answers].count(429) <= 6
-        assert answers[-1].status_code in (200, 429)
+        assert 5 <= [a.status_code for a in answers].count(200) <= 10
+        assert {a.status_code for a in answers} == {200, 429}
         refused = next(a for a in answers if a.status_code == 429)
         assert 1 <= int(refused.headers["retry-after"]) <= 60
         assert running.http.get("/health/live").status_code == 200

@@ -11,22 +11,10 @@ from PIL import Image, ImageChops
 import motionenv
 from motionenv.models.inplace import markers_in_place, walk_in_place
 from motionenv.models.synthesis import components
-from tests.service.browsing import DESK, PHONE, launched, tab
+from tests.service.browsing import DESK, PHONE, tab
 
 MODELS = ["walk/fpca", "walk/eigenwalkers"]
 CURVES = {"Hip": (17, 21), "Knee": (20, 24), "Shoulder": (9, 13), "Elbow": (12, 16)}  # columns of POSE
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with launched() as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def shown(browser, server):
-    """A page that tests share; each begins by opening a state of its own."""
-    return tab(browser, server.url)
 
 
 def pixels(png: bytes) -> Image.Image:

@@ -3,18 +3,7 @@
 import pytest
 
 import motionenv
-from tests.service.browsing import launched, tab
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with launched() as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def shown(browser, server):
-    return tab(browser, server.url)
+from tests.service.browsing import tab
 
 
 def test_keys_work_where_no_field_is_in_use(shown):
