@@ -15,7 +15,7 @@ import motionenv
 from motionenv.types import Motion
 from service import caching
 from service.formats import BVH, CSV, FILES, FILMS, GIF, JSON, MOTION, MP4, NPY, NPZ, PNG, films, motion, negotiated
-from service.problems import Problem, documented
+from service.problems import Problem, at_most, documented
 from service.schemas.synthesis import MotionResponse, Picture
 from service.sending import Made
 from service.settings import Settings
@@ -132,21 +132,16 @@ def _check_limits(asked: Asked, media_type: str, settings: Settings) -> None:
         Problem: 422 with the field and its bound.
     """
     seconds = "/seconds", "seconds · fps"
-    _at_most(asked.frames, settings.max_frames, *seconds, "frames")
+    at_most(asked.frames, settings.max_frames, *seconds, "frames")
     if media_type == "application/x-c3d":
-        _at_most(asked.frames, _C3D_FRAMES, *seconds, "frames of a C3D file")
+        at_most(asked.frames, _C3D_FRAMES, *seconds, "frames of a C3D file")
     if media_type not in FILMS:
         return
     shown = asked.picture
-    _at_most(shown.width * shown.height, settings.max_pixels, "/picture/width", "width · height", "pixels")
+    at_most(shown.width * shown.height, settings.max_pixels, "/picture/width", "width · height", "pixels")
     if media_type == PNG:
-        _at_most(shown.frame, asked.frames - 1, "/picture/frame", "the number of the frame", "(the last frame)")
+        at_most(shown.frame, asked.frames - 1, "/picture/frame", "the number of the frame", "(the last frame)")
         return
-    _at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video")
+    at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video")
     if media_type == GIF:
-        _at_most(asked.fps, _GIF_FPS, "/fps", "fps", "for GIF")
-
-
-def _at_most(value: float, most: float, field: str, name: str, unit: str) -> None:
-    if value > most:
-        raise Problem(422, f"{name} must be {most} {unit} at most, got {value:g}", field=field, bound={"le": most})
+        at_most(asked.fps, _GIF_FPS, "/fps", "fps", "for GIF")

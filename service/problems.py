@@ -72,6 +72,23 @@ def busy(detail: str, seconds: int = 1) -> Problem:
     return Problem(503, f"{detail}; ask again in {seconds} s", headers={"Retry-After": str(seconds)})
 
 
+def at_most(value: float, most: float, field: str, name: str, unit: str) -> None:
+    """Refuse what is larger than this service or a format allows.
+
+    Args:
+        value: that is asked for.
+        most: that is allowed.
+        field: JSON pointer of the field.
+        name: of the value, in words.
+        unit: of the value.
+
+    Raises:
+        Problem: 422 with the field and its bound.
+    """
+    if value > most:
+        raise Problem(422, f"{name} must be {most} {unit} at most, got {value:g}", field=field, bound={"le": most})
+
+
 def problem_response(
     status: int, detail: str, *, request_id: str | None = None, errors: Sequence = (), headers=None
 ) -> Response:

@@ -1,7 +1,7 @@
 """uvicorn's HTTP protocol with what it lacks against slow and endless requests.
 
-A header must come within seconds and stay below 128 kB (else 408 or 431), a body must keep up a rate. Measured against
-plain uvicorn: an endless header took 200 MB, and connections that send a byte now and then stayed open for ever.
+A header must come within seconds and stay below 128 kB (else 408 or 431), a body must keep up a rate. With plain
+uvicorn an endless header takes memory without end, and connections that send a byte now and then stay open for ever.
 """
 
 from asyncio import TimerHandle

@@ -18,7 +18,7 @@ from service.formats import FILES, FILMS, JSON
 from service.jobs.desk import Desk, no_room
 from service.jobs.store import WAITING, Full, Job
 from service.jobs.uploads import CAPTURE, Upload, as_fields, received
-from service.problems import Problem, documented
+from service.problems import Problem, at_most, documented
 from service.schemas.jobs import (
     ConvertFields,
     FitFields,
@@ -124,12 +124,9 @@ async def render(request: Request, asked: RenderRequest, key: Key = None) -> Res
     desk.check_open()
     if asked.model not in desk.catalogue.names():
         raise Problem(404, f"there is no model {asked.model!r}: GET /v1/models lists them", field="/model")
-    if asked.frames > limits.max_frames:
-        raise Problem(422, f"seconds · fps must make {limits.max_frames} frames at most", field="/seconds",
-                      bound={"le": limits.max_frames / asked.fps})  # fmt: skip
-    if asked.picture.width * asked.picture.height > limits.max_pixels:
-        raise Problem(422, f"width · height must be {limits.max_pixels} pixels at most", field="/picture/width",
-                      bound={"le": limits.max_pixels // asked.picture.height})  # fmt: skip
+    at_most(asked.frames, limits.max_frames, "/seconds", "seconds · fps", "frames")
+    shown = asked.picture
+    at_most(shown.width * shown.height, limits.max_pixels, "/picture/width", "width · height", "pixels")
     suffix = FILMS[asked.format]
     settings = {"request": asked.model_dump(exclude={"format"}), "suffix": suffix}
     job = desk.add("render", settings, [], media_type=asked.format, filename=f"walk{suffix}", key=key)

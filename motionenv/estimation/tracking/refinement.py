@@ -9,8 +9,7 @@ strongly the frame before bound this one: as if each round added `share`² of a 
 where the likelihood allows it. With many rounds nothing but the likelihood, and those shapes, would be left.
 
 It is no bargain against more particles: with `FPCAPrior`, captured walks and masks, 100 particles with 5 rounds err
-less than 100 without (55 instead of 68 mm, seen from the side), and 300 the same as without; as many scores spent on
-more particles do better.
+less than 100 without, and 300 the same as without; as many scores spent on more particles do better.
 """
 
 from collections.abc import Callable

@@ -11,9 +11,7 @@ drawn of the frames after t that their prior makes hang on them (Lindsten & SchÃ
 
 A prior of many dimensions hardly goes from one particle to the child of another: motions of such priors mostly follow
 the particles' own lines of descent, and early frames are told by few of them. They hang together; their means are no
-better than the filter's unless there are very many particles. Over 30 frames of six captured walks (64Â², from the side)
-`FPCAPrior` errs 32 mm before and 33 mm after smoothing with 1,000 particles, of which fewer than ten are left in the
-first frame, and 27 and 23 mm with 10,000. Of `VelocityPrior` even 10,000 leave one or two, and the error grows by 14 %.
+better than the filter's unless there are very many particles (`benchmarks/smoothing.py`).
 """
 
 from collections.abc import Sequence
