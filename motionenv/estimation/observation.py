@@ -17,7 +17,7 @@ and with probability false_alarms where it hasn't. Colours don't tell y for cert
 
 Both rates are the robust part: no pixel, and so no occluder, counts for more than its log-odds. The log-likelihood is
 the sum of log p(pixel | none) plus the log-odds of the pixels in the hypothesis' silhouette: one pass over the outline.
-Where something known stands in the way, pixels are `unseen`: they say nothing, p = ½. (To learn it, from pixels that the
+Where something known stands in the way, pixels are `unseen`: they say nothing, p = ½. (To learn it from pixels that the
 belief covers but that aren't foreground, doesn't help: by then the belief has gone astray.)
 
 **Depth.** Where both hypothesis and picture have a body, the observed depth is Gaussian about the hypothesis', or, with
