@@ -146,6 +146,7 @@ class Guarding:
         self.app = app
         self.digests = [hashlib.sha256(key.get_secret_value().encode()).digest() for key in settings.keys]
         self.origins = frozenset(origin.encode() for origin in settings.cors)
+        self.names = None if settings.keys or settings.open else _names(settings)
         self.max_json, self.max_upload = settings.max_json, settings.max_upload
         self.rate = RateLimitItemPerMinute(settings.rate) if settings.rate else None
         self.limiter = FixedWindowRateLimiter(MemoryStorage())
@@ -156,6 +157,10 @@ class Guarding:
             await self.app(scope, receive, send)
             return
         headers = dict(scope["headers"])
+        if self.names is not None and not self.names.fullmatch(headers.get(b"host", b"")):
+            detail = "without keys the service answers only by this machine's own names: list others in hosts"
+            await _refuse(scope, receive, send, 421, detail, None)
+            return
         if self.digests and not self._known(headers, scope):
             challenge = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
             await _refuse(scope, receive, send, 401, "an API key is needed, as Authorization: Bearer <key>", challenge)
@@ -197,6 +202,17 @@ class Guarding:
         if self.limiter.hit(self.rate, who):
             return 0
         return max(1, round(self.limiter.get_window_stats(self.rate, who).reset_time - time.time()))
+
+
+def _names(settings: Settings) -> re.Pattern[bytes]:
+    """Hosts as whom a service that only its own machine can reach is asked.
+
+    A page of another site can have its own name lead here (DNS rebinding): to the browser it then is of one origin with
+    the service, which it may read from and write to.
+    """
+    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    names = {"localhost", "127.0.0.1", "[::1]", host, *settings.hosts}
+    return re.compile(rf"({'|'.join(map(re.escape, sorted(names)))})(:\d+)?".encode(), re.IGNORECASE)
 
 
 def _from_elsewhere(scope: Scope, headers: dict[bytes, bytes]) -> bool:

@@ -113,8 +113,8 @@ def problem_response(
 
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI of the problems with these `statuses`; with 401 comes 403: what is guarded is so by both."""
-    statuses = (*statuses, 403) if 401 in statuses else statuses
+    """OpenAPI of the problems with these `statuses`; with 401 come 403 and 421: what is guarded is so by all."""
+    statuses = (*statuses, 403, 421) if 401 in statuses else statuses
     return {
         status: {
             "description": HTTPStatus(status).phrase,

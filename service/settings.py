@@ -37,6 +37,10 @@ class Settings(BaseSettings):
         "processes can read flags: the environment keeps them better.",
     )  # fmt: skip
     open: bool = Field(False, description="Listen beyond this machine without keys.")
+    hosts: tuple[str, ...] = Field(
+        (), description="Names, beside localhost, by which a service without keys may be asked, a JSON list: any site "
+        "can make its name lead here, so others are refused.",
+    )  # fmt: skip
     cors: tuple[str, ...] = Field((), description="Origins whose pages may ask, a JSON list; none by default.")
     proxies: str = Field("", description="Addresses of proxies whose X-Forwarded-* headers are believed.")
     rate: int = Field(

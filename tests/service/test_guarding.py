@@ -17,6 +17,10 @@ from service.app import create_app
 from service.settings import Settings
 
 ASK = {"seed": 1, "seconds": 0.1}
+_UPGRADE = {
+    "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+}  # fmt: skip
 
 
 def raw(url: str, *parts: bytes, pause: float = 0.0, wait: float = 15.0) -> tuple[bytes, float]:
@@ -128,13 +132,13 @@ def test_a_bound_is_told_as_a_number(server):
 
 
 def test_a_header_without_end_is_cut_off(server):
-    answer, _ = raw(server.url, b"GET / HTTP/1.1\r\nhost: x\r\na: ", *[b"x" * 10_000] * 20)
+    answer, _ = raw(server.url, b"GET / HTTP/1.1\r\nhost: localhost\r\na: ", *[b"x" * 10_000] * 20)
     assert answer.startswith(b"HTTP/1.1 431")
 
 
 def test_slow_clients_are_hung_up(server):
     slow = [b"GET /health/live HTTP/1.1\r\n", *[b"a: b\r\n"] * 30]
-    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: 500\r\n\r\n"
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ncontent-length: 500\r\n\r\n"
     with ThreadPoolExecutor() as pool:
         header = pool.submit(raw, server.url, *slow, pause=0.5)  # 15 s of sending
         body = pool.submit(raw, server.url, head, b"{")
@@ -169,7 +173,7 @@ def test_defects_and_delays_end_as_problems(tmp_path):
     app.add_api_route("/delay", lambda: time.sleep(2))
 
     async def ask(path: str) -> httpx.Response:
-        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
             return await client.get(path)
 
     for path, status in (("/defect", 500), ("/delay", 504)):
@@ -205,6 +209,48 @@ def test_the_services_own_page_and_programs_may_act(server):
         assert server.http.post("/v1/synthesis", json=ASK, headers=headers).status_code == 200
         with talk(server, headers):
             pass
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example:{}", "localhost.evil.example", "evil.example:@localhost", "0.0.0.0:{}", ""]
+)
+def test_a_name_that_is_made_to_lead_here_gets_nothing(server, host):
+    """DNS rebinding: the page's site has this machine's address, so that its browser lets it read what comes."""
+    host = host.format(server.http.base_url.port)
+    headers = {"Host": host, "Origin": f"http://{host}", "Sec-Fetch-Site": "same-origin"}
+    for method, path in (("GET", "/v1/models"), ("POST", "/v1/synthesis"), ("GET", "/"), ("GET", "/metrics")):
+        answer = server.http.request(method, path, headers=headers)
+        assert (answer.status_code, answer.headers["content-type"]) == (421, "application/problem+json")
+        assert "hosts" in answer.json()["detail"]
+    assert server.http.get("/health/live", headers=headers).status_code == 200
+    opening = [f"{k}: {v}" for k, v in (headers | _UPGRADE).items()]
+    answer, _ = raw(server.url, "\r\n".join(["GET /v1/stream HTTP/1.1", *opening, "\r\n"]).encode())
+    assert answer.startswith(b"HTTP/1.1 421")
+
+
+@pytest.mark.parametrize("host", ["localhost:{}", "LocalHost", "127.0.0.1", "[::1]:{}", "[::1]"])
+def test_this_machines_names_lead_here(server, host):
+    host = host.format(server.http.base_url.port)
+    assert server.http.get("/v1/models", headers={"Host": host}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("settings", "names"),
+    [
+        ({"hosts": ("motion.lab",)}, {"motion.lab": 200, "motion.lab:80": 200, "motionxlab": 421, "localhost": 200}),
+        ({"host": "127.0.0.5"}, {"127.0.0.5": 200, "127.0.0.6": 421}),
+        ({"keys": ("0123456789abcdef",)}, {"motion.lab": 401}),
+        ({"host": "0.0.0.0", "open": True}, {"motion.lab": 200}),
+    ],
+)
+def test_other_names_lead_here_where_they_are_listed_or_keys_are_asked(tmp_path, settings, names):
+    app = create_app(Settings(data=tmp_path, **settings))
+
+    async def ask(host: str) -> int:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://there") as client:
+            return (await client.get("/openapi.json", headers={"Host": host})).status_code
+
+    assert {host: asyncio.run(ask(host)) for host in names} == names
 
 
 def test_pages_of_origins_in_cors_may_act_and_read_what_they_need(serving, tmp_path):
@@ -270,7 +316,7 @@ def test_slow_uploads_have_their_time(tmp_path):
         yield b"{}"
 
     async def ask() -> httpx.Response:
-        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
             json_body = {"Content-Type": "application/json"}
             return await client.post("/v1/synthesis", content=parts(), headers=json_body)
 

@@ -257,7 +257,7 @@ def test_a_large_upload_takes_no_memory(desk):
 
 def test_who_goes_in_the_middle_of_an_upload_leaves_nothing(desk):
     head = (
-        "POST /v1/jobs/inspect HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; boundary=x\r\n"
+        "POST /v1/jobs/inspect HTTP/1.1\r\nHost: localhost\r\nContent-Type: multipart/form-data; boundary=x\r\n"
         "Content-Length: 9000000\r\n\r\n"
     )
     url = httpx.URL(desk.url)

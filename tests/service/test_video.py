@@ -62,9 +62,9 @@ def cpu(pid: int) -> float:
 def vanish(url: str, accept: bytes, after: float, ask: bytes) -> None:
     """Ask for something, and hang up."""
     host, port = url.removeprefix("http://").split(":")
-    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\naccept: %b\r\n" % accept
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\naccept: %b\r\n" % accept
     with socket.create_connection((host, int(port))) as connection:
-        connection.sendall(head + b"content-length: %d\r\n\r\n%b" % (len(ask), ask))
+        connection.sendall(head + b"content-type: application/json\r\ncontent-length: %d\r\n\r\n%b" % (len(ask), ask))
         time.sleep(after)
 
 
