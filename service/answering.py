@@ -67,11 +67,8 @@ class Asked(Protocol):
     def picture(self) -> Picture:
         """How films show it."""
 
-    def model_dump_json(self) -> str:
-        """All of the request."""
 
-
-def answer(request: Request, asked: Asked, make: Callable[[int], Motion], *, quick: bool) -> Response:
+async def answer(request: Request, asked: Asked, make: Callable[[int], Motion], *, quick: bool) -> Response:
     """The motion that `make(seed)` makes, in the format that the client accepts.
 
     Args:
@@ -88,9 +85,8 @@ def answer(request: Request, asked: Asked, make: Callable[[int], Motion], *, qui
     _check_limits(asked, media_type, service.settings)
     etag = None
     if asked.seed is not None:
-        etag = caching.tag(
-            request.scope["path"], service.catalogue.version(asked.model), media_type, asked.model_dump_json()
-        )
+        version = service.catalogue.version(asked.model)
+        etag = caching.tag(request.scope["path"], version, media_type, await request.body())
     seed = secrets.randbits(_DRAW_SEED) if asked.seed is None else asked.seed
     headers = {"Motion-Seed": str(seed), **caching.kept(etag)}
     if caching.unchanged(request, etag):

@@ -9,14 +9,14 @@ from starlette.responses import Response
 from motionenv import __version__
 
 _SEEDED = "private, max-age=86400"
+_VERSION = __version__.encode()
 
 
-def tag(*parts: str) -> str:
+def tag(*parts: str | bytes) -> str:
     """A strong ETag of what decides on an answer: the version of motionenv, and `parts`."""
-    digest = hashlib.blake2b(digest_size=16)
-    for part in (__version__, *parts):
-        digest.update(part.encode("utf-8", "surrogatepass") + b"\0")
-    return f'"{digest.hexdigest()}"'
+    whole = [_VERSION, *(part if isinstance(part, bytes) else part.encode() for part in parts)]
+    digest = hashlib.blake2b(b"\0".join(whole), digest_size=16).hexdigest()
+    return f'"{digest}"'
 
 
 def kept(etag: str | None, *, control: str = _SEEDED) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 import logging
 import sys
+from datetime import UTC, datetime
 
 import orjson
 import structlog
@@ -10,9 +11,8 @@ import structlog
 def configure() -> None:
     """Send what structlog and the standard library log to stderr as JSON."""
     shared: list = [
-        structlog.contextvars.merge_contextvars,
         structlog.processors.add_log_level,
-        structlog.processors.TimeStamper(fmt="iso", utc=True),
+        _stamped,
         structlog.processors.format_exc_info,
     ]
     structlog.configure(
@@ -31,6 +31,12 @@ def configure() -> None:
     root.setLevel(logging.INFO)
 
 
+def _stamped(_logger: object, _method: str, event: structlog.types.EventDict) -> structlog.types.EventDict:
+    """Tell the time, which orjson writes faster than Python."""
+    event["timestamp"] = datetime.now(UTC)
+    return event
+
+
 def _serialized(event: object, default=None, **_: object) -> bytes:
     """One event as JSON; what JSON doesn't know as its repr."""
-    return orjson.dumps(event, default=repr, option=orjson.OPT_NON_STR_KEYS)
+    return orjson.dumps(event, default=repr, option=orjson.OPT_NON_STR_KEYS | orjson.OPT_UTC_Z)

@@ -207,9 +207,10 @@ class WalkingModel:
         relative = None if speed is None else speed * self.height_ / body.height
         stride = self.sample(n or 1, seed=rng, speed=relative) if stride is None else stride
         frames = round(seconds * fps)
-        wobble = variation * self._wobble(stride, frames / fps, rng)
+        shortest = min(_SHORTEST, *stride.seconds.tolist())  # [s], however fast they are asked to walk
+        wobble = variation * self._wobble(stride, frames / fps, shortest, rng)
         poses = np.empty((n or 1, frames, 25))
-        self._walk(stride, wobble, fps, phase, speed or 0.0, body, poses)
+        self._walk(stride, wobble, fps, phase, speed or 0.0, shortest, body, poses)
         return Motion(poses if n is not None else poses[0], body, fps, "walk")
 
     def skeleton(self, height: float | None = None) -> Skeleton:
@@ -238,13 +239,13 @@ class WalkingModel:
         cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
         return self.fpca_.score(cycles.values)
 
-    def _wobble(self, stride: Stride, seconds: float, rng) -> np.ndarray:
+    def _wobble(self, stride: Stride, seconds: float, shortest: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines along which scores leave their mean."""
         n, q = stride.scores.shape
-        count = math.ceil((seconds + 2 * _PADDING) / _shortest(stride.seconds)) + 5
+        count = math.ceil((seconds + 2 * _PADDING) / shortest) + 5
         return rng.standard_normal((n, count, q)) @ self._tables.cycles.T
 
-    def _walk(self, stride: Stride, wobble: np.ndarray, fps: float, phase: float, speed: float, body, poses) -> None:
+    def _walk(self, stride: Stride, wobble, fps: float, phase: float, speed: float, shortest, body, poses) -> None:
         """Fill `poses` (n, frames, 25) with walks; many in as many threads as there are cores."""
         from motionenv.models._walk_kernels import walk
 
@@ -252,7 +253,7 @@ class WalkingModel:
         rate = float(fps * finer)
         scores = np.ascontiguousarray(stride.scores, dtype=np.float64)
         seconds = np.ascontiguousarray(stride.seconds, dtype=np.float64)
-        clock = rate, math.ceil(_PADDING * rate), finer, float(phase), float(speed), _shortest(seconds)
+        clock = rate, math.ceil(_PADDING * rate), finer, float(phase), float(speed), shortest
         person = body.offsets, body.height
         terms, heights = self._tables.terms, self._tables.heights
 
@@ -340,11 +341,6 @@ class WalkingModel:
 _STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")
 
 
-def _shortest(seconds: np.ndarray) -> float:
-    """The shortest stride time [s] of walkers with those (n,) of their own, however fast they are asked to walk."""
-    return min(_SHORTEST, float(seconds.min()))
-
-
 def _root_of(covariance: np.ndarray) -> np.ndarray:
     """The symmetric square root (k, k) of a covariance that may be singular.
 
@@ -360,7 +356,7 @@ def _check_request(seconds, fps, variation, phase, n) -> None:
         raise MotionError(
             f"seconds must be up to 3600 and fps from 1 to 1000, at least one frame; got {seconds!r}, {fps!r}"
         )
-    if not 0 <= variation <= 10 or not np.isfinite(phase):
+    if not 0 <= variation <= 10 or not math.isfinite(phase):
         raise MotionError(f"variation must be from 0 to 10 and phase finite, got {variation!r}, {phase!r}")
     if n is not None and (n != int(n) or n < 1):
         raise MotionError(f"n must be None or a whole number from 1, got {n!r}")

@@ -27,4 +27,4 @@ async def synthesis(request: Request, asked: SynthesisRequest) -> Response:
             variation=asked.variation, deviations=asked.deviations, scores=asked.scores,
         )  # fmt: skip
 
-    return answer(request, asked, make, quick=model.kind == "walking")
+    return await answer(request, asked, make, quick=model.kind == "walking")

@@ -45,7 +45,7 @@ async def tree_synthesis(request: Request, asked: TreeSynthesisRequest) -> Respo
             target=Target(asked.activity, heading, asked.speed), blend=Options.blend if asked.blend else 0.0,
         )  # fmt: skip
 
-    return answer(request, asked, make, quick=False)
+    return await answer(request, asked, make, quick=False)
 
 
 def tree_of(service: Any, asked: FromTree) -> Any:

@@ -36,6 +36,9 @@ class Picture(Request):
     frame: int = Field(0, ge=0, le=1_000_000, description="Which frame, of a single picture.")
 
 
+_USUAL = Picture()  # the same for all who don't ask: none can change it
+
+
 class SynthesisRequest(Request):
     """A walk: who walks, how long, and how it varies."""
 
@@ -60,7 +63,7 @@ class SynthesisRequest(Request):
     height: float | None = Field(None, ge=0.5, le=2.5, description="Body height [m]; the model's without it.")
     phase: float = Field(0.0, ge=-1000, le=1000, description="Where in the cycle to start [cycles]; 0: left leg ahead.")
     variation: float = Field(1.0, ge=0, le=10, description="Factor on how much the cycles of a walk differ.")
-    picture: Picture = Field(default_factory=Picture)
+    picture: Picture = Field(default_factory=lambda: _USUAL)
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
