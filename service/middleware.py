@@ -10,6 +10,7 @@ import base64
 import binascii
 import hashlib
 import hmac
+import itertools
 import re
 import secrets
 import time
@@ -27,6 +28,7 @@ from service.problems import problem_response
 from service.settings import Settings
 
 _ID = re.compile(rb"[A-Za-z0-9_.-]{1,64}")
+_PROCESS, _NUMBER = secrets.token_hex(4), itertools.count(1)
 #: What load balancers ask, without a key.
 FREE = ("/health/", "/v2/health/")
 _log = structlog.get_logger("motionenv.service")
@@ -243,11 +245,11 @@ def _key(headers: dict[bytes, bytes]) -> bytes | None:
 
 
 def _request_id(scope: Scope) -> str:
-    """The client's X-Request-ID if it is a plain word, else a new one."""
+    """The client's X-Request-ID if it is a plain word, else a new one: the process, and which of its requests."""
     for name, value in scope["headers"]:
         if name == b"x-request-id" and _ID.fullmatch(value):
             return value.decode()
-    return secrets.token_hex(8)
+    return f"{_PROCESS}{next(_NUMBER):08x}"
 
 
 def _route(scope: Scope) -> str:
