@@ -1,6 +1,6 @@
 """The command that follows a person through pictures: track."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +14,7 @@ _FILMS = {".mp4", ".gif", ".webp"}
 _ENVS = {"walker": "WalkerTracking", "arm": "ArmTracking"}
 _TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
 _SIZE, _ENLARGED = 128, 3  # pixels of an environment's pictures, and how many times larger the film shows them
-_FILM_SIDE = 640  # pixels of the longer side of a video, in the film
+_FILM_SIDE = 640  # pixels of the longer side of a video in the film; smaller ones grow by a whole number up to it
 _SHOWN = 30  # particles in the film
 
 
@@ -125,11 +125,9 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
 
 def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> None:
     """Follow somebody through a film, with the `options` of `track_video` that were given."""
-    from motionenv.estimation.tracking.sightings import resized
     from motionenv.estimation.tracking.video import track_video
     from motionenv.mocap import write
     from motionenv.render.camera_files import read_camera
-    from motionenv.render.reading import read_frames
     from motionenv.render.trackfilm import track_film
     from motionenv.render.video import write_video
     from motionenv.types import Motion
@@ -143,11 +141,9 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
     followed = np.flatnonzero(found.followed)
     first, last = int(followed[0]), int(followed[-1]) + 1
     walked = Motion(found.motion.poses[first:last], found.motion.skeleton, found.motion.fps, video.stem)
-    width = _film_width(found.camera)
-    pictures = read_frames(video, fps=walked.fps, width=width, seconds=options.get("seconds", 60.0))
-    shape = (width, round(found.camera.height * width / found.camera.width))
+    pictures, seen = _pictures(video, found, options.get("seconds", 60.0))
     film = track_film(
-        pictures, resized(found.camera, *shape), found.motion.poses, found.particles, walked.skeleton, found.overlap,
+        pictures, seen, found.motion.poses, found.particles, walked.skeleton, found.overlap,
         label="overlap of figure and foreground", most=1.0,
     )  # fmt: skip
     with progress("filming", len(found.overlap)) as step:
@@ -163,10 +159,23 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
         typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {walked.fps:g} fps")
 
 
-def _film_width(camera) -> int:
-    """Width [pixels] of a video's pictures in the film; even ones suit all players."""
-    width = round(camera.width * min(1.0, _FILM_SIDE / max(camera.width, camera.height)))
-    return max(16, width - width % 2)
+def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:
+    """A video's pictures in the film's size, even ones of which suit all players, and their camera."""
+    from motionenv.estimation.tracking.sightings import resized
+    from motionenv.render.batch import enlarged
+    from motionenv.render.reading import read_frames
+
+    camera, share = found.camera, _FILM_SIDE / max(found.camera.width, found.camera.height)
+    width = round(camera.width * min(1.0, share))
+    width = max(16, width - width % 2)
+    pictures = read_frames(video, fps=found.motion.fps, width=width, seconds=seconds)
+    seen = resized(camera, width, round(camera.height * width / camera.width))
+    return _enlarged(pictures, max(1, int(share))), enlarged(seen, max(1, int(share)))
+
+
+def _enlarged(pictures: Iterable[np.ndarray], times: int) -> Iterator[np.ndarray]:
+    """Pictures (height, width, 3) with `times` × `times` pixels for each one."""
+    return (p.repeat(times, axis=0).repeat(times, axis=1) for p in pictures)
 
 
 def _track_env(env, tracker, model, particles, start, frames, out, motion_out, seed) -> None:
@@ -184,9 +193,9 @@ def _track_env(env, tracker, model, particles, start, frames, out, motion_out, s
         played.play(step)
     poses, errors = np.array(played.poses), np.array(played.errors)
     cameras = [enlarged(c, _ENLARGED) for c in played.cameras]
-    pictures = (p.repeat(_ENLARGED, axis=0).repeat(_ENLARGED, axis=1) for p in played.pictures)
+    pictures = _enlarged(played.pictures, _ENLARGED)
     film = track_film(
-        pictures, cameras, poses, played.particles, played.skeleton, 1000 * errors, label="error per joint, mm"
+        pictures, cameras, poses, played.particles, played.skeleton, 1000 * errors, label="error per joint [mm]"
     )
     with progress("filming", len(poses)) as step:
         write_video(out, film, played.fps, progress=step)

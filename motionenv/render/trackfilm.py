@@ -89,7 +89,7 @@ def _in_3d(raycaster: Raycaster, camera: Camera, pose: np.ndarray, skeleton: Ske
 
 
 class _Plot:
-    """A curve that grows from frame to frame, below what it is called and its value.
+    """A curve that grows from frame to frame, below what it is called, its value, and the upper end of its axis.
 
     Args:
         curve: (T,) values; NaN leaves gaps.
@@ -100,7 +100,7 @@ class _Plot:
 
     def __init__(self, curve: np.ndarray, top: float, label: str, shape: tuple):
         rows, columns = max(24, round(_CURVE_SHARE * shape[0])), shape[1]
-        self._curve, self._label, self._letters = curve, label, max(7.0, rows / 5)
+        self._curve, self._top, self._label, self._letters = curve, top, label, max(7.0, rows / 5)
         self._image = np.full((rows, columns, 3), _PAPER, dtype=np.uint8)
         first = 1.5 * self._letters + 2  # row of the axis' upper end: words have the rows above
         self._across = np.linspace(4, columns - 5, max(len(curve), 2))
@@ -118,7 +118,13 @@ class _Plot:
             draw_line(self._image, x[j], y[j], x[j + 1], y[j + 1], 2.0, _CURVE)
         self._drawn = frame
         drawn = Image.fromarray(self._image)
-        value = f"{self._curve[frame]:.3g}" if np.isfinite(self._curve[frame]) else "-"
         font = ImageFont.load_default(self._letters)
-        ImageDraw.Draw(drawn).text((8, 3), f"{self._label} {value}", fill=(220, 220, 220), font=font)
+        draw = ImageDraw.Draw(drawn)
+        draw.text((8, 3), f"{self._label} {_number(self._curve[frame])}", fill=(220, 220, 220), font=font)
+        draw.text((drawn.width - 8, 3), _number(self._top), fill=tuple(2 * _GRID.astype(int)), font=font, anchor="ra")
         return np.asarray(drawn)
+
+
+def _number(value: float) -> str:
+    """A value in three digits, more only before the point."""
+    return "-" if not np.isfinite(value) else f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
