@@ -5,7 +5,7 @@ uvicorn an endless header takes memory without end, and connections that send a 
 """
 
 from asyncio import TimerHandle
-from typing import Any
+from typing import Any, Literal
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
@@ -17,46 +17,47 @@ _LINGER = 1.0  # [s] that what still comes is thrown away: hanging up on unread 
 
 
 class Guarded(HttpToolsProtocol):
-    """HTTP/1.1 whose clients must get on with it."""
+    """HTTP/1.1 whose clients must get on with it: what doesn't come whole in one piece is watched."""
 
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__(*args, **kwargs)
+        self._awaiting: Literal["header", "body"] | None = "header"
+        self._header, self._body = 0, 0  # bytes that have come
         self._watch: TimerHandle | None = None
-        self._in_header, self._header, self._body = False, 0, 0
         self._refused = False
 
     def connection_made(self, transport: Any) -> None:
         """Wait for the first header."""
         super().connection_made(transport)
-        self._await_header()
+        self._keep_watch()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop watching."""
-        self._unwatch()
+        self._await(None)
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
         """Count what comes before a header's end, blank lines before it too."""
         if self._refused:
             return
-        if self._watch is None and (self.cycle is None or self.cycle.response_complete):
-            self._await_header()
+        if self._awaiting is None and (self.cycle is None or self.cycle.response_complete):
+            self._await("header")
         self._header += len(data)
         super().data_received(data)
-        if self._in_header and self._header > _HEADER_BYTES:
+        if self._awaiting == "header" and self._header > _HEADER_BYTES:
             self._refuse(b"431 Request Header Fields Too Large")
+        elif self._watch is None:
+            self._keep_watch()
 
     def on_message_begin(self) -> None:
         """A request begins."""
         super().on_message_begin()
-        if not self._in_header:
-            self._await_header()
+        if self._awaiting != "header":
+            self._await("header")
 
     def on_headers_complete(self) -> None:
-        """A header has come: watch the body."""
-        self._unwatch()
-        self._in_header, self._body = False, 0
-        self._watch = self.loop.call_later(_GRACE, self._look_at_body)
+        """A header has come."""
+        self._await("body")
         super().on_headers_complete()
 
     def on_body(self, body: bytes) -> None:
@@ -66,7 +67,7 @@ class Guarded(HttpToolsProtocol):
 
     def on_message_complete(self) -> None:
         """A request has come whole."""
-        self._unwatch()
+        self._await(None)
         super().on_message_complete()
 
     def shutdown(self) -> None:
@@ -75,10 +76,19 @@ class Guarded(HttpToolsProtocol):
             self.cycle.scope["closing"] = True  # type: ignore[typeddict-unknown-key]
         super().shutdown()
 
-    def _await_header(self) -> None:
-        self._in_header, self._header = True, 0
-        self._unwatch()
-        self._watch = self.loop.call_later(_HEADER_SECONDS, self._refuse, b"408 Request Timeout")
+    def _await(self, what: Literal["header", "body"] | None) -> None:
+        """What was awaited has come: now it is something else."""
+        self._awaiting, self._header, self._body = what, 0, 0
+        if self._watch is not None:
+            self._watch.cancel()
+            self._watch = None
+
+    def _keep_watch(self) -> None:
+        """See to it that what is awaited comes."""
+        if self._awaiting == "header":
+            self._watch = self.loop.call_later(_HEADER_SECONDS, self._refuse, b"408 Request Timeout")
+        elif self._awaiting == "body":
+            self._watch = self.loop.call_later(_GRACE, self._look_at_body)
 
     def _look_at_body(self) -> None:
         if self.cycle is not None and self.cycle.response_complete:  # what still comes is for nobody
@@ -90,17 +100,13 @@ class Guarded(HttpToolsProtocol):
         self._body = 0
         self._watch = self.loop.call_later(_GRACE, self._look_at_body)
 
-    def _unwatch(self) -> None:
-        if self._watch is not None:
-            self._watch.cancel()
-            self._watch = None
-
     def _refuse(self, status: bytes) -> None:
         """Say why, and hang up."""
-        self._unwatch()
+        in_header = self._awaiting == "header"
+        self._await(None)
         if self.transport.is_closing():
             return
-        if self._in_header or self.cycle is None or not self.cycle.response_started:
+        if in_header or self.cycle is None or not self.cycle.response_started:
             self.transport.write(b"HTTP/1.1 " + status + b"\r\nconnection: close\r\ncontent-length: 0\r\n\r\n")
         self._refused = True
         self._watch = self.loop.call_later(_LINGER, self.transport.close)
