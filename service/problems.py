@@ -147,7 +147,10 @@ async def _of_problem(request: Request, error: Any) -> Response:
 
 
 async def _of_http(request: Request, error: Any) -> Response:
-    details = {404: f"there is nothing at {request.url.path}: see /docs", 405: f"{request.method} isn't allowed here"}
+    details = {
+        404: f"there is nothing at {request.url.path:.100}: see /docs",
+        405: f"{request.method} isn't allowed here",
+    }
     detail = details.get(error.status_code, str(error.detail))
     headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers
     return problem_response(error.status_code, detail, request_id=_id(request), headers=headers)

@@ -3,9 +3,11 @@
 import os
 import sys
 import tempfile
+from socket import socket
 from typing import Any
 
 import uvicorn
+from prometheus_client.multiprocess import mark_process_dead
 from uvicorn.supervisors import Multiprocess
 
 from service import logs
@@ -35,12 +37,33 @@ def serve(settings: Settings) -> None:
         with tempfile.TemporaryDirectory(prefix="motionenv-metrics-") as counts:
             os.environ["PROMETHEUS_MULTIPROC_DIR"] = counts
             config = _config(settings)
-            Multiprocess(config, sockets=[config.bind_socket()]).run()
+            _Workers(config, sockets=[config.bind_socket()]).run()
         return
     server = uvicorn.Server(_config(settings))
     server.run()
     if not server.started:
         sys.exit(3)
+
+
+class _Workers(Multiprocess):
+    """Processes that answer, begun again when they end; what those that have ended were doing counts no more.
+
+    Args:
+        config: of uvicorn.
+        sockets: that they listen on.
+    """
+
+    def __init__(self, config: uvicorn.Config, sockets: list[socket]):
+        super().__init__(config, sockets)
+        self._counted: set[int | None] = set()
+
+    def keep_subprocess_alive(self) -> None:
+        """Look who has ended, since the last look or in it."""
+        super().keep_subprocess_alive()
+        alive = {process.pid for process in self.processes}
+        for ended in self._counted - alive:
+            mark_process_dead(ended)
+        self._counted = alive
 
 
 def _config(settings: Settings) -> uvicorn.Config:

@@ -8,6 +8,7 @@ from motionenv.client.connection import Connection
 from motionenv.errors import MotionError, ServiceError
 
 _GOES_ON = ("queued", "running")
+_ENDED = 409  # what cancelling gets then
 _WAIT = 10.0  # [s] in one request
 
 
@@ -96,13 +97,16 @@ class Job:
         self._connection.save(path, "GET", f"{self._path}/result")
 
     def cancel(self) -> "Job":
-        """Stop it, if it hasn't ended.
+        """Stop it, if it hasn't ended; what is known of it stays.
 
         Raises:
             ServiceError: there is no such job any more, or no answer.
         """
-        if self.refresh().status in _GOES_ON:
-            self._remove()
+        try:
+            self._take(self._connection.ask("POST", f"{self._path}/cancel").json())
+        except ServiceError as error:
+            if error.status != _ENDED:
+                raise
             self.refresh()
         return self
 

@@ -130,7 +130,7 @@ class Desk:
         return self.blobs.path(job.result)
 
     def cancel(self, job: Job) -> None:
-        """End a job that waits or runs."""
+        """End a job that waits or runs; one that has ended stays as it is."""
         self.store.end(job.id, "cancelled", "cancelled")
         self.supervisor.wake()
 

@@ -202,6 +202,23 @@ async def result(request: Request, job: Id) -> Response:
     return StreamingResponse(_chunks(file), media_type=found.media_type, headers=headers)
 
 
+@router.post(
+    "/jobs/{job}/cancel", summary="Cancel a job", response_model=JobStatus,
+    responses=documented(401, 404, 409, 422, 429, 503, 504, 507),
+)  # fmt: skip
+async def cancel(request: Request, job: Id) -> Response:
+    """Stop a job that waits or runs, and keep what is known of it. To cancel it again is no error."""
+    desk = _desk(request)
+    try:
+        desk.cancel(desk.get(job))
+    except Full:
+        raise no_room() from None
+    found = desk.get(job)
+    if found.status != "cancelled":
+        raise Problem(409, f"the job is {found.status}: there is nothing to cancel, DELETE removes it")
+    return Response(orjson.dumps(_told(desk, found)), media_type=JSON, headers=_FRESH)
+
+
 @router.delete(
     "/jobs/{job}", summary="Cancel or remove a job", response_model=JobStatus,
     responses={204: {"description": "The job had ended, and is removed with its files."},

@@ -148,6 +148,7 @@ def test_films_are_rendered_at_leisure_and_cancelled(client, tmp_path):
         long.wait(timeout=0.2)
     with pytest.raises(ServiceError, match="cancelled"):
         long.cancel().wait(timeout=30)
+    assert (long.refresh().status, job.cancel().status) == ("cancelled", "done")
 
 
 def test_motion_without_end(client):

@@ -131,6 +131,11 @@ def test_a_bound_is_told_as_a_number(server):
     assert problem["errors"][0]["bound"] == {"le": 240.0}
 
 
+def test_a_long_path_is_not_sent_back_whole(server):
+    answer = server.http.get(f"/{'x' * 30_000}")
+    assert (answer.status_code, len(answer.content) < 400) == (404, True)
+
+
 def test_a_header_without_end_is_cut_off(server):
     answer, _ = raw(server.url, b"GET / HTTP/1.1\r\nhost: localhost\r\na: ", *[b"x" * 10_000] * 20)
     assert answer.startswith(b"HTTP/1.1 431")

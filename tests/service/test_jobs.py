@@ -144,6 +144,20 @@ def test_a_running_job_is_cancelled_and_its_process_killed(desk):
     assert desk.http.get(where).status_code == 404
 
 
+def test_what_is_cancelled_is_kept_and_what_has_ended_is_not_cancelled(desk):
+    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
+    done, running, waiting = (desk.http.post("/v1/jobs/render", json=asked) for asked in (body, LONG, LONG))
+    until_running(desk, running)
+    for answer in (waiting, running, running):
+        cancelled = desk.http.post(f"{answer.headers['Location']}/cancel")
+        assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    assert desk.http.get(running.headers["Location"]).json() == cancelled.json()
+    late = desk.http.post(f"{done.headers['Location']}/cancel")
+    assert (late.status_code, "is done" in late.json()["detail"]) == (409, True)
+    assert result(desk, ended(desk, done)).content[4:8] == b"ftyp"
+    assert desk.http.post("/v1/jobs/nothing/cancel").status_code == 404
+
+
 def test_a_full_queue_is_said_and_waiting_jobs_are_listed(desk):
     running = desk.http.post("/v1/jobs/render", json=LONG)
     until_running(desk, running)

@@ -57,11 +57,17 @@ def until_ready(server) -> None:
     raise AssertionError("".join(server.lines))
 
 
-def test_two_server_processes_share_the_jobs(serving, tmp_path):
+def supervisors(server, data: Path) -> list[psutil.Process]:
+    """The server process that runs the jobs, if one does."""
+    holds = lambda process: str(data / "jobs.lock") in [file.path for file in process.open_files()]
+    return [child for child in psutil.Process(server.process.pid).children() if holds(child)]
+
+
+def test_two_server_processes_share_the_jobs_and_one_is_enough(serving, tmp_path):
     with serving(tmp_path, workers=2, reserve=0) as server:
         until_ready(server)
-        answers = [server.http.post("/v1/jobs/render", json=SHORT | {"seed": i}) for i in range(4)]
-        for answer in answers:
+        answers = [server.http.post("/v1/jobs/render", json=SHORT | {"seed": i}) for i in range(2)]
+        for answer in answers * 2:
             with httpx.Client(base_url=server.url, timeout=60) as other:  # each connection may meet the other process
                 asked = SimpleNamespace(http=other)
                 assert ended(asked, answer)["status"] == "done"
@@ -69,9 +75,22 @@ def test_two_server_processes_share_the_jobs(serving, tmp_path):
         with httpx.Client(base_url=server.url, timeout=60) as other:
             until_running(SimpleNamespace(http=other), long)
             assert other.delete(long.headers["Location"]).json()["status"] == "cancelled"
-        time.sleep(1)
-        everybody = psutil.Process(server.process.pid).children(recursive=True)
-        assert not [p for p in everybody if "service.jobs.process" in p.cmdline()]
+        everybody = lambda: psutil.Process(server.process.pid).children(recursive=True)
+        until = time.monotonic() + 5
+        while [p for p in everybody() if "service.jobs.process" in p.cmdline()]:
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        (first,) = supervisors(server, tmp_path)
+        first.kill()
+        with httpx.Client(base_url=server.url, timeout=60, transport=httpx.HTTPTransport(retries=3)) as other:
+            asked = SimpleNamespace(http=other)
+            assert ended(asked, other.post("/v1/jobs/render", json=SHORT))["status"] == "done"
+            assert supervisors(server, tmp_path) != [first]
+            counted = lambda: re.search(r'motionenv_jobs{status="done"} (\S+)', other.get("/metrics").text)[1]
+            until = time.monotonic() + 5
+            while counted() != "3.0":  # and never those of the process that was killed as well
+                assert time.monotonic() < until, counted()
+                time.sleep(0.1)
 
 
 def test_a_killed_process_is_begun_again(serving, tmp_path):
