@@ -17,6 +17,7 @@ from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
 from motionenv.estimation._looking import SeenPoints, SeenWalkers
 from motionenv.estimation.actions import Actions
+from motionenv.estimation.numeric import as_number
 from motionenv.models.reaching import RIGHT_ARM, reach
 from motionenv.models.store import load
 from motionenv.types import POSE
@@ -116,7 +117,7 @@ class Oracle:
     """
 
     def __init__(self, env, spread: float = _SPREAD, seed: int | None = 0):
-        if not 0 <= spread < np.inf:
+        if not 0 <= as_number(spread) < np.inf:
             raise MotionError(f"spread must be a finite number from 0, got {spread!r}")
         self._env, self._actions, self._spread = env, Actions(env), spread
         self._rng = np.random.default_rng(seed)

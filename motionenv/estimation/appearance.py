@@ -20,6 +20,7 @@ from motionenv.body import LIMBS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import picture
 from motionenv.estimation.believed import Believed
+from motionenv.estimation.numeric import as_number
 from motionenv.estimation.observation import (
     EFFECTIVE,
     NOTHING_OBSERVED,
@@ -65,7 +66,7 @@ class AppearanceModel:
         distance: float | None = None,
         threads: int | None = None,
     ):
-        if not 0 < outliers < 1 or not 0 < rate <= 1:
+        if not 0 < as_number(outliers) < 1 or not 0 < as_number(rate) <= 1:
             raise MotionError(f"outliers and rate must be shares between 0 and 1, got {outliers!r} and {rate!r}")
         self._geometry = ObservationModel(camera, skeleton, effective=effective, distance=distance, threads=1)
         self.skeleton, self.outliers, self.rate = self._geometry.skeleton, outliers, rate

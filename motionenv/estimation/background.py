@@ -13,6 +13,7 @@ becomes part of it; what the body has covered ever since isn't known, and says n
 import numpy as np
 
 from motionenv.errors import MotionError
+from motionenv.estimation.numeric import as_number, checked_whole
 
 _DARK = 24  # grey levels; darker pixels say nothing of the gain
 _LEAST_NOISE = 1.0  # grey levels: rounding, and what else is never quite the same
@@ -40,7 +41,7 @@ def foreground_probability(rgb, background, *, noise: float | None = None) -> np
     known = np.isfinite(background).all(axis=-1)
     if not known.any():
         return np.full(known.shape, 0.5)
-    if noise is not None and not 0 < noise < np.inf:
+    if noise is not None and not 0 < as_number(noise) < np.inf:
         raise MotionError(f"noise must be a number of grey levels above 0, got {noise!r}")
     bright = background > _DARK  # False where NaN
     gain = float(np.median(rgb[bright] / background[bright])) if bright.any() else 1.0
@@ -66,9 +67,8 @@ class Background:
     """
 
     def __init__(self, frames: int = 31, least: int = 8, *, still: bool = True):
-        if not 1 <= least <= frames:
-            raise MotionError(f"least must be from 1 to frames, got least = {least!r} and frames = {frames!r}")
-        self.frames, self.least, self.still = frames, least, still
+        self.frames = checked_whole(frames, "frames", 1)
+        self.least, self.still = checked_whole(least, "least", 1, self.frames), still
         self._last: np.ndarray | None = None
         self._told = False
 

@@ -24,6 +24,7 @@ import numpy as np
 from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import picture
+from motionenv.estimation.numeric import as_number
 from motionenv.estimation.observation import NOTHING_OBSERVED, ObservationModel, checked_poses, checked_unseen
 from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
@@ -68,9 +69,9 @@ class EdgeModel:
         distance: float | None = None,
         threads: int | None = None,
     ):
-        if not 0 < outliers < 1:
+        if not 0 < as_number(outliers) < 1:
             raise MotionError(f"outliers must be a share between 0 and 1, got {outliers!r}")
-        if not 0 < noise < np.inf:
+        if not 0 < as_number(noise) < np.inf:
             raise MotionError(f"noise must be a finite number above 0, got {noise!r}")
         self._geometry = ObservationModel(camera, skeleton, effective=effective, distance=distance, threads=1)
         self.skeleton = self._geometry.skeleton

@@ -37,14 +37,15 @@ from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.estimation.background import Background, foreground_probability, picture
 from motionenv.estimation.believed import Believed
+from motionenv.estimation.numeric import as_number
 from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
 
 #: Effective number of independent pixels of a body, as benchmarks/likelihood.py measures it: with walkers of random
 #: height (1.72 ± 0.09 m) and girth (± 10 %), and weighted hypotheses with the average body, the energy score was best
-#: and 90 % intervals held 96 % of the truths with about 8 for masks, at every size of the body from 20 to 216 pixels,
+#: and 90 % intervals held 95 % of the truths with about 8 for masks, at every size of the body from 20 to 216 pixels,
 #: in pictures of 64² and 128²; with about 4 for depths; and with fewer where something hid half of the bodies. With 32,
-#: intervals for masks held 60 to 70 %. So what errs is the shape of the body, whatever the resolution.
+#: intervals for masks held 60 to 86 %. So what errs is the shape of the body, whatever the resolution.
 EFFECTIVE = 6.0
 
 _AREA = 0.14  # of a silhouette, in squares of the body's height; walkers seen from all sides
@@ -103,11 +104,11 @@ class ObservationModel:
         threads: int | None = None,
     ):
         for name, rate in (("misses", misses), ("false_alarms", false_alarms), ("outliers", outliers)):
-            if not 0 < rate < 0.5:
+            if not 0 < as_number(rate) < 0.5:
                 raise MotionError(f"{name} must be a probability between 0 and 0.5, got {rate!r}")
         positive = {"depth_noise": depth_noise, "effective": effective, "distance": distance}
         for name, value in positive.items():
-            if value is not None and not 0 < value < np.inf:
+            if value is not None and not 0 < as_number(value) < np.inf:
                 raise MotionError(f"{name} must be a finite number above 0, got {value!r}")
         self.skeleton = from_height() if skeleton is None else skeleton
         if self.skeleton.radii.shape != (len(LIMBS), 2) or not (self.skeleton.radii > 0).all():

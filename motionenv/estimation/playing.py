@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from motionenv.errors import MotionError
+from motionenv.estimation.numeric import checked_whole
 
 
 class Agent(Protocol):
@@ -54,9 +54,7 @@ def play(env, agent: Agent, episodes: int, seed: int | None = None) -> Scores:
     Raises:
         MotionError: `episodes` isn't a whole number from 1.
     """
-    if isinstance(episodes, bool) or not isinstance(episodes, int) or episodes < 1:
-        raise MotionError(f"episodes must be a whole number from 1, got {episodes!r}")
-    tally = _Tally(getattr(env, "num_envs", 1), episodes)
+    tally = _Tally(getattr(env, "num_envs", 1), checked_whole(episodes, "episodes", 1))
     (_play_vector if hasattr(env, "num_envs") else _play_single)(env, agent, tally, seed)
     return tally.scores()
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
+from motionenv.estimation.numeric import as_number
 from motionenv.estimation.observation import checked_poses
 from motionenv.render.cameras import Orthographic, orthographic, project
 from motionenv.types import Camera, Skeleton
@@ -42,9 +43,9 @@ class MarkerModel:
         metric = not isinstance(view, Camera | Orthographic)
         if metric and (isinstance(view, bool) or not isinstance(view, int | float) or not math.isfinite(view)):
             raise MotionError(f"view must be a Camera, an Orthographic, or an angle in radians, got {view!r}")
-        if not 0 < outliers < 1:
+        if not 0 < as_number(outliers) < 1:
             raise MotionError(f"outliers must be a share between 0 and 1, got {outliers!r}")
-        if noise is not None and not 0 < noise < np.inf:
+        if noise is not None and not 0 < as_number(noise) < np.inf:
             raise MotionError(f"noise must be a finite number above 0, got {noise!r}")
         self.view = view
         self.skeleton = from_height() if skeleton is None else skeleton

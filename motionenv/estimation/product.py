@@ -9,6 +9,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.estimation.edges import EdgeModel, outline_sums
 from motionenv.estimation.likelihood import Learning, accepted, log_nobody
+from motionenv.estimation.numeric import as_number
 from motionenv.estimation.observation import ObservationModel
 from motionenv.types import Camera, Skeleton
 
@@ -41,7 +42,7 @@ class Product:
         self.weights = np.ones(len(self.models)) if weights is None else np.array(weights, dtype=np.float64)
         if self.weights.shape != (len(self.models),) or not ((self.weights >= 0) & np.isfinite(self.weights)).all():
             raise MotionError(f"weights must be {len(self.models)} finite numbers from 0, got {weights!r}")
-        if not 0 <= outliers < 1:
+        if not 0 <= as_number(outliers) < 1:
             raise MotionError(f"outliers must be a share from 0 to below 1, got {outliers!r}")
         self.outliers = outliers
 

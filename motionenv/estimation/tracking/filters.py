@@ -10,6 +10,7 @@ import numpy as np
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.estimation.likelihood import Learning, Likelihood, log_nobody
+from motionenv.estimation.numeric import as_number, checked_whole
 from motionenv.estimation.tracking.priors import Prior, Start, State, systematic
 from motionenv.estimation.tracking.refinement import refined
 from motionenv.types import Skeleton
@@ -31,7 +32,8 @@ class Belief:
         log_weights: (N,), normalised.
         effective: effective sample size 1 / Σ w², from 1 to N. With annealing that after the last layer alone; with
             refinement, which resamples at the end, always N: it then says nothing of how prediction and picture met.
-        log_evidence: log p(J_t | J_1 ... J_t-1), as far as the likelihood is one.
+        log_evidence: log p(J_t | J_1 ... J_t-1), as far as the likelihood is one; minus infinity where no
+            particle could be scored: a track with such a frame is never the likelier one.
         lost: whether the picture is likelier to show nobody than any of the particles, or could not be scored at all:
             the belief is, all but, the prediction alone.
         recovered: whether this frame began anew, after too many that were lost.
@@ -191,7 +193,7 @@ class ParticleFilter:
             scores = self._scored()
         if not np.isfinite(scores).any():
             self._state = before
-            return 0.0, True
+            return -np.inf, True
         evidence, scores = self._anneal(scores)
         if self.refine:
             which = self._resample()
@@ -289,11 +291,10 @@ def check_options(
     Raises:
         MotionError: one is; names it.
     """
-    whole = {"n": (n, 2, 10_000_000), "layers": (layers, 1, 50), "refine": (refine, 0, 50)}
-    for name, (value, least, most) in whole.items():
-        if isinstance(value, bool) or value % 1 != 0 or not least <= value <= most:
-            raise MotionError(f"{name} must be a whole number from {least} to {most}, got {value!r}")
-    if not 0 < resample <= 1 or not 0 <= hidden < 1:
+    checked_whole(n, "n", 2, 10_000_000)
+    checked_whole(layers, "layers", 1, 50)
+    checked_whole(refine, "refine", 0, 50)
+    if not 0 < as_number(resample) <= 1 or not 0 <= as_number(hidden) < 1:
         raise MotionError(f"resample must be a share up to 1 and hidden one below 1, got {resample!r}, {hidden!r}")
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from motionenv.errors import MotionError
+from motionenv.estimation.numeric import as_number
 from motionenv.estimation.tracking.fpca_prior import FPCAPrior
 from motionenv.estimation.tracking.priors import Prior, Start
 from motionenv.estimation.tracking.velocity_prior import VelocityPrior
@@ -58,7 +59,7 @@ class MixturePrior:
             raise MotionError(f"both priors must have the same fps, got {learned.fps:g} and {general.fps:g}")
         if not np.allclose(learned.skeleton.offsets, general.skeleton.offsets, atol=1e-9):
             raise MotionError("both priors must move the same body: give both the same skeleton")
-        if not 0 <= share <= 1:
+        if not 0 <= as_number(share) <= 1:
             raise MotionError(f"share must be from 0 to 1, got {share!r}")
         self.learned, self.general, self.share = learned, general, float(share)
         self.skeleton, self.fps = learned.skeleton, learned.fps

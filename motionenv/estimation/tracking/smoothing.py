@@ -20,6 +20,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from motionenv.errors import MotionError
+from motionenv.estimation.numeric import checked_whole
 from motionenv.estimation.tracking.filters import Belief
 from motionenv.estimation.tracking.priors import Prior, systematic
 
@@ -56,8 +57,7 @@ def smooth(beliefs: Sequence[Belief], prior: Prior, n: int = 100, seed=None) -> 
     beliefs = list(beliefs)
     if not beliefs:
         raise MotionError("smooth needs the beliefs of at least one frame")
-    if isinstance(n, bool) or n != int(n) or n < 1:
-        raise MotionError(f"n must be a whole number of motions from 1, got {n!r}")
+    n = checked_whole(n, "n", 1)
     if not hasattr(prior, "log_transition"):
         raise MotionError(
             f"smoothing needs a prior with a transition density, log_transition(before, after, later); "
@@ -65,11 +65,11 @@ def smooth(beliefs: Sequence[Belief], prior: Prior, n: int = 100, seed=None) -> 
         )
     rng, density = np.random.default_rng(seed), cast(Transitions, prior)
     last = beliefs[-1]
-    after = last.state.take(systematic(np.exp(last.log_weights), int(n), rng))
+    after = last.state.take(systematic(np.exp(last.log_weights), n, rng))
     later, motions = None, [after.poses]
     for t in range(len(beliefs) - 2, -1, -1):
         if beliefs[t + 1].recovered:  # begun anew: the frames before know nothing of those after
-            which, later = systematic(np.exp(beliefs[t].log_weights), int(n), rng), None
+            which, later = systematic(np.exp(beliefs[t].log_weights), n, rng), None
         else:
             which, later = _led_to(beliefs[t], after, later, density, rng, t), after
         after = beliefs[t].state.take(which)

@@ -3,9 +3,9 @@
 Hypotheses are walkers of the functional model (Ormoneit et al. 2005, section 5, gives the first pose by hand): one of
 a bank of gaits, at any moment of its cycle, heading anywhere. Each is put on the ground where its outline has the
 height and the middle of what the first picture shows, and walks on through all pictures; the likelihood of these,
-flattened so that a share of the hypotheses counts, says which are drawn again and moved by less and less (population
-Monte Carlo, Cappé et al. 2004). Those that are left are the candidates: both of them where left and right can't be
-told apart.
+flattened so that a share of the hypotheses counts, says which are drawn again and moved by less and less: an annealed
+particle search (Deutscher & Reid 2005). Those that are left are the candidates: both of them where left and right can't
+be told apart.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,6 +18,7 @@ import numpy as np
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
 from motionenv.estimation.likelihood import Looking
+from motionenv.estimation.numeric import checked_whole
 from motionenv.estimation.tracking.priors import Start, systematic
 from motionenv.models.store import load
 from motionenv.models.walking import WalkingModel
@@ -94,20 +95,19 @@ def automatic_start(
     observations = list(observations)
     if not observations:
         raise MotionError("automatic_start needs at least one observation; about ten are better")
-    if isinstance(n, bool) or n != int(n) or n < 100 or candidates != int(candidates) or candidates < 1:
-        raise MotionError(f"automatic_start needs n from 100 and candidates from 1, got {n!r} and {candidates!r}")
+    n, candidates = checked_whole(n, "n", 100), checked_whole(candidates, "candidates", 1)
     fps, rng = checked_fps(fps), np.random.default_rng(seed)
     chosen = np.unique(np.linspace(0, len(observations) - 1, _MOST_PICTURES).round().astype(int))
     pictures = [(i / fps, seen) for i, seen in enumerate(_each_seen(likelihood, observations)) if i in chosen]
     box = bounding_box(pictures[0][1].foreground)
     bank = _made_bank(model, likelihood.skeleton, len(observations) / fps, rng)
-    walkers = _anywhere(bank, likelihood, box, int(n), rng)
+    walkers = _anywhere(bank, likelihood, box, n, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
         drawn = walkers.take(_likely(_scores(bank, walkers, some), _KEPT * n, n, rng))
         walkers = _stirred(bank, drawn, likelihood.camera, _COOLING**i, rng)
     scores = _scores(bank, walkers, pictures)
-    best = walkers.take(_likely(scores, max(2.0, 0.5 * _KEPT * n), int(candidates), rng))
+    best = walkers.take(_likely(scores, max(2.0, 0.5 * _KEPT * n), candidates, rng))
     poses = _poses(bank, best, 0.0)
     return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD)
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from motionenv.body import from_height
 from motionenv.errors import MotionError
+from motionenv.estimation.numeric import as_number, checked_whole
 from motionenv.estimation.tracking import _tree_prior_kernels as kernels
 from motionenv.estimation.tracking.priors import Start
 from motionenv.models.reaching import RIGHT_ARM, reach
@@ -228,8 +229,9 @@ def reaching_tree(clips: int = 300, seconds: float = 8.0, *, seed: int = 0) -> M
     Raises:
         MotionError: clips of less than half a second, or none.
     """
-    if clips != int(clips) or clips < 1 or not 0.5 <= seconds < np.inf:
-        raise MotionError(f"clips must be a whole number from 1 and seconds from 0.5, got {clips!r} and {seconds!r}")
+    clips = checked_whole(clips, "clips", 1)
+    if not 0.5 <= as_number(seconds) < np.inf:
+        raise MotionError(f"seconds must be a finite number from 0.5, got {seconds!r}")
     body = from_height()
 
     def arm(number: int) -> Clip:
@@ -238,7 +240,7 @@ def reaching_tree(clips: int = 300, seconds: float = 8.0, *, seed: int = 0) -> M
         poses[:, RIGHT_ARM] = angles
         return Clip(Motion(poses, body, FPS), f"reach {number}", "reach", str(number))
 
-    return MotionTree(part="right_arm").fit(build_database(arm(number) for number in range(int(clips))))
+    return MotionTree(part="right_arm").fit(build_database(arm(number) for number in range(clips)))
 
 
 def _filter(tree: MotionTree) -> tuple[np.ndarray, np.ndarray]:

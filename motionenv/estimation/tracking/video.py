@@ -14,6 +14,7 @@ import numpy as np
 from motionenv.body import from_height
 from motionenv.errors import FormatError, MotionError
 from motionenv.estimation.background import picture
+from motionenv.estimation.numeric import as_number, checked_whole
 from motionenv.estimation.observation import ObservationModel
 from motionenv.estimation.tracking.filters import check_options
 from motionenv.estimation.tracking.following import Follower
@@ -103,8 +104,9 @@ def track_video(
         FormatError: not a film, or broken.
         MotionError: nobody moves in it, a camera of other proportions, or an argument out of range.
     """
-    if isinstance(attempts, bool) or attempts != int(attempts) or attempts < 1:
-        raise MotionError(f"attempts must be a whole number from 1, got {attempts!r}")
+    attempts = checked_whole(attempts, "attempts", 1)
+    if not 0 < as_number(seconds) < np.inf:
+        raise MotionError(f"seconds must be a finite number above 0, got {seconds!r}")
     check_options(particles, layers=layers)
     fps = _rate(path) if fps is None else checked_fps(fps)
     skeleton, rng = from_height(_USUAL if height is None else height), np.random.default_rng(seed)
@@ -129,8 +131,8 @@ def track_video(
     back = MixturePrior(walker, VelocityPrior(skeleton=skeleton, fps=fps))
     begin = departure(boxes[first:last], fps)
     follower = Follower(made, back, likelihood, foregrounds[first:last], begin, particles, layers, rng)
-    total = int(attempts) * (last - first)
-    best = follower.best(int(attempts), lambda done: None if progress is None else progress(done, total))
+    total = attempts * (last - first)
+    best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     frames = (first, len(foregrounds) - last)
     poses, shown, effective, overlap = (
         np.pad(part, (frames, *[(0, 0)] * (part.ndim - 1)), constant_values=np.nan)

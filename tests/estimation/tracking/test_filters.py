@@ -204,6 +204,7 @@ def test_what_cannot_be_scored_leaves_the_prediction_and_says_lost(scores, layer
     beliefs = followed(ys, failing, n=4000, layers=layers)
     assert [belief.lost for belief in beliefs] == [False, True, True, False]
     assert all(np.isfinite(belief.poses).all() and np.isfinite(belief.log_weights).all() for belief in beliefs)
+    assert beliefs[1].log_evidence == beliefs[2].log_evidence == -np.inf
     assert np.isfinite(beliefs[-1].log_evidence)
     assert abs(beliefs[-1].mean[0]) < 0.3
     if layers == 1:  # a prediction: as wide as without a measurement

@@ -80,7 +80,7 @@ def test_the_box_leaves_specks_out_and_keeps_what_an_occluder_parts():
     [
         ({"observations": []}, "at least one"),
         ({"observations": [{"mask": np.zeros((96, 96), dtype=bool)}]}, "nobody"),
-        ({"n": 10}, "n from 100"),
+        ({"n": 10}, "whole number from 100"),
         ({"candidates": 0}, "candidates"),
         ({"fps": -1}, "fps"),
         ({"model": load("walk/prior")}, "WalkingModel"),
