@@ -18,6 +18,28 @@ T = TypeVar("T")
 _END = object()
 
 
+class Place:
+    """A thread that is held, or lent to others while there is nothing to compute.
+
+    Args:
+        free: counts the threads that nobody holds.
+    """
+
+    def __init__(self, free: asyncio.Semaphore):
+        self._free, self._held = free, False
+
+    async def take(self) -> None:
+        """Wait for a thread."""
+        await self._free.acquire()
+        self._held = True
+
+    def leave(self) -> None:
+        """Let others have the thread, if it is held."""
+        if self._held:
+            self._held = False
+            self._free.release()
+
+
 class Workshop:
     """Threads for requests.
 
@@ -35,7 +57,7 @@ class Workshop:
         self.held, self._gauge = 0, gauge or Gauge("held", "Places that are held.", registry=None)
 
     @asynccontextmanager
-    async def place(self) -> AsyncIterator[None]:
+    async def place(self) -> AsyncIterator["Place"]:
         """A thread of one's own, while the block lasts.
 
         Raises:
@@ -45,10 +67,12 @@ class Workshop:
             raise busy("too many requests are being computed")
         self.held += 1
         self._gauge.inc()
+        place = Place(self._free)
         try:
-            async with self._free:
-                yield
+            await place.take()
+            yield place
         finally:
+            place.leave()
             self.held -= 1
             self._gauge.dec()
 

@@ -1,7 +1,8 @@
-"""uvicorn's HTTP protocol with what it lacks against slow and endless requests.
+"""uvicorn's HTTP protocol with what it lacks against slow and endless clients.
 
-A header must come within seconds and stay below 128 kB (else 408 or 431), a body must keep up a rate. With plain
-uvicorn an endless header takes memory without end, and connections that send a byte now and then stay open for ever.
+A header must come within seconds and stay below 128 kB (else 408 or 431), a body must keep up a rate, and answers must
+be read. With plain uvicorn an endless header takes memory without end, connections that send a byte now and then stay
+open for ever, and answers that nobody reads stay in memory.
 """
 
 from asyncio import TimerHandle
@@ -13,6 +14,7 @@ _HEADER_BYTES = 128_000
 _HEADER_SECONDS = 10.0
 _GRACE = 10.0  # [s] in which a body must keep its rate, again and again
 _BODY_RATE = 1_000  # [bytes/s]
+_READING_SECONDS = 60.0  # until whoever has read nothing is left; Linux tells of reading only by the megabyte
 _LINGER = 1.0  # [s] that what still comes is thrown away: hanging up on unread bytes would lose the answer too
 
 
@@ -25,6 +27,8 @@ class Guarded(HttpToolsProtocol):
         self._header, self._body = 0, 0  # bytes that have come
         self._watch: TimerHandle | None = None
         self._refused = False
+        self._reading: TimerHandle | None = None
+        self._unread, self._went_on = 0, False
 
     def connection_made(self, transport: Any) -> None:
         """Wait for the first header."""
@@ -34,6 +38,8 @@ class Guarded(HttpToolsProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop watching."""
         self._await(None)
+        if self._reading is not None:
+            self._reading.cancel()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -70,6 +76,22 @@ class Guarded(HttpToolsProtocol):
         self._await(None)
         super().on_message_complete()
 
+    def on_response_complete(self) -> None:
+        """An answer has been made: watch who reads it."""
+        super().on_response_complete()
+        self._watch_reading()
+        self._went_on = True
+
+    def pause_writing(self) -> None:
+        """Too much waits to be read."""
+        super().pause_writing()
+        self._watch_reading()
+
+    def resume_writing(self) -> None:
+        """Most has been read."""
+        super().resume_writing()
+        self._went_on = True
+
     def shutdown(self) -> None:
         """The server stops: a request that only waits finds `closing` in its scope."""
         if self.cycle is not None:
@@ -99,6 +121,19 @@ class Guarded(HttpToolsProtocol):
             return
         self._body = 0
         self._watch = self.loop.call_later(_GRACE, self._look_at_body)
+
+    def _watch_reading(self) -> None:
+        if self._reading is None:
+            self._unread, self._went_on = self.transport.get_write_buffer_size(), False
+            self._reading = self.loop.call_later(_READING_SECONDS, self._look_at_reading)
+
+    def _look_at_reading(self) -> None:
+        self._reading = None
+        left = self.transport.get_write_buffer_size()
+        if left and not self._went_on and left >= self._unread:
+            self.transport.abort()
+        elif left:
+            self._watch_reading()
 
     def _refuse(self, status: bytes) -> None:
         """Say why, and hang up."""

@@ -2,17 +2,17 @@
 
 import asyncio
 import threading
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import aclosing
 
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
-from service.admission import Workshop
+from service.admission import Place, Workshop
 
 #: Makes the parts of an answer; may look at the event, which says that the client has gone, where a part takes long.
 Making = Callable[[threading.Event], Iterator[bytes]]
-_PATIENCE = 20.0  # [s] that a client may take to read what waits for it, so that slow ones hold no threads
+_PATIENCE = 0.5  # [s] that a client may take to read what has been sent, before others get its thread
 
 
 class Made(Response):
@@ -40,11 +40,14 @@ class Made(Response):
         gone = threading.Event()
         watching = asyncio.create_task(_watch(receive, gone))
         try:
-            async with self.workshop.place():
+            async with self.workshop.place() as place:
                 if gone.is_set():
                     return
                 async with aclosing(self.workshop.stream(self.making(gone))) as parts:
-                    await (self._send_whole if self.whole else self._send_parts)(parts, scope, receive, send, gone)
+                    if self.whole:
+                        await self._send_whole(parts, scope, receive, send, gone)
+                    else:
+                        await self._send_parts(parts, place, send, gone)
         finally:
             gone.set()
             watching.cancel()
@@ -60,10 +63,8 @@ class Made(Response):
             body.append(part)
         await Response(b"".join(body), headers=self.given, media_type=self.media_type)(scope, receive, send)
 
-    async def _send_parts(
-        self, parts: AsyncIterator[bytes], scope: Scope, receive: Receive, send: Send, gone: threading.Event
-    ) -> None:
-        """Send each part when it is made; a client that doesn't read is left."""
+    async def _send_parts(self, parts: AsyncIterator[bytes], place: Place, send: Send, gone: threading.Event) -> None:
+        """Send each part when it is made."""
         started = False
         async for part in parts:
             if gone.is_set():
@@ -74,12 +75,22 @@ class Made(Response):
                 self.init_headers(self.given)
                 await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
                 started = True
-            try:
-                async with asyncio.timeout(_PATIENCE):
-                    await send({"type": "http.response.body", "body": part, "more_body": True})
-            except TimeoutError:
-                return
+            await _read(send({"type": "http.response.body", "body": part, "more_body": True}), place)
         await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+
+async def _read(sending: Awaitable[None], place: Place) -> None:
+    """Wait until there is room for more; while a client reads slowly, others have its thread."""
+    task = asyncio.ensure_future(sending)
+    try:
+        await asyncio.wait({task}, timeout=_PATIENCE)
+        if task.done():
+            return task.result()
+        place.leave()
+        await task
+        await place.take()
+    finally:
+        task.cancel()
 
 
 async def _watch(receive: Receive, gone: threading.Event) -> None:
