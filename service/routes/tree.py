@@ -77,6 +77,6 @@ def _samples(tree: Any, asked: SamplesRequest, seed: int) -> bytes:
     answer = {
         "model": asked.model, "seed": seed, "pose": POSE, "poses": drawn.poses, "windows": drawn.windows,
         "leaves": tree.leaf(drawn.windows), "probabilities": np.exp(drawn.log_probability), "clip": clip,
-        "clips": {str(i): names[i] for i in np.unique(clip).tolist()},
+        "clips": {str(i): names[i] for i in sorted(set(clip.tolist()))},
     }  # fmt: skip
     return dumps(answer)

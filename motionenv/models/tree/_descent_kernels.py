@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numba import njit
 
-from motionenv.models.tree._random_kernels import restart, uniform
+from motionenv.models.tree._random_kernels import key_of, restart, uniform
 
 _jit = njit(nogil=True, cache=True, error_model="numpy")
 
@@ -18,7 +18,7 @@ NODE = np.dtype([("level", np.int32), ("threshold", np.float32), ("left", np.int
 
 _CERTAIN = 8.0  # standard deviations from which a branch is certain: beyond is 6e-16, five steps of `uniform`
 _STEPS = 64  # per standard deviation
-_LANES = 16  # probes that go down the tree side by side
+_LANES = 16  # draws that go down the tree side by side
 _SMALL = 1e-200  # below which a product of probabilities might underflow at the next factor
 
 
@@ -246,32 +246,33 @@ def _weigh(blocks, among, probe, beta, weights):
 def draw_all(nodes, starts, members, blocks, probes, beta, kernel, key, number, size, positions, log_probability):
     """Fill positions, log_probability (B, count) of probes (B, b), the first of which has the given `number`.
 
-    The same as `draw` for each, but several probes go down side by side: while one waits for memory, others move.
+    Draw j for probe k is that of `draw` with stream `number` + k of `key_of(key, j)`, but several go down side by side:
+    while one waits for memory, and for what its last step comes to, others move.
     """
-    (n_probes, count), sharpness, weights = positions.shape, 1.0 / math.sqrt(beta), np.empty(size)
+    count, sharpness, weights = positions.shape[1], 1.0 / math.sqrt(beta), np.empty(size)
     top, begun, left = 0 if len(nodes) else -1, 0, positions.size
-    who, nth, place = np.full(_LANES, -1), np.zeros(_LANES, np.int64), np.full(_LANES, -1)
-    product, sum_, states = np.ones(_LANES), np.zeros(_LANES), np.empty((_LANES, 1), np.uint64)
+    who, place, states = np.full((_LANES, 2), -1), np.full(_LANES, -1), np.empty((_LANES, 1), np.uint64)
+    product, sum_ = np.empty(_LANES), np.empty(_LANES)
     while left > 0:
         for g in range(_LANES):
-            k, j = who[g], nth[g]
+            k, j = who[g]
             if place[g] >= 0:
                 place[g], probability = _step(nodes[place[g]], probes[k], sharpness, states[g])
                 product[g] *= probability
                 if product[g] < _SMALL:
                     sum_[g], product[g] = sum_[g] + math.log(product[g]), 1.0
-            elif k >= 0:
+                continue
+            if k >= 0:
                 positions[k, j], share = _choose(
                     starts, members, blocks, ~place[g], probes[k], beta, kernel, states[g], weights
                 )
                 log_probability[k, j] = sum_[g] + math.log(product[g]) + math.log(share)
-                place[g], product[g], sum_[g] = top, 1.0, 0.0
-                nth[g], left = j + 1, left - 1
-                if j + 1 == count:
-                    who[g], place[g] = -1, -1
-            elif begun < n_probes:
-                restart(states[g], key, number + np.uint64(begun))
-                who[g], nth[g], place[g], begun = begun, 0, top, begun + 1
+                who[g, 0], left = -1, left - 1
+            if begun < positions.size:
+                k, j = begun // count, begun % count
+                restart(states[g], key_of(key, j), number + np.uint64(k))
+                who[g, 0], who[g, 1], place[g], begun = k, j, top, begun + 1
+                product[g], sum_[g] = 1.0, 0.0
 
 
 @_jit

@@ -93,14 +93,40 @@ def parameters_of(poses, starts, first, last, fps, out):
 
 
 @_jit
-def successors(poses, starts, frames, fps, now, after):
-    """Write the parameters (n, 50) of `frames` (n,), and the first 25 of the frame after each, to `now` and `after`."""
-    earlier, row = np.empty(25), np.empty(50)
+def parameters_at(poses, starts, frames, fps, out):
+    """Write the parameters (n, 50) of `frames` (n,) of sequences that begin at `starts`."""
+    earlier = np.empty(25)
     for i in range(len(frames)):
-        t = frames[i]
-        frame_parameters(poses, starts[np.searchsorted(starts, t, side="right") - 1], t, fps, earlier, row)
-        for j in range(50):
-            now[i, j] = row[j]
-        local_pose(poses[t], poses[t + 1], earlier)
-        for j in range(25):
-            after[i, j] = earlier[j]
+        start = starts[np.searchsorted(starts, frames[i], side="right") - 1]
+        frame_parameters(poses, start, frames[i], fps, earlier, out[i])
+
+
+@_jit
+def local_poses_after(poses, frames, out):
+    """Write the local poses (n, 25) that come one frame after `frames` (n,)."""
+    for i in range(len(frames)):
+        local_pose(poses[frames[i]], poses[frames[i] + 1], out[i])
+
+
+@_jit
+def placed_poses(before, local, out):
+    """Write the poses (k, n, 25) that come after each of `before` (k, 25), in its turns, by `local` (k, n, 25)."""
+    for k in range(len(out)):
+        for i in range(out.shape[1]):
+            placed_pose(before[k], local[k, i], out[k, i])
+            for j in range(3, 25):
+                out[k, i, j] = turned_towards(out[k, i, j], before[k, j])
+
+
+@_jit
+def projected(recent, channels, weights, offset, out):
+    """Write coefficients (n, b) of frames' parameters `recent` (n, 10, 50), the last one last: see `Basis.filter`."""
+    (_, frames, _), p = recent.shape, len(channels)
+    for k in range(len(out)):
+        for i in range(len(offset)):
+            out[k, i] = -offset[i]
+        for lag in range(frames):
+            for j in range(p):
+                value = recent[k, frames - 1 - lag, channels[j]]
+                for i in range(len(offset)):
+                    out[k, i] += value * weights[lag, j, i]

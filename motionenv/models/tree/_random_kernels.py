@@ -1,7 +1,7 @@
 """Random numbers inside compiled loops: SplitMix64 (Steele, Lea & Flood 2014), one stream per (key, number).
 
 The key comes from the caller's Generator, the number says which probe or frame it is. So results don't depend on how
-work is cut into batches or shared among threads.
+work is cut into batches or shared among threads. Draws for one probe that go side by side have a key each, `key_of`.
 """
 
 import numpy as np
@@ -35,6 +35,12 @@ def stream(key, number):
 def restart(state, key, number):
     """Set `state` (1,) to the beginning of the stream `number` of `key`."""
     state[0] = _mixed(np.uint64(key) + _GOLDEN) ^ _mixed(np.uint64(number) * _GOLDEN + _SECOND)
+
+
+@_jit
+def key_of(key, draw):
+    """The key to use for one of many draws from each stream of `key`; for draw 0 it is `key` itself."""
+    return np.uint64(key) + np.uint64(draw) * _GOLDEN
 
 
 @_jit

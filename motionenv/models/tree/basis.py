@@ -8,10 +8,11 @@ its 100 blocks.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from motionenv.models.tree._frame_kernels import parameters_of
+from motionenv.models.tree._frame_kernels import parameters_of, projected
 from motionenv.models.tree.database import Database
 from motionenv.models.tree.frames import FPS, WINDOW
 
@@ -40,7 +41,7 @@ class Basis:
     deviation: np.ndarray
     share: float
 
-    @property
+    @cached_property
     def filter(self) -> tuple[np.ndarray, np.ndarray]:
         """Weights (10, p, b) and offsets (b,) with which ten frames of parameters give coefficients over σ."""
         weights = np.moveaxis(self.components, 0, -1) / self.scale[:, None] / self.deviation
@@ -50,8 +51,10 @@ class Basis:
     def coefficients(self, parameters) -> np.ndarray:
         """Coefficients over their standard deviations, c / σ (..., b), of the last ten of (..., frames, 50)."""
         weights, offset = self.filter
-        last = np.asarray(parameters)[..., -1 : -WINDOW - 1 : -1, self.channels]
-        return np.einsum("...dp,dpb->...b", last, weights) - offset
+        last = np.ascontiguousarray(parameters[..., -WINDOW:, :])
+        out = np.empty((*last.shape[:-2], len(offset)))
+        projected(last.reshape(-1, WINDOW, 50), self.channels, weights, offset, out.reshape(-1, len(offset)))
+        return out
 
 
 def fit_basis(database: Database, channels: np.ndarray) -> Basis:

@@ -112,7 +112,7 @@ class CoefficientTree:
         """Draw windows by the paper's search.
 
         The normal distribution in eq. 7 is that of scipy.stats.norm to 1e-10, except that a branch further than 8√β
-        from the probe is never taken. A draw for probe k depends on the key, k and what is drawn, on nothing else.
+        from the probe is never taken. Draw j for probe k depends on the key, j, k and the probe, on nothing else.
 
         Args:
             probes: (B, b) coefficients over their σ.

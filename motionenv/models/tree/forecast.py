@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.models.tree._exact_kernels import BLOCK
-from motionenv.models.tree._frame_kernels import successors
+from motionenv.models.tree._frame_kernels import local_poses_after, parameters_at
 from motionenv.models.tree.database import Database
 from motionenv.models.tree.exact import KernelIndex
 from motionenv.models.tree.frames import FPS, turned_towards
@@ -59,9 +59,22 @@ def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
         frames: (...) indices of frames that are not the last of their sequence.
     """
     flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
-    now, after = np.empty((len(flat), 50)), np.empty((len(flat), 25))
-    successors(database.poses, database.starts[:-1], flat, FPS, now, after)
-    return now.reshape(*np.shape(frames), 50), after.reshape(*np.shape(frames), 25)
+    now = np.empty((len(flat), 50))
+    parameters_at(database.poses, database.starts[:-1], flat, FPS, now)
+    return now.reshape(*np.shape(frames), 50), following(database, frames)
+
+
+def following(database: Database, frames) -> np.ndarray:
+    """The first 25 parameters (..., 25) of the frames after frames (...) of a database.
+
+    Args:
+        database: any.
+        frames: (...) indices of frames that are not the last of their sequence.
+    """
+    flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
+    after = np.empty((len(flat), 25))
+    local_poses_after(database.poses, flat, after)
+    return after.reshape(*np.shape(frames), 25)
 
 
 def fit_forecast(database: Database, coefficients) -> Forecast:

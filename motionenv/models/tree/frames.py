@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from motionenv.errors import MotionError
-from motionenv.models.tree._frame_kernels import MIDDLE, parameters_of
+from motionenv.models.tree._frame_kernels import MIDDLE, parameters_of, placed_poses
 from motionenv.types import POSE, Motion, checked_fps
 
 #: Frames per second of every database (paper C, fig. 5).
@@ -60,14 +60,17 @@ def local(before, now) -> np.ndarray:
     return out
 
 
-def placed(before, step) -> np.ndarray:
-    """Poses (..., 25) in the world that come after `before` (..., 25) by `step` (..., 25), the first 25 parameters."""
-    before, step = np.broadcast_arrays(np.asarray(before, dtype=np.float64), np.asarray(step, dtype=np.float64))
-    out = step.copy()
-    c, s = np.cos(before[..., 5]), np.sin(before[..., 5])
-    out[..., 0] = before[..., 0] + c * step[..., 0] - s * step[..., 1]
-    out[..., 1] = before[..., 1] + s * step[..., 0] + c * step[..., 1]
-    out[..., 5] += before[..., 5]
+def placed(before, steps) -> np.ndarray:
+    """Poses (..., n, 25) in the world that come after `before` by `steps`, angles within half a turn of those before.
+
+    Args:
+        before: (..., 25) poses.
+        steps: (..., n, 25), the first 25 parameters of frames that may come after each.
+    """
+    before = np.ascontiguousarray(before, dtype=np.float64)
+    steps = np.ascontiguousarray(steps, dtype=np.float64)
+    out = np.empty_like(steps)
+    placed_poses(before.reshape(-1, 25), *(each.reshape(-1, *steps.shape[-2:]) for each in (steps, out)))
     return out
 
 

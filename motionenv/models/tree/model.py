@@ -21,7 +21,7 @@ from motionenv.models.tree.basis import fit_basis, project
 from motionenv.models.tree.database import Database, leg_length
 from motionenv.models.tree.descent import LEAVES, CoefficientTree
 from motionenv.models.tree.exact import KernelIndex
-from motionenv.models.tree.forecast import fit_forecast, steps
+from motionenv.models.tree.forecast import fit_forecast, following, steps
 from motionenv.models.tree.frames import FPS, WINDOW, local, parameters, placed, turned_towards
 from motionenv.models.tree.packing import pack, unpack
 from motionenv.types import Motion, frozen
@@ -152,9 +152,11 @@ class MotionTree:
         key = int(rng.integers(2**64, dtype=np.uint64))
         windows, log_probability = self.draw(flat, n, temperature, key, method, leaf, probability)
         windows = windows.reshape(*probes.shape[:-1], n)
-        now, after = steps(self.database_, self.frames_[windows])
         if carry:
+            now, after = steps(self.database_, self.frames_[windows])
             after = self.forecast_.carried(recent.parameters[..., -1:, :], now, after)
+        else:
+            after = following(self.database_, self.frames_[windows])
         if noise > 0:
             deviation = self.forecast_.deviation if carry else self.forecast_.plain_deviation
             after = after + noise * deviation * rng.standard_normal(after.shape)
@@ -267,17 +269,19 @@ class MotionTree:
             MotionError: as `coefficients`.
         """
         poses, scale = _checked_history(history, self.database_)
-        poses = poses.copy()
-        poses[..., :3] *= scale
+        if scale != 1.0:
+            poses = poses.copy()
+            poses[..., :3] *= scale
         return Recent(parameters(poses)[..., -WINDOW:, :], poses[..., -1, :], scale)
 
     def _poses(self, recent: "Recent", after: np.ndarray) -> np.ndarray:
         """Poses (..., n, 25) in the world of the history that come next by local parameters `after` (..., n, 25)."""
-        last = recent.last[..., None, :]
-        poses = turned_towards(placed(last, after), last)
-        others = [i for i in range(25) if i not in PARTS[self.part]]
-        poses[..., others] = last[..., others]
-        poses[..., :3] /= recent.scale
+        poses = placed(recent.last, after)
+        if self.part != "body":
+            others = [i for i in range(25) if i not in PARTS[self.part]]
+            poses[..., others] = recent.last[..., None, others]
+        if recent.scale != 1.0:
+            poses[..., :3] /= recent.scale
         return poses
 
     def __reduce__(self):

@@ -10,7 +10,7 @@ from scipy.stats import chisquare, norm
 
 from motionenv.errors import MotionError
 from motionenv.models.tree._descent_kernels import draw, log_probability_of, tail
-from motionenv.models.tree._random_kernels import stream
+from motionenv.models.tree._random_kernels import key_of, stream
 from motionenv.models.tree.descent import LEAVES, SPLITS, CoefficientTree
 
 BOTH = pytest.mark.parametrize("splits", SPLITS)
@@ -232,8 +232,8 @@ def test_one_probe_at_a_time_gives_the_same_draws(splits, leaf):
     drawn, log_probability = tree.draw(probes, 5, 0.5, 8, leaf, blocks)
     parts, weights = (tree.nodes, tree.starts, tree.members, blocks), np.empty(tree.largest)
     for k, probe in enumerate(probes):
-        state = stream(np.uint64(8), np.uint64(k))
-        one = np.array([draw(*parts, probe, 0.5, leaf == "kernel", state, weights) for _ in range(5)])
+        states = [stream(np.uint64(key_of(8, j)), np.uint64(k)) for j in range(5)]
+        one = np.array([draw(*parts, probe, 0.5, leaf == "kernel", state, weights) for state in states])
         assert_array_equal(one[:, 0], drawn[k])
         assert_allclose(one[:, 1], log_probability[k], rtol=1e-12)
         known = log_probability_of(*parts, probe, drawn[k, 0], 0.5, leaf == "kernel", weights)

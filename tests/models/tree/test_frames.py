@@ -59,7 +59,7 @@ def test_place_and_heading_do_not_matter(heading, x, y):
 
 def test_placed_undoes_local(walk):
     step = frames.local(walk.poses[:-1], walk.poses[1:])
-    np.testing.assert_allclose(frames.placed(walk.poses[:-1], step), walk.poses[1:], atol=1e-12)
+    np.testing.assert_allclose(frames.placed(walk.poses[:-1], step[:, None])[:, 0], walk.poses[1:], atol=1e-12)
     np.testing.assert_allclose(frames.parameters(walk.poses)[1:, :25], step, atol=1e-12)
 
 
