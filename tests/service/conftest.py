@@ -22,9 +22,10 @@ ROOT = Path(__file__).parents[2]
 
 @dataclass
 class Server:
-    """A running service: its address, its process, the lines that it logged, and a client with its key, if any."""
+    """A running service: address, files, process, the lines that it logged, and a client with its key, if any."""
 
     url: str
+    data: Path
     process: subprocess.Popen
     lines: list[str]
     http: httpx.Client
@@ -65,7 +66,7 @@ def run_service(data: Path, **settings: object) -> Iterator[Server]:
         key = next(iter(values.get("keys", ())), None)
         headers = {} if key is None else {"Authorization": f"Bearer {key}"}
         with httpx.Client(base_url=address[0], timeout=30, headers=headers) as client:
-            yield Server(address[0], process, lines, client, key)
+            yield Server(address[0], data, process, lines, client, key)
     finally:
         process.send_signal(signal.SIGTERM)
         assert process.wait(40) in (0, -signal.SIGTERM)
@@ -88,8 +89,17 @@ def server(tmp_path_factory) -> Iterator[Server]:
 
 @pytest.fixture(scope="session")
 def locked(tmp_path_factory) -> Iterator[Server]:
-    """A service that asks for a key, and takes JSON of 2,000 bytes at most."""
-    with run_service(tmp_path_factory.mktemp("locked"), keys=["a-key-that-only-tests-know"], max_json=2000) as running:
+    """A service that asks for a key, takes JSON of 2,000 bytes at most, and lets a lab's pages ask."""
+    settings = {"keys": ["a-key-that-only-tests-know"], "max_json": 2000, "cors": ["https://lab.example"]}
+    with run_service(tmp_path_factory.mktemp("locked"), **settings) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def desk(tmp_path_factory) -> Iterator[Server]:
+    """A service with little memory and room for few jobs, and for one stream."""
+    limits = {"job_memory": 1_500_000_000, "job_waiting": 3, "job_seconds": 120, "reserve": 1_000_000, "streams": 1}
+    with run_service(tmp_path_factory.mktemp("jobs"), **limits) as running:
         yield running
 
 

@@ -6,6 +6,7 @@ import re
 import socket
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import httpx
 import pytest
@@ -15,6 +16,7 @@ from websockets.sync.client import connect
 
 from service.app import create_app
 from service.settings import Settings
+from tests.service.inside import answers
 
 ASK = {"seed": 1, "seconds": 0.1}
 _UPGRADE = {
@@ -83,15 +85,15 @@ def test_bodies_have_a_limit(locked):
     assert "2000 bytes" in chunked.json()["detail"]
 
 
-def test_rates_are_kept(serving, tmp_path):
+def test_rates_are_kept(tmp_path):
     """Of eleven requests in a row five pass in each minute of the clock that they fall into, two at most."""
-    with serving(tmp_path, rate=5) as running:
-        answers = [running.http.get("/metrics") for _ in range(11)]
-        assert 5 <= [a.status_code for a in answers].count(200) <= 10
-        assert {a.status_code for a in answers} == {200, 429}
-        refused = next(a for a in answers if a.status_code == 429)
-        assert 1 <= int(refused.headers["retry-after"]) <= 60
-        assert running.http.get("/health/live").status_code == 200
+    requests = [("GET", "/metrics", {})] * 11 + [("GET", "/health/live", {})]
+    *told, health = answers(tmp_path, requests, rate=5)
+    assert 5 <= [a.status_code for a in told].count(200) <= 10
+    assert {a.status_code for a in told} == {200, 429}
+    refused = next(a for a in told if a.status_code == 429)
+    assert 1 <= int(refused.headers["retry-after"]) <= 60
+    assert health.status_code == 200
 
 
 def test_a_request_has_an_id(server):
@@ -141,13 +143,30 @@ def test_a_header_without_end_is_cut_off(server):
     assert answer.startswith(b"HTTP/1.1 431")
 
 
-def test_slow_clients_are_hung_up(server):
+def goes_on(url: str) -> tuple[bytes, float]:
+    """What is answered to who goes on sending after that, and after how many seconds the server hangs up."""
+    host, port = url.removeprefix("http://").split(":")
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ntransfer-encoding: chunked\r\n\r\n"
+    begun = time.monotonic()
+    with socket.create_connection((host, int(port)), timeout=5) as client:
+        client.sendall(head)
+        answer = client.recv(100)
+        with suppress(ConnectionResetError, BrokenPipeError):
+            while time.monotonic() - begun < 20:
+                client.sendall(b"1000\r\n" + b" " * 4096 + b"\r\n")
+                time.sleep(0.1)
+    return answer, time.monotonic() - begun
+
+
+def test_slow_clients_are_hung_up(server, locked):
+    """All of them at once: each takes as long as a client may."""
     slow = [b"GET /health/live HTTP/1.1\r\n", *[b"a: b\r\n"] * 30]
     head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n"
     with ThreadPoolExecutor() as pool:
         header = pool.submit(raw, server.url, *slow, pause=0.5)  # 15 s of sending
         body = pool.submit(raw, server.url, head, b"content-length: 500\r\n\r\n{")
         blank = pool.submit(raw, server.url, b"\r\n\r\n")
+        endless = pool.submit(goes_on, locked.url)
     answer, seconds = header.result()
     assert seconds < 16
     assert not answer.startswith(b"HTTP/1.1 200")
@@ -155,6 +174,9 @@ def test_slow_clients_are_hung_up(server):
     assert seconds < 13
     assert answer.startswith(b"HTTP/1.1 408")
     assert blank.result()[1] < 13
+    answer, seconds = endless.result()
+    assert answer.startswith(b"HTTP/1.1 401")
+    assert seconds < 12
 
 
 def test_open_to_others_only_on_purpose():
@@ -249,24 +271,19 @@ def test_this_machines_names_lead_here(server, host):
     ],
 )
 def test_other_names_lead_here_where_they_are_listed_or_keys_are_asked(tmp_path, settings, names):
-    app = create_app(Settings(data=tmp_path, **settings))
-
-    async def ask(host: str) -> int:
-        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://there") as client:
-            return (await client.get("/openapi.json", headers={"Host": host})).status_code
-
-    assert {host: asyncio.run(ask(host)) for host in names} == names
+    requests = [("GET", "/v1/models", {"headers": {"Host": host}}) for host in names]
+    told = answers(tmp_path, requests, **settings)
+    assert [answer.status_code for answer in told] == list(names.values())
 
 
-def test_pages_of_origins_in_cors_may_act_and_read_what_they_need(serving, tmp_path):
+def test_pages_of_origins_in_cors_may_act_and_read_what_they_need(locked):
     theirs = {"Origin": "https://lab.example", "Sec-Fetch-Site": "cross-site"}
-    with serving(tmp_path, cors=["https://lab.example"]) as running:
-        answer = running.http.post("/v1/synthesis", json=ASK, headers=theirs)
-        assert answer.status_code == 200
-        assert answer.headers["access-control-allow-origin"] == "https://lab.example"
-        assert "Motion-Seed" in answer.headers["access-control-expose-headers"]
-        other = {**theirs, "Origin": "https://evil.example"}
-        assert running.http.post("/v1/synthesis", json=ASK, headers=other).status_code == 403
+    answer = locked.http.post("/v1/synthesis", json=ASK, headers=theirs)
+    assert answer.status_code == 200
+    assert answer.headers["access-control-allow-origin"] == "https://lab.example"
+    assert "Motion-Seed" in answer.headers["access-control-expose-headers"]
+    other = {**theirs, "Origin": "https://evil.example"}
+    assert locked.http.post("/v1/synthesis", json=ASK, headers=other).status_code == 403
 
 
 @pytest.mark.parametrize("kind", ["application/json", "Application/JSON", "application/x+json", "text/plain"])

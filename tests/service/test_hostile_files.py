@@ -6,7 +6,6 @@ The long run, 1,000 C3D files and 10,000 BVH and AMC files: pytest -m benchmark 
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 
 import psutil
 import pytest
@@ -15,13 +14,6 @@ import motionenv
 from tests.mocap.test_asfamc import AMC, ASF
 from tests.service.handing import as_file, ended, result, uploads
 from tests.service.mutating import mutated
-
-
-@pytest.fixture(scope="module")
-def desk(serving, tmp_path_factory) -> Iterator:
-    """A service with little memory and time for jobs."""
-    with serving(tmp_path_factory.mktemp("files"), job_memory=2_000_000_000, job_seconds=120) as running:
-        yield running
 
 
 def originals() -> dict[str, bytes]:

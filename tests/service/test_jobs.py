@@ -6,7 +6,6 @@ import os
 import shutil
 import signal
 import time
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -15,15 +14,6 @@ import motionenv
 from motionenv.models import training
 from motionenv.types import POSE
 from tests.service.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
-
-
-@pytest.fixture(scope="module")
-def desk(serving, tmp_path_factory) -> Iterator:
-    """A service with little memory and room for few jobs."""
-    data = tmp_path_factory.mktemp("jobs")
-    with serving(data, job_memory=1_500_000_000, job_waiting=3, job_seconds=120, reserve=1_000_000) as running:
-        running.data = data
-        yield running
 
 
 @pytest.fixture(scope="module")

@@ -93,14 +93,13 @@ def test_two_server_processes_share_the_jobs_and_one_is_enough(serving, tmp_path
                 time.sleep(0.1)
 
 
-def test_a_killed_process_is_begun_again(serving, tmp_path):
-    with serving(tmp_path, reserve=0) as server:
-        asked = server.http.post("/v1/jobs/render", json=SHORT | {"seconds": 4})
-        until_running(server, asked)
-        while not (found := processes(server)):
-            time.sleep(0.02)
-        os.kill(found[0].pid, signal.SIGKILL)
-        assert ended(server, asked)["status"] == "done"
+def test_a_killed_process_is_begun_again(desk):
+    asked = desk.http.post("/v1/jobs/render", json=SHORT | {"seconds": 4})
+    until_running(desk, asked)
+    while not (found := processes(desk)):
+        time.sleep(0.02)
+    os.kill(found[0].pid, signal.SIGKILL)
+    assert ended(desk, asked)["status"] == "done"
 
 
 class Killable:

@@ -75,8 +75,8 @@ def test_a_key_is_asked_for(locked):
         assert say(connection, seed=1)["type"] == "settings"
 
 
-def test_streams_are_bounded(serving, tmp_path):
-    with serving(tmp_path, streams=1) as running, talk(running) as first:
+def test_streams_are_bounded(desk):
+    with talk(desk) as first:
         say(first, seed=1)
         with pytest.raises(InvalidStatus):
-            talk(running).close()
+            talk(desk).close()

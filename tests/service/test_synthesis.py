@@ -12,6 +12,7 @@ from PIL import Image, ImageSequence
 
 import motionenv
 from motionenv.body import markers
+from tests.service.inside import answers
 
 ASK = {"seed": 3, "seconds": 1.0, "fps": 30, "deviations": [1.0, -0.5], "speed": 1.2, "height": 1.6, "phase": 0.25}
 SMALL = {"width": 64, "height": 48}
@@ -174,12 +175,17 @@ def test_formats_are_negotiated(server, accept, got):
         assert answer.headers["content-type"].split(";")[0] == got
 
 
-def test_what_is_too_large_is_refused_before_any_work(serving, tmp_path):
-    with serving(tmp_path, max_frames=100, max_pixels=10_000, max_video_frames=20) as tight:
-        refused(post(tight, seconds=4.0), "/seconds", 100)
-        refused(post(tight, "video/mp4", picture=SMALL), "/seconds", 20)
-        refused(post(tight, "image/png", picture={"width": 200, "height": 100}), "/picture/width", 10_000)
-        assert post(tight, "image/png", picture=SMALL).status_code == 200
+def test_what_is_too_large_is_refused_before_any_work(tmp_path):
+    asked = [
+        ("application/json", {"seconds": 4.0}), ("video/mp4", {"picture": SMALL}),
+        ("image/png", {"picture": {"width": 200, "height": 100}}), ("image/png", {"picture": SMALL}),
+    ]  # fmt: skip
+    posts = [("POST", "/v1/synthesis", {"json": ASK | what, "headers": {"Accept": kind}}) for kind, what in asked]
+    long, film, wide, right = answers(tmp_path, posts, max_frames=100, max_pixels=10_000, max_video_frames=20)
+    refused(long, "/seconds", 100)
+    refused(film, "/seconds", 20)
+    refused(wide, "/picture/width", 10_000)
+    assert right.status_code == 200
 
 
 def test_what_a_format_can_not_hold_is_refused(server):
