@@ -38,10 +38,10 @@ class Stream:
 
     def __init__(self, models: Any, settings: StreamSettings):
         self._models, self._pieces, self._last = models, 0, np.zeros((0, 25))
-        self.change(settings)
+        self._begin(settings)
 
     def change(self, settings: StreamSettings) -> None:
-        """Go on with other settings.
+        """Go on with other settings; a motion that only stood still for a while goes on as if it hadn't.
 
         Args:
             settings: all of them, not only what is new.
@@ -50,6 +50,13 @@ class Stream:
             MotionError: settings that don't go together.
             Problem: there is no such model.
         """
+        if settings == self.settings.model_copy(update={"paused": settings.paused}):
+            self.settings = settings
+        else:
+            self._begin(settings)
+
+    def _begin(self, settings: StreamSettings) -> None:
+        """Make the next piece."""
         model = self._models(settings.model)
         frames, height, fps = (_grown if model.kind == "tree" else _walked)(model, settings, self._last, self._pieces)
         first = next(frames)  # here, where it may take long: the first one ever compiles the kernels
@@ -60,7 +67,7 @@ class Stream:
         """The next pose (25,) [m, rad]."""
         pose = next(self._frames, None)
         if pose is None:
-            self.change(self.settings)
+            self._begin(self.settings)
             pose = next(self._frames)
         self._last = np.concatenate([self._last[-11:], pose[None]])
         return pose
