@@ -1,6 +1,7 @@
 """The page in a real browser: walkers walk, sliders work at once, links and downloads hold what was shown."""
 
 import io
+import re
 
 import av
 import numpy as np
@@ -88,7 +89,7 @@ def test_a_link_brings_everything_back(shown, browser, server):
     shown.open(
         "model=walk/eigenwalkers&figure=stick&walker=1.2,-0.4&walker2=-1,0.5,2&speed2=1.5&camera=20,15,6"
     ).still()
-    shown.page.wait_for_timeout(500)
+    shown.until("location.hash.includes('walker2=-1,0.5,2')")
     other = tab(browser, server.url).open(shown.page.url.split("#")[1]).still()
     assert other.ask("motionenv.state") == shown.ask("motionenv.state")
     difference = ImageChops.difference(pixels(shown.picture("link")), pixels(other.page.screenshot()))
@@ -123,7 +124,6 @@ def test_the_seed_says_who_comes(shown):
     first = shown.ask("motionenv.one.deviations")
     shown.ask("{ motionenv.draw(18); }")
     assert shown.ask("motionenv.one.deviations") != first
-    shown.page.click("#components-section summary")
     shown.page.fill("#seed", "17")
     shown.page.press("#seed", "Enter")
     assert shown.ask("motionenv.one.deviations") == first
@@ -138,20 +138,58 @@ def test_the_seed_says_who_comes(shown):
 
 def test_the_tree_is_steered_while_it_moves(shown):
     shown.open("model=mixed/tree")
-    shown.until("motionenv.walkers[0].ground[0] > 0.1", 60)
+    shown.until("motionenv.walkers[0].end > 0.5", 60)
     shown.page.focus("#pace input")
     for _ in range(6):
         shown.page.keyboard.press("ArrowRight")
-    assert shown.ask("motionenv.stream.told.temperature") == pytest.approx(10 ** (np.log10(0.05) + 0.3), rel=0.1)
-    shown.page.keyboard.press("Escape")
+    assert shown.ask("motionenv.walkers[0].stream.told.temperature") == pytest.approx(0.1, rel=0.1)
     x, y = shown.ask("[...motionenv.walkers[0].ground].slice(0, 2)")  # it may stand for a while, or turn
     shown.until(f"Math.hypot(motionenv.walkers[0].ground[0] - {x}, motionenv.walkers[0].ground[1] - {y}) > 0.05", 60)
-    shown.ask("{ motionenv.pause(true); }")
-    shown.page.wait_for_timeout(700)
-    stopped = shown.ask("motionenv.walkers[0].pose")
-    shown.page.wait_for_timeout(400)
-    assert shown.ask("motionenv.walkers[0].pose") == stopped
+    assert shown.ask("document.getElementById('note').hidden")
+
+
+def test_what_a_tree_has_grown_is_scrubbed_through_and_downloaded(shown, tmp_path):
+    """A pause changes nothing of what is grown: it is the motion that the service makes of the same settings."""
+    press = shown.page.keyboard.press
+    shown.open("model=mixed/tree&seed=5&temperature=0.1&heading=30").until("motionenv.walkers[0].end > 1", 60)
+    press(" ")
+    shown.until("motionenv.walkers[0].stream.told.paused && !motionenv.walkers[0].stream.sending")
+    shown.page.focus("#scrub")
+    press("Home")
+    shown.until("document.querySelector('#facts').textContent.includes('· 0.0 s of ')")
+    assert shown.ask("motionenv.cycles[0]") == 0
+    for _ in range(60):
+        press("ArrowRight")
+    moment, end = shown.ask("[motionenv.cycles[0], motionenv.walkers[0].end]")
+    assert moment == pytest.approx(0.3 * end, abs=0.04)
+    press(" ")
+    shown.until(f"motionenv.cycles[0] > {moment} + 0.2 && motionenv.walkers[0].end > {end} + 0.4", 60)
+    with shown.page.expect_download(timeout=30_000) as coming:
+        shown.page.click("[data-suffix=npz]")
+    coming.value.save_as(tmp_path / "tree.npz")
+    grown = np.array(shown.ask("motionenv.walkers[0].poses"))[:120]
+    np.testing.assert_allclose(grown, motionenv.read(tmp_path / "tree.npz").poses[: len(grown)], atol=1e-5)
     assert shown.ask("document.getElementById('note').hidden"), "a pause is no trouble"
+
+
+def test_two_trees_side_by_side(shown):
+    shown.open("model=mixed/tree&temperature=0.2&seed=3")
+    shown.page.keyboard.press("c")
+    assert shown.ask("motionenv.walkers.length") == 2
+    shown.page.focus("#pace .slider:nth-child(2) input")
+    shown.page.keyboard.press("End")
+    told = shown.ask("motionenv.walkers.map(({stream: {told}}) => [told.seed, told.temperature, told.speed])")
+    assert told == [[3, 0.2, None], [3, 0.2, 2.6]]
+    shown.until("motionenv.cycles[0] > 0.7", 60)
+    first, second = shown.ask("motionenv.cycles")
+    assert first == second, "they are shown at one moment"
+    assert re.fullmatch(r"(A|B)\d\.\d\d m/s · .*", shown.page.text_content("#names p:nth-child(2)"))
+    shown.until(
+        "location.hash === '#model=mixed/tree&temperature=0.2&seed=3&walker2=&speed2=2.6&temperature2=0.2&seed2=3'"
+    )
+    shown.still(0.9)
+    picture = pixels(shown.picture("compare-trees"))
+    assert ImageChops.difference(picture.crop((0, 0, 300, 440)), picture.crop((300, 0, 600, 440))).getbbox()
 
 
 @pytest.fixture

@@ -53,11 +53,11 @@ export async function modelNames() {
 }
 
 /** A motion as a file. */
-export async function motion(asked, mediaType) {
-  const answer = await ask("/v1/synthesis", {
+export async function motion({ path, request }, mediaType) {
+  const answer = await ask(path, {
     method: "POST",
     headers: { "Content-Type": "application/json", Accept: mediaType },
-    body: JSON.stringify(asked),
+    body: JSON.stringify(request),
   });
   return answer.blob();
 }

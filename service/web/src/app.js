@@ -8,7 +8,6 @@ import { Plot } from "./plot.js";
 import { normals } from "./random.js";
 import { Stage } from "./stage.js";
 import { fresh, fromLink, LIMIT, link } from "./state.js";
-import { Stream } from "./stream.js";
 import { averageMarkers, walkerOf } from "./walkers.js";
 
 const $ = (id) => document.getElementById(id);
@@ -43,6 +42,11 @@ export class App {
     return this.state.people[this.state.chosen];
   }
 
+  /** The walker that plot and scrubber follow. */
+  get shown() {
+    return this.walkers[this.guest ? 0 : this.state.chosen];
+  }
+
   /** Take on a model: its numbers, its walkers, its sliders. */
   async load(name) {
     this.state.model = name;
@@ -54,15 +58,22 @@ export class App {
       if (this.state.model !== name) return;
       this.say("");
       this.parameters = found;
-      if (found.kind === "tree") this.state.people.length = 1;
+      this.loaded = name;
       this.controls = new Controls(this, found);
-      this.guest = null;
       this.people();
     } catch (error) {
-      if (this.state.model === name) this.say(error.message);
+      if (this.state.model === name) this.failed(error);
     } finally {
       clearTimeout(slow);
     }
+  }
+
+  /** Say why a model can't be shown; the one that is goes on, and the other can be chosen again. */
+  failed(error) {
+    this.say(error.message);
+    if (!this.parameters) return;
+    this.state.model = this.loaded;
+    this.mark("models", this.loaded);
   }
 
   /** A model's parameters; while the service is busy with it, ask again. */
@@ -82,12 +93,12 @@ export class App {
   people() {
     const { parameters: model, state } = this;
     state.chosen = Math.min(state.chosen, state.people.length - 1);
-    this.stream?.close();
-    this.stream = null;
+    this.guest = null;
+    this.dismiss();
     this.walkers = state.people.map(() => walkerOf(model));
     this.walkers.forEach((walker, i) => walker.set(state.people[i]));
     this.stage.show(this.walkers.map((walker, i) => new Figure(walker, i === 1)));
-    if (model.kind === "tree") this.listen();
+    if (model.kind === "tree") this.grow();
     this.refresh();
   }
 
@@ -99,20 +110,30 @@ export class App {
       this.people();
       return;
     }
-    this.stream?.close();
-    this.stream = null;
+    this.dismiss();
     this.walkers = [guest];
     this.stage.show([new Figure(guest, false)]);
     this.refresh();
   }
 
-  /** Hear the motion that a tree grows. */
-  listen() {
-    const { state, one, paused } = this;
-    const settings = { model: state.model, seed: one.seed, temperature: state.temperature, paused };
-    if (one.speed !== null) settings.speed = one.speed;
-    const [walker] = this.walkers;
-    this.stream = new Stream(settings, { pose: (pose) => walker.arrived(pose), say: (words) => this.say(words) });
+  /** Let all walkers go. */
+  dismiss() {
+    for (const walker of this.walkers) walker.close();
+  }
+
+  /** Let the motions of a tree begin. */
+  grow() {
+    const said = [];
+    this.say("");
+    this.cycles = [0, 0];
+    this.walkers.forEach((walker, i) => {
+      const say = (words) => {
+        said[i] = words;
+        this.say(said.find(Boolean) ?? "");
+      };
+      walker.rest(this.paused, 0);
+      walker.grow(this.state.model, this.state.people[i], { told: () => (this.stage.changed = true), say });
+    });
   }
 
   /** Change the chosen person by a function of it, and show that in the next frame. */
@@ -123,14 +144,7 @@ export class App {
       return;
     }
     this.walkers[this.state.chosen].set(this.one);
-    this.stream?.change({ speed: this.one.speed });
-    this.refresh();
-  }
-
-  /** Let the tree be as warm as this. */
-  warm(temperature) {
-    this.state.temperature = temperature;
-    this.stream?.change({ temperature });
+    this.cycles = this.cycles.map((moment) => this.walkers[0].changed(moment));
     this.refresh();
   }
 
@@ -142,29 +156,25 @@ export class App {
 
   /** Show everywhere what the state says. */
   refresh() {
-    const { state, stage, walkers, guest } = this;
-    const shown = walkers[guest ? 0 : state.chosen];
+    const { state, stage, walkers, guest, shown } = this;
     if (!shown) return;
-    if (!guest) this.controls.show(this.one, shown, state.temperature);
+    if (!guest) this.controls.show(this.one, shown);
     stage.aim(Math.max(...walkers.map((walker) => walker.body.height)));
     stage.figures.forEach((figure) => figure.look(state, this.moves(figure.walker)));
     this.plot.show(walkers);
-    if ($("stage").dataset.figure !== state.figure) {
-      $("stage").dataset.figure = state.figure;
-      $("dots").hidden = state.figure !== "points";
-      stage.resize(); // other things cover its edges now
-    }
     for (const id of ["lines", "inverted", "scattered"]) $(id).checked = state[id];
     this.mark("figure", state.figure);
     this.mark("models", state.model);
     this.mark("chosen", String(state.chosen));
     const two = walkers.length > 1;
     $("chosen").hidden = $("names").hidden = !two;
+    $("facts").hidden = two;
     $("compare").setAttribute("aria-pressed", String(two));
-    $("compare").disabled = this.parameters.kind === "tree";
-    $("scrub").disabled = !shown.scrubbed;
     $("seed").value = this.one.seed;
-    $("facts").textContent = shown.facts();
+    $("stage").dataset.figure = state.figure;
+    $("dots").hidden = state.figure !== "points";
+    stage.resize(); // other things may cover its edges now
+    this.tell();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to go on." : about(this.parameters.kind);
     for (const button of $("downloads").children) button.disabled = guest !== null;
     stage.changed = true;
@@ -193,22 +203,24 @@ export class App {
     const within = (d) => Math.round(100 * Math.min(LIMIT, Math.max(-LIMIT, d))) / 100;
     this.one.seed = seed;
     this.one.deviations = normals(seed, this.parameters.components).map(within);
-    if (this.stream) this.people();
-    else this.change(() => {});
+    this.anew();
   }
 
   /** The average walker at its own pace. */
   reset() {
-    const [average] = fresh().people;
-    this.change((one) => Object.assign(one, average));
-    if (this.stream) this.people();
+    Object.assign(this.one, fresh().people[0]);
+    this.anew();
+  }
+
+  /** Let the chosen person begin anew; what grows, grows from its seed. */
+  anew() {
+    if (this.parameters.kind === "tree") this.people();
+    else this.change(() => {});
   }
 
   /** Two walkers side by side, or one again. */
   compare() {
     const { people } = this.state;
-    if (this.parameters.kind === "tree") return;
-    this.guest = null;
     if (people.length > 1) people.length = 1;
     else people.push({ ...people[0], deviations: [...people[0].deviations] });
     this.state.chosen = people.length - 1;
@@ -219,7 +231,7 @@ export class App {
   /** Stand still, or walk on. */
   pause(paused = !this.paused) {
     this.paused = paused;
-    this.stream?.change({ paused });
+    this.walkers.forEach((walker, i) => walker.rest(paused, this.cycles[i]));
     this.showPaused();
   }
 
@@ -228,10 +240,10 @@ export class App {
     $("pause").setAttribute("aria-label", this.paused ? "Walk" : "Pause");
   }
 
-  /** Stand still at a moment of the cycle. */
-  scrub(phase) {
+  /** Stand still at a moment: a share of the cycle, or of what there is of a motion. */
+  scrub(share) {
+    this.cycles = this.cycles.fill(this.shown.moment(share));
     this.pause(true);
-    this.cycles = [phase, phase];
     this.stage.changed = true;
   }
 
@@ -275,22 +287,38 @@ export class App {
     this.before = now;
     this.stage.controls.update();
     if (!this.walkers.length || (this.paused && !this.stage.changed)) return;
-    this.walkers.forEach((walker, i) => {
-      if (!this.paused) this.cycles[i] += passed / walker.seconds;
-      walker.show(this.cycles[i]);
-    });
+    if (!this.paused) this.pass(passed);
+    this.walkers.forEach((walker, i) => walker.show(this.cycles[i]));
     for (const figure of this.stage.figures) figure.update();
-    if (this.stats.frames % PLOT_EVERY === 0) this.follows();
+    if (this.paused || this.stats.frames % PLOT_EVERY === 0) this.follows();
     const ready = performance.now();
     this.stage.draw(this.state.figure === "points");
     this.count(begun, ready);
   }
 
-  /** Let plot and scrubber follow the walker. */
+  /** Let time go on by some seconds; motions that grow side by side are shown at one moment. */
+  pass(seconds) {
+    this.walkers.forEach((walker, i) => (this.cycles[i] = walker.after(this.cycles[i], seconds)));
+    const grown = this.parameters.kind === "tree" && !this.guest;
+    if (grown) this.cycles.fill(Math.min(...this.cycles.slice(0, this.walkers.length)));
+  }
+
+  /** Let plot, scrubber and words follow the walkers. */
   follows() {
-    const phase = this.cycles[this.guest ? 0 : this.state.chosen];
-    this.plot.mark(phase, this.walkers[0]);
-    if (!this.paused) $("scrub").value = phase - Math.floor(phase);
+    const { walkers, cycles, shown, paused } = this;
+    const moment = cycles[walkers.indexOf(shown)];
+    this.plot.mark(walkers, cycles, walkers.indexOf(shown));
+    if (paused) $("scrub").setAttribute("aria-valuetext", shown.when(moment));
+    else $("scrub").value = shown.share(moment);
+    if (!shown.cyclic) this.tell();
+  }
+
+  /** Say of each walker what is to be known. */
+  tell() {
+    const { walkers, cycles } = this;
+    const facts = walkers.map((walker, i) => walker.facts(cycles[i]));
+    const places = walkers.length > 1 ? $("names").querySelectorAll("span") : [$("facts")];
+    places.forEach((place, i) => (place.textContent = facts[i]));
   }
 
   /** Keep the times of the last frames [ms]: at the start, with everything moved, and drawn. */

@@ -2,13 +2,16 @@
 
 import { ask, Trouble } from "./api.js";
 import { parameters } from "./models.js";
+import { CaptureWalker } from "./recorded.js";
 import { make } from "./sliders.js";
-import { CaptureWalker } from "./walkers.js";
 
 const KINDS = ".bvh,.c3d,.amc,.asf,.trc,.npz";
 const WAIT = 20; // [s] that the service holds an answer back until something changes
 const STEPS = ["Sent", "Read", "Cut into cycles", "Fitted"];
 const UNTOLD = "AMC files don't say their frame rate: fill in frames per second (120 for CMU's), then choose them again.";
+const NO_WALK = "No straight walk of at least two strides was found, so there is nothing to fit.";
+const NO_BODY = "The points were read, but no whole body was recognised in them, so there is nothing to fit.";
+const UNREAD = "That couldn't be read. Why is said below; what the file doesn't say can be filled in above. Then choose it again.";
 const UNITS = ["", "m", "dm", "cm", "mm", "inch", "cmu"];
 
 /** The panel in an element; `app` shows what is found. */
@@ -22,7 +25,7 @@ export function capturePanel(element, app) {
   element.append(drop, fields, report);
 
   const take = async (files) => {
-    if (!files.length) return;
+    if (!files.length || input.disabled) return;
     if (!fps.value && [...files].some(({ name }) => /\.amc$/i.test(name))) {
       fields.open = true;
       fps.focus();
@@ -32,15 +35,17 @@ export function capturePanel(element, app) {
     }
     input.disabled = true;
     const run = new Run(report, app, { fps: fps.value, unit: unit.value });
-    await run.all([...files]);
+    fields.open = !(await run.all([...files])) || fields.open;
     input.disabled = false;
     input.value = "";
   };
   input.addEventListener("change", () => take(input.files));
   for (const event of ["dragover", "dragleave", "drop"]) {
-    drop.addEventListener(event, (happened) => {
+    // Anywhere on the page: a browser that is handed a file elsewhere leaves the page for it.
+    addEventListener(event, (happened) => {
       happened.preventDefault();
       drop.classList.toggle("over", event === "dragover");
+      if (event !== "dragleave") drop.scrollIntoView({ block: "nearest" });
       if (event === "drop") take(happened.dataTransfer.files);
     });
   }
@@ -75,13 +80,16 @@ class Run {
     element.replaceChildren(make("ol", { className: "steps" }, ...this.rows), this.bar, this.words, this.found, this.buttons);
   }
 
-  /** All steps; what goes wrong ends them and is said. */
+  /** All steps; what goes wrong ends them and is said. Whether the files could be read. */
   async all(files) {
+    let read = true;
     try {
       this.step(0, "Sending …");
       const inspection = await this.job("/v1/jobs/inspect", files, {}, 1);
       const walks = this.inspected(inspection);
-      if (!walks.length) throw new Trouble("No straight walk of at least two strides was found, so there is nothing to fit.");
+      const some = (part) => inspection.files.some((file) => file[part]);
+      read = some("points");
+      if (!walks.length) throw new Trouble(some("motion") ? NO_WALK : read ? NO_BODY : UNREAD);
       const names = new Set(walks.map((file) => file.name));
       const used = files.filter(({ name }) => /\.asf$/i.test(name) || names.has(name) || names.size === files.length);
       this.step(3, "Fitting a model to the cycles …");
@@ -91,6 +99,7 @@ class Run {
     } catch (error) {
       this.failed(error);
     }
+    return read;
   }
 
   /** Let a job run; its result. */
@@ -101,7 +110,8 @@ class Run {
     const answer = await ask(path, { method: "POST", body: form });
     let status = await answer.json();
     while (status.status === "queued" || status.status === "running") {
-      this.step(step, status.message || (status.status === "queued" ? "Waiting for its turn …" : "Working …"), status.progress);
+      const words = status.status === "queued" ? "Waiting for its turn …" : status.message || "Working …";
+      this.step(step, words, status.progress);
       status = await (await ask(`/v1/jobs/${status.id}?wait=${WAIT}`)).json();
     }
     if (status.status !== "done") throw new Trouble(status.error?.detail ?? "It was cancelled.");
@@ -110,7 +120,7 @@ class Run {
 
   /** Say and show what was found; the files that are walks. */
   inspected({ files }) {
-    this.step(2, "");
+    this.step(files.some((file) => file.points) ? 2 : 1, "");
     this.found.replaceChildren(...files.map((file) => make("li", { textContent: said(file) })));
     const shown = files.find((file) => file.walk) ?? files.find((file) => file.motion);
     if (shown) this.show(shown);

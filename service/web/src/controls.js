@@ -4,6 +4,18 @@ import { Slider } from "./sliders.js";
 import { LIMIT } from "./state.js";
 
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
+const WALKING = {
+  "pace-title": "Pace and size",
+  "angles-span": "over one cycle",
+  randomise: "Somebody else",
+  reset: "Average",
+};
+const GROWING = {
+  "pace-title": "Temperature and steering",
+  "angles-span": "over the last seconds",
+  randomise: "Another motion",
+  reset: "Start over",
+};
 const sum = (a, b) => a.reduce((total, x, k) => total + x * (b[k] ?? 0), 0);
 
 /** The sliders of a model; `app` has `change(person => …)`, which takes what it is told, and `walkers`. */
@@ -16,6 +28,7 @@ export class Controls {
     this.fill("pace", this.tree ? this.steering() : this.pacing());
     this.fill("components", this.tree ? [] : this.components());
     for (const id of ["traits-section", "components-section"]) document.getElementById(id).hidden = this.tree;
+    for (const [id, words] of Object.entries(this.tree ? GROWING : WALKING)) document.getElementById(id).textContent = words;
   }
 
   fill(id, sliders) {
@@ -74,15 +87,15 @@ export class Controls {
 
   steering() {
     const temperature = new Slider({
-      label: "Temperature: how far the motion strays from what was captured",
-      low: "Close to capture",
+      label: "Temperature: how far the motion strays from the clips that it grows from",
+      low: "Close to its clips",
       high: "Free",
       min: -2,
       max: 0,
       step: 0.05,
       home: Math.log10(0.05),
       text: (value) => (10 ** value).toFixed(2),
-      changed: (value) => this.app.warm(10 ** value),
+      changed: (value) => this.app.change((one) => (one.temperature = 10 ** value)),
     });
     const speed = new Slider({
       label: "Speed that the motion is steered to, in metres per second",
@@ -94,7 +107,17 @@ export class Controls {
       text: (value) => `${value.toFixed(2)} m/s`,
       changed: (value) => this.app.change((one) => (one.speed = value)),
     });
-    return [temperature, speed];
+    const heading = new Slider({
+      label: "Heading that the motion is steered to, in degrees; to the left is positive",
+      named: "Steered to a heading",
+      min: -180,
+      max: 180,
+      step: 5,
+      own: "don't steer",
+      text: (value) => (value ? `${Math.abs(value)}° ${value > 0 ? "left" : "right"}` : "straight on"),
+      changed: (value) => this.app.change((one) => (one.heading = value)),
+    });
+    return [temperature, speed, heading];
   }
 
   components() {
@@ -119,10 +142,12 @@ export class Controls {
   }
 
   /** Stand where a person stands. */
-  show(one, walker, temperature) {
+  show(one, walker) {
     if (this.tree) {
-      this.paceSliders[0].show(Math.log10(temperature));
-      this.paceSliders[1].show(one.speed ?? 1.2, one.speed !== null);
+      const [temperature, speed, heading] = this.paceSliders;
+      temperature.show(Math.log10(one.temperature));
+      speed.show(one.speed ?? 1.2, one.speed !== null, "free");
+      heading.show(one.heading ?? 0, one.heading !== null, "free");
       return;
     }
     this.traitsSliders.forEach((slider, i) => slider.show(sum(this.directions[i], one.deviations)));

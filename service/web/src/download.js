@@ -1,18 +1,16 @@
 // Motion as files, made by the service with what the sliders say.
 
 import { motion, Trouble } from "./api.js";
+import { steering } from "./recorded.js";
 
-/** What the service is asked for, to give what the page shows of one walker. */
+/** What the service is asked for, to give what the page shows of one walker: of a tree, the motion from its beginning. */
 export function asked(state, one, parameters, { seconds, view }) {
-  const request = { model: state.model, seconds, fps: 30, seed: one.seed, picture: { width: 640, height: 480, view } };
-  if (one.speed !== null) request.speed = one.speed;
-  if (one.height !== null) request.height = one.height;
-  if (parameters.kind !== "tree") {
-    request.deviations = Array.from({ length: parameters.components }, (_, k) => one.deviations[k] ?? 0);
-    request.variation = 0;
-  }
-  if (state.figure === "points") request.picture.style = "points";
-  return request;
+  const picture = { width: 640, height: 480, view, style: state.figure === "points" ? "points" : "body" };
+  const request = { model: state.model, seconds, seed: one.seed, picture };
+  if (parameters.kind === "tree") return { path: "/v1/tree/synthesis", request: { ...request, ...steering(one) } };
+  const { speed, height } = one;
+  const deviations = Array.from({ length: parameters.components }, (_, k) => one.deviations[k] ?? 0);
+  return { path: "/v1/synthesis", request: { ...request, fps: 30, speed, height, deviations, variation: 0 } };
 }
 
 /** Let the browser save a blob. */
@@ -32,7 +30,7 @@ export function downloads(buttons, request, say) {
       try {
         const wanted = request();
         const blob = await motion(wanted, button.dataset.type);
-        save(blob, `${wanted.model.replace("/", "-")}.${button.dataset.suffix}`);
+        save(blob, `${wanted.request.model.replace("/", "-")}.${button.dataset.suffix}`);
         say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`, false);
       } catch (error) {
         say(error instanceof Trouble ? error.message : `That went wrong: ${error.message}`, true);

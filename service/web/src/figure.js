@@ -75,7 +75,7 @@ export class Figure {
 
   limbMeshes(parameters, second) {
     const { walker } = this;
-    walker.show(0);
+    walker.stand();
     this.builtFor = walker.body.height;
     return parameters.clothes.map((clothes, limb) => {
       const [start, end] = walker.body.radii.subarray(2 * limb, 2 * limb + 2).map((r) => r * this.builtFor);

@@ -19,7 +19,7 @@ export function keys(app) {
 /** Whether what has the focus has its own use for a key. */
 function needs(target, key) {
   if (target.matches("input[type=number], textarea, select")) return true;
-  return key === " " && target.matches("button, input, summary, a");
+  return key === " " && target.matches("button, input:not([type=range]), summary, a");
 }
 
 function onPage(app, key) {

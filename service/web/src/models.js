@@ -9,7 +9,7 @@ const TITLES = { "walk/fpca": "Functional", "walk/eigenwalkers": "Eigenwalkers",
 const ABOUT = {
   walking: "Joint angles of whole gait cycles as functions: an average and how people differ from it.",
   eigenwalkers: "Fifteen points that swing in two harmonics: body shape and style in one space.",
-  tree: "Motion without end, grown frame by frame from captured clips: walking, turning, and more.",
+  tree: "Motion without end, grown frame by frame from clips. The tree that ships knows walking, straight and in curves.",
 };
 const cache = new Map();
 

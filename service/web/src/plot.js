@@ -5,7 +5,7 @@ import { make } from "./sliders.js";
 const NAMES = ["Hip", "Knee", "Shoulder", "Elbow"];
 const WIDE = 100;
 const HIGH = 60;
-const RANGE = { Hip: [-40, 60], Knee: [-10, 80], Shoulder: [-50, 50], Elbow: [-5, 95] };
+const RANGE = { Hip: [-40, 60], Knee: [-10, 95], Shoulder: [-50, 50], Elbow: [-5, 95] };
 const KEPT = 90; // frames
 
 const svg = (tag, attributes) => {
@@ -31,7 +31,7 @@ const path = (values, [low, high], { closed = false, room = null } = {}) => {
 /** Four small charts of flexion, left and right, of one walker or two. */
 export class Plot {
   constructor(element) {
-    this.history = null;
+    this.growing = false;
     this.charts = NAMES.map((name) => {
       const picture = svg("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, preserveAspectRatio: "none", role: "img" });
       const [low, high] = RANGE[name];
@@ -50,11 +50,11 @@ export class Plot {
     element.append(this.legend);
   }
 
-  /** Draw the cycles of one walker or two. */
+  /** Draw the cycles of one walker or two; of motion that grows, `mark` does. */
   show(walkers) {
     const words = [["left", "left"], ["right", "right"], ...(walkers.length > 1 ? [["other", "walker B"]] : [])];
     this.legend.replaceChildren(...words.map(([className, textContent]) => make("span", { className, textContent })));
-    this.history = walkers[0].curves ? null : Object.fromEntries(NAMES.map((name) => [name, [[], []]]));
+    this.growing = !walkers[0].curves;
     const cuts = (walkers[0].marks ?? []).map((mark) => `M${(WIDE * mark).toFixed(2)} 0V${HIGH}`).join("");
     for (const { name, picture, marks, lines, now } of this.charts) {
       marks.setAttribute("d", cuts);
@@ -62,7 +62,7 @@ export class Plot {
         const curves = walkers[i >> 1]?.curves;
         line.setAttribute("d", curves ? path(curves[name][i & 1], RANGE[name], { closed: walkers[i >> 1].cyclic }) : "");
       });
-      now.style.display = this.history ? "none" : "";
+      now.style.display = this.growing ? "none" : "";
       picture.setAttribute("aria-label", this.described(name, walkers[0]));
     }
   }
@@ -74,23 +74,20 @@ export class Plot {
     return `${name} flexion over ${cyclic ? "one cycle" : "the capture"}: from ${least} to ${most} degrees on the left`;
   }
 
-  /** Mark a moment of the cycle, or take in what the angles are now. */
-  mark(phase, walker) {
-    if (this.history) {
-      this.collect(walker.flexions());
+  /** Mark the moment that a walker is at; of motion that grows, draw the last seconds of each. */
+  mark(walkers, moments, chosen) {
+    if (this.growing) {
+      walkers.forEach((walker, i) => this.grown(walker.recent(moments[i], KEPT), i));
       return;
     }
-    const x = WIDE * (phase - Math.floor(phase));
+    const x = WIDE * walkers[chosen].share(moments[chosen]);
     for (const { now } of this.charts) now.setAttribute("transform", `translate(${x.toFixed(1)} 0)`);
   }
 
-  collect(flexions) {
+  grown(curves, i) {
     for (const { name, lines } of this.charts) {
-      flexions[name].forEach((value, side) => {
-        const kept = this.history[name][side];
-        kept.push(value);
-        if (kept.length > KEPT) kept.shift();
-        lines[side].setAttribute("d", path(kept, RANGE[name], { room: KEPT }));
+      curves[name].forEach((values, side) => {
+        lines[2 * i + side].setAttribute("d", path(values, RANGE[name], { room: KEPT }));
       });
     }
   }

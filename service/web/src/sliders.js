@@ -47,10 +47,10 @@ export class Slider {
     this.show(home);
   }
 
-  /** Stand at `value`; `given` says whether somebody chose it. */
-  show(value, given = false) {
+  /** Stand at `value`; `given` says whether somebody chose it, and `free` is what to say where nobody did. */
+  show(value, given = false, free = null) {
     this.input.value = value;
-    const words = this.text(value);
+    const words = given || free === null ? this.text(value) : free;
     this.output.textContent = words;
     this.input.setAttribute("aria-valuetext", words);
     if (this.own) this.own.hidden = !given;

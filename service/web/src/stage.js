@@ -131,7 +131,8 @@ export class Stage {
     }
     const { top, bottom } = this.canvas.getBoundingClientRect();
     const edge = (selector) => document.querySelector(selector).getBoundingClientRect();
-    this.covered = [edge(".stage header").bottom - top, bottom - edge(".looks").top];
+    const above = Math.max(edge(".stage header").bottom, edge("#names").bottom);
+    this.covered = [above - top, bottom - edge(".looks").top];
   }
 
   /** Set the camera up for a picture whose edges are covered: what it looks at is in the middle of the rest. */

@@ -2,7 +2,8 @@
 
 export const LIMIT = 3; // standard deviations to either side
 
-const person = () => ({ deviations: [], speed: null, height: null, seed: 0 });
+const WARM = 0.05; // the temperature of trees, unless another one is chosen
+const person = () => ({ deviations: [], speed: null, height: null, heading: null, temperature: WARM, seed: 0 });
 
 /** The page as it is first seen. */
 export const fresh = () => ({
@@ -11,7 +12,6 @@ export const fresh = () => ({
   lines: false,
   inverted: false,
   scattered: false,
-  temperature: 0.05,
   camera: null,
   people: [person()],
   chosen: 0,
@@ -30,13 +30,14 @@ export function link(state) {
   fields.set("model", state.model);
   if (state.figure !== "body") fields.set("figure", state.figure);
   for (const flag of ["lines", "inverted", "scattered"]) if (state[flag]) fields.set(flag, "1");
-  if (state.temperature !== 0.05) fields.set("temperature", short(state.temperature));
   if (state.camera) fields.set("camera", state.camera.map(short).join(","));
   state.people.forEach((one, i) => {
     const mark = i === 0 ? "" : "2";
     if (one.deviations.some((d) => d !== 0) || i > 0) fields.set(`walker${mark}`, one.deviations.map(short).join(","));
     if (one.speed !== null) fields.set(`speed${mark}`, short(one.speed));
     if (one.height !== null) fields.set(`height${mark}`, short(one.height));
+    if (one.heading !== null) fields.set(`heading${mark}`, short(one.heading));
+    if (one.temperature !== WARM) fields.set(`temperature${mark}`, short(one.temperature));
     if (one.seed) fields.set(`seed${mark}`, String(one.seed));
   });
   return fields.toString().replaceAll("%2F", "/").replaceAll("%2C", ",");
@@ -48,6 +49,8 @@ function personFrom(fields, mark) {
   if (given) one.deviations = given.split(",").slice(0, 64).map((d) => number(d, -LIMIT, LIMIT, 0));
   if (fields.has(`speed${mark}`)) one.speed = number(fields.get(`speed${mark}`), 0.3, 2.6, null);
   if (fields.has(`height${mark}`)) one.height = number(fields.get(`height${mark}`), 1, 2.2, null);
+  if (fields.has(`heading${mark}`)) one.heading = number(fields.get(`heading${mark}`), -180, 180, null);
+  one.temperature = number(fields.get(`temperature${mark}`), 0.01, 1, WARM);
   one.seed = Math.round(number(fields.get(`seed${mark}`), 0, 2 ** 32 - 1, 0));
   return one;
 }
@@ -60,7 +63,6 @@ export function fromLink(text) {
   if (/^[a-z0-9]+\/[a-z0-9][a-z0-9-]{0,62}$/.test(model)) state.model = model;
   if (["body", "stick", "points"].includes(fields.get("figure"))) state.figure = fields.get("figure");
   for (const flag of ["lines", "inverted", "scattered"]) state[flag] = fields.get(flag) === "1";
-  state.temperature = number(fields.get("temperature"), 0.01, 1, 0.05);
   const camera = (fields.get("camera") ?? "").split(",").map(Number);
   if (camera.length === 3 && camera.every(Number.isFinite)) state.camera = camera;
   state.people = [personFrom(fields, "")];

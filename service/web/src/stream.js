@@ -1,6 +1,7 @@
 // Endless motion from the service: WS /v1/stream.
 
 const LATE = 4000; // [ms] without a frame until something is said
+const PATIENT = 100; // [ms] in which changes are gathered
 
 /**
  * Poses as they come, from a model.
@@ -10,7 +11,8 @@ const LATE = 4000; // [ms] without a frame until something is said
  */
 export class Stream {
   constructor(settings, { pose, say }) {
-    this.told = { ...settings };
+    this.told = { paused: false, ...settings };
+    this.untold = {};
     this.say = say;
     this.words = "";
     const address = new URL("/v1/stream", location.href);
@@ -29,21 +31,36 @@ export class Stream {
     };
     this.socket.onclose = ({ reason }) => {
       clearTimeout(this.timer);
-      this.tell(`The motion has ended. Choose the model again. ${reason}`);
+      this.tell(`The motion has ended: the service is gone, or busy. “Another motion” begins a new one. ${reason}`);
     };
     this.heard();
   }
 
-  /** Change settings while it runs. */
+  /** Change settings while it runs: those that differ, some times a second at most. */
   change(settings) {
-    Object.assign(this.told, settings);
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(settings));
+    const fresh = Object.entries(settings).filter(([name, value]) => this.told[name] !== value);
+    if (!fresh.length) return;
+    Object.assign(this.told, Object.fromEntries(fresh));
+    this.untold = { ...this.untold, ...Object.fromEntries(fresh) };
+    this.sending ??= setTimeout(() => this.send(), PATIENT);
     this.heard();
+  }
+
+  send() {
+    this.sending = null;
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(this.untold));
+    this.untold = {};
+  }
+
+  /** Wait, or go on. */
+  hold(paused) {
+    this.change({ paused });
   }
 
   close() {
     this.say = () => {};
     clearTimeout(this.timer);
+    clearTimeout(this.sending);
     this.socket.close();
   }
 
