@@ -37,7 +37,7 @@ class Stream:
     """
 
     def __init__(self, models: Any, settings: StreamSettings):
-        self._models, self._pieces, self._last = models, 0, np.zeros((0, 25))
+        self._models, self._pieces, self._last, self.settings = models, 0, np.zeros((0, 25)), settings
         self._begin(settings)
 
     def change(self, settings: StreamSettings) -> None:
