@@ -3,6 +3,7 @@
 Such a script could ask anything in the name of whoever's browser holds the key.
 """
 
+import re
 from collections.abc import Iterator
 from html import escape
 from typing import Any
@@ -41,7 +42,7 @@ def _paths(told: dict[str, Any]) -> Iterator[str]:
     for path, operations in told["paths"].items():
         for method, operation in operations.items():
             yield f"<h2><code>{method.upper()} {escape(path)}</code></h2><p><b>{escape(operation['summary'])}.</b> "
-            yield f"{escape(operation.get('description', ''))}</p>"
+            yield f"{_prose(operation.get('description', ''))}</p>"
             parameters = {p["name"]: {**p["schema"], **p} for p in operation.get("parameters", ())}
             yield from _table(parameters)
             for kind, body in operation.get("requestBody", {}).get("content", {}).items():
@@ -52,14 +53,14 @@ def _paths(told: dict[str, Any]) -> Iterator[str]:
                 if status in refusals:
                     continue
                 kinds = ", ".join(f"<code>{escape(kind)}</code>" for kind in answer.get("content", {}))
-                yield f"<div>{status}: {escape(answer.get('description', ''))} {kinds}</div>"
+                yield f"<div>{status}: {_prose(answer.get('description', ''))} {kinds}</div>"
             yield f"<div>Problems: {', '.join(refusals) or 'none'}</div>"
 
 
 def _schemas(told: dict[str, Any]) -> Iterator[str]:
     """Each object by name."""
     for name, schema in told["components"]["schemas"].items():
-        yield f"<h3 id='{escape(name)}'>{escape(name)}</h3><p>{escape(schema.get('description', ''))}</p>"
+        yield f"<h3 id='{escape(name)}'>{escape(name)}</h3><p>{_prose(schema.get('description', ''))}</p>"
         yield from _table(schema.get("properties", {}))
 
 
@@ -72,10 +73,15 @@ def _table(fields: dict[str, Any]) -> Iterator[str]:
         parts = [field, *field.get("anyOf", ())]
         bounds = ", ".join(f"{sign} {part[key]}" for part in parts for key, sign in _BOUNDS.items() if key in part)
         default, example = (str(field.get(key, "")) for key in ("default", "examples"))
-        cells = (name, bounds, default, example.strip("[]"), field.get("description", ""))
-        named, *rest = (escape(cell) for cell in cells)
+        named, *rest = (escape(cell) for cell in (name, bounds, default, example.strip("[]")))
+        rest.append(_prose(field.get("description", "")))
         yield f"<tr><td><code>{named}</code><td>{_type(field)}" + "".join(f"<td>{cell}" for cell in rest)
     yield "</table>"
+
+
+def _prose(text: str) -> str:
+    """Words in HTML, with names between backquotes as code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def _type(schema: dict[str, Any]) -> str:
