@@ -38,10 +38,11 @@ class Stream:
 
     def __init__(self, models: Any, settings: StreamSettings):
         self._models, self._pieces, self._last, self.settings = models, 0, np.zeros((0, 25)), settings
+        self._growth: Growth | None = None
         self._begin(settings)
 
     def change(self, settings: StreamSettings) -> None:
-        """Go on with other settings; a motion that only stood still for a while goes on as if it hadn't.
+        """Go on with other settings; what grows is steered as it goes, and standing still changes nothing.
 
         Args:
             settings: all of them, not only what is new.
@@ -50,17 +51,26 @@ class Stream:
             MotionError: settings that don't go together.
             Problem: there is no such model.
         """
-        if settings == self.settings.model_copy(update={"paused": settings.paused}):
-            self.settings = settings
-        else:
+        steering = ("paused",) if self._growth is None else ("paused", "speed", "heading", "activity")
+        steered = self.settings.model_copy(update={name: getattr(settings, name) for name in steering})
+        if settings != steered:
             self._begin(settings)
+            return
+        if self._growth is not None:
+            self._growth.target = _target(settings)
+        self.settings = settings
 
     def _begin(self, settings: StreamSettings) -> None:
         """Make the next piece."""
-        model = self._models(settings.model)
-        frames, height, fps = (_grown if model.kind == "tree" else _walked)(model, settings, self._last, self._pieces)
+        model, growth = self._models(settings.model), None
+        if model.kind == "tree":
+            growth = _grown(model, settings, self._last, self._pieces)
+            frames, height, fps = _steps(growth), growth.skeleton.height, _TREE_FPS
+        else:
+            frames, height, fps = _walked(model, settings, self._last, self._pieces)
         first = next(frames)  # here, where it may take long: the first one ever compiles the kernels
-        self._frames, self.settings, self.height, self.fps = chain([first], frames), settings, height, fps
+        self._frames, self._growth = chain([first], frames), growth
+        self.settings, self.height, self.fps = settings, height, fps
         self._pieces += 1
 
     def next(self) -> np.ndarray:
@@ -73,15 +83,23 @@ class Stream:
         return pose
 
 
-def _grown(tree: Any, settings: StreamSettings, before: np.ndarray, piece: int) -> tuple[Iterator, float, float]:
-    """Poses from a tree, its body's height, and frames per second."""
-    heading = None if settings.heading is None else math.radians(settings.heading)
-    target = Target(settings.activity, heading, settings.speed)
+def _grown(tree: Any, settings: StreamSettings, before: np.ndarray, piece: int) -> Growth:
+    """What grows from a tree after the poses `before` (frames, 25)."""
     start = before if len(before) >= 10 else settings.activity
     options = Options(temperature=settings.temperature)
-    growth = Growth(tree, start, seed=[settings.seed, piece], options=options, target=target)
-    frames = (pose for _ in iter(int, 1) for pose in growth.step(1))
-    return frames, growth.skeleton.height, _TREE_FPS
+    return Growth(tree, start, seed=[settings.seed, piece], options=options, target=_target(settings))
+
+
+def _target(settings: StreamSettings) -> Target:
+    """What a tree's motion is steered to."""
+    heading = None if settings.heading is None else math.radians(settings.heading)
+    return Target(settings.activity, heading, settings.speed)
+
+
+def _steps(growth: Growth) -> Iterator[np.ndarray]:
+    """Its poses, one by one."""
+    while True:
+        yield growth.step(1)[0]
 
 
 def _walked(model: Any, settings: StreamSettings, before: np.ndarray, piece: int) -> tuple[Iterator, float, float]:
