@@ -1,8 +1,7 @@
 """What jobs do, in their own process: kind → work(settings, folder, progress).
 
 `folder` holds the files in `input` and gets the `result`, and `model.npz` where a model is fitted. Whatever is wrong
-with the input is a MotionError. What only one kind
-needs is imported there, since a job begins by importing.
+with the input is a MotionError. What only one kind needs is imported there, since a job begins by importing.
 """
 
 from collections.abc import Callable
@@ -14,8 +13,6 @@ import orjson
 
 import motionenv
 from motionenv import Motion, MotionError
-from motionenv.mocap import read_motion
-from motionenv.models.gait import STRAIGHT, find_cycles, forward_speed, straightness
 from motionenv.types import POSE
 
 Progress = Callable[[float, str], None]
@@ -92,6 +89,8 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         folder: of this job.
         progress: told how far it is.
     """
+    from motionenv.mocap import read_motion
+
     files = _captures(folder)
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
@@ -159,6 +158,8 @@ def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
 
 def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any]:
     """What one file holds."""
+    from motionenv.models.gait import straightness
+
     held = motionenv.read(path, fps=fps, unit=unit)
     ours = isinstance(held, Motion)
     values = held.poses if isinstance(held, Motion) else held.positions
@@ -184,11 +185,13 @@ def _walk(motion: Motion) -> dict[str, Any]:
     Raises:
         MotionError: it turns, or has no period.
     """
-    straight = straightness(motion)
-    if straight < STRAIGHT:
+    from motionenv.models import gait
+
+    straight = gait.straightness(motion)
+    if straight < gait.STRAIGHT:
         raise MotionError(f"no straight walk: it gets {straight:.0%} of its path's length ahead")
-    found = find_cycles(motion)
-    return {"stride": found.seconds, "starts": found.starts, "speed": forward_speed(motion)}
+    found = gait.find_cycles(motion)
+    return {"stride": found.seconds, "starts": found.starts, "speed": gait.forward_speed(motion)}
 
 
 def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:

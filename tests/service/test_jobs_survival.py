@@ -176,7 +176,7 @@ def checked(service: Killable, jobs: dict[str, str], expected: np.ndarray) -> li
 
 def survived(data: Path, log: Path, rounds: int) -> dict[str, int]:
     """Kills a service at random times while it fits, renders and reads; what became of the jobs."""
-    rng, walks = np.random.default_rng(1), some_walks()
+    rng, walks = np.random.default_rng(1), dict(list(some_walks().items())[::2])  # one of each person
     service, jobs, interrupted = Killable(data, log), {}, 0
     for i in range(rounds):
         service.begin()
