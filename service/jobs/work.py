@@ -185,13 +185,13 @@ def _walk(motion: Motion) -> dict[str, Any]:
     Raises:
         MotionError: it turns, or has no period.
     """
-    from motionenv.models import gait
+    from motionenv.models.gait import STRAIGHT, find_cycles, forward_speed, straightness
 
-    straight = gait.straightness(motion)
-    if straight < gait.STRAIGHT:
+    straight = straightness(motion)
+    if straight < STRAIGHT:
         raise MotionError(f"no straight walk: it gets {straight:.0%} of its path's length ahead")
-    found = gait.find_cycles(motion)
-    return {"stride": found.seconds, "starts": found.starts, "speed": gait.forward_speed(motion)}
+    found = find_cycles(motion)
+    return {"stride": found.seconds, "starts": found.starts, "speed": forward_speed(motion)}
 
 
 def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:
