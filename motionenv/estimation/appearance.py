@@ -33,6 +33,7 @@ from motionenv.render._workers import Workers
 from motionenv.types import Camera, Skeleton
 
 _BINS = 8  # per colour channel
+COLOURS = _BINS**3  # that are told apart
 _SURE = 0.8  # share of a belief that must see the same limb at a pixel, for its colour to count
 _POOL = 20.0  # pixels by which a limb's histogram leans towards the whole body's
 _FLAT = 2.0  # pixels by which those lean towards any colour
@@ -77,7 +78,7 @@ class AppearanceModel:
     def forget(self) -> None:
         """Drop the observation and all colours: a new episode begins."""
         self._rgb: np.ndarray | None = None
-        self._counts = np.zeros((1 + len(LIMBS), _BINS**3))  # of pixels of the background, and of each limb
+        self._counts = np.zeros((1 + len(LIMBS), COLOURS))  # of pixels of the background, and of each limb
 
     @property
     def camera(self) -> Camera:
@@ -133,7 +134,7 @@ class AppearanceModel:
             raise MotionError(NOTHING_OBSERVED)
         if not self._counts[1:].any():
             return np.zeros(len(checked_poses(poses)))
-        odds = self._log_odds()[:, _bins(self._rgb)]
+        odds = self._log_odds()[:, colour_bins(self._rgb)]
         poses = checked_poses(poses)
         out, radii, (r, t, k, _) = np.empty(len(poses)), self.skeleton.radii, self._geometry.view
 
@@ -161,11 +162,15 @@ class AppearanceModel:
         shares = self._believed.shares(poses, log_weights, self.camera)
         label = shares.argmax(axis=0)
         sure = np.take_along_axis(shares, label[None], axis=0)[0] >= _SURE
-        cells = label[sure] * _BINS**3 + _bins(self._rgb)[sure]
+        cells = label[sure] * COLOURS + colour_bins(self._rgb)[sure]
         return np.bincount(cells, minlength=self._counts.size).astype(np.float64).reshape(self._counts.shape)
 
 
-def _bins(rgb: np.ndarray) -> np.ndarray:
-    """Number of the histogram's bin (height, width) of each colour."""
+def colour_bins(rgb: np.ndarray) -> np.ndarray:
+    """Number, below `COLOURS`, of the histogram's bin (height, width) of each colour.
+
+    Args:
+        rgb: uint8 (height, width, 3).
+    """
     r, g, b = np.moveaxis(rgb.astype(np.int64) * _BINS // 256, -1, 0)
     return (r * _BINS + g) * _BINS + b

@@ -3,7 +3,7 @@
 An attempt starts where somebody begins to walk, follows to the film's end, and from the start back to its beginning.
 Where the expected figure has lost the foreground, it starts anew. Outlines from the side hardly tell left from right;
 two walkers who are mirror images of each other in their own plane of walking look the same, but for perspective. So
-each attempt is made a second time from the mirrored start, and evidence over the whole film chooses.
+each attempt is made a second time from the mirrored start, and silhouettes and colours over the whole film choose.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,6 +15,7 @@ import numpy as np
 from motionenv.body import mirror
 from motionenv.errors import MotionError
 from motionenv.estimation.observation import ObservationModel
+from motionenv.estimation.tracking.choosing import advantage
 from motionenv.estimation.tracking.filters import Belief, ParticleFilter
 from motionenv.estimation.tracking.priors import Prior, Start, systematic
 from motionenv.estimation.tracking.start import SPREAD, automatic_start
@@ -36,7 +37,6 @@ class Followed:
         particles: (T, particles, 25), as likely as each other.
         effective: (T,) effective sample sizes.
         overlap: (T,) of the expected silhouette with the foreground: intersection over union.
-        evidence: log evidence of the film.
         starts: by frame, from where it started, and started anew.
     """
 
@@ -44,7 +44,6 @@ class Followed:
     particles: np.ndarray
     effective: np.ndarray
     overlap: np.ndarray
-    evidence: float
     starts: Mapping[int, Start]
 
 
@@ -57,6 +56,7 @@ class Follower:
         back: the same for a film that runs backwards.
         likelihood: of masks.
         film: (T, height, width) probabilities of foreground.
+        colours: (T, height, width) of `motionenv.estimation.appearance.colour_bins`.
         begin: frame to start at.
         particles: of the filter.
         layers: of annealing.
@@ -67,13 +67,14 @@ class Follower:
     back: Prior
     likelihood: ObservationModel
     film: np.ndarray
+    colours: np.ndarray
     begin: int
     particles: int
     layers: int
     rng: np.random.Generator
 
     def best(self, attempts: int, tick: Callable[[int], None]) -> Followed:
-        """The attempt with the highest evidence; every second one starts as the best so far, left and right exchanged.
+        """The attempt that shows the film best; every second one starts as the best so far, left and right exchanged.
 
         Args:
             attempts: how many.
@@ -83,9 +84,12 @@ class Follower:
         for k in range(attempts):
             given = {} if best is None or k % 2 == 0 else {i: exchanged(s) for i, s in best.starts.items()}
             found = self._attempt(given, partial(_after, tick, k * len(self.film)))
-            best = found if best is None or found.evidence > best.evidence else best
+            best = found if best is None or self._better(found, best) else best
         assert best is not None
         return best
+
+    def _better(self, one: Followed, other: Followed) -> bool:
+        return advantage(one.poses, other.poses, self.likelihood, self.film, self.colours) > 0
 
     def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None]) -> Followed:
         """Follow forwards from `begin`, and back from there."""
@@ -108,7 +112,7 @@ class Follower:
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(len(self.film) - i)
-        return Followed(record.poses, record.particles, record.effective, record.overlap, record.evidence, starts)
+        return Followed(record.poses, record.particles, record.effective, record.overlap, starts)
 
     def _tracker(self, prior: Prior) -> ParticleFilter:
         return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
@@ -146,12 +150,11 @@ class _Record:
 
     def __init__(self, frames: int, likelihood: ObservationModel, film: np.ndarray, rng: np.random.Generator):
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
-        self.effective, self.overlap, self.evidence = np.empty(frames), np.empty(frames), 0.0
+        self.effective, self.overlap = np.empty(frames), np.empty(frames)
         self._likelihood, self._film, self._rng = likelihood, film, rng
 
     def keep(self, i: int, belief: Belief) -> float:
         """Keep the belief of frame `i`; returns the overlap."""
-        self.evidence += belief.log_evidence
         self.poses[i], self.effective[i] = belief.mean, belief.effective
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
         self.overlap[i] = overlap(self.poses[i], self._likelihood.skeleton, self._likelihood.camera, self._film[i])

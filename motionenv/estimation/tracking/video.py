@@ -13,6 +13,7 @@ import numpy as np
 
 from motionenv.body import from_height
 from motionenv.errors import FormatError, MotionError
+from motionenv.estimation.appearance import colour_bins
 from motionenv.estimation.background import picture
 from motionenv.estimation.numeric import as_number, checked_whole
 from motionenv.estimation.observation import ObservationModel
@@ -88,8 +89,8 @@ def track_video(
         prior: makes the prior of a body and a rate; None is the `FPCAPrior`.
         particles: of the filter.
         layers: of annealing.
-        attempts: how often to follow the whole film; the one with the highest evidence is returned. Every second one
-            starts with left and right exchanged, see `motionenv.estimation.tracking.following`.
+        attempts: how often to follow the whole film; the one that shows it best is returned. Every second one starts
+            with left and right exchanged, see `motionenv.estimation.tracking.following`.
         fps: frames per second to track at, of the film's nearest ones; None is the film's own rate, or the largest
             whole fraction of it up to 31.
         seconds: how much of the film.
@@ -110,7 +111,7 @@ def track_video(
     check_options(particles, layers=layers)
     fps = _rate(path) if fps is None else checked_fps(fps)
     skeleton, rng = from_height(_USUAL if height is None else height), np.random.default_rng(seed)
-    foregrounds, size = _looked(path, fps, seconds, background)
+    foregrounds, colours, size = _looked(path, fps, seconds, background)
     boxes = sightings(foregrounds)
     first, last = span(boxes, foregrounds.shape[2])
     rows, columns = foregrounds.shape[1:]
@@ -130,7 +131,8 @@ def track_video(
     walker = FPCAPrior(skeleton=skeleton, fps=fps, backwards=True)
     back = MixturePrior(walker, VelocityPrior(skeleton=skeleton, fps=fps))
     begin = departure(boxes[first:last], fps)
-    follower = Follower(made, back, likelihood, foregrounds[first:last], begin, particles, layers, rng)
+    looked = foregrounds[first:last], colours[first:last]
+    follower = Follower(made, back, likelihood, *looked, begin, particles, layers, rng)
     total = attempts * (last - first)
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     frames = (first, len(foregrounds) - last)
@@ -150,13 +152,15 @@ def _rate(path) -> float:
     return own / np.ceil(own / _MOST_FPS)
 
 
-def _looked(path, fps: float, seconds: float, background) -> tuple[np.ndarray, tuple[int, int]]:
+def _looked(path, fps: float, seconds: float, background) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
     """`_foregrounds` in pictures as large as the person in them needs."""
-    foregrounds, size = _foregrounds(path, fps, seconds, background, _SIDE)
+    foregrounds, colours, size = _foregrounds(path, fps, seconds, background, _SIDE)
     boxes = sightings(foregrounds)
     first, last = span(boxes, foregrounds.shape[2])
     side = _larger(boxes[first:last], foregrounds.shape, max(size))
-    return (foregrounds, size) if side <= _SIDE else _foregrounds(path, fps, seconds, background, side)
+    if side <= _SIDE:
+        return foregrounds, colours, size
+    return _foregrounds(path, fps, seconds, background, side)
 
 
 def _larger(boxes: np.ndarray, shape: tuple[int, ...], own: int) -> int:
@@ -172,8 +176,15 @@ def _larger(boxes: np.ndarray, shape: tuple[int, ...], own: int) -> int:
     return min(own, round(_SIDE * factor))
 
 
-def _foregrounds(path, fps: float, seconds: float, background, side: int) -> tuple[np.ndarray, tuple[int, int]]:
-    """Probabilities (T, rows, columns) of the film in pictures with that longer side, and its own (width, height)."""
+def _foregrounds(
+    path, fps: float, seconds: float, background, side: int
+) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
+    """Of the film in pictures with that longer side.
+
+    Returns:
+        Probabilities (T, rows, columns) of foreground, numbers (T, rows, columns) of `colour_bins`, and the film's own
+        (width, height).
+    """
     from motionenv.render.reading import narrowed, read_frames, video_info
 
     info = video_info(path)
@@ -188,4 +199,5 @@ def _foregrounds(path, fps: float, seconds: float, background, side: int) -> tup
     else:
         without = list(read_frames(background, fps=fps, width=width, seconds=seconds))
     film = FilmBackground(without)
-    return np.stack([film.foreground(f).astype(np.float32) for f in frames]), (info.width, info.height)
+    foregrounds = np.stack([film.foreground(f).astype(np.float32) for f in frames])
+    return foregrounds, np.stack([colour_bins(f).astype(np.uint16) for f in frames]), (info.width, info.height)
