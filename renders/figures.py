@@ -131,7 +131,7 @@ def track(out: Path) -> None:
             seen, _, _, _, info = env.step(beliefs[-1].mean.astype(np.float32))
             errors.append(1000 * info["error"])
     poses, particles = np.array([b.mean for b in beliefs]), np.array([b.poses[::33] for b in beliefs])
-    film = list(track_film(pictures, enlarged(camera, 2), poses, particles, body, errors, label="error per joint, mm"))
+    film = list(track_film(pictures, enlarged(camera, 2), poses, particles, body, errors, label="error per joint [mm]"))
     write_image(out / "track.png", np.concatenate([film[i] for i in (14, 74)], axis=1))
 
 
