@@ -64,7 +64,7 @@ def until_running(server, answer) -> dict:
 def processes(server) -> list[psutil.Process]:
     """Those of jobs; one that has just ended is none."""
     found = []
-    for child in psutil.Process(server.process.pid).children():
+    for child in psutil.Process(server.process.pid).children(recursive=True):
         with suppress(psutil.NoSuchProcess):
             found += [child] if "service.jobs.process" in child.cmdline() else []
     return found

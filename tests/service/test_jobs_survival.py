@@ -75,9 +75,8 @@ def test_two_server_processes_share_the_jobs_and_one_is_enough(serving, tmp_path
         with httpx.Client(base_url=server.url, timeout=60) as other:
             until_running(SimpleNamespace(http=other), long)
             assert other.delete(long.headers["Location"]).json()["status"] == "cancelled"
-        everybody = lambda: psutil.Process(server.process.pid).children(recursive=True)
         until = time.monotonic() + 5
-        while [p for p in everybody() if "service.jobs.process" in p.cmdline()]:
+        while processes(server):
             assert time.monotonic() < until
             time.sleep(0.05)
         (first,) = supervisors(server, tmp_path)
