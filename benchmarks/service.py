@@ -1,4 +1,4 @@
-"""The service under load, on loopback: `motionenv serve` with a key, metrics and its log on, against Starlette alone.
+"""The service under load, on loopback: `motionenv serve` with a key, metrics and its log on, against bare endpoints.
 
 Run: motionenv bench service [--quick] [--rounds 3] [--seconds 8]
 
@@ -53,21 +53,22 @@ def _start(data: Path) -> float:
 
 
 @contextmanager
-def _bare(media_type: str) -> Iterator[Served]:
-    command = [sys.executable, "-P", str(_BARE), media_type]  # -P: beside it, `service` would be this file
+def _bare(what: str) -> Iterator[Served]:
+    command = [sys.executable, "-P", str(_BARE), what]  # -P: beside it, `service` would be this file
     with running(command, {"PYTHONPATH": str(_BARE.parents[1])}, "/health/ready") as served:
         yield served
 
 
 def _loads(server: Served, rounds: int, seconds: int) -> dict[str, Load]:
-    """All kinds of requests to one worker, and the same bytes and the same work from Starlette alone."""
+    """All kinds of requests to one worker, and to bare endpoints."""
     _await_tree(server)
     found: dict[str, list[Load]] = {}
-    with _bare(JSON) as json, _bare(NPZ) as npz:
+    with _bare(JSON) as json, _bare(NPZ) as npz, _bare("product") as product:
         asked = [
             ("synthesis, JSON", server, SYNTHESIS, JSON, None),
             ("Starlette: the same work, JSON", json, SYNTHESIS, JSON, "/work"),
             ("Starlette: the same bytes, JSON", json, SYNTHESIS, JSON, "/bytes"),
+            ("FastAPI: a product with a matrix, JSON", product, SYNTHESIS, JSON, "/product"),
             ("synthesis, NPZ", server, SYNTHESIS, NPZ, None),
             ("Starlette: the same work, NPZ", npz, SYNTHESIS, NPZ, "/work"),
             ("synthesis, NPY", server, SYNTHESIS, NPY, None),
@@ -145,6 +146,7 @@ def _tell(
         loads[name] for name in ("synthesis, JSON", "synthesis, NPZ", "synthesis, NPY", "300 tree samples, JSON")
     )
     work, ready = loads["Starlette: the same work, JSON"], loads["Starlette: the same bytes, JSON"]
+    product = loads["FastAPI: a product with a matrix, JSON"]
     faster = statistics.median(two.per_second / one.per_second for one, two in scaled)
     dearer = statistics.median(two.cpu / one.cpu for one, two in scaled)
     growth = memory[-1][1] / memory[0][1] - 1
@@ -156,6 +158,8 @@ def _tell(
          f"{json.per_second / work.per_second:.2f}× (CPU {work.cpu / json.cpu:.2f}×)"),
         ("… against Starlette, the same bytes made beforehand", "≥ 0.5×",
          f"{json.per_second / ready.per_second:.2f}× (CPU {ready.cpu / json.cpu:.2f}×)"),
+        ("… against FastAPI, a product with a matrix", "",
+         f"{json.per_second / product.per_second:.2f}× (CPU {product.cpu / json.cpu:.2f}×)"),
         ("synthesis, NPZ / NPY", "≥ 3,000/s", f"{npz.per_second:,.0f} / {npy.per_second:,.0f}/s"),
         ("300 tree samples, JSON", "≥ 1,000/s", f"{tree.per_second:,.0f}/s"),
         ("… p99", "≤ 30 ms", f"{tree.p99:.1f} ms"),

@@ -1,16 +1,20 @@
-"""What the service is compared with: Starlette alone, on uvicorn with the same settings.
+"""What the service is compared with, on uvicorn with the same settings: Starlette alone, FastAPI with hardly a model.
 
-`/bytes` sends an answer that was made beforehand, `/work` makes the same walk as the service does, as JSON or NPZ, and
-neither has keys, limits, checks of the request, metrics or a log.
+Of Starlette `/bytes` sends an answer that was made beforehand, and `/work` makes the same walk as the service does, as
+JSON or NPZ. FastAPI's `/product` draws eight numbers and sends their product with a matrix, as many numbers as a walk
+has: it tells how fast a machine is. None has keys, limits, metrics or a log.
 
-Run by `service.py`: python benchmarks/service_bare.py MEDIA_TYPE
+Run by `service.py`: python benchmarks/service_bare.py MEDIA_TYPE, or product
 """
 
 import logging
 import sys
 
+import numpy as np
 import orjson
 import uvicorn
+from fastapi import FastAPI
+from pydantic import BaseModel
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
@@ -20,6 +24,32 @@ import motionenv
 from service.formats.motion import parts
 
 _MODEL = "walk/fpca"
+
+
+class Asked(BaseModel):
+    """What the product is asked with."""
+
+    seed: int
+    seconds: float = 4.0
+    fps: float = 30.0
+
+
+def product() -> FastAPI:
+    """The endpoint `/product`."""
+    matrix = np.random.default_rng(1).standard_normal((8, 120 * 25))
+    app = FastAPI(telemetry={"tracing": False, "metrics": False, "logs": False})
+
+    @app.post("/product")
+    async def made(asked: Asked) -> Response:
+        poses = (np.random.default_rng(asked.seed).standard_normal(8) @ matrix).reshape(120, 25)
+        body = orjson.dumps({"poses": poses}, option=orjson.OPT_SERIALIZE_NUMPY)
+        return Response(body, media_type="application/json")
+
+    @app.get("/health/ready")
+    async def ready() -> Response:
+        return Response(b"")
+
+    return app
 
 
 def application(media_type: str) -> Starlette:
@@ -56,6 +86,6 @@ def application(media_type: str) -> Starlette:
 if __name__ == "__main__":
     logging.basicConfig(level=logging.INFO)
     uvicorn.run(
-        application(sys.argv[1]), port=0, loop="uvloop", http="httptools", access_log=False, log_config=None,
-        server_header=False,
+        product() if sys.argv[1] == "product" else application(sys.argv[1]), port=0, loop="uvloop", http="httptools",
+        access_log=False, log_config=None, server_header=False,
     )  # fmt: skip
