@@ -154,6 +154,18 @@ export class App {
     this.refresh();
   }
 
+  /** Lay out what goes with the figure and with one walker or two; not anew for each slider, as it takes a while. */
+  arrange() {
+    const [figure, two] = [this.state.figure, this.walkers.length > 1];
+    if (this.arranged === `${figure} ${two}`) return;
+    this.arranged = `${figure} ${two}`;
+    $("chosen").hidden = $("names").hidden = !two;
+    $("facts").hidden = two;
+    $("stage").dataset.figure = figure;
+    $("dots").hidden = figure !== "points";
+    this.stage.resize(); // other things cover its edges now
+  }
+
   /** Show everywhere what the state says. */
   refresh() {
     const { state, stage, walkers, guest, shown } = this;
@@ -166,14 +178,9 @@ export class App {
     this.mark("figure", state.figure);
     this.mark("models", state.model);
     this.mark("chosen", String(state.chosen));
-    const two = walkers.length > 1;
-    $("chosen").hidden = $("names").hidden = !two;
-    $("facts").hidden = two;
-    $("compare").setAttribute("aria-pressed", String(two));
+    $("compare").setAttribute("aria-pressed", String(walkers.length > 1));
     $("seed").value = this.one.seed;
-    $("stage").dataset.figure = state.figure;
-    $("dots").hidden = state.figure !== "points";
-    stage.resize(); // other things may cover its edges now
+    this.arrange();
     this.tell();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to go on." : about(this.parameters.kind);
     for (const button of $("downloads").children) button.disabled = guest !== null;
