@@ -56,6 +56,7 @@ class ModelDetails(Model):
         dimensions: how large it is.
         height: of its average body [m].
         components: in the order of `deviations` and `scores`.
+        activities: what a tree's `start` and `activity` may be.
         ranges: least, greatest value and unit of what may be asked of it.
     """
 
@@ -64,6 +65,7 @@ class ModelDetails(Model):
     dimensions: Mapping[str, int] | None = None
     height: float | None = None
     components: tuple[Component, ...] = ()
+    activities: tuple[str, ...] = ()
     ranges: Mapping[str, tuple[float, float, str]] | None = None
 
 
@@ -157,7 +159,8 @@ def details(told: Mapping[str, Any]) -> ModelDetails:
     """
     ranges = {name: (r["minimum"], r["maximum"], r["unit"]) for name, r in told["ranges"].items()}
     components = tuple(taken(Component, component) for component in told["components"])
-    return taken(ModelDetails, {**told, "ranges": ranges, "components": components})
+    activities = tuple(told["activities"])
+    return taken(ModelDetails, {**told, "ranges": ranges, "components": components, "activities": activities})
 
 
 def samples(told: Mapping[str, Any]) -> Samples:

@@ -37,15 +37,16 @@ def description(name: str, model: Any) -> ModelDescription:
         name: of the model.
         model: None where it isn't in memory yet.
     """
-    told = _card(name, model)
-    walks = getattr(model, "kind", None) in _WALKING
+    told, kind = _card(name, model), getattr(model, "kind", None)
+    walks, grows = kind in _WALKING, kind == "tree"
     return ModelDescription(
         **_common(name, model, told),
         card=told,
-        synthesis=walks or getattr(model, "kind", None) == "tree",
+        synthesis=walks or grows,
         dimensions=_dimensions(model),
         height=_height(model),
         components=_components(model) if walks else [],
+        activities=sorted(set(model.database_.activities)) if grows else [],
         ranges={key: value for key, value in _RANGES.items() if walks or key in _OF_TREES},
     )
 

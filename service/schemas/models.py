@@ -41,6 +41,7 @@ class ModelDescription(ModelSummary):
     dimensions: dict[str, int] = Field(description="How large it is.", examples=[{"components": 8, "pose": 25}])
     height: float | None = Field(None, description="Height of its average body [m].")
     components: list[Component] = Field(description="In the order of `deviations` and `scores`; none of a tree.")
+    activities: list[str] = Field(description="What a tree's `start` and `activity` may be.", examples=[["walk"]])
     ranges: dict[str, Range] = Field(description="What a request's numbers may be.")
 
 

@@ -1,5 +1,7 @@
 """`GET /v1/models`, and the questions of the Open Inference Protocol."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -30,7 +32,16 @@ def test_a_tree_is_described_before_it_is_there_too(server):
     told = server.http.get("/v1/models/mixed/tree").json()
     assert told["card"]["model"] == "mixed/tree"
     assert told["components"] == []
-    assert (told["kind"] == "tree") == told["ready"]
+    assert (told["kind"] == "tree") == told["ready"] == bool(told["activities"])
+
+
+def test_what_a_tree_is_told_to_know_it_grows(server):
+    while not (told := server.http.get("/v1/models/mixed/tree").json())["ready"]:
+        time.sleep(0.5)
+    assert told["activities"] == sorted(set(motionenv.load("mixed/tree").database_.activities))
+    for activity in told["activities"]:
+        asked = {"start": activity, "activity": activity, "seconds": 0.2, "seed": 1}
+        assert server.http.post("/v1/tree/synthesis", json=asked).status_code == 200
 
 
 def test_a_fitted_model_is_served(server):
