@@ -34,6 +34,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
       `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations;
     - `Eigenwalkers`: `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and the log frequency [Hz] likewise.
 
+    The description of a tree tells the `activities` that it knows.
+
     Args:
         model: fitted.
 
@@ -41,8 +43,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         MotionError: a model that makes no motion.
     """
     if model.kind == "tree":
-        body = model.database_.skeleton
-        return _body(body.offsets / body.height), _described(model, body.height, 0)
+        body, activities = model.database_.skeleton, sorted(set(model.database_.activities))
+        return _body(body.offsets / body.height), _described(model, body.height, 0) | {"activities": activities}
     mean, deviation = components(model)
     found = traits(model)
     shared = {"mean_scores": mean, "deviations": deviation, "traits": np.array([t.direction for t in found])}

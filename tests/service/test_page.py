@@ -151,7 +151,8 @@ def test_the_tree_is_steered_while_it_moves(shown):
 def test_what_a_tree_has_grown_is_scrubbed_through_and_downloaded(shown, tmp_path):
     """A pause changes nothing of what is grown: it is the motion that the service makes of the same settings."""
     press = shown.page.keyboard.press
-    shown.open("model=mixed/tree&seed=5&temperature=0.1&heading=30").until("motionenv.walkers[0].end > 1", 60)
+    shown.open("model=mixed/tree&seed=5&temperature=0.1&heading=30&activity=walk")
+    shown.until("motionenv.walkers[0].end > 1", 60)
     press(" ")
     shown.until("motionenv.walkers[0].stream.told.paused && !motionenv.walkers[0].stream.sending")
     shown.page.focus("#scrub")
@@ -176,17 +177,17 @@ def test_two_trees_side_by_side(shown):
     shown.open("model=mixed/tree&temperature=0.2&seed=3")
     shown.page.keyboard.press("c")
     assert shown.ask("motionenv.walkers.length") == 2
-    shown.page.focus("#pace .slider:nth-child(2) input")
+    shown.page.focus("#pace .slider:nth-child(3) input")
     shown.page.keyboard.press("End")
-    told = shown.ask("motionenv.walkers.map(({stream: {told}}) => [told.seed, told.temperature, told.speed])")
-    assert told == [[3, 0.2, None], [3, 0.2, 2.6]]
+    shown.page.select_option("#pace select", "turn left")
+    told = shown.ask("motionenv.walkers.map(({stream: {told: t}}) => [t.seed, t.temperature, t.speed, t.activity])")
+    assert told == [[3, 0.2, None, None], [3, 0.2, 2.6, "turn left"]]
     shown.until("motionenv.cycles[0] > 0.7", 60)
     first, second = shown.ask("motionenv.cycles")
     assert first == second, "they are shown at one moment"
     assert re.fullmatch(r"(A|B)\d\.\d\d m/s · .*", shown.page.text_content("#names p:nth-child(2)"))
-    shown.until(
-        "location.hash === '#model=mixed/tree&temperature=0.2&seed=3&walker2=&speed2=2.6&temperature2=0.2&seed2=3'"
-    )
+    link = "model=mixed/tree&temperature=0.2&seed=3&walker2=&speed2=2.6&activity2=turn+left&temperature2=0.2&seed2=3"
+    shown.until(f"location.hash === '#{link}'")
     shown.still(0.9)
     picture = pixels(shown.picture("compare-trees"))
     assert ImageChops.difference(picture.crop((0, 0, 300, 440)), picture.crop((300, 0, 600, 440))).getbbox()

@@ -58,6 +58,7 @@ export class App {
       if (this.state.model !== name) return;
       this.say("");
       this.parameters = found;
+      for (const one of this.state.people) if (!found.activities?.includes(one.activity)) one.activity = null;
       this.loaded = name;
       this.controls = new Controls(this, found);
       this.people();

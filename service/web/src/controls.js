@@ -1,6 +1,6 @@
 // The sliders of the walker that is chosen: its manner, pace, size and components.
 
-import { Slider } from "./sliders.js";
+import { Choice, Slider } from "./sliders.js";
 import { LIMIT } from "./state.js";
 
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
@@ -97,6 +97,12 @@ export class Controls {
       text: (value) => (10 ** value).toFixed(2),
       changed: (value) => this.app.change((one) => (one.temperature = 10 ** value)),
     });
+    const activity = new Choice({
+      label: "What is done",
+      choices: this.parameters.activities,
+      none: "anything",
+      changed: (value) => this.app.change((one) => (one.activity = value)),
+    });
     const speed = new Slider({
       label: "Speed that the motion is steered to, in metres per second",
       named: "Steered to a speed",
@@ -117,7 +123,7 @@ export class Controls {
       text: (value) => (value ? `${Math.abs(value)}° ${value > 0 ? "left" : "right"}` : "straight on"),
       changed: (value) => this.app.change((one) => (one.heading = value)),
     });
-    return [temperature, speed, heading];
+    return [temperature, activity, speed, heading];
   }
 
   components() {
@@ -144,8 +150,9 @@ export class Controls {
   /** Stand where a person stands. */
   show(one, walker) {
     if (this.tree) {
-      const [temperature, speed, heading] = this.paceSliders;
+      const [temperature, activity, speed, heading] = this.paceSliders;
       temperature.show(Math.log10(one.temperature));
+      activity.show(one.activity);
       speed.show(one.speed ?? 1.2, one.speed !== null, "free");
       heading.show(one.heading ?? 0, one.heading !== null, "free");
       return;

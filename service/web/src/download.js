@@ -7,7 +7,7 @@ import { steering } from "./recorded.js";
 export function asked(state, one, parameters, { seconds, view }) {
   const picture = { width: 640, height: 480, view, style: state.figure === "points" ? "points" : "body" };
   const request = { model: state.model, seconds, seed: one.seed, picture };
-  if (parameters.kind === "tree") return { path: "/v1/tree/synthesis", request: { ...request, ...steering(one) } };
+  if (parameters.kind === "tree") return { path: "/v1/tree/synthesis", request: { ...request, start: one.activity, ...steering(one) } };
   const { speed, height } = one;
   const deviations = Array.from({ length: parameters.components }, (_, k) => one.deviations[k] ?? 0);
   return { path: "/v1/synthesis", request: { ...request, fps: 30, speed, height, deviations, variation: 0 } };

@@ -211,4 +211,4 @@ export class GrownWalker extends Recorded {
 }
 
 /** What a tree is told of a person's settings. */
-export const steering = ({ temperature, speed, heading }) => ({ temperature, speed, heading });
+export const steering = ({ temperature, activity, speed, heading }) => ({ temperature, activity, speed, heading });

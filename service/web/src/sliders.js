@@ -57,3 +57,17 @@ export class Slider {
     fill(this.input, this.own && !given ? value : this.home);
   }
 }
+
+/** A choice among words, or `none` of them, which is null; `changed(value)` hears which. */
+export class Choice {
+  constructor({ label, choices, none, changed }) {
+    const options = [none, ...choices].map((textContent, i) => part("option", { textContent, value: i ? textContent : "" }));
+    this.select = part("select", {}, ...options);
+    this.select.addEventListener("change", () => changed(this.select.value || null));
+    this.row = part("label", { className: "field" }, label, this.select);
+  }
+
+  show(value) {
+    this.select.value = value ?? "";
+  }
+}

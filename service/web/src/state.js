@@ -3,7 +3,15 @@
 export const LIMIT = 3; // standard deviations to either side
 
 const WARM = 0.05; // the temperature of trees, unless another one is chosen
-const person = () => ({ deviations: [], speed: null, height: null, heading: null, temperature: WARM, seed: 0 });
+const person = () => ({
+  deviations: [],
+  speed: null,
+  height: null,
+  activity: null,
+  heading: null,
+  temperature: WARM,
+  seed: 0,
+});
 
 /** The page as it is first seen. */
 export const fresh = () => ({
@@ -36,6 +44,7 @@ export function link(state) {
     if (one.deviations.some((d) => d !== 0) || i > 0) fields.set(`walker${mark}`, one.deviations.map(short).join(","));
     if (one.speed !== null) fields.set(`speed${mark}`, short(one.speed));
     if (one.height !== null) fields.set(`height${mark}`, short(one.height));
+    if (one.activity !== null) fields.set(`activity${mark}`, one.activity);
     if (one.heading !== null) fields.set(`heading${mark}`, short(one.heading));
     if (one.temperature !== WARM) fields.set(`temperature${mark}`, short(one.temperature));
     if (one.seed) fields.set(`seed${mark}`, String(one.seed));
@@ -49,6 +58,7 @@ function personFrom(fields, mark) {
   if (given) one.deviations = given.split(",").slice(0, 64).map((d) => number(d, -LIMIT, LIMIT, 0));
   if (fields.has(`speed${mark}`)) one.speed = number(fields.get(`speed${mark}`), 0.3, 2.6, null);
   if (fields.has(`height${mark}`)) one.height = number(fields.get(`height${mark}`), 1, 2.2, null);
+  one.activity = fields.get(`activity${mark}`);
   if (fields.has(`heading${mark}`)) one.heading = number(fields.get(`heading${mark}`), -180, 180, null);
   one.temperature = number(fields.get(`temperature${mark}`), 0.01, 1, WARM);
   one.seed = Math.round(number(fields.get(`seed${mark}`), 0, 2 ** 32 - 1, 0));
