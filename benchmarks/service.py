@@ -158,7 +158,7 @@ def _tell(
          f"{json.per_second / work.per_second:.2f}× (CPU {work.cpu / json.cpu:.2f}×)"),
         ("… against Starlette, the same bytes made beforehand", "≥ 0.5×",
          f"{json.per_second / ready.per_second:.2f}× (CPU {ready.cpu / json.cpu:.2f}×)"),
-        ("… against FastAPI, a product with a matrix", "",
+        ("… against FastAPI, a product with a matrix", "none",
          f"{json.per_second / product.per_second:.2f}× (CPU {product.cpu / json.cpu:.2f}×)"),
         ("synthesis, NPZ / NPY", "≥ 3,000/s", f"{npz.per_second:,.0f} / {npy.per_second:,.0f}/s"),
         ("300 tree samples, JSON", "≥ 1,000/s", f"{tree.per_second:,.0f}/s"),

@@ -128,16 +128,17 @@ def _check_limits(asked: Asked, media_type: str, settings: Settings) -> None:
         Problem: 422 with the field and its bound.
     """
     seconds = "/seconds", "seconds · fps"
-    at_most(asked.frames, settings.max_frames, *seconds, "frames")
+    at_most(asked.frames, settings.max_frames, *seconds, "frames", each=asked.fps)
     if media_type == "application/x-c3d":
-        at_most(asked.frames, _C3D_FRAMES, *seconds, "frames of a C3D file")
+        at_most(asked.frames, _C3D_FRAMES, *seconds, "frames of a C3D file", each=asked.fps)
     if media_type not in FILMS:
         return
     shown = asked.picture
-    at_most(shown.width * shown.height, settings.max_pixels, "/picture/width", "width · height", "pixels")
+    pixels = shown.width * shown.height
+    at_most(pixels, settings.max_pixels, "/picture/width", "width · height", "pixels", each=shown.height)
     if media_type == PNG:
         at_most(shown.frame, asked.frames - 1, "/picture/frame", "the number of the frame", "(the last frame)")
         return
-    at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video")
+    at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video", each=asked.fps)
     if media_type == GIF:
         at_most(asked.fps, _GIF_FPS, "/fps", "fps", "for GIF")

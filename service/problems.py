@@ -72,7 +72,7 @@ def busy(detail: str, seconds: int = 1) -> Problem:
     return Problem(503, f"{detail}; ask again in {seconds} s", headers={"Retry-After": str(seconds)})
 
 
-def at_most(value: float, most: float, field: str, name: str, unit: str) -> None:
+def at_most(value: float, most: float, field: str, name: str, unit: str, *, each: float = 1) -> None:
     """Refuse what is larger than this service or a format allows.
 
     Args:
@@ -81,12 +81,14 @@ def at_most(value: float, most: float, field: str, name: str, unit: str) -> None
         field: JSON pointer of the field.
         name: of the value, in words.
         unit: of the value.
+        each: how much of the value one of the field makes; its bound is told as what the field may be.
 
     Raises:
         Problem: 422 with the field and its bound.
     """
     if value > most:
-        raise Problem(422, f"{name} must be {most} {unit} at most, got {value:g}", field=field, bound={"le": most})
+        bound = {"le": most / each}
+        raise Problem(422, f"{name} must be {most} {unit} at most, got {value:g}", field=field, bound=bound)
 
 
 def problem_response(

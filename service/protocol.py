@@ -14,7 +14,7 @@ _HEADER_BYTES = 128_000
 _HEADER_SECONDS = 10.0
 _GRACE = 10.0  # [s] in which a body must keep its rate, again and again
 _BODY_RATE = 1_000  # [bytes/s]
-_READING_SECONDS = 60.0  # until whoever has read nothing is left; Linux tells of reading only by the megabyte
+_READING_SECONDS = 60.0  # until whoever has read nothing is left; sockets hold so much that slow reading shows late
 _LINGER = 1.0  # [s] that what still comes is thrown away: hanging up on unread bytes would lose the answer too
 
 

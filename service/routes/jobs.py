@@ -124,9 +124,10 @@ async def render(request: Request, asked: RenderRequest, key: Key = None) -> Res
     desk.check_open()
     if asked.model not in desk.catalogue.names():
         raise Problem(404, f"there is no model {asked.model!r}: GET /v1/models lists them", field="/model")
-    at_most(asked.frames, limits.max_frames, "/seconds", "seconds · fps", "frames")
+    at_most(asked.frames, limits.max_frames, "/seconds", "seconds · fps", "frames", each=asked.fps)
     shown = asked.picture
-    at_most(shown.width * shown.height, limits.max_pixels, "/picture/width", "width · height", "pixels")
+    pixels = shown.width * shown.height
+    at_most(pixels, limits.max_pixels, "/picture/width", "width · height", "pixels", each=shown.height)
     suffix = FILMS[asked.format]
     settings = {"request": asked.model_dump(exclude={"format"}), "suffix": suffix}
     job = desk.add("render", settings, [], media_type=asked.format, filename=f"walk{suffix}", key=key)

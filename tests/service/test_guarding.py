@@ -128,6 +128,14 @@ def test_what_is_wrong_is_told_by_field(server, body, field, status):
     assert field is None or field in [error["field"] for error in problem["errors"]]
 
 
+@pytest.mark.parametrize("path", ["/v1/synthesis", "/v1/jobs/render"])
+def test_the_bound_of_a_product_is_what_its_field_may_be(server, path):
+    long, large = {"seconds": 3000, "fps": 30}, {"seconds": 1, "picture": {"width": 4000, "height": 1000}}
+    for asked, field, bound in ((long, "/seconds", 1200.0), (large, "/picture/width", 2073.6)):
+        problem = server.http.post(path, json=asked, headers={"Accept": "video/mp4, application/problem+json"}).json()
+        assert [(e["field"], e["bound"]) for e in problem["errors"]] == [(field, {"le": bound})]
+
+
 def test_a_bound_is_told_as_a_number(server):
     problem = server.http.post("/v1/synthesis", json={"fps": 1000}).json()
     assert problem["errors"][0]["bound"] == {"le": 240.0}

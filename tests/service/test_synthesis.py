@@ -182,9 +182,9 @@ def test_what_is_too_large_is_refused_before_any_work(tmp_path):
     ]  # fmt: skip
     posts = [("POST", "/v1/synthesis", {"json": ASK | what, "headers": {"Accept": kind}}) for kind, what in asked]
     long, film, wide, right = answers(tmp_path, posts, max_frames=100, max_pixels=10_000, max_video_frames=20)
-    refused(long, "/seconds", 100)
-    refused(film, "/seconds", 20)
-    refused(wide, "/picture/width", 10_000)
+    refused(long, "/seconds", 100 / ASK["fps"])
+    refused(film, "/seconds", 20 / ASK["fps"])
+    refused(wide, "/picture/width", 10_000 / 100)
     assert right.status_code == 200
 
 
