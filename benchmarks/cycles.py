@@ -1,35 +1,28 @@
-"""Cycles: how fast against vectorised NumPy, and how near to the events of real walks (those in ../shared/mocap).
+"""Cycles: speed against vectorised NumPy, and accuracy against gait events of captured walks.
 
-python benchmarks/cycles.py
+python -m benchmarks.cycles
 """
 
-import importlib.util
 import os
-import time
+import timeit
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
+from benchmarks import MOCAP, captured_walks
 from motionenv.cycles import align, estimate_period, periodic_basis, segment, snr
 from motionenv.errors import MotionError
 
-ROOT = Path(__file__).parents[1]
-
 
 def seconds(run, repeats: int = 1) -> float:
-    """Shortest of `repeats` runs [s]: the machine is shared."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return min(times)
+    """Shortest of `repeats` runs [s], as the machine is shared."""
+    return min(timeit.repeat(run, number=1, repeat=repeats))
 
 
 def snr_by_bincount(z, candidates):
-    """The corrected SNR by one vectorised np.bincount per candidate for sums and one for counts."""
+    """The corrected SNR by two vectorised np.bincount per candidate, for sums and counts."""
     seen = ~np.isnan(z)
     z = np.where(seen, z - np.nanmean(z, axis=0), 0.0)
     total, n, m = (z**2).sum(axis=0), seen.sum(axis=0), z.shape[1]
@@ -46,8 +39,8 @@ def snr_by_bincount(z, candidates):
 def align_by_table(sequences, periods, rounds, lookup):
     """Fig. 6 for whole periods, all offsets of a sequence at once; stops after `rounds` updates.
 
-    The table of phases (p, T) either indexes the reference on its p phases (`lookup`), or is evaluated spline by
-    spline, as fractional periods would need.
+    With `lookup`, the table of phases (p, T) indexes a reference tabulated at p phases. Otherwise the splines are
+    evaluated at each phase, as fractional periods require.
     """
     offsets = np.zeros(len(sequences), dtype=int)
     stacked = np.concatenate(sequences)
@@ -68,7 +61,7 @@ def align_by_table(sequences, periods, rounds, lookup):
 
 
 def walkers(n, m=19, seed=0):
-    """`n` noisy sequences of one rhythm, 15 % missing, and their whole periods."""
+    """`n` noisy sequences of a common pattern, 15 % missing, and their integer periods."""
     rng = np.random.default_rng(seed)
     size, start, periods = rng.normal(size=(4, m)), rng.uniform(0, 6.3, (4, m)), rng.integers(100, 160, n)
     sequences = []
@@ -83,7 +76,7 @@ def walkers(n, m=19, seed=0):
 
 
 def speed_of_snr():
-    """5,000 × 19, 20 % missing, 221 candidates."""
+    """Print the speed of the SNR: 5,000 × 19, 20 % missing, 221 candidates."""
     z, candidates = np.random.default_rng(0).normal(size=(5000, 19)), np.arange(60, 281)
     z[np.random.default_rng(1).random(z.shape) < 0.2] = np.nan
     np.testing.assert_allclose(snr(z, candidates).channels, snr_by_bincount(z, candidates), rtol=1e-9)
@@ -93,7 +86,7 @@ def speed_of_snr():
 
 
 def speed_of_offsets(n, measured):
-    """All iterations of ours; of the tables the first `measured` rounds, scaled to as many."""
+    """Print the speed of alignment; the peers run the first `measured` rounds, and their time is extrapolated."""
     sequences, periods = walkers(n)
     alignment = align(sequences, periods)
     rounds = len(alignment.errors) - 1
@@ -112,20 +105,20 @@ def speed_of_offsets(n, measured):
 
 
 def estimate(z, fps):
-    """Cycle length [s], NaN where none is found."""
+    """Cycle length [s], or NaN if none is found."""
     try:
         return estimate_period(z, fps).seconds
     except MotionError:
         return np.nan
 
 
-def accuracy(name, walks, fps, real):
-    """Cycle length against events, whole and with gaps; lists the trials beyond the goal."""
+def accuracy(name, walks, fps):
+    """Print errors of the cycle length, complete and with gaps; return the trials beyond the goal."""
     rows, beyond = [], []
     for walk in walks:
-        truth = real.stride_time(walk.legs, fps)
+        truth = captured_walks.stride_time(walk.legs, fps)
         whole = estimate(walk.angles, fps) / truth - 1
-        gaps = [estimate(real.remove_blocks(walk.angles, seed), fps) / truth - 1 for seed in range(3)]
+        gaps = [estimate(captured_walks.remove_blocks(walk.angles, seed), fps) / truth - 1 for seed in range(3)]
         rows.append([whole, *gaps])
         if not abs(whole) <= 0.02 or not np.abs(gaps).max() <= 0.03:
             beyond.append(f"{walk.name} {100 * whole:+.1f} % [" + ", ".join(f"{100 * g:+.1f}" for g in gaps) + "]")
@@ -138,7 +131,7 @@ def accuracy(name, walks, fps, real):
 
 
 def false_alarms():
-    """Share of noise in which a period is found."""
+    """Print the share of noise sequences in which a period is found."""
     for kind in ("white noise", "random walk"):
         for m in (1, 3, 19):
             found = 0
@@ -149,24 +142,23 @@ def false_alarms():
 
 
 def main():
-    """Prints the tables."""
+    """Print the tables."""
     print("| what | ours | peer | ratio |\n|-|-|-|-|")
     speed_of_snr()
     speed_of_offsets(8, 100)
     speed_of_offsets(200, 2)
-    print("\n| noise | a period is found in |\n|-|-|")
+    print("\n| sequence without a period | a period is found in |\n|-|-|")
     false_alarms()
-    capture = Path(os.environ.get("MOTIONENV_MOCAP", ROOT.parent / "shared" / "mocap"))
+    capture = Path(os.environ.get("MOTIONENV_MOCAP", MOCAP))
     if not capture.is_dir():
         return
-    spec = importlib.util.spec_from_file_location("real", ROOT / "tests" / "cycles" / "conftest.py")
-    real = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(real)
     print("\n| cycle length | trials | median error | within 2 % | 30 % gone: within 3 % |\n|-|-|-|-|-|")
-    cmu = real.read_cmu(capture)
-    beyond = accuracy("CMU straight walks", cmu, 120, real)
-    beyond += accuracy("santos25", real.read_santos(capture), 100, real)
-    print("\nBeyond 2 % whole or 3 % with gaps: " + "; ".join(beyond))
+    cmu = captured_walks.read_cmu(capture)
+    beyond = accuracy("CMU straight walks", cmu, 120)
+    beyond += accuracy("santos25", captured_walks.read_santos(capture), 100)
+    print(
+        "\nError of each trial beyond 2 % (complete) or 3 % (three runs with gaps, in brackets): " + "; ".join(beyond)
+    )
     angles = [walk.angles for walk in cmu]
     print(
         f"\n55 CMU walks → {len(segment(angles, 120).values)} cycles in {seconds(lambda: segment(angles, 120)):.2f} s"

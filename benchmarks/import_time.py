@@ -1,6 +1,6 @@
-"""How long `import motionenv` takes in a fresh interpreter, beside a bare interpreter and `import numpy`.
+"""Time of `import motionenv` in a fresh interpreter, compared with an empty script and `import numpy`.
 
-Goal: under 0.3 s, no OpenGL, no FastAPI. Run: python benchmarks/import_time.py
+Goal: under 0.3 s, no OpenGL, no FastAPI. Run: python -m benchmarks.import_time
 """
 
 import statistics
@@ -20,15 +20,15 @@ def seconds(statement: str) -> float:
 
 
 def main() -> None:
-    """Print the medians, the statements taken in turn so that noise falls on all alike."""
+    """Print the medians. Statements alternate, so that noise affects all equally."""
     times: dict[str, list[float]] = {name: [] for name in STATEMENTS}
-    for statement in STATEMENTS.values():  # once unseen: bytecode and page cache
+    for statement in STATEMENTS.values():  # warm up bytecode and page cache
         seconds(statement)
     for _ in range(ROUNDS):
         for name, statement in STATEMENTS.items():
             times[name].append(seconds(statement))
     median = {name: statistics.median(values) for name, values in times.items()}
-    print(f"| fresh interpreter, median of {ROUNDS} | s | of `import numpy` |\n|-|-|-|")
+    print(f"| fresh interpreter, median of {ROUNDS} | s | relative to `import numpy` |\n|-|-|-|")
     for name, value in median.items():
         print(f"| {name} | {value:.3f} | {value / median['import numpy']:.2f}× |")
 

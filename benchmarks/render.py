@@ -1,13 +1,13 @@
-"""The raycaster against pyrender (EGL), same scene and same run: speed, agreement, memory.
+"""Speed, agreement and memory of the raycaster and of pyrender (EGL), on the same scene in the same run.
 
-    python benchmarks/render.py
+    python -m benchmarks.render
 
-pyrender draws colour and depth in one pass, ids and depth in another (its segmentation pass). Kinematics included.
+pyrender draws colour and depth in one pass, ids and depth in another (its segmentation pass). Times include kinematics.
 """
 
 import resource
 import sys
-import time
+import timeit
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.ndimage import binary_erosion
 from motionenv.body import from_height
 from motionenv.render import Raycaster, Scene
 from motionenv.render.cameras import view
-from motionenv.render.pyrender_engine import PyrenderRenderer
+from motionenv.render.opengl.engine import PyrenderRenderer
 
 SKELETON = from_height()
 SIZES = ((64, 64), (128, 128), (640, 480))
@@ -24,7 +24,7 @@ PLAIN, SHADOWS = Scene(shadows=False), Scene()
 
 
 def walking(n: int) -> np.ndarray:
-    """Poses (n, 25) that swing arms and legs as in walking, slightly different from frame to frame."""
+    """Poses (n, 25) with arms and legs swinging as in walking, plus noise."""
     rng = np.random.default_rng(0)
     phase = np.linspace(0, 20 * np.pi, n)
     poses = np.zeros((n, 25))
@@ -38,18 +38,13 @@ def walking(n: int) -> np.ndarray:
 
 
 def rate(draw, poses: np.ndarray, repeats: int = 3) -> float:
-    """Poses drawn per second, the best of a few runs."""
+    """Poses rendered per second, the best of a few runs."""
     draw(poses[:2])
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        draw(poses)
-        times.append(time.perf_counter() - start)
-    return len(poses) / min(times)
+    return len(poses) / min(timeit.repeat(lambda: draw(poses), number=1, repeat=repeats))
 
 
 def raycast(scene: Scene, camera, *, rgb: bool, threads: int, n: int) -> float:
-    """Frames per second of the raycaster into a frame that is used again."""
+    """Frames per second of the raycaster into a reused frame."""
     caster, poses = Raycaster(scene, threads=threads), walking(n)
     out = caster.render(poses, SKELETON, camera, rgb=rgb)
     return rate(lambda p: caster.render(p, SKELETON, camera, rgb=rgb, out=out if len(p) == n else None), poses)
@@ -57,7 +52,9 @@ def raycast(scene: Scene, camera, *, rgb: bool, threads: int, n: int) -> float:
 
 def speed(renderers: dict[Scene, PyrenderRenderer]) -> None:
     """Print frames per second and ratios."""
-    print("| | size | pyrender EGL | raycast, 1 thread | ratio | raycast, 2 threads | ratio |\n|-|-|-|-|-|-|-|")
+    print(
+        "| pictures/s | size | pyrender EGL | raycast, 1 thread | ratio | raycast, 2 threads | ratio |\n|-|-|-|-|-|-|-|"
+    )
     rows = (
         ("RGB + depth (+ ids)", PLAIN, True, {"masks": False}),
         ("the same with shadows", SHADOWS, True, {"masks": False}),
@@ -75,7 +72,7 @@ def speed(renderers: dict[Scene, PyrenderRenderer]) -> None:
 
 
 def agreement(pyrender: PyrenderRenderer) -> None:
-    """Print how far the two engines' pictures are from each other."""
+    """Print the differences between the two engines' pictures."""
     print("\n| size | ids, of image | ids, of body | IoU | depth, median | colour inside, max |\n|-|-|-|-|-|-|")
     poses = walking(6)
     for width, height in SIZES:
@@ -100,7 +97,7 @@ def agreement(pyrender: PyrenderRenderer) -> None:
 
 
 def memory(pyrender: PyrenderRenderer) -> None:
-    """Print the growth of the process over 10,000 frames of either engine (of pyrender's, a tenth in colour)."""
+    """Print the memory of the process before and after 10,000 frames of each engine (pyrender: a tenth in colour)."""
     print("\n| engine | frames | resident before | after |\n|-|-|-|-|")
     camera, poses = view(0.5, width=64, height=64), walking(500)
     caster = Raycaster(PLAIN)
@@ -113,7 +110,7 @@ def memory(pyrender: PyrenderRenderer) -> None:
 
 
 def resident() -> float:
-    """Resident memory of this process [MB]; where the system doesn't tell, its peak."""
+    """Resident memory of this process [MB]; its peak on systems without /proc."""
     status = Path("/proc/self/statm")
     if status.exists():
         return int(status.read_text().split()[1]) * resource.getpagesize() / 1e6

@@ -1,9 +1,9 @@
-"""Render and encode against real time, and encoding against imageio-ffmpeg and Pillow: same frames, same run.
+"""Speed of rendering and encoding relative to real time, and of encoding compared with imageio-ffmpeg and Pillow.
 
-    python benchmarks/video.py          (needs: pip install imageio imageio-ffmpeg)
+    python -m benchmarks.video          (needs: pip install imageio imageio-ffmpeg)
 
 640×480, ten seconds of a synthesised walk at 30 frames per second. CPU is user and system time of all threads and of
-the ffmpeg process that imageio starts; with two cores free, it is what real time is made of.
+the ffmpeg process that imageio starts. Peers encode the same frames in the same run.
 """
 
 import resource
@@ -18,14 +18,14 @@ from PIL import Image
 
 from motionenv.models.synthesis import synthesize
 from motionenv.render import Scene, film
-from motionenv.render.video import write_video
+from motionenv.render.video.encode import write_video
 
 FPS, SECONDS = 30, 10
 SIZE = {"width": 640, "height": 480}
 
 
 def cpu() -> float:
-    """CPU time [s] of this process and of its children that have ended."""
+    """CPU time [s] of this process and of its ended children."""
     return sum(
         u.ru_utime + u.ru_stime for u in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     )
@@ -42,7 +42,7 @@ def timed(work: Callable[[], object], n: int, repeats: int = 2) -> tuple[float, 
 
 
 def real_time(motion, folder: Path) -> None:
-    """Print how much faster than it plays a film is rendered, and rendered and encoded."""
+    """Print the speed of rendering, and of rendering and encoding, relative to real time."""
     n = len(motion.poses)
     print("| | frames/s | × real time | CPU per frame |\n|-|-|-|-|")
     for name, options in (
@@ -61,7 +61,7 @@ def real_time(motion, folder: Path) -> None:
 
 
 def imageio_mp4(frames, path: Path) -> None:
-    """The peer: an ffmpeg process that is fed through a pipe, at the same preset."""
+    """The peer: an ffmpeg process fed through a pipe, with the same preset."""
     options = ["-preset", "superfast", "-tune", "animation", "-crf", "20"]
     with imageio.get_writer(
         path, fps=FPS, codec="libx264", quality=None, macro_block_size=2, output_params=options
@@ -77,19 +77,19 @@ def pillow(frames, path: Path) -> None:
 
 
 def pillow_folder(frames, path: Path) -> None:
-    """The peer: a PNG each."""
+    """The peer: a PNG file per frame."""
     path.mkdir(exist_ok=True)
     for i, frame in enumerate(frames):
         Image.fromarray(frame).save(path / f"{i:06d}.png")
 
 
 def ours_folder(frames, path: Path) -> None:
-    """`write_video` to a folder that isn't there yet."""
+    """`write_video` to a new folder."""
     write_video(path / str(time.perf_counter_ns()), frames, FPS)
 
 
 def encoding(frames: np.ndarray, folder: Path) -> None:
-    """Print the speed of encoding alone, and file sizes, beside the peers'."""
+    """Print the speed and file sizes of encoding, ours and the peers'."""
     print("\n| encode | ours | CPU | size | peer | CPU | size | ratio |\n|-|-|-|-|-|-|-|-|")
     for suffix, name, peer in (
         (".mp4", "imageio-ffmpeg", imageio_mp4),
@@ -115,7 +115,7 @@ def encoding(frames: np.ndarray, folder: Path) -> None:
 
 
 def size(path: Path) -> int:
-    """Bytes of a file, or of all files of one film in a folder."""
+    """Size [bytes] of a file, or of all files of one film in a folder."""
     if path.is_file():
         return path.stat().st_size
     inner = [p for p in path.iterdir() if p.is_dir()]

@@ -1,12 +1,18 @@
-"""Walking people with known ground truth: learned from motion capture, seen as cylinder bodies, posed for tracking.
+"""Synthetic walking people with exact ground truth: gait models, rendering, tracking environments and estimators.
 
-The flow, and where each step lives:
+From recordings to pictures to estimates, and the folder of each step:
 
-    motion capture → Motion → Cycles  → model   → Motion → body  → image   → estimate    → score
-    mocap/           types    cycles/   models/            body/   render/   estimation/   metrics/   joined in envs/
+    mocap/                  read, retarget and write motion capture
+    cycles/                 segment motion into gait cycles
+    models/                 learn gait models, synthesise motion
+    body/, render/          the cylinder body; pictures, depth, limb ids, video
+    likelihoods/            how well a pose explains a picture
+    tracking/, lifting/     particle filters; 3D walks from 2D points
+    metrics/, envs/         errors and scores; Gymnasium environments
+    cli/, client/           command line; client of the HTTP service
 
     >>> import motionenv
-    >>> motion = motionenv.load("walk/fpca").synthesize(seconds=2, fps=30, seed=1, speed=1.3)
+    >>> motion = motionenv.synthesize("walk/fpca", seconds=2, fps=30, seed=1, speed=1.3)
     >>> motion.poses.shape
     (60, 25)
     >>> camera = motionenv.fit_view(motionenv.markers(motion.poses, motion.skeleton), alpha=0.0)
@@ -14,16 +20,14 @@ The flow, and where each step lives:
     >>> render(motion.poses[:2], motion.skeleton, camera).rgb.shape
     (2, 480, 640, 3)
 
-World: x forward, y left, z up; metres, radians, seconds. Missing is NaN. Names are loaded when first used, so that
-importing motionenv costs next to nothing.
+World: x forward, y left, z up; metres, radians, seconds; missing values are NaN. Public names are loaded on first use,
+so importing motionenv is fast.
 """
 
 from importlib import import_module
 from typing import Any
 
-from motionenv.envs.registration import register_with_gymnasium
-
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 #: Public names and the modules that hold them.
 _HOME = {
@@ -38,27 +42,29 @@ _HOME = {
     "MotionError": "errors",
     "ServiceError": "errors",
     "read": "mocap",
-    "read_points": "mocap.points2d",
+    "read_points": "mocap.keypoints",
     "retarget": "mocap",
     "write": "mocap",
     "from_height": "body",
     "markers": "body",
     "segment": "cycles",
+    "GaitModel": "models.base",
+    "Walker": "models.types",
     "Eigenwalkers": "models.eigenwalkers",
     "FunctionalPCA": "models.fpca",
-    "MotionTree": "models.tree",
-    "WalkerPrior": "models.walkerprior",
+    "MotionTree": "models.motion_tree",
+    "WalkerPrior": "models.eigenwalkers.walker_prior",
     "WalkingModel": "models.walking",
-    "load": "models.store",
-    "parameters": "models.sharing",
+    "load": "models.registry",
+    "parameters": "models.storage.export",
     "synthesize": "models.synthesis",
-    "lift": "estimation.lifting",
+    "lift": "lifting",
     "Scene": "render",
     "film": "render",
     "fit_view": "render.cameras",
-    "stream_video": "render.video",
+    "stream_video": "render.video.encode",
     "view": "render.cameras",
-    "write_video": "render.video",
+    "write_video": "render.video.encode",
     "Client": "client",
 }
 
@@ -77,6 +83,3 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """The public names."""
     return [*__all__, "__version__"]
-
-
-register_with_gymnasium()

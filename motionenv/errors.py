@@ -1,11 +1,11 @@
-"""Errors that motionenv raises on purpose. All are ValueErrors, and each says what to do next."""
+"""Errors of motionenv. All are ValueErrors, and their messages say how to fix the problem."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 
 class MotionError(ValueError):
-    """Something about a motion, a model or a request is not as it must be."""
+    """An invalid motion, model or argument."""
 
 
 class FormatError(MotionError):
@@ -17,16 +17,16 @@ class FormatError(MotionError):
         self.path, self.where, self.problem = str(path), where, problem
 
     def __reduce__(self):
-        """Pickle by the three parts, so that the error crosses process borders whole."""
+        """Pickle by the three parts, so that the error can cross process borders."""
         return FormatError, (self.path, self.problem, self.where)
 
 
 class GapError(MotionError):
-    """Too much is missing (NaN) for the answer to mean anything."""
+    """Too many missing values (NaN) for a meaningful result."""
 
 
 class ModelError(MotionError):
-    """A model file is of another kind or version, or a model was used before `fit`."""
+    """A model file of another kind or version, or a model used before `fit`."""
 
 
 class EngineError(MotionError):
@@ -34,14 +34,14 @@ class EngineError(MotionError):
 
 
 class ServiceError(MotionError):
-    """A service refused, failed or can't be reached.
+    """A service rejected a request, failed or can't be reached.
 
     Args:
-        detail: what was wrong, and what to do.
-        status: of HTTP; None where no answer came.
-        errors: each field that was wrong: `field`, `problem` and, where it broke one, `bound`.
-        request_id: by which the service's logs know the request.
-        retry_after: seconds after which to ask again, where the service said so.
+        detail: what is wrong, and how to fix it.
+        status: HTTP status; None if there was no response.
+        errors: each invalid field: `field`, `problem` and, if it exceeds one, `bound`.
+        request_id: of the request in the service's logs.
+        retry_after: seconds after which to retry, if the service specified it.
     """
 
     def __init__(
@@ -57,5 +57,5 @@ class ServiceError(MotionError):
         self.request_id, self.retry_after = request_id, retry_after
 
     def __reduce__(self):
-        """Pickle by the parts, so that the error crosses process borders whole."""
+        """Pickle by the parts, so that the error can cross process borders."""
         return ServiceError, (self.detail, self.status, self.errors, self.request_id, self.retry_after)

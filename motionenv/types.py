@@ -1,17 +1,17 @@
-"""What flows between the stages, one frozen dataclass per arrow, and the fixed orders of names.
+"""The types that pass between modules, as frozen dataclasses, and the canonical orders of names.
 
-SI units throughout: metres, radians, seconds, frames per second. World frame: right-handed, x forward
-(the direction of walking), y left, z up, ground at z = 0. Missing values are NaN and nothing else.
-Arrays are read-only copies: what a stage receives can't be changed behind its back.
+SI units throughout: metres, radians, seconds, frames per second. World frame: right-handed, x forward (the direction of
+walking), y left, z up, ground at z = 0. Missing values are NaN. Arrays are read-only copies.
 """
 
 from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole
 from motionenv.errors import MotionError
 
-#: The 15 markers of Zhang & Troje (2006, fig. 1), in the order of every (..., 15, 3) array.
+#: The 15 markers of Zhang & Troje (2007, fig. 1), in the order of every (..., 15, 3) array.
 MARKERS = (
     "head", "sternum", "pelvis",
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
@@ -31,12 +31,18 @@ POSE = (
 #: The 19 relative joint angles, the part of the pose vector that paper A models.
 ANGLES = POSE[6:]
 
+#: Least and greatest value, and unit, of what can be asked of models and bodies through every interface.
+SPEED_RANGE = (0.1, 3.0, "m/s")  # of who walks
+HEIGHT_RANGE = (0.5, 2.5, "metres")  # of a standing body
+FPS_RANGE = (1.0, 1000.0, "frames per second")  # of what a model makes
+SECONDS_MOST = 3600.0  # of what a model makes at a time
+
 
 def frozen(values, shape: tuple, name: str, dtype=np.float64) -> np.ndarray:
-    """A read-only copy of `values` checked against `shape`, where `...` may stand first and None is any size.
+    """A read-only copy of `values` with the required `shape`, in which `...` may come first and None is any size.
 
     Raises:
-        MotionError: not numeric, or of another shape; names the field and both shapes.
+        MotionError: not numeric, or another shape; names the field and both shapes.
     """
     try:
         array = np.array(values, dtype=dtype)
@@ -51,23 +57,12 @@ def frozen(values, shape: tuple, name: str, dtype=np.float64) -> np.ndarray:
 
 
 def shape_text(shape: tuple) -> str:
-    """`shape` as a reader writes it: (..., n, 3)."""
+    """`shape` in the notation of error messages: (..., n, 3)."""
     return "(" + ", ".join("..." if s is ... else "n" if s is None else str(s) for s in shape) + ")"
 
 
-def checked_fps(fps) -> float:
-    """`fps` as a float.
-
-    Raises:
-        MotionError: not a finite number above zero.
-    """
-    if isinstance(fps, bool) or not isinstance(fps, (int, float, np.integer, np.floating)) or not 0 < fps < np.inf:
-        raise MotionError(f"fps must be a finite number of frames per second above 0, got {fps!r}")
-    return float(fps)
-
-
 class _Record:
-    """Sets validated fields on a frozen dataclass, and pickles by them."""
+    """Base of frozen dataclasses with validated fields, which pickles their fields."""
 
     def _set(self, **values):
         for name, value in values.items():
@@ -79,7 +74,7 @@ class _Record:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton(_Record):
-    """One person's cylinder body: where the joints sit in the frames of their limbs, and how thick the limbs are.
+    """The cylinder body of one person: joint offsets and limb radii.
 
     Build one with `motionenv.body.from_height` or from a capture with `motionenv.body.fit_skeleton`.
 
@@ -101,18 +96,18 @@ class Skeleton(_Record):
             height=float(self.height),
         )
         if not (np.isfinite(self.offsets).all() and np.isfinite(self.radii).all() and 0 < self.height < np.inf):
-            raise MotionError(f"Skeleton needs finite offsets and radii and a height above 0, got {self.height!r}")
+            raise MotionError(f"Skeleton needs finite offsets and radii and height above 0, got {self.height!r}")
 
 
 @dataclass(frozen=True, eq=False)
 class Motion(_Record):
-    """Poses over time of one body.
+    """Poses of one body over time.
 
     Attributes:
         poses: (..., frames, 25), the pose vector in the order of `POSE` [m, rad]; NaN where unknown.
-        skeleton: the body that moves.
-        fps: frames per second.
-        name: where it came from, for people.
+        skeleton: the body.
+        fps: frame rate [Hz].
+        name: label of the source.
     """
 
     poses: np.ndarray
@@ -141,12 +136,12 @@ class Markers(_Record):
     """Named points over time: optical markers, or the joints of a captured hierarchy.
 
     Attributes:
-        names: one per point, as the source spells them.
+        names: one per point, as in the source.
         positions: (..., frames, points, 3) [m], world frame, z up; NaN in gaps.
-        fps: frames per second.
-        parents: for joints of a hierarchy the index of each one's parent (-1 for a root), else None.
-        rotations: for joints of a hierarchy (..., frames, points, 3, 3), joint → world, else None.
-        name: where they came from, for people.
+        fps: frame rate [Hz].
+        parents: for joints of a hierarchy, the index of each one's parent (-1 for a root); else None.
+        rotations: for joints of a hierarchy, (..., frames, points, 3, 3), joint → world; else None.
+        name: label of the source.
     """
 
     names: tuple[str, ...]
@@ -172,27 +167,27 @@ class Markers(_Record):
             self._set(rotations=frozen(self.rotations, (..., None, n, 3, 3), "Markers.rotations"))
 
     def index(self, name: str) -> int:
-        """Column of the point called `name`.
+        """Index of the point `name`.
 
         Raises:
-            MotionError: no such point; lists what there is.
+            MotionError: no such point; lists the names.
         """
         if name not in self.names:
-            raise MotionError(f"no point is named {name!r}; there are: {', '.join(self.names)}")
+            raise MotionError(f"there is no point {name!r}; available are {', '.join(self.names)}")
         return self.names.index(name)
 
 
 @dataclass(frozen=True, eq=False)
 class Points(_Record):
-    """The 15 markers as one camera shows them: what lifting starts from.
+    """The 15 markers in the image of one camera: the input of lifting.
 
     Attributes:
         positions: (frames, 15, 2) in the order of `MARKERS`; NaN in gaps. Metres with the second axis upwards, or
             pixels with the second axis downwards, as in OpenCV.
-        fps: frames per second.
+        fps: frame rate [Hz].
         unit: "m" or "px".
-        truth: the walk (frames, 15, 3) that these are a picture of, where it is known.
-        name: where they came from, for people.
+        truth: the 3D walk (frames, 15, 3) in the image, if known.
+        name: label of the source.
     """
 
     positions: np.ndarray
@@ -205,11 +200,11 @@ class Points(_Record):
         positions = frozen(self.positions, (None, len(MARKERS), 2), "Points.positions")
         self._set(positions=positions, fps=checked_fps(self.fps))
         if np.isinf(positions).any():
-            raise MotionError("Points.positions hold infinite values: mark what is missing as NaN")
+            raise MotionError("Points.positions has infinite values: use NaN for missing points")
         if self.unit not in ("m", "px"):
             raise MotionError(f"Points.unit must be m (metres, upwards) or px (pixels, downwards), got {self.unit!r}")
         if self.truth is not None and self.truth.positions.shape != (*positions.shape[:2], 3):
-            raise MotionError(f"Points.truth must hold {positions.shape[:2]} points, got {self.truth.positions.shape}")
+            raise MotionError(f"Points.truth must have shape {positions.shape[:2]}, got {self.truth.positions.shape}")
 
     @property
     def upward(self) -> np.ndarray:
@@ -219,14 +214,14 @@ class Points(_Record):
 
 @dataclass(frozen=True, eq=False)
 class Cycles(_Record):
-    """Motion cycles in a common reference domain (paper A, section 3.4): the design matrix X⁽¹⁾, unrolled.
+    """Motion cycles in a common reference domain (paper A, section 3.4): the unrolled design matrix X⁽¹⁾.
 
     Attributes:
-        values: (cycles, samples, channels); sample j lies at phase j / samples of its cycle (the duplicate end
-            point is dropped). NaN where the source had gaps, and before and after it.
-        channels: a name per channel, from `POSE` where they are of the pose vector.
-        seconds: (cycles,) duration of one cycle [s].
-        sequence: (cycles,) index of the sequence each cycle came from.
+        values: (cycles, samples, channels); sample j is at phase j / samples of its cycle (the duplicate end point is
+            dropped). NaN where the source has gaps, and outside of it.
+        channels: a name per channel, from `POSE` if they are entries of the pose vector.
+        seconds: (cycles,) duration of each cycle [s].
+        sequence: (cycles,) index of the sequence of each cycle.
         subject: (cycles,) label of the person.
     """
 
@@ -253,13 +248,13 @@ class Cycles(_Record):
 
 @dataclass(frozen=True, eq=False)
 class Camera(_Record):
-    """A pinhole camera in OpenCV's convention: x right, y down, z into the scene; pixel centres at whole numbers.
+    """A pinhole camera in OpenCV's convention: x right, y down, z into the scene; pixel centres at integers.
 
     Attributes:
         K: (3, 3) intrinsics [pixels].
         R: (3, 3) rotation world → camera.
         t: (3,) translation world → camera [m].
-        width, height: picture size [pixels].
+        width, height: image size [pixels].
     """
 
     K: np.ndarray
@@ -275,12 +270,9 @@ class Camera(_Record):
             t=frozen(self.t, (3,), "Camera.t"),
         )
         for name in ("width", "height"):
-            size = getattr(self, name)
-            if isinstance(size, bool) or size != int(size) or not 1 <= size <= 16384:
-                raise MotionError(f"Camera.{name} must be a whole number of pixels from 1 to 16384, got {size!r}")
-            self._set(**{name: int(size)})
+            self._set(**{name: checked_whole(getattr(self, name), f"Camera.{name}", *PICTURE_SIZES, "pixels")})
         if not all(np.isfinite(a).all() for a in (self.K, self.R, self.t)):
-            raise MotionError("Camera K, R and t must be finite")
+            raise MotionError("Camera.K, R and t must be finite")
         if not np.allclose(self.R @ self.R.T, np.eye(3), atol=1e-6) or np.linalg.det(self.R) < 0:
             raise MotionError(f"Camera.R must be a rotation matrix, got {self.R.tolist()}")
 
@@ -299,10 +291,10 @@ class Camera(_Record):
 
 @dataclass(frozen=True, eq=False)
 class Frame(_Record):
-    """What a renderer returns; leading axes are the batch's.
+    """Rendered images; leading axes are batch axes.
 
     Attributes:
-        rgb: uint8 (..., height, width, 3), or None where it was not asked for.
+        rgb: uint8 (..., height, width, 3), or None if not requested.
         depth: float32 (..., height, width) [m] along the camera's z to the body; infinite on the background.
         limbs: uint8 (..., height, width), 1 + index into `motionenv.body.LIMBS`; 0 is background.
     """

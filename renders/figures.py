@@ -8,30 +8,24 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
+from plotting import coefficient_histograms, components, pose_samples, trajectories, variance_curve
 
+import motionenv.envs  # noqa: F401 (registers the environments)
 from motionenv import load, write_video
 from motionenv.body import markers
-from motionenv.estimation import ObservationModel
-from motionenv.estimation.lifting import lift, project_markers
-from motionenv.estimation.tracking import FPCAPrior, ParticleFilter, Start
-from motionenv.models.synthesis import synthesize as synthesize_walk
-from motionenv.models.tree.growth import synthesize
-from motionenv.models.walking import WalkingModel
-from motionenv.plots import (
-    coefficient_histograms,
-    components,
-    lifted_walk,
-    pose_samples,
-    trajectories,
-    variance_curve,
-)  # fmt: skip
+from motionenv.lifting import lift, project_markers
+from motionenv.lifting.plot import lifted_walk
+from motionenv.likelihoods import SilhouetteLikelihood
+from motionenv.models.synthesis import synthesize
+from motionenv.models.walking.model import WalkingModel
 from motionenv.render import Scene, render
-from motionenv.render.batch import enlarged
 from motionenv.render.cameras import follow, view
-from motionenv.render.overlay import side_by_side
-from motionenv.render.pointlights import render_points
-from motionenv.render.trackfilm import track_film
-from motionenv.render.video import write_image
+from motionenv.render.draw2d.overlay import side_by_side
+from motionenv.render.draw2d.point_lights import render_points
+from motionenv.render.request import enlarged
+from motionenv.render.video.encode import write_image
+from motionenv.render.video.tracking_film import track_film
+from motionenv.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.types import ANGLES, MARKERS, Markers, Motion, Points
 
 HERE = Path(__file__).parent
@@ -41,9 +35,9 @@ BETAS = (0.002, 0.05, 0.2, 1.0)
 
 def one_cycle(model: WalkingModel, seed: int, speed: float) -> Motion:
     """A walk that ends where its cycle began, so that a video of it has no seam."""
-    stride = model.sample(1, seed=seed, speed=speed)
-    frames = round(FPS * stride.seconds[0])
-    return model.synthesize(frames / FPS, frames / stride.seconds[0], stride=stride, seed=seed, variation=0)
+    somebody = model.draw_walker(np.random.default_rng(seed), speed)
+    frames = round(FPS * somebody.stride_seconds)
+    return model.synthesize(frames / FPS, frames / somebody.stride_seconds, walker=somebody, seed=seed, variation=0)
 
 
 def walker(out: Path) -> None:
@@ -83,7 +77,7 @@ def tree(out: Path) -> None:
         draws[method] = model.index_.coefficients(found.windows)
     probe = model.coefficients(history)
     coefficient_histograms(draws, probe, 1.0).savefig(out / "coefficients.png", dpi=90)
-    trajectories(synthesize(model, 2, start="brisk walk", seed=3)).savefig(out / "trajectories.png", dpi=90)
+    trajectories(model.generator("brisk walk", seed=3).motion(2)).savefig(out / "trajectories.png", dpi=90)
 
 
 def tracking(out: Path) -> None:
@@ -104,7 +98,7 @@ def tracking(out: Path) -> None:
 
 def lifting(out: Path) -> None:
     """lifted.png: a synthesised walker from noisy points with gaps, one wrist never seen, the view unknown."""
-    motion = synthesize_walk("walk/fpca", 4, 30, seed=7)
+    motion = synthesize("walk/fpca", 4, 30, seed=7)
     walk = Markers(MARKERS, markers(motion.poses, motion.skeleton), motion.fps)
     seen = project_markers(walk, np.radians(40))
     rng = np.random.default_rng(1)
@@ -122,7 +116,7 @@ def track(out: Path) -> None:
         seen, _ = env.reset(seed=21)
         truth = env.unwrapped.truth()
         camera, body = truth["camera"], truth["skeleton"]
-        tracker = ParticleFilter(FPCAPrior(skeleton=body), ObservationModel(camera, body), n=1000, seed=1)
+        tracker = ParticleFilter(FPCAPrior(skeleton=body), SilhouetteLikelihood(camera, body), n=1000, seed=1)
         tracker.start(Start.at(truth["pose"]))
         pictures, beliefs, errors = [], [], []
         for _ in range(75):

@@ -1,4 +1,4 @@
-"""Remake the fixtures of this folder: `python renders/make.py [NAME ...] [--out DIR]`; see README.md here.
+"""Remake the fixtures: `python renders/make.py [NAME ...] [--out DIR]`; README.md says what they hold.
 
 Each fixture is NAME.png, the pictures side by side, and NAME.npz, the truth. The NPZ is a motion file of motionenv
 (so `motionenv render side.npz` films it again) with more arrays in it; `truth` says which.
@@ -13,15 +13,14 @@ import numpy as np
 from PIL import Image
 
 from motionenv.body import LIMBS, markers
-from motionenv.files import atomic_write
 from motionenv.mocap import read_motion, write
 from motionenv.models.synthesis import synthesize
 from motionenv.render import Scene, render
 from motionenv.render.cameras import follow, project, view
-from motionenv.render.pointlights import render_points
+from motionenv.render.draw2d.point_lights import render_points
 from motionenv.types import MARKERS, Camera, Frame, Motion
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent / "fixtures"
 FRAMES, FPS, SPEED, WIDTH, HEIGHT = 8, 8.0, 1.3, 120, 160
 SCENE = Scene(samples=2)
 
@@ -139,10 +138,8 @@ def make(name: str, out: Path) -> None:
     write(motion, path)
     with np.load(path) as file:
         arrays = dict(file)
-    with atomic_write(path) as part:
-        np.savez_compressed(part, **arrays, **truth(name, motion, views, frame))
-    with atomic_write(out / f"{name}.png") as part:
-        Image.fromarray(picture(fixture, frame)).save(part, optimize=True)
+    np.savez_compressed(path, **arrays, **truth(name, motion, views, frame))
+    Image.fromarray(picture(fixture, frame)).save(out / f"{name}.png", optimize=True)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Logs: one JSON object a line on stderr, ours and uvicorn's alike, each request's with its id."""
+"""Logs as JSON lines on stderr, uvicorn's included."""
 
 import logging
 import sys
@@ -32,11 +32,11 @@ def configure() -> None:
 
 
 def _stamped(_logger: object, _method: str, event: structlog.types.EventDict) -> structlog.types.EventDict:
-    """Tell the time, which orjson writes faster than Python."""
+    """Add a timestamp, formatted by orjson, which is faster than Python."""
     event["timestamp"] = datetime.now(UTC)
     return event
 
 
 def _serialized(event: object, default=None, **_: object) -> bytes:
-    """One event as JSON; what JSON doesn't know as its repr."""
+    """An event as JSON; unknown types as their repr."""
     return orjson.dumps(event, default=repr, option=orjson.OPT_NON_STR_KEYS | orjson.OPT_UTC_Z)

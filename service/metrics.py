@@ -1,4 +1,4 @@
-"""What is counted, for Prometheus: of one process, or of all workers where PROMETHEUS_MULTIPROC_DIR is set."""
+"""Prometheus metrics of one process, or of all workers if PROMETHEUS_MULTIPROC_DIR is set."""
 
 import os
 from functools import partial
@@ -11,10 +11,10 @@ MEDIA_TYPE = "text/plain; version=1.0.0; charset=utf-8"
 
 
 class Metrics:
-    """Counts of one service.
+    """Metrics of a service.
 
     Attributes:
-        running: requests that are being answered.
+        running: requests in progress.
         computing: requests that hold or await a thread.
         jobs: jobs by status.
     """
@@ -22,14 +22,14 @@ class Metrics:
     def __init__(self) -> None:
         self.registry = CollectorRegistry()
         self._requests = Counter(
-            "motionenv_requests", "Requests answered.", ("method", "route", "status"), registry=self.registry
+            "motionenv_requests", "Requests.", ("method", "route", "status"), registry=self.registry
         )
         self._seconds = Histogram(
-            "motionenv_request_seconds", "Time to the end of the answer.", ("route",), buckets=_SECONDS,
+            "motionenv_request_seconds", "Time to the end of the response.", ("route",), buckets=_SECONDS,
             registry=self.registry,
         )  # fmt: skip
         gauge = partial(Gauge, registry=self.registry, multiprocess_mode="livesum")
-        self.running = gauge("motionenv_requests_running", "Requests being answered.")
+        self.running = gauge("motionenv_requests_running", "Requests in progress.")
         self.computing = gauge("motionenv_threads_held", "Requests that hold or await a thread.")
         self.jobs = gauge("motionenv_jobs", "Jobs by status.", ("status",))
         self._children: dict[tuple[str, str, int], tuple[Counter, Histogram]] = {}
@@ -40,8 +40,8 @@ class Metrics:
         Args:
             method: of HTTP.
             route: template of the path.
-            status: of the answer; 0 where the client went before it.
-            seconds: that it took.
+            status: of the response; 0 if the client disconnected before it.
+            seconds: duration.
         """
         key = (method, route, status)
         if key not in self._children:
@@ -51,7 +51,7 @@ class Metrics:
         histogram.observe(seconds)
 
     def text(self) -> bytes:
-        """All counts as Prometheus reads them."""
+        """All metrics in the text format of Prometheus."""
         if "PROMETHEUS_MULTIPROC_DIR" not in os.environ:
             return generate_latest(self.registry)
         every = CollectorRegistry()

@@ -1,4 +1,4 @@
-"""Running the service: uvicorn with uvloop, httptools and our guarded protocol, one process or several."""
+"""Run the service: uvicorn with uvloop and `GuardedHttpProtocol`, in one process or several."""
 
 import os
 import sys
@@ -11,8 +11,8 @@ from prometheus_client.multiprocess import mark_process_dead
 from uvicorn.supervisors import Multiprocess
 
 from service import logs
-from service.protocol import Guarded
 from service.settings import Settings
+from service.transport.protocol import GuardedHttpProtocol
 
 
 def application() -> Any:
@@ -24,9 +24,9 @@ def application() -> Any:
 
 
 def serve(settings: Settings) -> None:
-    """Answer until told to stop (SIGINT or SIGTERM); what runs is finished first.
+    """Serve until SIGINT or SIGTERM; running requests are finished first.
 
-    Workers are processes of their own and read the settings from the environment, where they are put.
+    Worker processes read the settings from the environment, which this function sets.
 
     Args:
         settings: of the service.
@@ -46,11 +46,11 @@ def serve(settings: Settings) -> None:
 
 
 class _Workers(Multiprocess):
-    """Processes that answer, begun again when they end; what those that have ended were doing counts no more.
+    """Worker processes; those that end are replaced and their gauges dropped.
 
     Args:
         config: of uvicorn.
-        sockets: that they listen on.
+        sockets: to listen on.
     """
 
     def __init__(self, config: uvicorn.Config, sockets: list[socket]):
@@ -58,7 +58,7 @@ class _Workers(Multiprocess):
         self._counted: set[int | None] = set()
 
     def keep_subprocess_alive(self) -> None:
-        """Look who has ended, since the last look or in it."""
+        """Replace ended processes."""
         super().keep_subprocess_alive()
         alive = {process.pid for process in self.processes}
         for ended in self._counted - alive:
@@ -75,7 +75,7 @@ def _config(settings: Settings) -> uvicorn.Config:
         port=settings.port,
         workers=settings.workers,
         loop="uvloop",
-        http=Guarded,
+        http=GuardedHttpProtocol,
         ws="websockets-sansio",
         ws_max_size=65_536,
         access_log=False,

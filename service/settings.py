@@ -1,4 +1,4 @@
-"""What can be set: by environment (MOTIONENV_SERVICE_PORT=8080) or by the flags of `motionenv serve`."""
+"""Settings of the service: environment variables (MOTIONENV_SERVICE_PORT=8080) or flags of `motionenv serve`."""
 
 import ipaddress
 import json
@@ -14,9 +14,9 @@ _MEGABYTE = 1_000_000
 
 
 class Settings(BaseSettings):
-    """Serve motion over HTTP, and the page on which to play with it.
+    """Serve the HTTP API and the web page.
 
-    Each option can be set by the environment variable MOTIONENV_SERVICE_<OPTION> too.
+    Each option can also be set by the environment variable MOTIONENV_SERVICE_<OPTION>.
     Example: motionenv serve --port 8080 --workers 2
     """
 
@@ -26,53 +26,55 @@ class Settings(BaseSettings):
     )  # fmt: skip
 
     host: str = Field("127.0.0.1", description="Address to listen on.")
-    port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
-    workers: int = Field(1, ge=1, le=64, description="Processes that answer.")
+    port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0: any free one.")
+    workers: int = Field(1, ge=1, le=64, description="Server processes.")
     data: Path = Field(
         user_data_path("motionenv") / "service",
-        description="Folder of fitted models, jobs and their results; made when missing.",
+        description="Folder for fitted models, jobs and their results; created if missing.",
     )
     keys: tuple[SecretStr, ...] = Field(
-        (), description="API keys, a JSON list; with any, every request needs one. Whoever lists this machine's "
-        "processes can read flags: the environment keeps them better.",
+        (), description="API keys, a JSON list. If there are any, every request needs one. Set them in the "
+        "environment: flags are visible in process listings.",
     )  # fmt: skip
-    open: bool = Field(False, description="Listen beyond this machine without keys.")
+    open: bool = Field(False, description="Allow access from other machines without keys.")
     hosts: tuple[str, ...] = Field(
-        (), description="Names, beside localhost, by which a service without keys may be asked, a JSON list: any site "
-        "can make its name lead here, so others are refused.",
+        (), description="Host names, besides localhost, accepted by a service without keys, a JSON list; wildcards "
+        "(*.example.com) are allowed. Other hosts get 400: protection against DNS rebinding.",
     )  # fmt: skip
-    cors: tuple[str, ...] = Field((), description="Origins whose pages may ask, a JSON list; none by default.")
-    proxies: str = Field("", description="Addresses of proxies whose X-Forwarded-* headers are believed.")
+    cors: tuple[str, ...] = Field((), description="Origins of web pages that may use the API (CORS), a JSON list.")
+    proxies: str = Field("", description="Addresses of trusted proxies, whose X-Forwarded-* headers are used.")
     rate: int = Field(
-        0, ge=0, description="Requests a minute that each process answers to each key, or address; 0: any number."
+        0, ge=0, description="Requests per minute, for each process and each key or address; 0: unlimited."
     )
 
-    max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Bytes of an upload at most.")
-    max_json: int = Field(4 * _MEGABYTE, ge=1, description="Bytes of any other body at most.")
-    max_frames: int = Field(36_000, ge=1, description="Frames of a motion at most.")
-    max_pixels: int = Field(1920 * 1080, ge=256, description="Pixels of a picture at most.")
-    max_video_frames: int = Field(1_800, ge=1, description="Frames of a video at most.")
+    max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Maximum size of an upload [bytes].")
+    max_json: int = Field(4 * _MEGABYTE, ge=1, description="Maximum size of any other request body [bytes].")
+    max_frames: int = Field(36_000, ge=1, description="Maximum number of frames of a motion.")
+    max_pixels: int = Field(1920 * 1080, ge=256, description="Maximum number of pixels of a picture.")
+    max_video_frames: int = Field(1_800, ge=1, description="Maximum number of frames of a video.")
 
-    threads: int = Field(
-        len(os.sched_getaffinity(0)), ge=1, le=256, description="Threads that compute, in each process."
+    threads: int = Field(len(os.sched_getaffinity(0)), ge=1, le=256, description="Worker threads of each process.")
+    waiting: int = Field(32, ge=0, description="Requests that may wait for a worker thread; more get 503.")
+    streams: int = Field(32, ge=0, description="Maximum number of open streams (WebSockets) of each process.")
+    request_seconds: float = Field(
+        60.0, gt=0, description="Seconds after which a request that has no response yet gets 504."
     )
-    waiting: int = Field(32, ge=0, description="Requests that may wait for such a thread; more get 503.")
-    streams: int = Field(32, ge=0, description="WebSockets that get motion at a time, in each process.")
-    request_seconds: float = Field(60.0, gt=0, description="Seconds until the answer of a request must begin.")
-    shutdown_seconds: float = Field(30.0, ge=0, description="Seconds that running requests have to end at shutdown.")
+    shutdown_seconds: float = Field(30.0, ge=0, description="Seconds that running requests have to finish at shutdown.")
 
-    job_processes: int = Field(1, ge=1, le=64, description="Jobs that run at a time.")
-    job_waiting: int = Field(100, ge=1, description="Jobs that may wait; more get 503.")
-    job_seconds: float = Field(900.0, gt=0, description="Seconds that a job may take.")
+    job_processes: int = Field(1, ge=1, le=64, description="Jobs that run at the same time.")
+    job_waiting: int = Field(100, ge=1, description="Jobs that may be queued; more get 503.")
+    job_seconds: float = Field(900.0, gt=0, description="Maximum duration of a job [s].")
     job_memory: int = Field(
         4_000 * _MEGABYTE, ge=1_000 * _MEGABYTE,
-        description="Bytes of address space that a job may take; libraries alone take half of the least.",
+        description="Maximum address space of a job [bytes]; libraries alone take half of the minimum.",
     )  # fmt: skip
-    job_days: float = Field(7.0, gt=0, description="Days that jobs that have ended, and their results, are kept.")
-    reserve: int = Field(64 * _MEGABYTE, ge=0, description="Bytes of disk kept free; below it, uploads get 507.")
+    job_days: float = Field(7.0, gt=0, description="Days for which finished jobs and their results are kept.")
+    reserve: int = Field(
+        64 * _MEGABYTE, ge=0, description="Disk space to keep free [bytes]; if there is less, uploads get 507."
+    )
 
     def environment(self) -> dict[str, str]:
-        """The settings as environment variables: keys too, so not for anybody's eyes."""
+        """The settings as environment variables, keys included: never log them."""
         values = self.model_dump(mode="json") | {"keys": [key.get_secret_value() for key in self.keys]}
         return {
             f"MOTIONENV_SERVICE_{name.upper()}": value if isinstance(value, str) else json.dumps(value)
@@ -81,21 +83,22 @@ class Settings(BaseSettings):
 
     @model_validator(mode="after")
     def _safe(self) -> Self:
-        """Refuse to be open to others by accident."""
+        """Require keys or `open` before other machines get access."""
         if not self.keys and not self.open and not _loopback(self.host):
             raise ValueError(
-                f"host {self.host!r} can be reached from other machines and keys is empty: "
-                "set keys, or open=true if anybody may ask"
+                f"host {self.host!r} is reachable from other machines, but there are no keys: "
+                "set keys, or open=true to allow access without keys"
             )
         if any(len(key.get_secret_value()) < 16 for key in self.keys):
             raise ValueError(
-                "keys must have 16 characters at least: python -c 'import secrets; print(secrets.token_urlsafe())'"
+                "each key must have at least 16 characters: "
+                "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
             )
         return self
 
 
 def _loopback(host: str) -> bool:
-    """Whether `host` can be reached from this machine only."""
+    """Whether only this machine can reach `host`."""
     if host == "localhost":
         return True
     try:

@@ -23,7 +23,7 @@ def test_orders_have_the_papers_lengths():
 
 @pytest.mark.parametrize("fps", [0, -30, float("nan"), float("inf"), "30", True, None])
 def test_impossible_frame_rates_are_named(fps):
-    with pytest.raises(MotionError, match="fps must be a finite number of frames per second above 0"):
+    with pytest.raises(MotionError, match="fps must be a number of frames per second above 0"):
         motion(fps=fps)
 
 
@@ -53,7 +53,7 @@ def test_parents_come_before_their_children():
 
 
 def test_a_missing_point_lists_what_there_is():
-    with pytest.raises(MotionError, match="no point is named 'c'; there are: a, b"):
+    with pytest.raises(MotionError, match="there is no point 'c'; available are a, b"):
         Markers(["a", "b"], np.zeros((1, 2, 3)), 30).index("c")
 
 

@@ -1,4 +1,4 @@
-"""The 25-DOF body of tapered cylinders (paper A, fig. 1): what it is made of, how it moves, how it is fitted."""
+"""The 25-DOF body of tapered cylinders (paper A, fig. 1): structure, kinematics, meshes, and fitting to points."""
 
 from motionenv.body.kinematics import feet, forward, limb_segments, markers
 from motionenv.body.meshes import body_mesh, limb_meshes, rounded_cone

@@ -1,7 +1,8 @@
-"""Fitting the body to points: limb lengths of a person, and the pose in every frame.
+"""Fit the body to points: a person's limb lengths, and the pose in every frame.
 
 Closed form and vectorised over frames: the torso by weighted Procrustes, the head by two directions, each limb by
-the direction of its upper part and the plane in which it bends. What a gap hides becomes NaN, and nothing else does.
+the direction of its upper part and the plane in which it bends. Entries that depend on a gap become NaN; all others
+don't.
 """
 
 from itertools import pairwise
@@ -9,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from motionenv._core.rotations import nearest, to_euler, unwrap_euler
 from motionenv.body.skeleton import NODES, from_height, limb_radii
 from motionenv.errors import GapError, MotionError
-from motionenv.rotations import nearest, to_euler, unwrap_euler
 from motionenv.types import Skeleton
 
 _I = {name: i for i, name in enumerate(NODES)}
@@ -23,7 +24,7 @@ _LIMBS = (
     (17, (-1, 1, -1), 1, ("left_hip", "left_knee", "left_ankle")),
     (21, (-1, -1, 1), 1, ("right_hip", "right_knee", "right_ankle")),
 )
-# Shares of the height (Winter 2009, fig. 4.1) by which it is told from what was captured.
+# Segment lengths relative to body height (Winter 2009, fig. 4.1), from which height is estimated.
 _LEG_SHARE, _TRUNK_SHARE = 0.245 + 0.246, 0.300
 
 
@@ -31,12 +32,12 @@ def fit_skeleton(nodes) -> Skeleton:
     """Limb lengths of a person: medians over frames of the distances between nodes, the torso by Procrustes.
 
     Args:
-        nodes: (frames, 16, 3) [m] positions in the order of `NODES`, NaN in gaps. A neck that is missing
-            throughout is taken midway between the shoulders.
+        nodes: (frames, 16, 3) [m] positions in the order of `NODES`, NaN in gaps. A neck that is missing throughout is
+            placed midway between the shoulders.
 
     Raises:
-        GapError: a node other than the neck is never seen; names them.
-        MotionError: `nodes` has another shape, or limbs of no length.
+        GapError: a node other than the neck is never seen (named).
+        MotionError: `nodes` has another shape, or limbs of length 0.
     """
     nodes = _checked(nodes)
     torso = _torso_template(nodes)
@@ -50,26 +51,26 @@ def fit_skeleton(nodes) -> Skeleton:
     legs = -0.5 * offsets[[_I[f"{side}_{j}"] for side in ("left", "right") for j in ("knee", "ankle")], 2].sum()
     height = (legs + offsets[_I["neck"], 2]) / (_LEG_SHARE + _TRUNK_SHARE)
     if not 0.2 < height < 4.0:
-        raise MotionError(f"the points make a person {height:.3g} m tall; check the unit (positions must be in metres)")
+        raise MotionError(f"nodes give a person {height:.3g} m tall; check the unit (positions must be in metres)")
     return Skeleton(offsets, limb_radii(height), height)
 
 
 def fit_poses(nodes, skeleton: Skeleton, fps: float, head_side=None) -> np.ndarray:
     """The pose vectors that bring the nodes of `skeleton` closest to captured ones.
 
-    Directions are taken from where the fitted torso puts shoulder and hip, so that errors do not add up along a
-    limb. In a limb that is nearly straight the plane of bending is undefined: there the rotation borrows from
-    neighbouring frames, and from the neutral position.
+    Limb directions start at the fitted torso's shoulder and hip, so that errors don't accumulate along a limb. In a
+    nearly straight limb the bending plane is undefined; its rotation is then taken from neighbouring frames and the
+    neutral position.
 
     Args:
         nodes: (frames, 16, 3) [m] positions in the order of `NODES`, NaN in gaps.
         skeleton: the body to pose, from `fit_skeleton` or of another person.
-        fps: frames per second; sets how far a straight limb looks for its plane of bending.
-        head_side: (frames, 3) direction to the left of the head in the world, or None: the head then looks where
-            the torso does, because head and neck are single points.
+        fps: frame rate [Hz]; determines the averaging window for straight limbs.
+        head_side: (frames, 3) direction to the left of the head in the world. None: the head faces the same way as the
+            torso, because head and neck are single points.
 
     Returns:
-        (frames, 25) [m, rad], angles continuous over time; NaN where the points needed were missing.
+        (frames, 25) [m, rad], angles continuous over time; NaN where required points are missing.
 
     Raises:
         MotionError: `nodes` has another shape.
@@ -86,10 +87,10 @@ def fit_poses(nodes, skeleton: Skeleton, fps: float, head_side=None) -> np.ndarr
 
 
 def _checked(nodes) -> np.ndarray:
-    """Nodes as (frames, 16, 3) float64 with a neck.
+    """Nodes as (frames, 16, 3) float64, including the neck.
 
     Raises:
-        MotionError: of another shape.
+        MotionError: another shape.
     """
     nodes = np.array(nodes, dtype=np.float64)
     if nodes.ndim != 3 or nodes.shape[1:] != (len(NODES), 3) or not len(nodes):
@@ -107,29 +108,29 @@ def _median_distance(nodes: np.ndarray, a: str, b: str) -> float:
     """
     distance = np.linalg.norm(nodes[:, _I[a]] - nodes[:, _I[b]], axis=-1)
     if np.isnan(distance).all():
-        raise GapError(f"{a} and {b} are never seen in one frame; leave this trial out or map other points to them")
+        raise GapError(f"{a} and {b} are never seen in the same frame: omit this trial, or map other points to them")
     return float(_median(distance))
 
 
 def _median(values: np.ndarray) -> np.ndarray:
-    """Median over the first axis of what isn't NaN; numpy's own takes ten times as long where nothing is."""
+    """Median over the first axis, ignoring NaN; numpy's own is ten times slower if there is no NaN."""
     return np.nanmedian(values, axis=0) if np.isnan(values).any() else np.median(values, axis=0)
 
 
 def _torso_template(nodes: np.ndarray) -> np.ndarray:
     """Offsets (7, 3) [m] of the torso's nodes from the pelvis: generalised Procrustes over the frames.
 
-    The frame is fixed by anatomy: z from pelvis to neck, y as close as can be to the hips' and shoulders' left.
+    The frame is anatomical: z from pelvis to neck, y as close as possible to the left of hips and shoulders.
     """
     points = nodes[:, _TORSO]
     missing = [NODES[n] for n in _TORSO if np.isnan(nodes[:, n]).any(-1).all()]
     if missing:
-        raise GapError(f"{', '.join(missing)} never seen; leave this trial out or map other points to them")
+        raise GapError(f"{', '.join(missing)} never seen: omit this trial, or map other points to them")
     up = points[:, 6] - points[:, 0]
     left = (points[:, 2] - points[:, 3]) + (points[:, 4] - points[:, 5])
     whole = np.isfinite(points).all((1, 2))
     if not whole.any():
-        raise GapError("no frame shows pelvis, sternum, neck, hips and shoulders together; leave this trial out")
+        raise GapError("no frame shows pelvis, sternum, neck, hips and shoulders together: omit this trial")
     template = np.median((points - points[:, :1])[whole] @ _frame(up, left)[whole], axis=0)
     for _ in range(3):
         rotation, origin = _procrustes(points, template)
@@ -140,7 +141,7 @@ def _torso_template(nodes: np.ndarray) -> np.ndarray:
 
 
 def _frame(up: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Rotation (..., 3, 3) with columns forward, left and up: z along `up`, y as near to `left` as can be."""
+    """Rotation (..., 3, 3) with columns forward, left and up: z along `up`, y as close as possible to `left`."""
     z = up / np.linalg.norm(up, axis=-1, keepdims=True)
     x = np.cross(left, z)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
@@ -150,7 +151,7 @@ def _frame(up: np.ndarray, left: np.ndarray) -> np.ndarray:
 def _procrustes(points: np.ndarray, template: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rotation (frames, 3, 3) and origin (frames, 3) that bring `template` (n, 3) closest to `points` (frames, n, 3).
 
-    Missing points have no say; frames where those left don't fix a rotation are NaN.
+    Missing points are ignored; frames whose remaining points don't determine a rotation are NaN.
     """
     seen = np.isfinite(points).all(-1)
     count = np.maximum(seen.sum(1), 1)[:, None]
@@ -159,7 +160,7 @@ def _procrustes(points: np.ndarray, template: np.ndarray) -> tuple[np.ndarray, n
     p_mean = p.sum(1) / count
     t_mean = (weight * template).sum(1) / count
     t = weight * (template - t_mean[:, None])
-    # Where nothing is missing, all frames spread as the first does.
+    # Without missing points, all frames have the same singular values.
     spread = np.linalg.svd(t[:1] if seen.all() else t, compute_uv=False)[:, 1]
     fixed = (seen.sum(1) >= 3) & (spread > 0.2 * np.linalg.svd(template - template.mean(0), compute_uv=False)[1])
     cross = np.einsum("tni,tnj->tij", p - weight * p_mean[:, None], t)
@@ -198,12 +199,12 @@ def _limb(nodes, skeleton, torso, root, fps, limb) -> np.ndarray:
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) scaled to length one."""
+    """Vectors (..., 3) normalised to length 1."""
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def _into_limb(beta, gamma, v) -> np.ndarray:
-    """Vectors (frames, 3) of the torso's frame in the frame turned by R_y(β) R_x(γ)."""
+    """Vectors (frames, 3) of the torso's frame in the frame rotated by R_y(β) R_x(γ)."""
     x, z = v[:, 0] * np.cos(beta) - v[:, 2] * np.sin(beta), v[:, 0] * np.sin(beta) + v[:, 2] * np.cos(beta)
     c, s = np.cos(gamma), np.sin(gamma)
     return np.stack([x, v[:, 1] * c + z * s, z * c - v[:, 1] * s], axis=-1)
@@ -212,10 +213,10 @@ def _into_limb(beta, gamma, v) -> np.ndarray:
 def _bending_direction(bend: np.ndarray, fps: float, most_overstretch: float) -> np.ndarray:
     """Axial rotation ρ (frames,) [rad] from sin(flexion)·(cos ρ, sin ρ), (frames, 2).
 
-    The vector shrinks to nothing as the limb straightens, and its direction to noise: below about 12° of flexion the
-    mean vector of the nearest 0.1 s takes over, and where that vanishes too the neutral direction. A limb that
-    seems to bend the wrong way, by less than the sine `most_overstretch`, is overstretched and not turned around: a
-    hip never turns the knee backwards, while a shoulder can turn the elbow.
+    As the limb straightens, the vector's length vanishes and its direction becomes noise: below about 12° of flexion
+    the mean vector of the nearest 0.1 s is used, and if that vanishes too, the neutral direction. A limb that seems to
+    bend the wrong way, by less than the sine `most_overstretch`, is overstretched rather than rotated by half a turn: a
+    hip can't turn the knee backwards, while a shoulder can turn the elbow.
     """
     seen = np.isfinite(bend).all(-1)
     size = np.linalg.norm(bend, axis=-1)

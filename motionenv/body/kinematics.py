@@ -24,37 +24,36 @@ limb, are these frames times diag(1, -1, -1) for arms and legs.
 """
 
 import numpy as np
-from numba import njit
 
+from motionenv._core.compilation import kernel
 from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
 from motionenv.errors import MotionError
 from motionenv.types import Skeleton
-
-_jit = njit(nogil=True, cache=True, error_model="numpy")
 
 # Tree: torso nodes; then per limb (pose index, signs of flexion/abduction/rotation, nodes, segments).
 _TORSO_NODES = np.array([NODES.index(n) for n in (*NODES[1:5], "left_hip", "right_hip", "neck")])
 _BALL_POSE = np.array([9, 13, 17, 21])
 _BALL_SIGN = np.array([[-1, 1, -1], [-1, -1, 1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
-_HINGE_SIGN = np.array([-1.0, -1.0, 1.0, 1.0])
+#: Signs of flexion in the two elbows and the two knees.
+HINGE_SIGN = np.array([-1.0, -1.0, 1.0, 1.0])
 _CHAIN_NODES = np.array([[3, 5, 7], [4, 6, 8], [9, 11, 13], [10, 12, 14]])
 _HEAD, _NECK, _PELVIS = NODES.index("head"), NODES.index("neck"), NODES.index("pelvis")
-_FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe in the foot's frame, shares of the height
+_FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe in the foot's frame, relative to body height
 
-#: Ball of the foot in the foot's frame, from the ankle [shares of the height].
+#: Ball of the foot in the foot's frame, relative to the ankle and in units of body height.
 FOOT_BALL = _FOOT[1]
 
 
 def forward(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """Where everything is.
+    """Forward kinematics.
 
     Args:
         poses: (..., 25) [m, rad], in the order of `motionenv.types.POSE`.
         skeleton: the body.
 
     Returns:
-        Node positions (..., 16, 3) [m] in the order of `NODES`, and rotations segment → world (..., 12, 3, 3) in
-        the order of `SEGMENTS`. NaN in a pose makes NaN of what depends on it, and of nothing else.
+        Node positions (..., 16, 3) [m] in the order of `NODES`, and rotations segment → world (..., 12, 3, 3) in the
+        order of `SEGMENTS`. NaN in a pose propagates only to what depends on it.
 
     Raises:
         MotionError: the last axis of `poses` isn't 25 long.
@@ -77,10 +76,10 @@ def markers(poses, skeleton: Skeleton) -> np.ndarray:
 
 
 def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
-    """Ends of the axes of the drawn limbs.
+    """End points of the axes of the drawn limbs.
 
-    Feet have no degree of freedom: they follow the shin, levelled sideways, and bend at the ankle so far that
-    the toe stays over the ground z = 0, and the heel where the ankle is high enough for it.
+    Feet have no degrees of freedom: they follow the shin without lateral tilt, and flex at the ankle so that the toe
+    stays above the ground z = 0, and the heel too if the ankle is high enough.
 
     Args:
         poses: (..., 25) [m, rad].
@@ -91,12 +90,12 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
     """
     flat, lead = _flat(poses)
     ends = np.empty((len(flat), len(LIMBS), 2, 3))
-    _limb_segments(flat, skeleton.offsets, skeleton.height, LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
+    write_limb_segments(flat, skeleton.offsets, skeleton.height, LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
     return ends.reshape(*lead, *ends.shape[1:])
 
 
 def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """Where the feet are: what `forward` says of them, in two thirds of its time.
+    """Positions of the feet, as from `forward` but faster.
 
     Args:
         poses: (..., 25) [m, rad].
@@ -119,7 +118,7 @@ def _flat(poses) -> tuple[np.ndarray, tuple]:
     return np.ascontiguousarray(poses.reshape(-1, 25)), poses.shape[:-1]
 
 
-@_jit
+@kernel
 def _turn(parent, flexion, abduction, rotation, out):
     """Write parent · R_y(flexion) R_x(abduction) R_z(rotation) to `out`."""
     cy, sy = np.cos(flexion), np.sin(flexion)
@@ -134,7 +133,7 @@ def _turn(parent, flexion, abduction, rotation, out):
         out[i, 2] = s
 
 
-@_jit
+@kernel
 def _hinge(parent, flexion, out):
     """Write parent · R_y(flexion) to `out`."""
     c, s = np.cos(flexion), np.sin(flexion)
@@ -144,14 +143,14 @@ def _hinge(parent, flexion, out):
         out[i, 2] = parent[i, 0] * s + parent[i, 2] * c
 
 
-@_jit
+@kernel
 def _place(base, rotation, offset, out):
     """Write base + rotation · offset to `out`."""
     for i in range(3):
         out[i] = base[i] + rotation[i, 0] * offset[0] + rotation[i, 1] * offset[1] + rotation[i, 2] * offset[2]
 
 
-@_jit
+@kernel
 def _root(pose, out):
     """Write R_z(heading) R_x(obliquity) R_y(tilt) to `out`."""
     cy, sy = np.cos(pose[3]), np.sin(pose[3])
@@ -162,18 +161,18 @@ def _root(pose, out):
     out[2, 0], out[2, 1], out[2, 2] = -cx * sy, sx, cx * cy
 
 
-@_jit
+@kernel
 def _turn_foot(shin, ankle, height, out):
     """Write the rotation of a foot that follows `shin` but stays above the ground (see `limb_segments`)."""
     length = np.hypot(shin[0, 1], shin[1, 1])
-    if not length > 1e-3:  # the shin's lateral axis points up: no level direction to speak of
+    if not length > 1e-3:  # the shin's lateral axis is vertical: no horizontal direction is defined
         out[:] = shin
         return
     lx, ly = shin[0, 1] / length, shin[1, 1] / length  # left, level
     fx, fy = ly, -lx  # forward, level
-    down = np.arctan2(-shin[2, 0], shin[0, 0] * fx + shin[1, 0] * fy)  # toe-down angle when rigid with the shin
-    # The ankle's height over its height in stance is what the toe may drop: with the toe's centre at (a, -b) in the
-    # foot's frame it drops a·sin + b·cos - b, at most that; the heel, at (-a', -b'), likewise for toe-up angles.
+    down = np.arctan2(-shin[2, 0], shin[0, 0] * fx + shin[1, 0] * fy)  # toe-down angle if rigid with the shin
+    # The ankle's height above its height in stance limits how far the toe may drop: with the toe's centre at (a, -b) in
+    # the foot's frame it drops by a·sin + b·cos - b; likewise the heel, at (-a', -b'), for toe-up angles.
     free = ankle[2] - ANKLE_HEIGHT * height
     a, b = _FOOT[1, 0] * height, -_FOOT[1, 2] * height
     most = np.arcsin(min(1.0, max(-1.0, (free + b) / np.hypot(a, b)))) - np.arctan2(b, a)
@@ -186,9 +185,9 @@ def _turn_foot(shin, ankle, height, out):
     out[2, 0], out[2, 1], out[2, 2] = -s, 0.0, c
 
 
-@_jit
+@kernel
 def _nodes_one(pose, offsets, nodes, rotations):
-    """Nodes (16, 3) of one pose (25,), and all rotations but those of the feet."""
+    """Nodes (16, 3) of one pose (25,), and all rotations except those of the feet."""
     torso, head = rotations[0], rotations[1]
     _root(pose, torso)
     nodes[_PELVIS] = pose[:3]
@@ -201,12 +200,12 @@ def _nodes_one(pose, offsets, nodes, rotations):
         upper, lower = rotations[2 + 2 * i], rotations[3 + 2 * i]
         sign, (proximal, middle, distal) = _BALL_SIGN[i], _CHAIN_NODES[i]
         _turn(torso, sign[0] * pose[at], sign[1] * pose[at + 1], sign[2] * pose[at + 2], upper)
-        _hinge(upper, _HINGE_SIGN[i] * pose[at + 3], lower)
+        _hinge(upper, HINGE_SIGN[i] * pose[at + 3], lower)
         _place(nodes[proximal], upper, offsets[middle], nodes[middle])
         _place(nodes[middle], lower, offsets[distal], nodes[distal])
 
 
-@_jit
+@kernel
 def _forward_one(pose, offsets, height, nodes, rotations):
     """Nodes (16, 3) and rotations (12, 3, 3) of one pose (25,)."""
     _nodes_one(pose, offsets, nodes, rotations)
@@ -214,15 +213,15 @@ def _forward_one(pose, offsets, height, nodes, rotations):
     _turn_foot(rotations[9], nodes[14], height, rotations[11])
 
 
-@_jit
+@kernel
 def _forward(poses, offsets, height, nodes, rotations):
     for i in range(len(poses)):
         _forward_one(poses[i], offsets, height, nodes[i], rotations[i])
 
 
-@_jit
+@kernel
 def feet_of(poses, offsets, height, ankles, balls):
-    """Write ankles and balls (n, 2, 3) of poses (n, 25): `feet`, for other compiled loops."""
+    """Write ankles and balls (n, 2, 3) of poses (n, 25): `feet` for other kernels."""
     torso, thigh, shin, foot = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     hip, knee, ball = np.empty(3), np.empty(3), _FOOT[1] * height
     for k in range(len(poses)):
@@ -233,14 +232,15 @@ def feet_of(poses, offsets, height, ankles, balls):
             _place(pose[:3], torso, offsets[first], hip)
             _turn(torso, sign[0] * pose[at], sign[1] * pose[at + 1], sign[2] * pose[at + 2], thigh)
             _place(hip, thigh, offsets[middle], knee)
-            _hinge(thigh, _HINGE_SIGN[2 + side] * pose[at + 3], shin)
+            _hinge(thigh, HINGE_SIGN[2 + side] * pose[at + 3], shin)
             _place(knee, shin, offsets[last], ankles[k, side])
             _turn_foot(shin, ankles[k, side], height, foot)
             _place(ankles[k, side], foot, ball, balls[k, side])
 
 
-@_jit
-def _limb_segments(poses, offsets, height, segment, ends_at, shifts, out):
+@kernel
+def write_limb_segments(poses, offsets, height, segment, ends_at, shifts, out):
+    """Write the ends (n, limbs, 2, 3) of all limbs of poses (n, 25): `limb_segments`, for other compiled loops."""
     nodes = np.empty((16, 3))
     rotations = np.empty((12, 3, 3))
     for i in range(len(poses)):

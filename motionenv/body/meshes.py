@@ -1,4 +1,4 @@
-"""Triangle meshes of the drawn limbs: each is the convex hull of two spheres, a tapered cylinder with round ends."""
+"""Triangle meshes of the drawn limbs: convex hulls of two spheres, i.e. tapered cylinders with round ends."""
 
 import math
 from typing import TYPE_CHECKING, NamedTuple
@@ -41,23 +41,23 @@ def rounded_cone(
 ) -> Mesh:
     """The convex hull of a sphere at the origin and one at (0, 0, length).
 
-    A cone touches both spheres where their normals are the same: at the latitude whose sine is the difference of
-    the radii over the length. Below it the surface is the first sphere, above it the second. All vertices lie
-    exactly on the surface, so that the mesh lies inside of it.
+    A cone touches both spheres where their normals are equal: at the latitude whose sine is the difference of the radii
+    over the length. Below it the surface is the first sphere, above it the second. All vertices lie exactly on the
+    surface, so the mesh lies inside of it.
 
     Args:
-        length: from centre to centre [m].
+        length: distance of the centres [m].
         start_radius: radius of the sphere at the origin [m].
         end_radius: radius of the other sphere [m].
-        sections: vertices around the axis.
-        rings: steps of latitude from pole to pole; None makes the caps as fine along the axis as around it.
+        sections: number of vertices around the axis.
+        rings: number of latitude steps from pole to pole; None makes the caps as fine along the axis as around it.
 
     Raises:
         MotionError: fewer than three sections, a negative length, or a radius that isn't above 0.
     """
     if sections < 3 or not 0 <= length < np.inf or not (0 < start_radius < np.inf and 0 < end_radius < np.inf):
         raise MotionError(
-            "a rounded cone needs 3 sections or more, a length of at least 0 and radii above 0, "
+            "sections must be at least 3, length at least 0 and radii above 0, "
             f"got {sections!r}, {length!r}, {start_radius!r}, {end_radius!r}"
         )
     latitude, centre, radius = _profile(length, start_radius, end_radius, rings or max(sections // 2, 2))
@@ -75,7 +75,7 @@ def rounded_cone(
 
 def _profile(length, start_radius, end_radius, rings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Latitude [rad], height of the sphere's centre [m] and its radius [m] for each ring between the poles."""
-    if abs(start_radius - end_radius) >= length:  # one sphere holds the other
+    if abs(start_radius - end_radius) >= length:  # one sphere contains the other
         touch = np.pi / 2 if start_radius >= end_radius else -np.pi / 2
     else:
         touch = np.arcsin((start_radius - end_radius) / length)
@@ -104,12 +104,12 @@ def _faces(rings: int, sections: int) -> np.ndarray:
 def limb_meshes(skeleton: Skeleton, sections: int = 32) -> list[Mesh]:
     """The drawn limbs in the order of `motionenv.body.LIMBS`, each in the frame of its segment.
 
-    Vertices turn with the rotations of `motionenv.body.forward` and then move by the position of the segment's
-    origin, the node `motionenv.body.skeleton.SEGMENT_ORIGIN`.
+    To pose them, rotate vertices by the rotations of `motionenv.body.forward`, then translate them by the position of
+    the segment's origin, the node `motionenv.body.skeleton.SEGMENT_ORIGIN`.
 
     Args:
         skeleton: the body.
-        sections: vertices around each limb.
+        sections: number of vertices around each limb.
 
     Raises:
         MotionError: a limb without a radius above 0, or fewer than three sections.
@@ -137,26 +137,26 @@ def _frame_along(axis: np.ndarray) -> np.ndarray:
 
 
 def body_mesh(pose, skeleton: Skeleton, sections: int = 32) -> "trimesh.Trimesh":
-    """The whole body in one pose as a coloured `trimesh.Trimesh`, to show, measure or export (STL, PLY, OBJ).
+    """The whole body in one pose as a coloured `trimesh.Trimesh`, to display, measure or export (STL, PLY, OBJ).
 
     Limbs are closed surfaces that overlap at the joints.
 
     Args:
         pose: (25,) [m, rad], in the order of `motionenv.types.POSE`.
         skeleton: the body.
-        sections: vertices around each limb.
+        sections: number of vertices around each limb.
 
     Returns:
-        Vertices in the world [m].
+        The mesh, with vertices in the world [m].
 
     Raises:
-        MotionError: `pose` is of another shape or has gaps.
+        MotionError: `pose` has another shape or gaps.
     """
     import trimesh
 
     pose = np.asarray(pose, dtype=np.float64)
     if pose.shape != (25,) or not np.isfinite(pose).all():
-        raise MotionError(f"a mesh needs one pose (25,) without NaN, got {pose!r}")
+        raise MotionError(f"pose must be one pose (25,) without NaN, got {pose!r}")
     nodes, rotations = forward(pose, skeleton)
     parts: list[list[np.ndarray]] = [[], [], [], []]
     for worn, segment, mesh in zip(CLOTHES, LIMB_SEGMENT, limb_meshes(skeleton, sections), strict=True):

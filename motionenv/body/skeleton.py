@@ -1,19 +1,19 @@
-"""What the cylinder body is made of: nodes, segments, drawn limbs, clothes, proportions, joint limits.
+"""Structure of the cylinder body: nodes, segments, drawn limbs, clothes, proportions, joint limits.
 
-Ten rigid segments hang together in a tree (paper A, fig. 1): torso, head, and on each side upper arm, forearm,
-thigh and shin. In the zero pose the body stands upright with arms hanging and looks along x: then the frames of
-all segments are parallel to the world's (x forward, y left, z up).
+Ten rigid segments form a tree (paper A, fig. 1): torso, head, and on each side upper arm, forearm, thigh and shin. In
+the zero pose the body stands upright with hanging arms and faces x; all segment frames are then parallel to the world's
+(x forward, y left, z up).
 """
 
 import numpy as np
 
-from motionenv.errors import MotionError
-from motionenv.types import MARKERS, Skeleton
+from motionenv._core.validation import checked_number
+from motionenv.types import HEIGHT_RANGE, MARKERS, Skeleton
 
 #: Rows of `Skeleton.offsets`: the 15 markers, then the joint between torso and head.
 NODES = (*MARKERS, "neck")
 
-#: Rigid parts in the order of rotation arrays. Feet carry no degree of freedom: `kinematics` turns them for looks.
+#: Rigid segments in the order of rotation arrays. Feet have no degrees of freedom: `kinematics` derives their rotation.
 SEGMENTS = (
     "torso", "head",
     "left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm",
@@ -21,7 +21,7 @@ SEGMENTS = (
     "left_foot", "right_foot",
 )  # fmt: skip
 
-#: Per segment: index of the one it hangs on (-1: the world), and of the node that is its frame's origin.
+#: Per segment: index of its parent (-1: the world), and of the node at its frame's origin.
 SEGMENT_PARENT = (-1, 0, 0, 2, 0, 4, 0, 6, 0, 8, 7, 9)
 SEGMENT_ORIGIN = tuple(
     NODES.index(n)
@@ -44,7 +44,7 @@ EDGES = tuple(
 )  # fmt: skip
 
 # Drawn limbs: name, segment whose frame holds the local shifts, start node, shift, end node, shift, radii.
-# Shifts (x, y, z) and radii are shares of the standing height.
+# Shifts (x, y, z) and radii are relative to standing height.
 _HALF = (
     ("{}_upper_arm", "{}_upper_arm", "{}_shoulder", (0, 0, -0.008), "{}_elbow", (0, 0, 0), (0.031, 0.024)),
     ("{}_forearm", "{}_forearm", "{}_elbow", (0, 0, 0), "{}_wrist", (0, 0, 0), (0.025, 0.017)),
@@ -66,13 +66,13 @@ _LIMB_TABLE = (
 #: Names of the drawn tapered cylinders; `Frame.limbs` holds 1 + index into this.
 LIMBS = tuple(str(row[0]) for row in _LIMB_TABLE)
 
-#: Per drawn limb: segment, start node, end node, and the local shifts as shares of the height.
+#: Per drawn limb: segment, start node, end node, and the local shifts relative to standing height.
 LIMB_SEGMENT = np.array([SEGMENTS.index(row[1]) for row in _LIMB_TABLE])
 LIMB_NODES = np.array([[NODES.index(row[2]), NODES.index(row[4])] for row in _LIMB_TABLE])
 LIMB_SHIFTS = np.array([[row[3], row[5]] for row in _LIMB_TABLE], dtype=np.float64)
 _LIMB_RADII = np.array([row[6] for row in _LIMB_TABLE])
 
-#: What each drawn limb wears, in the order of `LIMBS`, and the usual colours of that (sRGB, 0 to 1).
+#: Garment of each drawn limb, in the order of `LIMBS`, and default colours of garments (sRGB, 0 to 1).
 CLOTHES = tuple(
     {"head": "skin", "neck": "skin", "hand": "skin", "pelvis": "trousers", "thigh": "trousers", "shin": "trousers",
      "foot": "shoes"}.get(limb.split("_")[-1], "shirt")
@@ -85,10 +85,10 @@ COLOURS = {
     "shoes": (0.16, 0.14, 0.14),
 }
 
-#: Height of the ankle joint above the sole, as a share of the standing height (Winter 2009, fig. 4.1).
+#: Height of the ankle joint above the sole, relative to standing height (Winter 2009, fig. 4.1).
 ANKLE_HEIGHT = 0.039
 
-# Where the nodes sit in the frame of their segment, as shares of the standing height. Lengths along the limbs and
+# Positions of the nodes in the frame of their segment, relative to standing height. Lengths along the limbs and
 # heights: Winter (2009, fig. 4.1, after Drillis & Contini 1966). Widths between joint centres and the depth of the
 # sternum marker: joint centres lie inside the breadths of that figure.
 _PROPORTIONS = {
@@ -114,7 +114,7 @@ def from_height(height: float = 1.75, *, girth: float = 1.0) -> Skeleton:
     Raises:
         MotionError: `height` or `girth` out of range.
     """
-    _check("height", height, 0.5, 2.5, "metres")
+    checked_number(height, "height", *HEIGHT_RANGE)
     return Skeleton(np.array([_PROPORTIONS[n] for n in NODES]) * height, limb_radii(height, girth), height)
 
 
@@ -124,14 +124,8 @@ def limb_radii(height: float, girth: float = 1.0) -> np.ndarray:
     Raises:
         MotionError: `girth` out of range.
     """
-    _check("girth", girth, 0.5, 2.0, "a factor")
+    checked_number(girth, "girth", 0.5, 2.0)
     return _LIMB_RADII * height * girth
-
-
-def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
-    """Raise unless `low` <= value <= `high`."""
-    if not low <= value <= high:
-        raise MotionError(f"{name} must be {unit} from {low} to {high}, got {value!r}")
 
 
 _LIMITS_DEGREES: dict[str, list[tuple[float, float]]] = {
@@ -149,20 +143,20 @@ LIMITS = np.radians(
 
 
 def limit_excess(poses) -> np.ndarray:
-    """How far each entry of poses (..., 25) is beyond its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
+    """Excess of each entry of poses (..., 25) over its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
     poses = np.asarray(poses, dtype=np.float64)
     return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
 
 
 def symmetric(offsets) -> np.ndarray:
-    """The mean of node offsets (16, 3) and their left-right mirror image: the nearest body with equal sides."""
+    """The mean of node offsets (16, 3) and their left-right mirror image."""
     sides = {"left": "right", "right": "left"}
     other = [NODES.index("_".join(sides.get(word, word) for word in name.split("_"))) for name in NODES]
     return 0.5 * (offsets + np.asarray(offsets)[other] * [1.0, -1.0, 1.0])
 
 
 def mirror(poses) -> np.ndarray:
-    """The left-right mirrored poses (..., 25), reflected in the plane y = 0 of the world."""
+    """`poses` (..., 25) mirrored left-right: reflected in the world's plane y = 0."""
     poses = np.array(poses, dtype=np.float64)
     swapped = poses[..., [*range(9), *range(13, 17), *range(9, 13), *range(21, 25), *range(17, 21)]]
     swapped[..., [1, 4, 5, 7, 8]] *= -1.0

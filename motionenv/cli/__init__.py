@@ -1,7 +1,7 @@
 """The command line: `motionenv demo | synth | sample | render | lift | track | fit | models | serve | bench | mocap`.
 
-Each command checks its request, does the work through the public names of the library, shows progress on stderr and
-writes files whole or not at all. What the user got wrong ends in one line on stderr and exit code 2.
+Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
+writes files atomically. User errors end in one line on stderr and exit code 2.
 """
 
 import sys
@@ -10,36 +10,36 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import bench, capture, learning, lifting, making, serving, tracking
+from motionenv.cli import bench, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err
 from motionenv.errors import MotionError
 
 __all__ = ["app", "main"]
 
 app = typer.Typer(
-    help="Walking people with known ground truth: motion capture, models, bodies, pictures.",
+    help="Walking people with known ground truth: motion capture, motion models, rendering, tracking.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-app.command()(making.demo)
-app.command()(making.synth)
-app.command()(making.sample)
-app.command()(making.render)
+app.command()(synthesis.demo)
+app.command()(synthesis.synth)
+app.command()(synthesis.sample)
+app.command()(synthesis.render)
 app.command()(lifting.lift)
 app.command()(tracking.track)
-app.command()(learning.fit)
-app.command()(learning.models)
+app.command()(models.fit)
+app.command()(models.models)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
-app.command(context_settings=_passed_on, add_help_option=False)(serving.serve)
+app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command(context_settings=_passed_on)(bench.bench)
 
-mocap_app = typer.Typer(help="Motion capture: what can be fetched, and files in and out.", no_args_is_help=True)
-mocap_app.command("list")(capture.mocap_list)
-mocap_app.command()(capture.download)
-mocap_app.command()(capture.info)
-mocap_app.command()(capture.convert)
+mocap_app = typer.Typer(help="Motion capture: download, inspect and convert files.", no_args_is_help=True)
+mocap_app.command("list")(mocap.mocap_list)
+mocap_app.command()(mocap.download)
+mocap_app.command()(mocap.info)
+mocap_app.command()(mocap.convert)
 app.add_typer(mocap_app, name="mocap")
 
 

@@ -1,4 +1,4 @@
-"""What the commands share: options, the console, progress, and reading views and sizes."""
+"""Common parts of the commands: options, console, progress, and parsing of views and sizes."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -12,23 +12,23 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from motionenv.errors import MotionError
 
-#: Where everything but results goes.
+#: Console for everything except results.
 err = Console(stderr=True)
 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")]
-Fps = Annotated[float | None, typer.Option(help="Frames per second, where the file doesn't say (CMU's AMC: 120).")]
-Unit = Annotated[str | None, typer.Option(help="Unit of length, where the file doesn't say: m, cm, mm, inch, cmu.")]
-Height = Annotated[float | None, typer.Option(help="Body height in metres; by default the model's.")]
-Speed = Annotated[float | None, typer.Option(help="Walking speed in m/s; by default the walker's own.")]
-View = Annotated[str, typer.Option(help="side, front, oblique, or an angle in degrees.")]
-Size = Annotated[str, typer.Option(help="Picture size, WIDTHxHEIGHT.")]
+Fps = Annotated[float | None, typer.Option(help="Frame rate, if the file doesn't specify it (CMU's AMC files: 120).")]
+Unit = Annotated[str | None, typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu.")]
+Height = Annotated[float | None, typer.Option(help="Body height [m]; by default the model's.")]
+Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by default the walker's own.")]
+View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
+Size = Annotated[str, typer.Option(help="Image size in pixels, WIDTHxHEIGHT.")]
 
 _VIEWS = {"side": 0.0, "front": math.pi / 2, "oblique": math.pi / 4}
 
 
 @contextmanager
 def progress(title: str, total: int | None) -> Iterator[Callable[..., None]]:
-    """A bar on stderr, where that is a terminal; gives a function to call once per step."""
+    """A progress bar on stderr, if that is a terminal; yields a function to call after each step."""
     columns = (TextColumn("{task.description:32}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
         task = bar.add_task(title, total=total)
@@ -36,37 +36,37 @@ def progress(title: str, total: int | None) -> Iterator[Callable[..., None]]:
 
 
 def note(text: str) -> None:
-    """One line on stderr, as it is."""
+    """Print one line on stderr, without formatting."""
     err.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 def check_folder(out: Path) -> None:
-    """Refuse an output file without a folder, before any work.
+    """Check that the folder of an output file exists, before any work.
 
     Raises:
-        MotionError: there is no such folder.
+        MotionError: it doesn't exist.
     """
     if not out.parent.is_dir():
-        raise MotionError(f"can't write {out}: there is no folder {out.parent}; make it first, or choose another")
+        raise MotionError(f"can't write {out}: there is no folder {out.parent}; create it, or choose another")
 
 
 def parsed_numbers(text: str | None, name: str) -> list[float] | None:
     """Numbers from "1,0,-2"; None from None.
 
     Raises:
-        MotionError: something else; says which option `name` it was for.
+        MotionError: another format; `name` is the option.
     """
     try:
         return None if text is None else [float(part) for part in text.split(",")]
     except ValueError:
-        raise MotionError(f"{name} must be numbers with commas between, such as 1,0,-2; got {text!r}") from None
+        raise MotionError(f"{name} must be numbers separated by commas, such as 1,0,-2; got {text!r}") from None
 
 
 def parsed_view(text: str) -> float:
     """View angle α [rad] (paper B) from "side", "front", "oblique" or degrees.
 
     Raises:
-        MotionError: none of them.
+        MotionError: another value.
     """
     try:
         alpha = _VIEWS[text] if text in _VIEWS else math.radians(float(text))

@@ -1,5 +1,6 @@
-"""The command that runs the benchmarks of a checkout."""
+"""The `bench` command, which runs the benchmarks of a checkout."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,22 +13,36 @@ from motionenv.errors import MotionError
 
 def bench(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="Which; left out, they are listed.")] = "",
+    name: Annotated[str, typer.Argument(help="Name of the benchmark; without it, all are listed.")] = "",
 ) -> None:
-    """Run a benchmark of the checkout; what follows its name goes to it (after --, where it is an option of ours).
+    """Run a benchmark of the checkout. Arguments after its name are passed on (use -- before options of this command).
 
     Example: motionenv bench tree --mocap ../shared/mocap
     """
-    folder = Path(__file__).parents[2] / "benchmarks"
-    known = {p.stem: p for p in sorted(folder.glob("*.py")) if "__main__" in p.read_text(encoding="utf-8")}
+    root = Path(__file__).parents[2]
+    known = benchmarks(root)
     if not known:
         raise MotionError(
-            f"there is no benchmark in {folder}: they are not installed with the package, so clone the repository and "
-            "`pip install -e '.[bench]'` there"
+            f"there is no benchmark in {root / 'benchmarks'}: they are not installed with the package, so clone the "
+            "repository and `pip install -e '.[bench]'` there"
         )
     if name not in known and name:
         raise MotionError(f"no benchmark is called {name!r}; there are: {', '.join(known)}")
     if not name:
         typer.echo("\n".join(known))
         return
-    raise typer.Exit(subprocess.run([sys.executable, known[name], *context.args], check=False).returncode)
+    path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
+    command = [sys.executable, "-P", "-m", f"benchmarks.{name}", *context.args]  # -P: whatever lies in this folder
+    raise typer.Exit(subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, check=False).returncode)
+
+
+def benchmarks(root: Path) -> list[str]:
+    """Names of the modules below `root`/benchmarks that can be run, without the name of that folder.
+
+    Args:
+        root: of a checkout.
+    """
+    folder = root / "benchmarks"
+    runnable = [p for p in folder.rglob("*.py") if "if __name__ ==" in p.read_text(encoding="utf-8")]
+    parts = [p.relative_to(folder).with_suffix("").parts for p in runnable]
+    return sorted(".".join(part for part in name if part != "__main__") for name in parts)

@@ -1,4 +1,4 @@
-"""The command that makes 3D motion of 2D points: lift."""
+"""The `lift` command: 3D motion from 2D points."""
 
 import math
 from pathlib import Path
@@ -6,39 +6,39 @@ from typing import Annotated
 
 import typer
 
+from motionenv._core.files import atomic_write
 from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_view
 from motionenv.errors import MotionError
-from motionenv.files import atomic_write
 
 _POINTS = {".json", ".csv"}
 _PICTURES = {".png", ".pdf", ".svg"}
 
 
 def lift(
-    points: Annotated[Path, typer.Argument(help="2D points: COCO keypoints (.json), or a table (.csv); or capture.")],
-    out: Annotated[Path, typer.Option(help="Where to: .bvh, .c3d, .csv, .glb or .npz.")],
-    view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or an angle in degrees.")] = "unknown",
-    elevation: Annotated[str, typer.Option(help="Degrees by which the camera looks down, or unknown.")] = "0",
-    scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default found.")] = None,
-    project: Annotated[str | None, typer.Option(help="Of capture: lift what this view shows of it.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture of the estimate (.png, .pdf, .svg).")] = None,
-    prior: Annotated[str, typer.Option(help="A prior's name or file: see `motionenv fit walk/prior`.")] = "walk/prior",
-    person: Annotated[int | None, typer.Option(help="Which of several people in COCO's file.")] = None,
+    points: Annotated[Path, typer.Argument(help="2D points (COCO .json, or a .csv table), or 3D motion capture.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
+    elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
+    scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,
+    project: Annotated[str | None, typer.Option(help="For 3D capture: the view to project it to.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Plot of the estimate (.png, .pdf, .svg).")] = None,
+    prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
+    person: Annotated[int | None, typer.Option(help="Index of the person in a COCO file.")] = None,
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
-    """Lift a walk from the 2D points of one camera to three dimensions, whatever the view.
+    """Lift a walk from the 2D points of one camera to 3D, from any view.
 
     Capture (.amc, .bvh, .c3d, .trc) is projected first, and the result compared with it.
     Example: motionenv lift points.csv --view unknown --out walk.npz --plot walk.png
     """
-    from motionenv.estimation.lifting import lift as lift_points
+    from motionenv.lifting import lift as lift_points
     from motionenv.mocap import write
     from motionenv.mocap.writing import check_suffix
 
     check_suffix(out)
     if plot is not None and plot.suffix.lower() not in _PICTURES:
-        raise MotionError(f"plot must end in {', '.join(sorted(_PICTURES))}, got {plot}")
+        raise MotionError(f"--plot must end in {', '.join(sorted(_PICTURES))}, got {plot}")
     for path in (out, plot):
         if path is not None:
             check_folder(path)
@@ -52,7 +52,7 @@ def lift(
     for line in _report(lifted):
         typer.echo(line)
     if plot is not None:
-        from motionenv.plots import lifted_walk
+        from motionenv.lifting.plot import lifted_walk
 
         with atomic_write(plot) as temporary:
             lifted_walk(lifted).savefig(temporary, dpi=130)
@@ -60,23 +60,23 @@ def lift(
 
 
 def _read(path: Path, project: str | None, elevation: str, fps, unit, person):
-    """Points from a file of points, or what a view shows of capture."""
-    from motionenv.estimation.lifting import project_markers
+    """Points from a file of points, or from capture by projection."""
+    from motionenv.lifting import project_markers
     from motionenv.mocap import read, to_markers
-    from motionenv.mocap.points2d import read_points
+    from motionenv.mocap.keypoints.points2d import read_points
     from motionenv.types import Motion
 
     if path.suffix.lower() in _POINTS:
         if project is not None:
-            raise MotionError(f"--project is for 3D capture; {path.name} holds 2D points already: leave it out")
+            raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
         return read_points(path, fps=fps, unit=unit, person=person)
     if person is not None:
-        raise MotionError(f"--person is for COCO's files; {path.name} holds one walker: leave it out")
+        raise MotionError(f"--person is only for COCO files; {path.name} has one walker: omit it")
     if project is None:
-        raise MotionError(f"{path.name} is 3D capture, no 2D points: say which view shall be lifted, as --project 30")
+        raise MotionError(f"{path.name} is 3D capture: give the view to project it to, such as --project 30")
     capture = read(path, fps=fps, unit=unit)
     if isinstance(capture, Motion):
-        raise MotionError(f"{path.name} holds poses of the body, not capture: take .amc, .bvh, .c3d or .trc")
+        raise MotionError(f"{path.name} has poses of the body, not capture: use .amc, .bvh, .c3d or .trc")
     tilt = _parsed_elevation(elevation)
     return project_markers(to_markers(capture), parsed_view(project), elevation=0.0 if tilt is None else tilt)
 
@@ -85,7 +85,7 @@ def _parsed_elevation(text: str) -> float | None:
     """Elevation [rad], or None for "unknown".
 
     Raises:
-        MotionError: no number.
+        MotionError: neither.
     """
     if text == "unknown":
         return None
@@ -94,17 +94,17 @@ def _parsed_elevation(text: str) -> float | None:
     except ValueError:
         degrees = math.nan
     if not math.isfinite(degrees):
-        raise MotionError(f"elevation must be degrees or unknown, got {text!r}")
+        raise MotionError(f"--elevation must be an angle in degrees or unknown, got {text!r}")
     return math.radians(degrees)
 
 
 def _report(lifted) -> list[str]:
-    """What was found, in words."""
-    from motionenv.estimation.lifting.lifter import UNLIKE
-    from motionenv.estimation.lifting.refined import BAND
+    """Summary of the result."""
+    from motionenv.lifting.pipeline import MISFIT_LIMIT
+    from motionenv.lifting.posterior import BAND
     from motionenv.metrics import pelvis_mpjpe
 
-    found, points = lifted.refined, lifted.points
+    found, points = lifted.posterior, lifted.points
     degrees = math.degrees(found.alpha)
     sure = BAND * math.degrees(found.standard_deviation("alpha"))
     lines = [
@@ -113,22 +113,22 @@ def _report(lifted) -> list[str]:
         f"joints ± {1000 * float(lifted.band.mean()):.0f} mm per axis (90 %), on average",
     ]
     for other in lifted.others:
-        lines.append(f"or: view {math.degrees(other.alpha):.0f} degrees, with a probability of {other.probability:.0%}")
+        lines.append(f"or: view {math.degrees(other.alpha):.0f} degrees, with probability {other.probability:.0%}")
     if lifted.contradiction is not None:
         lines.append(
-            f"but the points say view {math.degrees(lifted.contradiction.alpha):.0f} degrees: correct --view, or left "
-            "and right are exchanged throughout"
+            f"warning: the points contradict --view and fit {math.degrees(lifted.contradiction.alpha):.0f} degrees: "
+            "correct --view, or the left and right labels"
         )
-    if lifted.misfit > UNLIKE or not found.converged:
+    if lifted.misfit > MISFIT_LIMIT or not found.converged:
         lines.append(
-            f"but this walk is unlike those that the prior knows (misfit {lifted.misfit:.0f}, theirs up to about 100): "
-            "does it go straight ahead, at a steady pace, forwards? What is said above doesn't hold then"
+            f"warning: this walk is unlike those of the prior (misfit {lifted.misfit:.0f}, usually below 100), so the "
+            "uncertainties above are invalid: check that it goes straight ahead at a steady pace"
         )
     if lifted.swapped.any():
         lines.append(
-            f"left and right were exchanged in {int(lifted.swapped.any(axis=1).sum())} frames, which was undone"
+            f"left and right were swapped in {int(lifted.swapped.any(axis=1).sum())} frames, which was corrected"
         )
     if points.truth is not None:
         error = 1000 * float(pelvis_mpjpe(found.positions, points.truth.positions).mean())
-        lines.append(f"against the truth: {error:.0f} mm per joint, the pelvis in its place")
+        lines.append(f"error against the truth: {error:.0f} mm per joint, pelvis-aligned")
     return lines

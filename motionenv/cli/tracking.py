@@ -1,4 +1,4 @@
-"""The command that follows a person through pictures: track."""
+"""The `track` command."""
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -7,75 +7,74 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from motionenv._core.validation import random_generator
 from motionenv.cli._shared import Seed, check_folder, progress
 from motionenv.errors import MotionError
 
 _FILMS = {".mp4", ".gif", ".webp"}
 _ENVS = {"walker": "WalkerTracking", "arm": "ArmTracking"}
 _TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
-_SIZE, _ENLARGED = 128, 3  # pixels of an environment's pictures, and how many times larger the film shows them
-_FILM_SIDE = 640  # pixels of the longer side of a video in the film; smaller ones grow by a whole number up to it
-_SHOWN = 30  # particles in the film
+_SIZE, _ENLARGED = 128, 3  # image side of an environment [pixels], and its magnification in the film
+_FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
+_SHOWN = 30  # particles shown in the film
 
 
 def track(
-    out: Annotated[Path, typer.Option(help="The film of the track: .mp4, .gif or .webp.")],
-    env: Annotated[str | None, typer.Option(help="walker, arm, or an environment's id.")] = None,
-    video: Annotated[
-        Path | None, typer.Option(help="A real film instead: one person, a camera that stands still.")
-    ] = None,
-    camera: Annotated[Path | None, typer.Option(help="The video's camera (.json, .toml); by default guessed.")] = None,
-    which: Annotated[str | None, typer.Option(help="Which of several cameras in a .toml.")] = None,
-    background: Annotated[Path | None, typer.Option(help="Film of the video's background without the person.")] = None,
+    out: Annotated[Path, typer.Option(help="Film of the track: .mp4, .gif or .webp.")],
+    env: Annotated[str | None, typer.Option(help="Environment: walker, arm, or an id.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Video to track instead: one person, a static camera.")] = None,
+    camera: Annotated[Path | None, typer.Option(help="Camera of the video (.json, .toml); by default guessed.")] = None,
+    which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
+    background: Annotated[Path | None, typer.Option(help="Video of the background without the person.")] = None,
     height: Annotated[
-        float | None, typer.Option(help="Of a video's person, in metres; by default measured with --camera, else 1.75.")
+        float | None, typer.Option(help="Body height in a video [m]; by default estimated with --camera, else 1.75.")
     ] = None,
-    tracker: Annotated[str, typer.Option(help="fpca, tree, constant-velocity or mixture.")] = "fpca",
+    tracker: Annotated[str, typer.Option(help="Motion prior: fpca, tree, constant-velocity or mixture.")] = "fpca",
     model: Annotated[
-        str | None, typer.Option(help="The tracker's model, a name or a file; by default its own.")
+        str | None, typer.Option(help="Name or file of the prior's model; by default a packaged one.")
     ] = None,
-    particles: Annotated[int, typer.Option(min=2, help="How many.")] = 2000,
+    particles: Annotated[int, typer.Option(min=2, help="Number of particles.")] = 2000,
     start: Annotated[
-        str | None, typer.Option(help="Of an environment: automatic, the default, or given by its truth.")
+        str | None, typer.Option(help="Initialisation in an environment: automatic (default), or given by the truth.")
     ] = None,
-    frames: Annotated[int | None, typer.Option(min=1, help="Of an environment; by default 90.")] = None,
-    seconds: Annotated[float | None, typer.Option(help="Of a video, at most; by default 60.")] = None,
+    frames: Annotated[int | None, typer.Option(min=1, help="Frames of an environment; by default 90.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Longest duration of a video [s]; by default 60.")] = None,
     fps: Annotated[
-        float | None, typer.Option(help="Frames per second at which a video is followed; by default its own, up to 31.")
+        float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
     ] = None,
-    motion: Annotated[Path | None, typer.Option(help="Write the track too: .npz, .bvh, .c3d, .csv or .glb.")] = None,
+    motion: Annotated[Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv or .glb.")] = None,
     seed: Seed = 0,
 ) -> None:
-    """Follow a person through pictures with a particle filter, and film the track.
+    """Track a person with a particle filter, and film the track.
 
-    Of an environment the tracker sees exact silhouettes, of a video what moves before its background. Shown are the
-    particles, thin, the expected figure, the body from beside, and the error; of a video the overlap of figure and
-    foreground, for its truth isn't known.
+    In an environment the tracker observes exact silhouettes, in a video the moving foreground. The film shows the
+    particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
+    pose and foreground instead of the error.
     Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
     """
     if (env is None) == (video is None):
-        raise MotionError("give --env, such as walker, or --video, a film: one of them")
+        raise MotionError("give either --env, such as walker, or --video: exactly one of them")
     if tracker not in _TRACKERS:
-        raise MotionError(f"tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
+        raise MotionError(f"--tracker must be one of {', '.join(_TRACKERS)}, got {tracker!r}")
     _check_outputs(out, motion)
     if video is None:
         of_videos = {
             "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds, "fps": fps
         }  # fmt: skip
-        _refuse(of_videos, "for --video only; an environment knows its own")
+        _refuse(of_videos, "for --video only")
         start, frames = "automatic" if start is None else start, 90 if frames is None else frames
         _track_env(str(env), tracker, model, particles, start, frames, out, motion, seed)
         return
-    _refuse({"start": start, "frames": frames}, "for --env only; a video is followed from its beginning to its end")
+    _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
     if camera is None:
-        _refuse({"which": which}, "goes with --camera, a file of several")
+        _refuse({"which": which}, "needs --camera")
     given = {"height": height, "seconds": seconds, "fps": fps, "background": background}
     options = {name: value for name, value in given.items() if value is not None}
     _track_video(video, camera, which, tracker, model, particles, options, out, motion, seed)
 
 
 def _refuse(options: dict[str, Any], why: str) -> None:
-    """Refuse options that would be without effect.
+    """Reject options that would have no effect.
 
     Raises:
         MotionError: one of them was given; names it.
@@ -85,7 +84,7 @@ def _refuse(options: dict[str, Any], why: str) -> None:
 
 
 def _check_outputs(out: Path, motion: Path | None) -> None:
-    """Refuse files that can't be written, before any work.
+    """Validate output paths, before any work.
 
     Raises:
         MotionError: another suffix, or no such folder.
@@ -93,7 +92,7 @@ def _check_outputs(out: Path, motion: Path | None) -> None:
     from motionenv.mocap.writing import check_suffix
 
     if out.suffix.lower() not in _FILMS:
-        raise MotionError(f"out must end in {', '.join(sorted(_FILMS))}, got {out}")
+        raise MotionError(f"--out must end in {', '.join(sorted(_FILMS))}, got {out}")
     check_folder(out)
     if motion is not None:
         check_suffix(motion)
@@ -101,13 +100,13 @@ def _check_outputs(out: Path, motion: Path | None) -> None:
 
 
 def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[..., Any]:
-    """Makes the tracker's prior of a body and frames per second."""
-    from motionenv.estimation.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior
+    """Factory of the tracker's prior, for a body and a frame rate."""
+    from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior
 
     if arm and tracker in ("fpca", "mixture"):
-        raise MotionError(f"--tracker {tracker} knows whole walkers, no arms: take constant-velocity, or tree")
+        raise MotionError(f"--tracker must be constant-velocity or tree for --env arm, got {tracker}")
     if arm and tracker == "tree" and model is None:
-        raise MotionError("--tracker tree needs a tree of the right arm here: give its file as --model")
+        raise MotionError("--tracker tree needs a tree of the right arm for --env arm: give its file as --model")
     part = "right_arm" if arm else "body"
 
     def make(skeleton, fps: float):
@@ -124,12 +123,12 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
 
 
 def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> None:
-    """Follow somebody through a film, with the `options` of `track_video` that were given."""
-    from motionenv.estimation.tracking.video import track_video
+    """Track a person in a video, with the given `options` of `track_video`."""
     from motionenv.mocap import write
     from motionenv.render.camera_files import read_camera
-    from motionenv.render.trackfilm import track_film
-    from motionenv.render.video import write_video
+    from motionenv.render.video.encode import write_video
+    from motionenv.render.video.tracking_film import track_film
+    from motionenv.tracking.video.track import track_video
     from motionenv.types import Motion
 
     known = None if camera is None else read_camera(camera, which)
@@ -144,12 +143,12 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
     pictures, seen = _pictures(video, found, options.get("seconds", 60.0))
     film = track_film(
         pictures, seen, found.motion.poses, found.particles, walked.skeleton, found.overlap,
-        label="overlap of figure and foreground", most=1.0,
+        label="overlap of pose and foreground", most=1.0,
     )  # fmt: skip
     with progress("filming", len(found.overlap)) as step:
         write_video(out, film, walked.fps, progress=step)
-    typer.echo(f"{out}  {len(walked.poses)} of {len(found.overlap)} frames followed, from frame {first} on")
-    typer.echo(f"overlap of figure and foreground {np.nanmean(found.overlap):.2f} on average")
+    typer.echo(f"{out}  {len(walked.poses)} of {len(found.overlap)} frames tracked, from frame {first}")
+    typer.echo(f"mean overlap of pose and foreground {np.nanmean(found.overlap):.2f}")
     if found.guessed:
         x, y, z = found.camera.centre
         person = f"for a person of {walked.skeleton.height:.2f} m"
@@ -160,10 +159,10 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
 
 
 def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:
-    """A video's pictures in the film's size, even ones of which suit all players, and their camera."""
-    from motionenv.estimation.tracking.sightings import resized
-    from motionenv.render.batch import enlarged
-    from motionenv.render.reading import read_frames
+    """A video's frames in the film's size (even, for all players), and their camera."""
+    from motionenv.render.request import enlarged
+    from motionenv.render.video.decode import read_frames
+    from motionenv.tracking.video.detection import resized
 
     camera, share = found.camera, _FILM_SIDE / max(found.camera.width, found.camera.height)
     width = round(camera.width * min(1.0, share))
@@ -174,23 +173,23 @@ def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray],
 
 
 def _enlarged(pictures: Iterable[np.ndarray], times: int) -> Iterator[np.ndarray]:
-    """Pictures (height, width, 3) with `times` × `times` pixels for each one."""
+    """Images (height, width, 3) with `times` × `times` pixels for each one."""
     return (p.repeat(times, axis=0).repeat(times, axis=1) for p in pictures)
 
 
 def _track_env(env, tracker, model, particles, start, frames, out, motion_out, seed) -> None:
-    """Play one episode of an environment."""
+    """Run one episode of an environment."""
     from motionenv.mocap import write
-    from motionenv.render.batch import enlarged
-    from motionenv.render.trackfilm import track_film
-    from motionenv.render.video import write_video
+    from motionenv.render.request import enlarged
+    from motionenv.render.video.encode import write_video
+    from motionenv.render.video.tracking_film import track_film
     from motionenv.types import Motion
 
     if start not in ("automatic", "given"):
-        raise MotionError(f"start must be automatic or given, got {start!r}")
+        raise MotionError(f"--start must be automatic or given, got {start!r}")
     played = _Episode(env, tracker, model, particles, start, frames, seed)
     with progress("following", frames) as step:
-        played.play(step)
+        played.evaluate(step)
     poses, errors = np.array(played.poses), np.array(played.errors)
     cameras = [enlarged(c, _ENLARGED) for c in played.cameras]
     pictures = _enlarged(played.pictures, _ENLARGED)
@@ -206,13 +205,13 @@ def _track_env(env, tracker, model, particles, start, frames, out, motion_out, s
 
 
 class _Episode:
-    """One episode of an environment, and what is filmed of it.
+    """One episode of an environment, and the data for its film.
 
     Args:
         env: walker, arm or an id.
         tracker: its prior.
         model: of the prior, or None.
-        particles: how many.
+        particles: number of particles.
         start: automatic or given.
         frames: horizon.
         seed: of environment and filter.
@@ -220,27 +219,27 @@ class _Episode:
 
     def __init__(self, env: str, tracker: str, model: str | None, particles: int, start: str, frames: int, seed: int):
         from motionenv import envs
-        from motionenv.estimation.tracking import TrackingAgent, told
+        from motionenv.envs.agents import TrackingAgent, truth_start
 
         kind = _ENVS.get(env, env.removeprefix("motionenv/").removesuffix("-v0"))
         if kind not in _ENVS.values():
-            raise MotionError(f"no environment of pictures is called {env!r}: take walker, arm, or the id of one")
+            raise MotionError(f"--env must be walker, arm, or the id of an environment with images, got {env!r}")
         make = _made(tracker, model, arm=kind == "ArmTracking")
         made: Any = getattr(envs, kind)(size=_SIZE, observation=("mask", "rgb"), horizon=frames)
         self.env, self.fps = made, made.unwrapped.world.fps
         prior = make(None, self.fps)
         self.skeleton = prior.skeleton
-        self.agent = TrackingAgent(made, prior, particles, seed=seed, start=told if start == "given" else None)
-        self.seed, self.rng = seed, np.random.default_rng(seed)
+        self.agent = TrackingAgent(made, prior, particles, seed=seed, start=truth_start if start == "given" else None)
+        self.seed, self.rng = seed, random_generator(seed)
         self.poses: list[np.ndarray] = []
         self.particles: list[np.ndarray] = []
         self.pictures: list[np.ndarray] = []
         self.errors: list[float] = []
         self.cameras: list[Any] = []
 
-    def play(self, step) -> None:
-        """Play it, `step` after each frame."""
-        from motionenv.estimation.tracking.priors import systematic
+    def evaluate(self, step) -> None:
+        """Run the episode; calls `step` after each frame."""
+        from motionenv.tracking.priors.base import systematic
 
         observation, _ = self.env.reset(seed=self.seed)
         self.agent.reset(observation)

@@ -1,4 +1,4 @@
-"""Requests that are sent again where that is safe, and problems that become errors."""
+"""Requests with retries where those are safe, and error responses as `ServiceError`."""
 
 import os
 import time
@@ -10,12 +10,12 @@ from typing import Any
 
 import httpx
 
+from motionenv._core.files import atomic_write
 from motionenv.errors import MotionError, ServiceError
-from motionenv.files import atomic_write
 
 _CONNECT = 5.0  # [s]
-_AGAIN = (429, 503)  # nothing has been done yet
-_SHORTEST = 0.1  # [s] between two attempts
+_RETRIED = (429, 503)  # refused before anything was done
+_MIN_WAIT = 0.1  # [s] between two attempts
 
 
 class Connection:
@@ -24,12 +24,12 @@ class Connection:
     Args:
         url: of the service, without a path of its API.
         key: None takes that of the environment variable MOTIONENV_KEY, if it is set.
-        timeout: seconds that the service may be silent.
-        patience: seconds, for each request, in which to ask again what gets 429 or 503, as Retry-After says; 0: never.
-        retries: how often to try to connect again.
+        timeout: seconds to wait for data from the service.
+        patience: seconds for which a request that gets 429 or 503 is repeated, as Retry-After says; 0: never.
+        retries: number of further attempts to connect.
 
     Raises:
-        MotionError: no address of HTTP.
+        MotionError: url isn't an HTTP address.
     """
 
     def __init__(self, url: str, key: str | None, timeout: float, patience: float, retries: int):
@@ -43,53 +43,53 @@ class Connection:
             transport=httpx.HTTPTransport(retries=retries),
         )  # fmt: skip
 
-    def ask(self, method: str, path: str, **request: Any) -> httpx.Response:
-        """An answer, whole.
+    def request(self, method: str, path: str, **options: Any) -> httpx.Response:
+        """Send a request; the response has been read.
 
         Args:
             method: of HTTP.
             path: of the API.
-            request: see `httpx.Client.build_request`.
+            options: see `httpx.Client.build_request`.
 
         Raises:
-            ServiceError: a problem, or no answer.
+            ServiceError: an error response, or none.
         """
-        with self.opened(method, path, **request) as response:
+        with self.stream(method, path, **options) as response:
             response.read()
         return response
 
-    def save(self, out: Any, method: str, path: str, **request: Any) -> None:
-        """Write an answer to a file, whole or not at all, while it comes.
+    def save(self, out: Any, method: str, path: str, **options: Any) -> None:
+        """Write a response to a file as it arrives, whole or not at all.
 
         Args:
             out: path of the file.
             method: of HTTP.
             path: of the API.
-            request: see `httpx.Client.build_request`.
+            options: see `httpx.Client.build_request`.
 
         Raises:
-            ServiceError: a problem, or no whole answer.
+            ServiceError: an error response, or an incomplete one.
             MotionError: the file can't be written.
         """
         with atomic_write(out) as temporary, open(temporary, "wb") as file:
-            with self.opened(method, path, **request) as response:
+            with self.stream(method, path, **options) as response:
                 for chunk in response.iter_bytes():
                     file.write(chunk)
 
     @contextmanager
-    def opened(self, method: str, path: str, **request: Any) -> Iterator[httpx.Response]:
-        """An answer whose body hasn't been read.
+    def stream(self, method: str, path: str, **options: Any) -> Iterator[httpx.Response]:
+        """Send a request; the body of the response is still to be read.
 
         Args:
             method: of HTTP.
             path: of the API.
-            request: see `httpx.Client.build_request`.
+            options: see `httpx.Client.build_request`.
 
         Raises:
-            ServiceError: a problem, or no answer.
+            ServiceError: an error response, or none.
         """
         try:
-            response = self._patiently(method, path, request)
+            response = self._with_retries(method, path, options)
             try:
                 yield response
             finally:
@@ -97,19 +97,21 @@ class Connection:
         except httpx.ConnectError as error:
             raise ServiceError(f"nothing answers at {self.url} ({error}): start it with `motionenv serve`") from None
         except httpx.TimeoutException:
-            raise ServiceError(f"{self.url} was silent for {self.timeout:g} s: ask for less, or wait longer") from None
+            raise ServiceError(
+                f"{self.url} sent nothing for {self.timeout:g} s: request less, or raise timeout"
+            ) from None
         except httpx.TransportError as error:
             raise ServiceError(f"the connection to {self.url} broke: {error}") from None
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._http.close()
 
-    def _patiently(self, method: str, path: str, request: dict[str, Any]) -> httpx.Response:
-        """The answer that is no request to wait any more, or none that can be granted."""
+    def _with_retries(self, method: str, path: str, options: dict[str, Any]) -> httpx.Response:
+        """The response, once it is neither 429 nor 503 or patience ends."""
         until = time.monotonic() + self.patience
         while True:
-            response = self._http.send(self._http.build_request(method, path, **request), stream=True)
+            response = self._http.send(self._http.build_request(method, path, **options), stream=True)
             if not response.is_error:
                 return response
             try:
@@ -117,21 +119,21 @@ class Connection:
                 problem = as_error(response)
             finally:
                 response.close()
-            wait = max(_SHORTEST, problem.retry_after or 0.0)
-            if problem.status not in _AGAIN or problem.retry_after is None or time.monotonic() + wait > until:
+            wait = max(_MIN_WAIT, problem.retry_after or 0.0)
+            if problem.status not in _RETRIED or problem.retry_after is None or time.monotonic() + wait > until:
                 raise problem
             time.sleep(wait)
 
 
 def as_error(response: httpx.Response) -> ServiceError:
-    """A problem as an error.
+    """The error in a response.
 
     Args:
-        response: a refusal that has been read.
+        response: an error response that has been read.
     """
     try:
-        told = response.json()
-        detail, errors = str(told["detail"]), told.get("errors") or ()
+        problem = response.json()
+        detail, errors = str(problem["detail"]), problem.get("errors") or ()
     except (ValueError, TypeError, KeyError, AttributeError):  # a proxy's own page, or another service
         detail, errors = f"{response.status_code} {response.reason_phrase} from {response.url}", ()
     return ServiceError(

@@ -1,4 +1,4 @@
-"""Work that takes minutes, and goes on whether or not anybody waits for it."""
+"""Jobs: long-running work that continues on the service whether or not the client waits."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -7,17 +7,17 @@ from typing import Any
 from motionenv.client.connection import Connection
 from motionenv.errors import MotionError, ServiceError
 
-_GOES_ON = ("queued", "running")
-_ENDED = 409  # what cancelling gets then
+_ACTIVE = ("queued", "running")
+_CONFLICT = 409  # response to cancelling a job that has ended
 _WAIT = 10.0  # [s] in one request
 
 
 class Job:
-    """A job of a service, as it was when last looked at.
+    """A job of a service, in the state of the last response.
 
     Args:
         connection: to the service.
-        told: the service's answer.
+        data: `JobStatus` of the service's API.
 
     Attributes:
         id: of the job.
@@ -26,66 +26,66 @@ class Job:
         progress: 0 to 1.
         message: what it is doing.
         model: name of the model that it fits, or None.
-        told: all that the service says of it.
+        data: the last `JobStatus`, complete.
     """
 
-    def __init__(self, connection: Connection, told: Mapping[str, Any]):
+    def __init__(self, connection: Connection, data: Mapping[str, Any]):
         self._connection = connection
-        self._take(told)
+        self._take(data)
 
     def __repr__(self):
         return f"<Job {self.id} {self.kind}: {self.status}, {self.progress:.0%}>"
 
     def refresh(self, wait: float = 0.0) -> "Job":
-        """Look again.
+        """Update the state.
 
         Args:
-            wait: seconds in which the service waits for a change, up to 30, instead of being asked again.
+            wait: seconds, up to 30, for which the service may hold the response back until something changes.
 
         Raises:
-            ServiceError: there is no such job any more, or no answer.
+            ServiceError: the job was removed, or no response.
         """
-        self._take(self._connection.ask("GET", self._path, params={"wait": wait}).json())
+        self._take(self._connection.request("GET", self._path, params={"wait": wait}).json())
         return self
 
     def wait(self, progress: Callable[["Job"], object] | None = None, timeout: float | None = None) -> "Job":
         """Wait until it is done.
 
         Args:
-            progress: called with this job at first and whenever it has changed.
-            timeout: seconds to wait at most; None for as long as it takes.
+            progress: called with this job at the beginning and after every change.
+            timeout: maximum seconds to wait; None: no limit.
 
         Raises:
             ServiceError: it failed or was cancelled, or the service can't be reached.
-            MotionError: it took longer; it goes on.
+            MotionError: timeout; the job continues.
         """
         until = None if timeout is None else time.monotonic() + timeout
         seen = None
         while True:
-            if progress is not None and self.told != seen:
-                seen = self.told
+            if progress is not None and self.data != seen:
+                seen = self.data
                 progress(self)
-            if self.status not in _GOES_ON:
+            if self.status not in _ACTIVE:
                 break
             left = _WAIT if until is None else until - time.monotonic()
             if left <= 0:
-                raise MotionError(f"job {self.id} takes longer than {timeout:g} s ({self.message}); it goes on")
+                raise MotionError(f"job {self.id} takes longer than {timeout:g} s ({self.message}); it continues")
             self.refresh(min(left, _WAIT))
         if self.status != "done":
             raise self._failure()
         return self
 
     def result(self) -> Any:
-        """What it made: a dict where that is JSON, else bytes.
+        """The result: a dict where it is JSON, otherwise bytes.
 
         Raises:
             ServiceError: it isn't done.
         """
-        response = self._connection.ask("GET", f"{self._path}/result")
+        response = self._connection.request("GET", f"{self._path}/result")
         return response.json() if response.headers["content-type"].startswith("application/json") else response.content
 
     def save(self, path: Any) -> None:
-        """Write what it made to a file, whole or not at all.
+        """Write the result to a file, whole or not at all.
 
         Args:
             path: of the file.
@@ -97,40 +97,40 @@ class Job:
         self._connection.save(path, "GET", f"{self._path}/result")
 
     def cancel(self) -> "Job":
-        """Stop it, if it hasn't ended; what is known of it stays.
+        """Cancel the job if it hasn't ended; its state is kept.
 
         Raises:
-            ServiceError: there is no such job any more, or no answer.
+            ServiceError: the job was removed, or no response.
         """
         try:
-            self._take(self._connection.ask("POST", f"{self._path}/cancel").json())
+            self._take(self._connection.request("POST", f"{self._path}/cancel").json())
         except ServiceError as error:
-            if error.status != _ENDED:
+            if error.status != _CONFLICT:
                 raise
             self.refresh()
         return self
 
     def remove(self) -> None:
-        """Remove it with its files and its result, first stopping it if it hasn't ended. A fitted model stays.
+        """Remove the job with its files and its result, cancelling it first where necessary. A fitted model stays.
 
         Raises:
-            ServiceError: there is no such job any more, or no answer.
+            ServiceError: the job was removed, or no response.
         """
         while self._remove():
             self.refresh(_WAIT)
 
     def _remove(self) -> bool:
-        """Cancel or remove it; whether it is still there."""
-        return self._connection.ask("DELETE", self._path).status_code != 204
+        """Cancel or remove it; whether it still exists."""
+        return self._connection.request("DELETE", self._path).status_code != 204
 
-    def _take(self, told: Mapping[str, Any]) -> None:
-        self.told = dict(told)
-        self.id, self.kind, self.status = told["id"], told["kind"], told["status"]
-        self.progress, self.message, self.model = told["progress"], told["message"], told["model"]
+    def _take(self, data: Mapping[str, Any]) -> None:
+        self.data = dict(data)
+        self.id, self.kind, self.status = data["id"], data["kind"], data["status"]
+        self.progress, self.message, self.model = data["progress"], data["message"], data["model"]
         self._path = f"/v1/jobs/{self.id}"
 
     def _failure(self) -> ServiceError:
-        error = self.told.get("error")
+        error = self.data.get("error")
         if not error:
             return ServiceError(f"job {self.id} was {self.status}")
         return ServiceError(error["detail"], error["status"], error.get("errors") or ())

@@ -1,4 +1,4 @@
-"""Motion without end over a WebSocket."""
+"""Endless motion over a WebSocket."""
 
 import json
 from collections import deque
@@ -13,18 +13,18 @@ from motionenv.errors import ServiceError
 
 
 class Stream:
-    """Poses that come at the motion's pace; a context manager that hangs up.
+    """Poses (25) [m, rad] in real time; a context manager that closes the connection.
 
     Args:
         connection: to the service.
-        settings: to begin with.
+        settings: the initial ones; see `change`.
 
     Attributes:
         fps: frames per second.
         height: of the body [m].
 
     Raises:
-        ServiceError: refused, or no answer.
+        ServiceError: refused, or no response.
     """
 
     def __init__(self, connection: Connection, settings: Mapping[str, Any]):
@@ -41,7 +41,7 @@ class Stream:
             ))  # fmt: skip
         except InvalidStatus as error:
             status = error.response.status_code
-            raise ServiceError(f"no stream from {self._url}: it wants a key, or has too many streams", status) from None
+            raise ServiceError(f"no stream from {self._url}: it needs a key, or has too many streams", status) from None
         except (OSError, WebSocketException) as error:
             raise ServiceError(f"no stream from {self._url} ({error}): start it with `motionenv serve`") from None
         try:
@@ -65,25 +65,25 @@ class Stream:
         return self._waiting.popleft()
 
     def change(self, **settings: Any) -> None:
-        """Go on with other settings, joined smoothly; poses that are under way come first.
+        """Change settings, blended smoothly; poses that are already on their way come first.
 
         Args:
             settings: those that change: model, seed, fps, deviations, speed [m/s], height [m], variation; of a tree
-                temperature, activity, heading [degrees]; paused, in which time no poses come.
+                temperature, activity, heading [degrees]; paused.
 
         Raises:
-            ServiceError: they are wrong, and the motion goes on as it was; or the connection broke.
+            ServiceError: invalid settings, and the motion continues unchanged; or the connection broke.
         """
-        self._say(json.dumps(settings))
-        while (told := self._receive()) is None:
+        self._send(json.dumps(settings))
+        while (data := self._receive()) is None:
             pass
-        self.fps, self.height = told["fps"], told["height"]
+        self.fps, self.height = data["fps"], data["height"]
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._stack.close()
 
-    def _say(self, text: str) -> None:
+    def _send(self, text: str) -> None:
         """Send a message."""
         from websockets.exceptions import ConnectionClosed
 
@@ -93,23 +93,23 @@ class Stream:
             raise ServiceError(f"the stream from {self._url} broke: {error}") from None
 
     def _receive(self) -> dict[str, Any] | None:
-        """Keep the next message's pose, or give its settings.
+        """Receive a message: keep its pose, or return its settings.
 
         Raises:
-            ServiceError: the message is a problem, or none came.
+            ServiceError: the message is an error, or none came.
         """
         from websockets.exceptions import ConnectionClosed
 
         try:
             message = self._socket.recv(timeout=self._timeout)
         except TimeoutError:
-            raise ServiceError(f"the stream from {self._url} was silent for {self._timeout:g} s") from None
+            raise ServiceError(f"the stream from {self._url} sent nothing for {self._timeout:g} s") from None
         except ConnectionClosed as error:
             raise ServiceError(f"the stream from {self._url} broke: {error}") from None
         if isinstance(message, bytes):
             self._waiting.append(np.frombuffer(message, "<f4").astype(np.float64))
             return None
-        told = json.loads(message)
-        if told["type"] == "problem":
-            raise ServiceError(told["detail"], errors=told["errors"])
-        return told
+        data = json.loads(message)
+        if data["type"] == "problem":
+            raise ServiceError(data["detail"], errors=data["errors"])
+        return data

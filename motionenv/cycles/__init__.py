@@ -1,8 +1,8 @@
-"""Motion → cycles (Ormoneit et al. 2005, section 3 and appendix A).
+"""Segmentation of motion into cycles (Ormoneit et al. 2005, section 3 and appendix A).
 
-`estimate_period` finds the cycle length of a sequence, `align` brings sequences into step, `to_reference` samples
-their cycles on one grid; `segment` does the three in a row. Missing samples (NaN) take no part, and gaps that no data
-determine stay gaps.
+`estimate_period` estimates the cycle length of a sequence, `align` aligns sequences in phase, `to_reference` resamples
+their cycles on a common grid; `segment` runs all three. Missing samples (NaN) are ignored, and gaps that the data don't
+determine remain gaps.
 """
 
 from motionenv.cycles.offsets import Alignment, align

@@ -1,24 +1,25 @@
-"""The inner loop of the period search: fold a series at many periods and sum squares over the bins."""
+"""Kernels of the period search: fold a series at many periods and sum squares over the bins."""
 
 import numpy as np
-from numba import njit
+
+from motionenv._core.compilation import kernel
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def sums_of_squares(z, seen, candidates, of_means):
     """Sums over the bins of `z` folded at every candidate period.
 
-    Folding the fold at 2p gives the fold at p, so that the series itself is read for those candidates only whose
-    double is not among them. One buffer serves all, and stays in the cache.
+    Folding the fold at 2p gives the fold at p, so the series itself is read only for candidates whose double isn't a
+    candidate. All folds share one buffer, which stays in the cache.
 
     Args:
         z: (frames, m), centred, 0 where missing.
-        seen: (frames, m), 1 or 0 in an integer type that can hold the largest count of a bin.
+        seen: (frames, m), 1 or 0, of an integer type that can hold the largest count of a bin.
         candidates: (n,) sorted, ascending.
         of_means: whether to sum squared means as well.
 
     Returns:
-        Σ_k S_k²/n_k, Σ_k (S_k/n_k)² (0 where not asked for), and the number of non-empty bins, each (n, m).
+        Σ_k S_k²/n_k, Σ_k (S_k/n_k)² (0 if not requested), and the number of non-empty bins, each (n, m).
     """
     m, last = z.shape[1], candidates[-1]
     index = np.full(2 * last + 1, -1, np.int64)
@@ -48,15 +49,15 @@ def sums_of_squares(z, seen, candidates, of_means):
     return squares, means, bins
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _halve(fold):
-    """Folds a fold once more, in place: its first half becomes the sum of both."""
+    """Fold in place at half the period: the first half becomes the sum of both halves."""
     half = len(fold) // 2
     for j in range(half):
         fold[j] += fold[half + j]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def centre(z):
     """Deviations from each channel's mean (0 where missing), their Σ of squares (m,), counts (m,), largest |z| (m,)."""
     frames, m = z.shape
@@ -80,9 +81,9 @@ def centre(z):
     return deviation, squares, n, peak
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _fold(flat, out):
-    """Sum of the consecutive stretches of `flat` as long as `out`; contiguous, eight at a time, for SIMD."""
+    """Sum of the consecutive segments of `flat` with the length of `out`; contiguous, eight at a time, for SIMD."""
     width, n = len(out), len(flat)
     out[:] = 0
     start = 0
@@ -99,9 +100,9 @@ def _fold(flat, out):
         start += width
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _squares(sums, counts, work, power, out):
-    """Adds each bin's S²/n, or S²/n² for power 2, to its channel's; empty bins add nothing since their S is 0."""
+    """Add each bin's S²/n, or S²/n² for power 2, to its channel's sum; empty bins add 0, because their S is 0."""
     for j in range(len(sums)):
         n = max(np.float64(counts[j]), 1.0)
         work[j] = sums[j] * sums[j] / (n if power == 1 else n * n)
@@ -112,9 +113,9 @@ def _squares(sums, counts, work, power, out):
             out[a] += lanes[row + a]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _nonempty(counts, out):
-    """Number of non-empty bins per channel; most often all are, which one pass without columns tells."""
+    """Number of non-empty bins per channel; a fast path handles the common case that no bin is empty."""
     least = counts[0]
     for j in range(len(counts)):
         least = min(least, counts[j])
@@ -125,12 +126,12 @@ def _nonempty(counts, out):
                 out[a] -= counts[row + a] == 0
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def squared_changes(z, lags):
-    """Sum over the channels of (z(t + lag) - z(t))², and how many channels were seen at both, each (lags, frames).
+    """Sum over the channels of (z(t + lag) - z(t))², and the number of channels observed at both, each (lags, frames).
 
-    Each pair stands at the frame in its middle, counted from the middle of the pair that starts the shortest lag at
-    frame 0. z: (frames, m), NaN where missing.
+    Each pair is stored at its middle frame, relative to the middle of the pair of shortest lag that starts at frame 0.
+    z: (frames, m), NaN where missing.
     """
     change = np.zeros((len(lags), len(z) - lags[0]))
     pairs = np.zeros(change.shape)
@@ -145,9 +146,9 @@ def squared_changes(z, lags):
     return change, pairs
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def fold_on_grid(z, scale, parts, out):
-    """Adds counts, then scaled sums, of `z` (frames, m), NaN where missing, to `out` (P, 2m); frame t goes to t·parts.
+    """Add counts, then scaled sums, of `z` (frames, m), NaN where missing, to `out` (P, 2m); frame t goes to t·parts.
 
     Returns the sum of the scaled squares.
     """
@@ -164,9 +165,9 @@ def fold_on_grid(z, scale, parts, out):
     return energy
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def add_shifted(folds, shifts, out):
-    """Adds the folds (k, rows, P), each turned back by its shift in [0, P), to `out` (rows, P)."""
+    """Add the folds (k, rows, P), each shifted back by its shift in [0, P), to `out` (rows, P)."""
     width = out.shape[1]
     for i in range(len(folds)):
         head = width - shifts[i]

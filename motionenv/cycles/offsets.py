@@ -5,8 +5,7 @@ sequence folded at its period, and R the reference on the same grid, the error a
 
     Σ z² + Σ_k [n(k) R(k - o)² - 2 S(k) R(k - o)],
 
-so that one Fourier transform gives it for every o, exactly. The least-squares fit of the reference needs the folds
-only, too.
+so one Fourier transform gives it exactly for every o. The least-squares fit of the reference also needs only the folds.
 """
 
 from dataclasses import dataclass
@@ -19,21 +18,21 @@ from motionenv.cycles.snr import checked_series
 from motionenv.cycles.splines import outer_products, periodic_basis, solve
 from motionenv.errors import MotionError
 
-#: Fractional periods are rounded to this part of a frame, which is well below what they are known to.
+#: Fractional periods are rounded to 1 / SUBFRAMES of a frame, well below their uncertainty.
 SUBFRAMES = 4
-#: Fig. 6, step 4, read as a relative improvement of the squared error.
+#: Stopping threshold of fig. 6, step 4, interpreted as relative improvement of the squared error.
 TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """Sequences in step: frame t of sequence i lies at phase ((t - offsets[i]) mod periods[i]) / periods[i].
+    """Aligned sequences: frame t of sequence i has phase ((t - offsets[i]) mod periods[i]) / periods[i].
 
     Attributes:
         periods: (n,) cycle lengths [frames].
         offsets: (n,) [frames], in [0, period).
         reference: (10, m) coefficients of the reference on `periodic_basis`.
-        errors: squared error after every update of the reference, in the order of the iterations; never rises.
+        errors: squared error after every update of the reference; never increases.
     """
 
     periods: np.ndarray
@@ -49,10 +48,10 @@ class Alignment:
 def align(sequences, periods, *, weights=None) -> Alignment:
     """Offsets and reference that minimise the squared deviation of all sequences from the reference (fig. 6).
 
-    All offsets are updated, as fig. 6 has it. A shift common to all leaves the error alone, so that where phase 0 lies
-    means nothing; holding the first offset at 0 would settle that, but strands the first sequence half a cycle away
-    on real walks. Periods may be fractional and are rounded to a quarter of a frame; offsets are whole frames, as in
-    the paper. The stop of step 4 is read as relative. The algorithm finds a local optimum.
+    All offsets are updated, as in fig. 6. A shift common to all doesn't change the error, so phase 0 is arbitrary;
+    fixing the first offset at 0 would define it, but on real walks leaves the first sequence half a cycle off. Periods
+    may be fractional and are rounded to a quarter of a frame; offsets are whole frames, as in the paper. The threshold
+    of step 4 is relative. The algorithm finds a local optimum.
 
     Args:
         sequences: n arrays (frames, m), NaN where missing; the same channels in each.
@@ -61,7 +60,7 @@ def align(sequences, periods, *, weights=None) -> Alignment:
 
     Raises:
         MotionError: no sequences, channels that differ, or periods or weights that are not positive numbers.
-        GapError: a sequence in which nothing is observed.
+        GapError: a sequence without observations.
     """
     folds = _folds(sequences, periods, weights)
     offsets = np.zeros(len(folds.steps), dtype=np.int64)
@@ -77,7 +76,7 @@ def align(sequences, periods, *, weights=None) -> Alignment:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """The sequences that share a period of P steps of 1/parts frame, folded onto a grid of P points.
+    """Sequences that share a period of P steps of 1/parts frame, folded onto a grid of P points.
 
     Attributes:
         members: (k,) their indices.
@@ -96,13 +95,13 @@ class _Group:
     energy: float
 
     def aligned(self, shifts: np.ndarray) -> np.ndarray:
-        """Counts and sums (2m, P) over the members, each brought back by its shift."""
+        """Counts and sums (2m, P) over the members, each shifted back."""
         total = np.zeros(self.data.shape[1:])
         _fold.add_shifted(self.data, shifts, total)
         return total
 
     def errors(self, reference: np.ndarray) -> np.ndarray:
-        """Squared error (k, P) of every member at every shift, up to its Σ z²."""
+        """Squared error (k, P) of every member at every shift, minus its Σ z²."""
         curve = (self.basis @ reference).T
         spectrum = fft.rfft(np.concatenate([curve**2, -2 * curve]), axis=1).conj()
         return fft.irfft((self.spectrum * spectrum).sum(axis=1), n=curve.shape[1], axis=1)
@@ -110,7 +109,7 @@ class _Group:
 
 @dataclass(frozen=True, eq=False)
 class _Folds:
-    """All sequences, folded; `steps` is each period in parts of a frame, `scale` the root of the weights."""
+    """All sequences, folded. `steps`: periods in 1/parts frames; `scale`: square root of the weights."""
 
     groups: list[_Group]
     steps: np.ndarray
@@ -118,7 +117,7 @@ class _Folds:
     scale: np.ndarray
 
     def reference(self, offsets: np.ndarray) -> tuple[np.ndarray, float]:
-        """Step 2: the least-squares reference (10, m) at these offsets, and the squared error that it leaves."""
+        """Step 2: the least-squares reference (10, m) at these offsets, and its squared error."""
         m = len(self.scale)
         gram, right = np.zeros((m, 100)), np.zeros((m, 10))
         for g in self.groups:
@@ -129,7 +128,7 @@ class _Folds:
         return coefficients, float(sum(g.energy for g in self.groups) - np.einsum("ka,ak->", coefficients, right))
 
     def best_offsets(self, reference: np.ndarray) -> np.ndarray:
-        """Step 3: for each sequence the offset of least error, the smallest of equals."""
+        """Step 3: for each sequence the offset of least error, the smallest in case of ties."""
         offsets = np.zeros(len(self.steps), dtype=np.int64)
         for g in self.groups:
             offsets[g.members] = g.errors(reference)[:, :: self.parts].argmin(axis=1)
@@ -137,10 +136,10 @@ class _Folds:
 
 
 def _folds(sequences, periods, weights) -> _Folds:
-    """Checks the arguments of `align` and folds every sequence at its period."""
+    """Validate the arguments of `align` and fold every sequence at its period."""
     checked = [checked_series(z) for z in sequences]
     if not checked:
-        raise MotionError("nothing to align: give at least one sequence")
+        raise MotionError("sequences must hold at least one sequence")
     m = checked[0][0].shape[1]
     if any(z.shape[1] != m for z, _ in checked):
         raise MotionError(f"all sequences must have the same channels, got {sorted({z.shape[1] for z, _ in checked})}")
@@ -154,7 +153,7 @@ def _folds(sequences, periods, weights) -> _Folds:
 
 
 def _group(members: np.ndarray, p: int, parts: int, sequences: list, scale: np.ndarray) -> _Group:
-    """Folds the sequences of one period."""
+    """Fold the sequences of one period."""
     data = np.zeros((len(members), p, 2 * len(scale)))
     energy = sum(_fold.fold_on_grid(sequences[i], scale, parts, fold) for fold, i in zip(data, members, strict=True))
     data = np.ascontiguousarray(data.transpose(0, 2, 1))

@@ -1,22 +1,22 @@
-"""Cycle length of one sequence (Ormoneit et al. 2005, section 3.2): the peak of the SNR, and how long a cycle is there.
+"""Cycle length of one sequence (Ormoneit et al. 2005, section 3.2): the peak of the SNR, and its local refinement.
 
-Three rules go beyond the paper. They are stated here, and `benchmarks/cycles.py` measures them on real walks.
-
-All three look at the mean squared change D(τ) of the standardised channels over τ frames, and call D(τ) as a share of
-the largest change over any shorter time the recurrence of τ: near 0 where the motion comes back, near 1 where not.
+Three rules go beyond the paper; `benchmarks` measures them on real walks. They use the mean squared change D(τ) of the
+standardised channels over τ frames. The recurrence of τ is D(τ) relative to the largest change over any shorter time:
+near 0 if the motion repeats, near 1 if not.
 
 **Double cycles.** A motion of period p has period 2p, 3p, ... as well; where strides alternate, or p is fractional,
-a multiple may peak higher. The peak is divided by the largest k for which the motion recurs after p/k, and D(p/k)
-exceeds D(p) by at most a fifth (`SHORTER`) of the largest change. One step of a walk is no such case: left and right
-swap, so that the motion has changed most. That needs channels that tell left from right, as joint angles do.
+a multiple may have a higher peak. The peak is divided by the largest k for which the motion recurs after p/k, and
+D(p/k) exceeds D(p) by at most a fifth (`SHORTER`) of the largest change. A single step isn't mistaken for a cycle: left
+and right are swapped then, and the change is largest. That needs channels that distinguish left from right, such as
+joint angles.
 
 **No peak.** There is no period if white noise would give such a peak with probability above 1 % (`SIGNIFICANCE`), if
-the peak is an end of the range, or if the recurrence exceeds 0.6 (`RECURRENCE`). Noise of other colours fails the last
-(a single wandering channel passes in about 6 of 100 cases, three or more hardly ever).
+the peak is at an end of the range, or if the recurrence exceeds 0.6 (`RECURRENCE`). Coloured noise fails the last
+criterion (a single drifting channel passes in about 6 of 100 cases, three or more hardly ever).
 
-**Fraction.** Folding at one period stretches it where a person starts and stops, by 3 % on short trials. The length
-reported is therefore the median, over time, of the local cycle length: the lag at which the motion matches itself
-best over windows of 5/4 cycle, each window weighted by how precisely it tells (pairs · curvature / mismatch).
+**Fraction.** Folding at one period overestimates it if a person starts and stops, by 3 % on short trials. The reported
+length is therefore the median, over time, of the local cycle length: the lag at which the motion matches itself best
+over windows of 5/4 cycle, each window weighted by its precision (pairs · curvature / mismatch).
 """
 
 from dataclasses import dataclass
@@ -24,17 +24,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
+from motionenv._core.validation import checked_fps
 from motionenv.cycles._fold import squared_changes
 from motionenv.cycles.snr import SNR, centre, checked_series, snr
 from motionenv.errors import GapError, MotionError
-from motionenv.types import checked_fps
 
 SHORTER = 0.2
 SIGNIFICANCE = 0.01
 RECURRENCE = 0.6
-#: Local cycle lengths are sought within this share of the peak.
+#: Local cycle lengths are searched within this relative distance of the peak.
 SPREAD = 0.14
-#: Cycles in a window of the local cycle length.
+#: Window length of the local cycle length [cycles].
 WINDOW = 1.25
 
 
@@ -47,7 +47,7 @@ class Period:
         seconds: cycle length [s].
         peak: accumulated signal-to-noise ratio (eq. 3) at the nearest whole period that was chosen.
         significance: bound on the probability that white noise of this size gives such a peak anywhere in the range.
-        recurrence: mean squared change over one cycle as a share of the largest over any shorter time.
+        recurrence: mean squared change over one cycle, relative to the largest over any shorter time.
         curve: signal-to-noise ratio of every candidate (fig. 5).
     """
 
@@ -60,20 +60,20 @@ class Period:
 
 
 def estimate_period(z, fps, *, range_seconds: tuple[float, float] = (0.5, 2.5)) -> Period:
-    """Cycle length of a sequence by its signal-to-noise ratio (eq. 1-3), by the rules in the head of this file.
+    """Cycle length of a sequence by its signal-to-noise ratio (eq. 1-3), with the rules in the module's docstring.
 
-    Candidates are the whole numbers of frames in the range, as far as two cycles fit into what was observed. Channels
-    that are never seen or never move take no part. Nothing may drift: pass joint angles, or markers relative to the
-    pelvis, but no root position.
+    Candidates are the whole numbers of frames in the range of which two cycles fit into the observed span. Channels
+    that are never observed or constant are ignored. Channels must not drift: pass joint angles, or markers relative to
+    the pelvis, but no root position.
 
     Args:
         z: (frames, m), NaN where missing.
-        fps: frames per second.
-        range_seconds: shortest and longest cycle considered [s].
+        fps: frame rate [Hz].
+        range_seconds: (low, high) cycle durations to search [s].
 
     Raises:
-        MotionError: `z`, `fps` or the range are not as above, or the motion has no period.
-        GapError: nothing is observed, or fewer than two cycles of the shortest candidate.
+        MotionError: invalid `z`, `fps` or range, or the motion has no period.
+        GapError: no observations, or fewer than two cycles of the shortest candidate.
     """
     z, seen = checked_series(z)
     fps = checked_fps(fps)
@@ -82,7 +82,7 @@ def estimate_period(z, fps, *, range_seconds: tuple[float, float] = (0.5, 2.5)) 
     i = int(curve.total.argmax())
     significance = _significance(curve.channels[i], candidates[i], seen.sum(axis=0)) * len(candidates)
     if not significance <= SIGNIFICANCE:
-        raise MotionError(f"no period: white noise would peak as high with a probability of {min(significance, 1):.2g}")
+        raise MotionError(f"no period: white noise has such a peak with a probability of {min(significance, 1):.2g}")
     standard = _standardised(z, seen)
     i, recurrence = _shortest(_mean_change(standard, candidates[i]), candidates, i)
     if i in (0, len(candidates) - 1):
@@ -92,28 +92,28 @@ def estimate_period(z, fps, *, range_seconds: tuple[float, float] = (0.5, 2.5)) 
         )
     if not recurrence <= RECURRENCE:
         raise MotionError(
-            f"no period: after {candidates[i] / fps:.2f} s, the peak, the motion has changed by {recurrence:.2f} of "
-            f"what it changes in between, against {RECURRENCE} allowed"
+            f"no period: after {candidates[i] / fps:.2f} s, the peak, the motion has a recurrence of {recurrence:.2f}; "
+            f"at most {RECURRENCE} is allowed"
         )
     frames = _local_length(standard, int(candidates[i]))
     return Period(frames, frames / fps, float(curve.total[i]), significance, recurrence, curve)
 
 
 def _candidates(seen: np.ndarray, fps: float, range_seconds) -> np.ndarray:
-    """Whole numbers of frames in the range of which two cycles fit between the first and the last observed frame."""
+    """Whole numbers of frames in the range of which two cycles fit into the observed span."""
     try:
         low, high = (float(s) for s in range_seconds)
     except (TypeError, ValueError):
         low = high = np.nan
     if not 0 < low < high < np.inf:
-        raise MotionError(f"range_seconds must be the shortest and the longest cycle [s], got {range_seconds!r}")
+        raise MotionError(f"range_seconds must be (low, high) in s with 0 < low < high, got {range_seconds!r}")
     frames = np.flatnonzero(seen.any(axis=1))
     span = int(frames[-1] - frames[0]) + 1
     first, last = max(int(np.ceil(low * fps)), 3), min(int(high * fps), span // 2)
     if last - first < 2:
         raise GapError(
             f"fewer than two cycles: {span / fps:.2f} s are observed at {fps:g} frames per second, and the shortest "
-            f"cycle considered lasts {low:g} s"
+            f"cycle in range_seconds lasts {low:g} s"
         )
     return np.arange(first, last + 1)
 
@@ -123,27 +123,27 @@ def _significance(ratios: np.ndarray, p: int, n: np.ndarray) -> float:
     ok = np.isfinite(ratios)
     if not ok.any():
         return 1.0
-    with np.errstate(divide="ignore"):  # a probability below any number
-        logs = np.log(special.fdtrc(p - 1, n[ok] - p, ratios[ok]))  # scipy.stats takes longer to import than a walk
+    with np.errstate(divide="ignore"):  # the probability may underflow
+        logs = np.log(special.fdtrc(p - 1, n[ok] - p, ratios[ok]))  # scipy.stats is slow to import
     return float(special.chdtrc(2 * ok.sum(), -2 * logs.sum()))
 
 
 def _standardised(z: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """The channels that move, each with mean 0 and variance 1; NaN where missing."""
+    """The channels that aren't constant, each with mean 0 and variance 1; NaN where missing."""
     deviation, squares, n = centre(z)
     moving = squares > 0
     return np.where(seen, deviation, np.nan)[:, moving] / np.sqrt(squares[moving] / n[moving])
 
 
 def _mean_change(z: np.ndarray, p: int) -> np.ndarray:
-    """D(τ), the mean squared change over τ = 0, 1, ... to about p frames; NaN where no pair was seen."""
+    """D(τ), the mean squared change over τ = 0, 1, ... to about p frames; NaN if no pair was observed."""
     change, pairs = (x.sum(axis=1) for x in squared_changes(z, np.arange(1, min(p + _reach(p), len(z) - 1) + 1)))
     with np.errstate(invalid="ignore"):
         return np.concatenate([[0.0], change / pairs])
 
 
 def _shortest(change: np.ndarray, candidates: np.ndarray, i: int) -> tuple[int, float]:
-    """Index of the shortest p/k at which the motion recurs as well as at the peak, and the recurrence there."""
+    """Index of the shortest p/k at which the motion recurs as well as at the peak, and its recurrence."""
     p = int(candidates[i])
     allowed = _least(change, p)[1] + SHORTER * np.nanmax(change)
     for k in range(p // int(candidates[0]), 1, -1):
@@ -154,7 +154,7 @@ def _shortest(change: np.ndarray, candidates: np.ndarray, i: int) -> tuple[int, 
 
 
 def _least(change: np.ndarray, p: int) -> tuple[int, float]:
-    """Where about p frames (± 3 %) D is least, and its value."""
+    """Position and value of the minimum of D near p frames (± 3 %)."""
     near = change[p - _reach(p) : p + _reach(p) + 1]
     if np.isnan(near).all():
         return p, np.inf
@@ -162,7 +162,7 @@ def _least(change: np.ndarray, p: int) -> tuple[int, float]:
 
 
 def _reach(p: int) -> int:
-    """3 % of a period, at least a frame."""
+    """3 % of a period, at least one frame."""
     return int(np.ceil(0.03 * p))
 
 
@@ -175,7 +175,7 @@ def _local_length(z: np.ndarray, p: int) -> float:
     lags = np.arange(int(p * (1 - SPREAD)), min(int(np.ceil(p * (1 + SPREAD))), len(z) - 1) + 1)
     change, pairs = (_window_sums(x, int(WINDOW * p)) for x in squared_changes(z, lags))
     change, pairs = change / np.maximum(pairs, 1), pairs.min(axis=0)
-    # a window with a quarter of the pairs of the fullest still tells
+    # ignore windows with fewer than a quarter of the pairs of the fullest
     told = pairs >= pairs.max() / 4
     change, pairs = change[:, told], pairs[told]
     best = change.argmin(axis=0)
@@ -190,13 +190,13 @@ def _local_length(z: np.ndarray, p: int) -> float:
 
 
 def _window_sums(x: np.ndarray, width: int) -> np.ndarray:
-    """Sums over `width` successive frames of x (n, frames), partly filled windows at the ends included."""
+    """Sums over `width` successive frames of x (n, frames), including partly filled windows at the ends."""
     total = np.cumsum(np.pad(x, ((0, 0), (width, width - 1))), axis=1)
     return total[:, width:] - total[:, :-width]
 
 
 def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
-    """The value below and above which lies half of the weight."""
+    """The value below and above which half of the weight lies."""
     order = np.argsort(values)
     below = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(below, below[-1] / 2)])

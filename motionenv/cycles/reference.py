@@ -1,7 +1,8 @@
-"""Aligned sequences → cycles in the common reference domain (Ormoneit et al. 2005, section 3.4)."""
+"""Resample aligned sequences to cycles in the common reference domain (Ormoneit et al. 2005, section 3.4)."""
 
 import numpy as np
 
+from motionenv._core.validation import checked_whole
 from motionenv.cycles.offsets import Alignment, align, positive
 from motionenv.cycles.period import estimate_period
 from motionenv.cycles.snr import checked_series
@@ -9,37 +10,36 @@ from motionenv.cycles.splines import SPACING, spline_basis
 from motionenv.errors import MotionError
 from motionenv.types import ANGLES, POSE, Cycles
 
-#: Most variance of a fitted value, in units of one sample's: beyond it the data don't determine the spline there.
+#: Greatest variance of a fitted value, relative to one sample's, at which the data determine the spline.
 LEVERAGE = 4.0
 
 
 def to_reference(sequences, alignment: Alignment, fps, *, samples: int = 128, channels=None, subjects=None) -> Cycles:
-    """Cuts aligned sequences into cycles and samples each at phases 0, 1/samples, ..., by a spline fitted to it.
+    """Cut aligned sequences into cycles and resample each at phases 0, 1/samples, ..., by spline regression.
 
-    Sequence i gives K_i = ⌈(T_i - o_i) / p_i⌉ + 1 cycles for o_i ≠ 0, the partly filled ends counted. Each cycle and
-    channel gets the unconstrained regression spline of appendix A, fitted to its own observed samples. The paper's
-    grid 0..𝒯 holds phase 1 as well; it is the next cycle's phase 0 and is dropped. A grid point stays NaN where the
-    spline is not supported by data: outside the observed stretch by more than a frame, inside a gap longer than the
-    distance of the knots, or where the fitted value would vary more than twice as much as one sample. Cycles without
-    a single supported point are left out.
+    Sequence i gives K_i = ⌈(T_i - o_i) / p_i⌉ + 1 cycles for o_i ≠ 0, including the partly filled ends. Each cycle and
+    channel gets the unconstrained regression spline of appendix A, fitted to its own observed samples. The paper's grid
+    0..𝒯 includes phase 1, which is the next cycle's phase 0 and is dropped. A grid point is NaN if the data don't
+    support the spline: outside the observed span by more than a frame, inside a gap longer than the knot spacing, or if
+    the fitted value's standard deviation is more than twice that of one sample. Cycles without any supported point are
+    dropped.
 
     Args:
-        sequences: n arrays (frames, m), NaN where missing. They may hold other channels than those aligned.
+        sequences: n arrays (frames, m), NaN where missing. They may have other channels than those aligned.
         alignment: periods and offsets, from `align`.
-        fps: frames per second, one or (n,).
+        fps: frame rate, one or (n,) [Hz].
         samples: grid points per cycle.
         channels: m names; by default those of the pose vector for m = 25, of its angles for m = 19, else numbers.
         subjects: n labels of people; by default a number per sequence.
 
     Raises:
-        MotionError: sequences, alignment, fps, channels and subjects don't fit together.
+        MotionError: sequences, alignment, fps, channels and subjects don't match.
     """
     checked = [checked_series(z) for z in sequences]
     n = len(alignment.periods)
     if len(checked) != n or len({z.shape[1] for z, _ in checked}) != 1:
-        raise MotionError(f"the alignment is of {n} sequences with the same channels, got {len(checked)}")
-    if isinstance(samples, bool) or samples != int(samples) or samples < 2:
-        raise MotionError(f"samples must be a whole number from 2, got {samples!r}")
+        raise MotionError(f"sequences must match the alignment of {n} sequences, got {len(checked)}")
+    samples = checked_whole(samples, "samples", 2)
     channels = _channel_names(channels, checked[0][0].shape[1])
     subjects = [str(i) for i in range(n)] if subjects is None else [str(s) for s in subjects]
     if len(subjects) != n:
@@ -52,24 +52,24 @@ def to_reference(sequences, alignment: Alignment, fps, *, samples: int = 128, ch
             values.append(cycle)
             sequence.append(i)
     if not values:
-        raise MotionError("no cycle is supported by enough samples for a spline: the frame rate is too low")
+        raise MotionError("no cycle has enough samples for a spline: the frame rate is too low")
     whose = tuple(subjects[i] for i in sequence)
     return Cycles(np.array(values), channels, seconds[sequence], np.array(sequence), whose)
 
 
 def segment(sequences, fps, *, steer=None, weights=None, samples: int = 128, channels=None, subjects=None) -> Cycles:
-    """Sequences → cycles in one step: `estimate_period` of each, `align`, `to_reference` (paper A, section 3).
+    """Segment sequences into cycles: `estimate_period` of each, `align`, `to_reference` (paper A, section 3).
 
     Args:
         sequences: n arrays (frames, m), NaN where missing.
-        fps: frames per second, one or (n,).
-        steer: which channels determine periods and offsets, as an index into the m channels (a slice, a list of
-            numbers, or a mask); the others ride along. All by default. Leave out what drifts, such as root position.
+        fps: frame rate, one or (n,) [Hz].
+        steer: channels that determine periods and offsets, as an index into the m channels (a slice, a list of numbers,
+            or a mask); all by default. Exclude channels that drift, such as root position.
         weights: weight per steering channel in `align`.
         samples, channels, subjects: as in `to_reference`.
 
     Raises:
-        MotionError: as the three steps; names the sequence that has no period.
+        MotionError: as in the three steps; names the sequence that has no period.
     """
     sequences = [checked_series(z)[0] for z in sequences]
     rates = positive(fps, len(sequences), "fps")
@@ -85,7 +85,7 @@ def segment(sequences, fps, *, steer=None, weights=None, samples: int = 128, cha
 
 
 def _cycles(z: np.ndarray, offset: float, period: float, grid: np.ndarray):
-    """Yields (samples, m) for each cycle of one sequence that has any supported point."""
+    """Yield (samples, m) for each cycle of one sequence with at least one supported point."""
     place = (np.arange(len(z)) - offset) / period
     number = np.floor(place).astype(np.int64)
     for k in np.unique(number):
@@ -107,7 +107,7 @@ def _resample(phase: np.ndarray, z: np.ndarray, frame: float, grid: np.ndarray) 
 
 
 def _hat(phase: np.ndarray, frame: float, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which grid points samples at these phases support, and the matrix from samples to values."""
+    """Which grid points samples at these phases support, and the matrix from samples to fitted values."""
     padded = np.concatenate([[-np.inf], phase, [np.inf]])
     after = np.searchsorted(phase, grid, side="right") + 1
     before, after = grid - padded[after - 1], padded[after] - grid
@@ -124,7 +124,7 @@ def _hat(phase: np.ndarray, frame: float, grid: np.ndarray) -> tuple[np.ndarray,
 
 
 def _channel_names(channels, m: int) -> tuple[str, ...]:
-    """The given names, or those of the pose vector where m says so, or numbers."""
+    """The given names, or those of the pose vector if m matches, or numbers."""
     if channels is None:
         return {25: POSE, 19: ANGLES}.get(m, tuple(str(a) for a in range(m)))
     names = tuple(str(c) for c in channels)

@@ -8,7 +8,7 @@ import numpy as np
 from motionenv.cycles import _fold
 from motionenv.errors import GapError, MotionError
 
-#: Residual sums of squares below this share of a channel's total are rounding, and are raised to it.
+#: Residual sums of squares below this fraction of a channel's total are rounding errors, and are raised to it.
 ROUNDING = 1e-13
 
 
@@ -18,9 +18,9 @@ class SNR:
 
     Attributes:
         candidates: (n,) candidate periods [frames].
-        channels: (n, m) signal / noise per channel; NaN where it is undefined: a channel never seen or constant, fewer
-            than two non-empty bins, or no bin with two samples.
-        total: (n,) sum over the channels where it is defined (eq. 3); 0 where it is defined for none.
+        channels: (n, m) signal / noise per channel; NaN if undefined: the channel is never observed or constant, there
+            are fewer than two non-empty bins, or no bin has two samples.
+        total: (n,) sum over the channels where it is defined (eq. 3), else 0.
     """
 
     candidates: np.ndarray
@@ -29,11 +29,11 @@ class SNR:
 
 
 def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> SNR:
-    """Signal-to-noise ratio of `z` folded at every candidate period, missing samples left out (eq. 1-3).
+    """Signal-to-noise ratio of `z` folded at every candidate period, ignoring missing samples (eq. 1-3).
 
-    `"paper"` is eq. 2 as printed, Σ_k (z̄_k - Z̄)² / ((p - 1) p / |I|), which assumes that all bins hold equally many
-    samples; white noise then drifts with p. `"counts"` weights each bin by its samples, Σ_k n_k (z̄_k - Z̄)² / (p - 1),
-    the analysis-of-variance statistic, whose expectation on white noise does not depend on p. In both, p counts the
+    `"paper"` is eq. 2 as printed, Σ_k (z̄_k - Z̄)² / ((p - 1) p / |I|), which assumes equally many samples in all bins;
+    on white noise it drifts with p. `"counts"` weights each bin by its samples, Σ_k n_k (z̄_k - Z̄)² / (p - 1), the
+    analysis-of-variance statistic, whose expectation on white noise does not depend on p. In both, p counts the
     non-empty bins, and the noise of eq. 1 has |I| - p degrees of freedom; Z̄ is the mean of each channel.
 
     Args:
@@ -42,20 +42,20 @@ def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> S
         weighting: `"counts"` (default) or `"paper"`.
 
     Raises:
-        MotionError: `z` is not (frames, m), or a candidate or `weighting` is none of the above.
-        GapError: nothing in `z` is observed.
+        MotionError: `z` is not (frames, m), or an invalid candidate or `weighting`.
+        GapError: `z` has no observations.
     """
     z, seen = checked_series(z)
     if weighting not in ("counts", "paper"):
         raise MotionError(f"weighting must be 'counts' or 'paper', got {weighting!r}")
     given = np.atleast_1d(np.asarray(candidates))
     if given.ndim != 1 or not given.size or (given != np.floor(given)).any() or given.min() < 2:
-        raise MotionError(f"candidates must be whole numbers of frames from 2, got {candidates!r}")
+        raise MotionError(f"candidates must be whole numbers of at least 2 frames, got {candidates!r}")
     order, back = np.unique(given.astype(np.int64), return_inverse=True)
     deviations, total, n = centre(z)
     count = np.uint8 if len(z) <= 255 * order[0] else np.int32
     paper = weighting == "paper"
-    z = np.ascontiguousarray(deviations)  # the kernels reshape, and callers may hold another memory order
+    z = np.ascontiguousarray(deviations)  # the kernels reshape, so they need this memory order
     between, means, bins = _fold.sums_of_squares(z, np.ascontiguousarray(seen, dtype=count), order, paper)
     with np.errstate(divide="ignore", invalid="ignore"):
         signal = means * n / ((bins - 1) * bins) if paper else between / (bins - 1)
@@ -65,11 +65,11 @@ def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> S
 
 
 def checked_series(z) -> tuple[np.ndarray, np.ndarray]:
-    """`z` as float64 (frames, m) and where it is observed.
+    """`z` as float64 (frames, m), and where it is observed.
 
     Raises:
         MotionError: another shape, or infinite values.
-        GapError: nothing is observed.
+        GapError: no observations.
     """
     try:
         z = np.asarray(z, dtype=np.float64)
@@ -78,17 +78,17 @@ def checked_series(z) -> tuple[np.ndarray, np.ndarray]:
     if z.ndim != 2 or 0 in z.shape:
         raise MotionError(f"a sequence must have shape (frames, channels), got {z.shape}")
     if np.isinf(z).any():
-        raise MotionError("a sequence holds infinite values: mark what is missing as NaN")
+        raise MotionError("a sequence has infinite values: use NaN for missing values")
     seen = ~np.isnan(z)
     if not seen.any():
-        raise GapError(f"nothing is observed in this sequence of {len(z)} frames and {z.shape[1]} channels")
+        raise GapError(f"a sequence of {len(z)} frames and {z.shape[1]} channels has no observations")
     return z, seen
 
 
 def centre(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deviations from each channel's mean (0 where missing), their sum of squares (m,), and the counts |I| (m,).
 
-    A channel whose deviations are within rounding of its level is constant: its sum of squares is exactly 0.
+    A channel whose deviations are rounding errors is constant: its sum of squares is exactly 0.
     """
     deviation, squares, n, peak = _fold.centre(np.ascontiguousarray(z))
     squares[squares <= n * (64 * np.finfo(float).eps * peak) ** 2] = 0.0

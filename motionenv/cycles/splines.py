@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 
 from motionenv.errors import MotionError
 
-#: Distance of the knots, as a share of the cycle.
+#: Spacing of the knots [cycles].
 SPACING = 0.1
 _CLAMPED = np.concatenate([np.zeros(3), np.arange(11) / 10, np.ones(3)])
 
@@ -24,7 +24,7 @@ def spline_basis(x) -> np.ndarray:
     """
     x = np.atleast_1d(np.asarray(x, dtype=np.float64))
     if x.ndim != 1 or not ((x >= 0) & (x <= 1)).all():
-        raise MotionError("phases of the unconstrained spline must be one row of numbers from 0 to 1")
+        raise MotionError("x must be a one-dimensional array of phases from 0 to 1")
     return BSpline.design_matrix(x, _CLAMPED, 3).toarray() if len(x) else np.zeros((0, 13))
 
 
@@ -39,9 +39,9 @@ def periodic_basis(x) -> np.ndarray:
 
 
 def fit(basis: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Least-squares coefficients (K, m) of `z` (n, m) on `basis` (n, K), missing samples left out.
+    """Least-squares coefficients (K, m) of `z` (n, m) on `basis` (n, K), ignoring missing samples.
 
-    Where the observed samples don't determine them all, the solution of least norm.
+    The minimum-norm solution if the observed samples don't determine them.
     """
     seen = ~np.isnan(z)
     k = basis.shape[1]
@@ -55,6 +55,6 @@ def outer_products(basis: np.ndarray) -> np.ndarray:
 
 
 def solve(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Coefficients (K, m) of the normal equations (m, K, K), (m, K); of least norm where they are singular."""
+    """Coefficients (K, m) of the normal equations (m, K, K), (m, K); the minimum-norm solution if they are singular."""
     inverse = np.linalg.pinv(gram, rcond=1e-11, hermitian=True)
     return np.einsum("akl,al->ka", inverse, right)

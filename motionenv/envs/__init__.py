@@ -1,13 +1,22 @@
-"""Environments for Gymnasium, in which an agent estimates the pose of a walking body frame by frame.
+"""Gymnasium environments in which an agent estimates the pose of a walking body frame by frame.
 
-    import gymnasium, motionenv
+Importing this module registers them:
+
+    import gymnasium
+    import motionenv.envs
+
+    gymnasium.register_envs(motionenv.envs)  # does nothing; tells linters that the import is needed
     env = gymnasium.make("motionenv/WalkerTracking-v0")
     envs = gymnasium.make_vec("motionenv/WalkerTracking-v0", num_envs=64)
 
-This module itself doesn't load Gymnasium: its names do, when they are first used.
+Where only a string can be given, `"motionenv.envs:motionenv/WalkerTracking-v0"` imports the module too. After
+`import motionenv` alone `gymnasium.make` raises `NamespaceNotFound`, as that imports neither this module nor Gymnasium.
+The environment classes are imported on first use.
 """
 
 from importlib import import_module
+
+from motionenv.envs.registration import register
 
 #: Public names and the modules that hold them.
 _HOME = {
@@ -23,9 +32,11 @@ _HOME = {
 
 __all__ = sorted(_HOME)
 
+register()
+
 
 def __getattr__(name: str) -> object:
-    """Load a public name when it is first asked for (PEP 562)."""
+    """Import a public name on first use (PEP 562)."""
     if name not in _HOME:
         raise AttributeError(f"module 'motionenv.envs' has no attribute {name!r}")
     value = getattr(import_module(f"motionenv.envs.{_HOME[name]}"), name)

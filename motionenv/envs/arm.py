@@ -1,4 +1,4 @@
-"""motionenv/ArmTracking-v0: the right arm in pictures, as in paper C, section 6."""
+"""motionenv/ArmTracking-v0: the right arm in images (paper C, section 6)."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,30 +7,30 @@ from typing import Any
 import numpy as np
 
 from motionenv.body import from_height, markers
+from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.envs.pictures import PictureTracking, PictureTrackingVector, picture_world
-from motionenv.envs.sources import HEIGHT, SPLITS, WALKERS, Recordings, Source
-from motionenv.envs.views import ArmView
-from motionenv.envs.world import PictureWorld
+from motionenv.envs.simulation.motion_sources import HEIGHT, SPLITS, WALKERS, Recordings, Source
+from motionenv.envs.simulation.picture_world import PictureWorld
+from motionenv.envs.simulation.views import ArmView
 from motionenv.errors import MotionError
-from motionenv.models.reaching import RIGHT_ARM, reach
 from motionenv.types import MARKERS, POSE, Skeleton
 
 _SCORED = tuple(MARKERS.index(name) for name in ("right_elbow", "right_wrist"))
 _ANKLES = [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")]
-_SPARE = 3.0  # seconds that a recording of reaching is longer than an episode
+_SPARE = 3.0  # [s] length of a reaching recording beyond that of an episode
 
 
 def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorld:
-    """`n` people who stand and move an arm, each before a camera of his own.
+    """`n` people who stand and move an arm, each in front of their own camera.
 
     Args:
-        n: how many.
-        motion: whence the arm's motion comes.
+        n: number of episodes.
+        motion: source of the arm's motion.
         arguments: see `picture_world`.
 
     Raises:
-        MotionError: an impossible argument; names it.
+        MotionError: an invalid argument.
     """
     return picture_world(
         n,
@@ -42,21 +42,21 @@ def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorl
 
 
 class ArmTracking(PictureTracking):
-    """Tracking an arm in pictures.
+    """Tracking an arm in images.
 
     ## Description
-    The setting of Sidenbladh, Black & Sigal (2002, section 6): somebody stands still and moves the right arm, four
-    degrees of freedom; pictures are stabilised, so that the shoulder is in the middle of each. Each step shows the next
-    picture, and the agent says how the arm is bent, or where elbow and wrist are.
+    The setting of Sidenbladh, Black & Sigal (2002, section 6): a person stands still and moves the right arm, which has
+    four degrees of freedom. Images are stabilised: the shoulder is always in the centre. Each step shows the next
+    image, and the agent estimates the joint angles, or the positions of elbow and wrist.
 
     Positions are in metres: the person stands at the origin and looks along x, y is left, z up, the ground at z = 0.
     The camera is 2.4 m from the shoulder, level with it.
 
     ## Action Space
-    An estimate for the frame that was observed last, in the form of `estimate`:
+    An estimate for the last observed frame, in the form given by `estimate`:
 
     - "pose": `Box(-4π, 4π, (4,), float32)`, flexion, abduction and rotation of the right shoulder and flexion of the
-      elbow [rad], on the true body.
+      elbow [rad], applied to the true body.
     - "joints": `Box(-100, 100, (2, 3), float32)`, positions [m] of elbow and wrist.
     - "belief": `Box((n_belief, 5), float32)`, weighted poses: four angles, then a log weight within ±100.
 
@@ -64,34 +64,34 @@ class ArmTracking(PictureTracking):
     As in `WalkerTracking`: "rgb", "mask", "depth", or a `Dict` of several.
 
     ## Rewards
-    Minus the mean distance [m] between the estimated and true positions of elbow and wrist; for a belief minus its
-    energy score over both, divided by √2. `info["error"]` is the mean distance; for a belief that of its mean.
+    Minus the mean distance [m] between the estimated and true positions of elbow and wrist; for a belief, minus its
+    energy score over both, divided by √2. `info["error"]` is the mean distance; for a belief, that of its mean.
 
     ## Starting State
-    Person, what the arm does, colours, view and surroundings are drawn at random.
+    Person, arm motion, colours, view and scenery are random.
 
     ## Episode End
-    Truncated after `horizon` estimates; terminated when lost, as in `WalkerTracking`.
+    Truncated after `horizon` estimates; terminated when the track is lost, as in `WalkerTracking`.
 
     ## Arguments
-    - `motion="reach"`: from one random posture to the next, with least jerk; or what `WalkerTracking` takes, of which
-      only the right arm is kept, as it swings in walking.
-    - `camera="side"`: "side" (the right one), "front", a view angle in degrees, or "random".
-    - `horizon=90`, and all else as in `WalkerTracking`.
+    - `motion="reach"`: minimum-jerk movements between random postures; or a motion of `WalkerTracking`, of which only
+      the right arm is used.
+    - `camera="side"`: "side" (from the right), "front", a view angle in degrees, or "random".
+    - `horizon=90`, and all others as in `WalkerTracking`.
 
-    `truth()` gives "pose" (25,), "joints" (15, 3), "camera" and "skeleton"; `observation_model` is that of
+    `truth()` returns "pose" (25,), "joints" (15, 3), "camera" and "skeleton"; `observation_model` is that of
     `WalkerTracking`, for whole poses.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/ArmTracking-v0", num_envs=64)` draws all pictures of a step together; it takes
-    `autoreset_mode` and `threads` too.
+    `gymnasium.make_vec("motionenv/ArmTracking-v0", num_envs=64)` renders all images of a step in one batch; it also
+    accepts `autoreset_mode` and `threads`.
 
     ## Version History
     - v0: initial version.
 
     Args:
         render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None for never.
+        lost_after: error [m] beyond which the track counts as lost; None disables it.
         arguments: see Arguments.
     """
 
@@ -99,7 +99,7 @@ class ArmTracking(PictureTracking):
 
 
 class ArmTrackingVector(PictureTrackingVector):
-    """`num_envs` times `ArmTracking`, drawn together: see `PictureTrackingVector`."""
+    """`num_envs` copies of `ArmTracking`, rendered in batches: see `PictureTrackingVector`."""
 
     make_world = staticmethod(arm_world)
 
@@ -109,19 +109,19 @@ class ArmMotion:
     """Motion of the right arm alone.
 
     Attributes:
-        source: of which the arm is taken; its motion "reach" is made here.
+        source: of the motion; "reach" is synthesised here.
     """
 
     source: Source
 
     @property
     def frames(self) -> int:
-        """Of an episode."""
+        """Number of frames of an episode."""
         return self.source.frames
 
     @property
     def fps(self) -> float:
-        """Frames per second."""
+        """Frame rate [Hz]."""
         return self.source.fps
 
     def open(self) -> Recordings:
@@ -133,16 +133,16 @@ class ArmMotion:
 def _opened(motion: ArmMotion) -> Recordings:
     source = motion.source
     if source.motion == "reach" and source.seed is not None:
-        raise MotionError("motion_seed is for models, which synthesise: leave it out for motion 'reach'")
+        raise MotionError("motion_seed needs a model as motion: omit it for motion 'reach'")
     return _Reaching(source) if source.motion == "reach" else _Swinging(source.open())
 
 
 class _Reaching:
-    """As many recordings per split as a model has walkers, each made when first needed."""
+    """Synthetic reaching: `WALKERS` recordings per split, each made when first needed."""
 
     def __init__(self, source: Source):
         if source.speed is not None:
-            raise MotionError("speed is that of walking: leave it out for motion 'reach'")
+            raise MotionError("speed needs a walking motion: omit it for motion 'reach'")
         self._source = source
         self._made: dict[int, tuple[np.ndarray, Skeleton]] = {}
 
@@ -163,7 +163,7 @@ class _Reaching:
 
 
 class _Swinging:
-    """The right arm of recordings of something else."""
+    """The right arm of recordings of other motion."""
 
     def __init__(self, recordings: Recordings):
         self._recordings = recordings
@@ -174,7 +174,7 @@ class _Swinging:
 
 
 def _standing(arm: np.ndarray, body: Skeleton) -> np.ndarray:
-    """Poses (frames, 25) of a body that stands still but for its right arm's angles (frames, 4) [rad]."""
+    """Poses (frames, 25) of a body that stands still except for its right arm's angles (frames, 4) [rad]."""
     poses = np.zeros((len(arm), len(POSE)))
     poses[:, POSE.index("left_shoulder_abduction")] = 0.1
     poses[:, POSE.index("left_elbow_flexion")] = 0.15

@@ -1,10 +1,10 @@
-"""What all tracking environments share: everything Gymnasium, on top of a world that knows the motion and the senses.
+"""The base class of tracking environments: the Gymnasium interface on top of a `World`.
 
-An episode shows horizon + 1 frames. `reset` returns the observation of frame 0. The action of a step is the estimate
-for the frame that was observed last; it is scored against the truth of that frame, and the next frame is observed. The
-episode is truncated when frame `horizon` has been observed, and terminated when the track is lost, where that is asked
-for. A world holds n episodes in arrays. The single environment is a world with n = 1, so the vector environment does
-the same as single ones with the same seeds.
+An episode has horizon + 1 frames. `reset` returns the observation of frame 0. The action of a step is the estimate for
+the last observed frame; it is scored against that frame's ground truth, and the next frame is observed. The episode is
+truncated when frame `horizon` has been observed, and terminated when the track is lost, if `lost_after` is set. A world
+holds n episodes in arrays. The single environment is a world with n = 1, so the vector environment returns the same as
+single ones with the same seeds.
 """
 
 from collections.abc import Sequence
@@ -14,24 +14,25 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
+from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
 
-#: Estimates on end that must be off by more than `lost_after` for the track to be lost.
+#: Number of consecutive estimates with errors above `lost_after` after which the track is lost.
 LOST_ESTIMATES = 10
 
 Observation = np.ndarray | dict[str, np.ndarray]
 
 
 class World(Protocol):
-    """n episodes side by side: their motion, what is observed of it, how estimates are scored.
+    """n episodes side by side: motion, observation and scoring.
 
-    Everything random about an episode is drawn in `begin` from that episode's own generator, so that what a slot
-    shows depends on neither n nor on the other slots.
+    Everything random about an episode is drawn in `begin` from that episode's own generator, so that the content of a
+    slot depends neither on n nor on the other slots.
 
     Attributes:
         n: number of slots.
-        horizon: estimates asked for in an episode.
-        fps: frames per second.
+        horizon: number of estimates in an episode.
+        fps: frame rate [Hz].
         observation_space, action_space: of one environment.
         time: (n,) the current frame of each episode, from 0 to `horizon`.
     """
@@ -47,15 +48,15 @@ class World(Protocol):
         """Start new episodes at frame 0.
 
         Args:
-            slots: (k,) which.
+            slots: (k,) slot indices.
             rngs: the generator of each.
         """
 
     def observe(self, slots: np.ndarray) -> Observation:
-        """What is observed of the current frames, (k, ...) in new arrays; the same however often it is asked.
+        """Observations of the current frames, (k, ...) in new arrays; repeated calls return the same.
 
         Args:
-            slots: (k,) which, in ascending order.
+            slots: (k,) slot indices, ascending.
         """
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -69,27 +70,27 @@ class World(Protocol):
         """Go to the next frame.
 
         Args:
-            slots: (k,) which.
+            slots: (k,) slot indices.
         """
 
     def truth(self, slot: int) -> dict[str, Any]:
-        """What is really there in the current frame of one episode.
+        """Ground truth of the current frame of one episode.
 
         Args:
-            slot: which.
+            slot: slot index.
         """
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
-        """A picture, uint8 (H, W, 3) with H and W of at least 256.
+        """Render an image, uint8 (H, W, 3) with H and W of at least 256.
 
         Args:
-            slot: which episode.
-            estimate: for the frame before the current one, which is then shown with the estimate over it; None shows
+            slot: slot index.
+            estimate: for the frame before the current one, which is then shown with the estimate overlaid; None shows
                 the current frame alone.
         """
 
     def close(self) -> None:
-        """Let go of threads; the world stays usable."""
+        """Release threads; the world stays usable."""
 
 
 class TrackingEnv(gymnasium.Env):
@@ -97,9 +98,10 @@ class TrackingEnv(gymnasium.Env):
 
     Args:
         world: with n = 1.
-        render_mode: None, "rgb_array" (the frame that was estimated last, with the estimate over it), or "human" (the
-            same in a window; needs pygame, as Gymnasium's own environments do).
-        lost_after: error [m] that `LOST_ESTIMATES` estimates on end must exceed to end the episode; None never does.
+        render_mode: None, "rgb_array" (the last estimated frame with the estimate overlaid), or "human" (the same in a
+            window; needs pygame, like Gymnasium's own environments).
+        lost_after: error [m] that `LOST_ESTIMATES` consecutive estimates must exceed to end the episode; None disables
+            it.
     """
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012 (as Gymnasium declares it)
@@ -118,11 +120,11 @@ class TrackingEnv(gymnasium.Env):
         self._window: gymnasium.Env | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
-        """Start a new episode: the observation of its frame 0, and an empty info.
+        """Start a new episode; returns the observation of its frame 0, and an empty info.
 
         Args:
-            seed: makes the sequence of episodes from here on reproducible; None goes on with the current one.
-            options: not used.
+            seed: seeds the sequence of episodes from here on; None continues with the current generator.
+            options: ignored.
         """
         super().reset(seed=seed)
         self.world.begin(self._slots, [self.np_random])
@@ -131,7 +133,7 @@ class TrackingEnv(gymnasium.Env):
         return self._observed(), {}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Give the estimate for the frame observed last, and observe the next.
+        """Score the estimate for the last observed frame, and observe the next.
 
         Args:
             action: the estimate, inside `action_space`.
@@ -141,11 +143,11 @@ class TrackingEnv(gymnasium.Env):
             whether the track is "lost".
 
         Raises:
-            MotionError: an action of another shape, not numeric, not finite or out of bounds; nothing has changed.
+            MotionError: an action of another shape, not numeric, not finite or out of bounds; the state is unchanged.
             ResetNeeded: before the first `reset`, or after the end of an episode.
         """
         if not self._running:
-            raise ResetNeeded("there is no episode to step: call reset() first, and again when an episode has ended")
+            raise ResetNeeded("no episode is running: call reset() before the first step and after each episode")
         actions = checked_actions([action], self.world.action_space)
         errors, rewards = self.world.judge(actions)
         self.world.advance(self._slots)
@@ -158,7 +160,7 @@ class TrackingEnv(gymnasium.Env):
         return self._observed(), float(rewards[0]), lost, truncated, {"error": error, "lost": lost}
 
     def truth(self) -> dict[str, Any]:
-        """What is really there in the frame observed last; see the environment's docstring for what that holds.
+        """Ground truth of the last observed frame; see the environment's docstring for its entries.
 
         Raises:
             ResetNeeded: before the first `reset`.
@@ -167,7 +169,7 @@ class TrackingEnv(gymnasium.Env):
         return self.world.truth(0)
 
     def render(self) -> np.ndarray | None:
-        """The frame that was estimated last with the estimate over it, uint8 (H, W, 3); after `reset` frame 0 alone.
+        """The last estimated frame with the estimate overlaid, uint8 (H, W, 3); after `reset`, frame 0 alone.
 
         None without a render mode, and for "human", where `reset` and `step` show it.
 
@@ -176,8 +178,8 @@ class TrackingEnv(gymnasium.Env):
         """
         if self.render_mode is None and self.spec is not None:
             gymnasium.logger.warn(
-                f'render() draws nothing without a render mode: gymnasium.make("{self.spec.id}", '
-                'render_mode="rgb_array") has one'
+                f'render() returns None without a render mode: use gymnasium.make("{self.spec.id}", '
+                'render_mode="rgb_array")'
             )
         if self.render_mode != "rgb_array":
             return None
@@ -185,23 +187,23 @@ class TrackingEnv(gymnasium.Env):
         return self.world.render(0, self._estimate)
 
     def close(self) -> None:
-        """Close the window and let go of threads. Calling it again does nothing."""
+        """Close the window and release threads. Repeated calls do nothing."""
         if self._window is not None:
             self._window.close()
             self._window = None
         self.world.close()
 
     def check_begun(self, what: str) -> None:
-        """Refuse what there isn't before the first `reset`.
+        """Raise if there is no episode.
 
         Args:
-            what: is asked for.
+            what: requested item, for the message.
 
         Raises:
-            ResetNeeded: there has been none.
+            ResetNeeded: before the first `reset`.
         """
         if not self._begun:
-            raise ResetNeeded(f"there is no {what} yet: call reset() first")
+            raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
     def _observed(self) -> Observation:
         """The current observation without the world's leading axis."""
@@ -209,7 +211,7 @@ class TrackingEnv(gymnasium.Env):
         return {name: value[0] for name, value in seen.items()} if isinstance(seen, dict) else seen[0]
 
     def _show(self) -> None:
-        """The picture in a window, for render mode "human"."""
+        """Show the image in a window, for render mode "human"."""
         if self.render_mode == "human":
             if self._window is None:
                 from motionenv.envs.window import Window
@@ -222,10 +224,10 @@ class TrackingEnv(gymnasium.Env):
 
 
 def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
-    """`mode`, one of `modes` or None.
+    """`mode`, which must be one of `modes` or None.
 
     Raises:
-        MotionError: it is something else.
+        MotionError: it is neither.
     """
     if mode is not None and mode not in modes:
         raise MotionError(f"render_mode must be None or one of {', '.join(modes)}, got {mode!r}")
@@ -233,27 +235,24 @@ def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
 
 
 def checked_lost_after(lost_after: float | None) -> float | None:
-    """`lost_after`, metres above 0 or None.
+    """`lost_after`, which must be above 0 [m] or None.
 
     Raises:
-        MotionError: it is something else.
+        MotionError: it is neither.
     """
-    number = isinstance(lost_after, int | float) and not isinstance(lost_after, bool)
-    if lost_after is not None and not (number and 0 < lost_after < np.inf):
-        raise MotionError(f"lost_after must be None or an error in metres above 0, got {lost_after!r}")
-    return lost_after
+    return None if lost_after is None else checked_number(lost_after, "lost_after", above=0, unit="metres")
 
 
 def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
-    """Actions (n, ...) as float64, each inside `space`, which holds 0.
+    """Actions (n, ...) as float64, each inside `space`.
 
     Args:
         actions: one per environment.
-        space: of a single environment.
-        read: (n,) which of them count, all when None; the others become 0.
+        space: of a single environment; must contain 0.
+        read: (n,) bool, which actions are used; the others become 0. None uses all.
 
     Raises:
-        MotionError: another shape, not numeric, not finite or out of bounds; says where.
+        MotionError: another shape, not numeric, not finite or out of bounds.
     """
     try:
         actions = np.asarray(actions)
@@ -269,7 +268,7 @@ def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | Non
             f"action must be numbers of shape {many}{space.shape}, got {actions.dtype} of shape "
             f"{actions.shape if read is not None else actions.shape[1:]}"
         )
-    inside = (actions >= space.low) & (actions <= space.high)  # NaN isn't
+    inside = (actions >= space.low) & (actions <= space.high)  # False for NaN
     if not inside.all():
         _refuse(actions, space, inside if read is None else inside | ~read.reshape(-1, *[1] * len(space.shape)))
     actions = actions.astype(np.float64)
@@ -279,10 +278,10 @@ def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | Non
 
 
 def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray) -> None:
-    """Name the first entry of actions (n, ...) that isn't inside, if there is one.
+    """Raise for the first entry of actions (n, ...) that isn't inside, if any.
 
     Raises:
-        MotionError: there is.
+        MotionError: there is one.
     """
     if inside.all():
         return

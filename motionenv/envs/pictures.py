@@ -1,31 +1,30 @@
-"""What the environments that show pictures share: how they are made, and the arguments that they take."""
+"""Base classes of the environments that show images, and their common arguments."""
 
-import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from gymnasium.vector import AutoresetMode
 
 from motionenv.envs.base import TrackingEnv
-from motionenv.envs.estimates import Estimates
-from motionenv.envs.sources import Source, episode_frames
-from motionenv.envs.stage import Motions, Sense, Stage
+from motionenv.envs.simulation.estimates import Estimates
+from motionenv.envs.simulation.motion_sources import Source, episode_frames
+from motionenv.envs.simulation.picture_world import PictureWorld
+from motionenv.envs.simulation.stage import Motions, PictureSettings, Stage
+from motionenv.envs.simulation.views import View
 from motionenv.envs.vector import TrackingVectorEnv
-from motionenv.envs.views import View
-from motionenv.envs.world import PictureWorld
-from motionenv.estimation import ObservationModel
-from motionenv.render.scenery import SceneryChoice
+from motionenv.likelihoods import SilhouetteLikelihood
+from motionenv.render.sensors.augmentation import Augmentation
 
-#: Makes a world of n episodes from an environment's arguments.
+#: Builds a world of n episodes from an environment's arguments.
 MakeWorld = Callable[..., PictureWorld]
 
 
 class PictureTracking(TrackingEnv):
-    """A single environment that shows pictures; subclasses say which world.
+    """A single environment that shows images; subclasses define the world.
 
     Args:
         render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None for never.
+        lost_after: error [m] beyond which the track counts as lost; None disables it.
         arguments: of the world.
     """
 
@@ -36,21 +35,21 @@ class PictureTracking(TrackingEnv):
         super().__init__(type(self).make_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
 
     @property
-    def observation_model(self) -> ObservationModel:
-        """Scores thousands of poses (n, 25) against the frame observed last, without the truth."""
+    def observation_model(self) -> SilhouetteLikelihood:
+        """Likelihood of poses (n, 25) for the last observed frame, without access to the ground truth."""
         self.check_begun("observation")
         return self.world.observation_model(0)
 
 
 class PictureTrackingVector(TrackingVectorEnv):
-    """Many of a single environment, drawn together; subclasses say which world.
+    """A batch of environments, rendered together; subclasses define the world.
 
     Args:
-        num_envs: how many.
+        num_envs: number of environments.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        threads: that draw; None is as many as there are cores.
+        threads: rendering threads; None uses one per core.
         render_mode: None or "rgb_array".
-        lost_after: error [m] beyond which the track counts as lost; None for never.
+        lost_after: error [m] beyond which the track counts as lost; None disables it.
         arguments: of the world.
     """
 
@@ -66,7 +65,6 @@ class PictureTrackingVector(TrackingVectorEnv):
         lost_after: float | None = None,
         **arguments: Any,
     ):
-        threads = (os.cpu_count() or 1) if threads is None else threads
         super().__init__(
             type(self).make_world(num_envs, threads=threads, **arguments),
             render_mode=render_mode,
@@ -100,26 +98,26 @@ def picture_world(
     n_belief: int = 64,
     file_fps: float | None = None,
     unit: str | None = None,
-    threads: int = 1,
+    threads: int | None = 1,
 ) -> PictureWorld:
-    """People, each before a camera of his own.
+    """People, each in front of their own camera.
 
     Args:
-        n: how many.
-        direct: what moves and whence it is seen, from the source of motion and `camera`.
-        motion, motion_seed: whence motion comes, see `motionenv.envs.WalkerTracking`.
-        scored: which entries and joints an estimate is of, as `Estimates` takes them.
+        n: number of episodes.
+        direct: makes the motion and the view from the source of motion and `camera`.
+        motion, motion_seed: source of motion, see `motionenv.envs.WalkerTracking`.
+        scored: scored pose entries and joints, arguments of `Estimates`.
         split, size, observation, camera, background, distractors, occluders, noise, brightness, fps, horizon: see
             `motionenv.envs.WalkerTracking`.
         speed, height, clothes, estimate, n_belief, file_fps, unit: see `motionenv.envs.WalkerTracking`.
-        threads: that draw.
+        threads: rendering threads.
 
     Raises:
-        MotionError: an impossible argument; names it.
+        MotionError: an invalid argument.
     """
-    sense, estimates = Sense(observation, size), Estimates(estimate, n_belief, threads=threads, **scored)
-    scenery = SceneryChoice(background, distractors, occluders, noise, brightness)
+    sense, estimates = PictureSettings(observation, size), Estimates(estimate, n_belief, threads=threads, **scored)
+    scenery = Augmentation(background, distractors, occluders, noise, brightness)
     source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit, motion_seed)
     motions, view = direct(source, camera)
-    stage = Stage(n, motions, view, size=size, scenery=scenery, clothes=clothes, threads=threads)
+    stage = Stage(n, motions, view, size=sense.size, scenery=scenery, clothes=clothes, threads=threads)
     return PictureWorld(stage, sense, estimates)

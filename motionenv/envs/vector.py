@@ -1,4 +1,4 @@
-"""Many episodes in one world: the native vector environment, in all three autoreset modes of Gymnasium."""
+"""The native vector environment: many episodes in one world, in all three autoreset modes of Gymnasium."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,10 +22,10 @@ from motionenv.errors import MotionError
 
 
 class TrackingVectorEnv(gymnasium.vector.VectorEnv):
-    """A vector environment on a world with a slot for each sub-environment.
+    """A vector environment on a world with one slot per sub-environment.
 
-    It returns what a `gymnasium.vector.SyncVectorEnv` of the single environments returns for the same seeds and
-    actions, in the same autoreset mode.
+    It returns the same as a `gymnasium.vector.SyncVectorEnv` of the single environments for the same seeds, actions and
+    autoreset mode.
 
     Args:
         world: with n = the number of sub-environments.
@@ -79,19 +79,19 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start new episodes, in all sub-environments or in some.
+        """Start new episodes in all or some sub-environments.
 
         Args:
-            seed: of the first sub-environment, the others' follow; or one for each; None goes on with what they have.
+            seed: of the first sub-environment, the others' follow; or one for each; None keeps their generators.
             options: {"reset_mask": bool (num_envs,)} resets only those, and returns the observations of all.
 
         Raises:
-            MotionError: not a seed per sub-environment, or a mask that isn't one.
-            ResetNeeded: a mask leaves out sub-environments that have never been reset.
+            MotionError: a wrong number of seeds, or an invalid mask.
+            ResetNeeded: the mask excludes sub-environments that have never been reset.
         """
         mask = _checked_mask(options, self.num_envs)
         if not (self._begun | mask).all():
-            raise ResetNeeded("reset all environments once before resetting some of them by reset_mask")
+            raise ResetNeeded("reset all environments once before using reset_mask")
         seeds = (
             list(seed)
             if isinstance(seed, Sequence)
@@ -103,29 +103,30 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         for slot in slots.tolist():
             if seeds[slot] is not None:
                 self._seeded[slot] = seeding.np_random(seeds[slot])
+        self.closed = False  # or Gymnasium would ignore the next `close`, and the threads that start now would stay
         self._begin(slots)
         return self.world.observe(self._all), {}
 
     def step(self, actions: np.ndarray) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Give an estimate for each sub-environment's last observation, and observe what comes next.
+        """Score an estimate for each sub-environment's last observation, and observe the next frames.
 
         Args:
-            actions: (num_envs, ...), inside `action_space`; those of sub-environments that are reset don't matter.
+            actions: (num_envs, ...), inside `action_space`; ignored for sub-environments that are reset.
 
         Returns:
             Observations, rewards, terminated, truncated, infos; infos hold "error" [m] and "lost" of each estimate,
             with masks "_error" and "_lost", and in SAME_STEP mode "final_obs" and "final_info" of ended episodes.
 
         Raises:
-            MotionError: actions of another shape, not numeric, not finite or out of bounds; nothing has changed.
+            MotionError: actions of another shape, not numeric, not finite or out of bounds; the state is unchanged.
             ResetNeeded: before the first `reset`, or, in DISABLED mode, after the end of an episode.
         """
         resets = self._ended
         renewing = bool(resets.any())
         if not self._begun.all() or (renewing and self.autoreset_mode == AutoresetMode.DISABLED):
             raise ResetNeeded(
-                f"environments {np.flatnonzero(resets | ~self._begun).tolist()} have no episode to step: reset them "
-                'first, by reset(options={"reset_mask": mask})'
+                f"environments {np.flatnonzero(resets | ~self._begun).tolist()} have no running episode: reset them "
+                'first, with reset(options={"reset_mask": mask})'
             )
         stepped = ~resets
         actions = checked_actions(actions, self.world.action_space, stepped)
@@ -152,7 +153,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return self._off >= LOST_ESTIMATES, self.world.time >= self.world.horizon
 
     def _keep(self, actions: np.ndarray, slots: np.ndarray) -> None:
-        """Remember what is drawn over the pictures of `slots`."""
+        """Store the actions that `render` overlays, for `slots`."""
         if self.render_mode is not None:
             for slot in slots:
                 self._estimates[slot] = actions[slot]
@@ -166,7 +167,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
                 self._estimates[slot] = None
 
     def _renewed(self, errors: np.ndarray, lost: np.ndarray) -> dict[str, Any]:
-        """Reset the sub-environments that have ended, in the step of their end: the infos of that step."""
+        """Reset the ended sub-environments in the same step; returns the infos of that step."""
         ended, slots = self._ended, np.flatnonzero(self._ended)
         last = self.world.observe(slots)
         infos = _infos(errors, lost, ~ended)
@@ -179,7 +180,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return infos
 
     def truth(self) -> list[dict[str, Any]]:
-        """What is really there in the frame that each sub-environment observed last.
+        """Ground truth of the last observed frame of each sub-environment.
 
         Raises:
             ResetNeeded: before the first `reset`.
@@ -188,7 +189,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return [self.world.truth(slot) for slot in range(self.num_envs)]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """A picture per sub-environment, as `TrackingEnv.render` has it; None without a render mode.
+        """An image per sub-environment, as in `TrackingEnv.render`; None without a render mode.
 
         Raises:
             ResetNeeded: before the first `reset`.
@@ -199,27 +200,27 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Let go of threads.
+        """Release threads.
 
         Args:
-            kwargs: not used.
+            kwargs: ignored.
         """
         self.world.close()
 
     def _check_begun(self, what: str) -> None:
         if not self._begun.all():
-            raise ResetNeeded(f"there is no {what} yet: call reset() first")
+            raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
 
 def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
-    """What Gymnasium makes of the infos {"error": float, "lost": bool} of the sub-environments in `mask` (n,)."""
+    """Gymnasium's vector form of the infos {"error": float, "lost": bool} of the sub-environments in `mask` (n,)."""
     if not mask.any():
         return {}
     return {"error": np.where(mask, errors, 0.0), "_error": mask.copy(), "lost": lost & mask, "_lost": mask.copy()}
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    """The autoreset mode, or the one of that value.
+    """The autoreset mode with this value.
 
     Raises:
         MotionError: there is no such mode.
@@ -232,7 +233,7 @@ def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:
-    """Which of `n` sub-environments `options` ask to reset, bool (n,).
+    """Which of `n` sub-environments `options` select for a reset, bool (n,).
 
     Raises:
         MotionError: the mask isn't a boolean array of that shape with at least one True.

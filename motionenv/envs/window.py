@@ -1,4 +1,4 @@
-"""A window for render mode "human": Gymnasium's own, which draws with pygame."""
+"""The window of render mode "human": Gymnasium's `HumanRendering`, which uses pygame."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from motionenv.errors import EngineError
 
 
 class _Screen(gymnasium.Env):
-    """Renders the picture that it was given as its last action."""
+    """An environment whose rendering is the image passed as its last action."""
 
     render_mode = "rgb_array"
 
@@ -26,29 +26,29 @@ class _Screen(gymnasium.Env):
 
 
 class Window(HumanRendering):
-    """A window; each `step` shows a picture in it.
+    """A window; each `step` shows an image in it.
 
     Args:
-        fps: frames per second at most.
+        fps: highest frame rate.
     """
 
     def __init__(self, fps: int):
         super().__init__(_Screen(fps))
 
     def step(self, action: np.ndarray) -> tuple:
-        """Show a picture.
+        """Show an image.
 
         Args:
             action: uint8 (H, W, 3).
 
         Raises:
             DependencyNotInstalled: pygame is missing.
-            EngineError: no window can open here.
+            EngineError: no window can be opened.
         """
         try:
             return super().step(action)
         except RuntimeError as error:  # pygame.error is one
             raise EngineError(
-                f'render_mode="human" can\'t open a window here ({error}): use render_mode="rgb_array" where there is '
-                "no display, or set SDL_VIDEODRIVER=dummy"
+                f'render_mode="human" cannot open a window ({error}): without a display, use render_mode="rgb_array" '
+                "or set SDL_VIDEODRIVER=dummy"
             ) from None

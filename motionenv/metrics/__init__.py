@@ -1,4 +1,4 @@
-"""How good an estimate is: errors of points, proper scores of beliefs, and whether beliefs are calibrated."""
+"""Metrics of estimates: errors of points, proper scores and calibration of beliefs."""
 
 from motionenv.metrics.beliefs import coverage, credible_level, energy_score
 from motionenv.metrics.points import aligned_mpjpe, mpjpe, pelvis_mpjpe

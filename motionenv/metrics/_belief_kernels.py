@@ -1,30 +1,30 @@
-"""Loops over all pairs of a belief's samples."""
+"""Kernels over all pairs of a belief's samples."""
 
 import numpy as np
-from numba import njit
 
-_jit = njit(nogil=True, cache=True, error_model="numpy")
-# Sums may be taken in any order, so that they run in vector registers; NaN keeps its meaning.
-_sums = njit(nogil=True, cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+from motionenv._core.compilation import kernel
 
-_PADDED = 48  # 45 coordinates, filled up to whole vector registers
-_ROWS = 4  # samples compared with another at a time
+# Allow reordering of sums, for SIMD, but keep NaN semantics.
+_sums = kernel(fastmath={"reassoc", "contract", "nsz"})
+
+_PADDED = 48  # 45 coordinates, padded to whole SIMD registers
+_ROWS = 4  # samples compared with another one at a time
 
 
 @_sums
 def energy(samples, weights, truth, near, apart) -> None:
-    """Energy score's two terms: mean distance to the truth, and mean distance between independent draws.
+    """The energy score's two terms: mean distance to the truth, and mean distance between independent draws.
 
     Args:
         samples: (n, M, 45).
-        weights: (n, M), each row of sum 1.
+        weights: (n, M), each row with sum 1.
         truth: (n, 45).
-        near: (n,) filled with Σ w_i |x_i - y|.
-        apart: (n,) filled with Σ w_i w_j |x_i - x_j|.
+        near: (n,), output: Σ w_i |x_i - y|.
+        apart: (n,), output: Σ w_i w_j |x_i - x_j|.
     """
     m = samples.shape[1]
     whole = (m + _ROWS - 1) // _ROWS * _ROWS
-    x = np.zeros((whole, _PADDED), np.float32)  # about the truth, where single precision loses nothing
+    x = np.zeros((whole, _PADDED), np.float32)  # relative to the truth, for single precision
     w = np.zeros(whole, np.float32)
     distance = np.zeros((_ROWS, whole), np.float32)
     for e in range(len(samples)):
@@ -44,7 +44,7 @@ def energy(samples, weights, truth, near, apart) -> None:
 
 @_sums
 def _centre(samples, weights, truth, x, w):
-    """Fill x with the samples about the truth and w with their weights; the mean distance to the truth."""
+    """Write the samples relative to the truth to x and their weights to w; returns the mean distance to the truth."""
     near = 0.0
     for i in range(len(samples)):
         square = 0.0
@@ -62,7 +62,7 @@ def _four_squares(x, i, j):
     """Squared distances of x[j] from x[i] to x[i + 3]."""
     a0, a1, a2, a3, b = x[i], x[i + 1], x[i + 2], x[i + 3], x[j]
     s0 = s1 = s2 = s3 = np.float32(0)
-    for k in range(_PADDED):  # of a length known to the compiler
+    for k in range(_PADDED):  # a compile-time length
         d0, d1, d2, d3 = a0[k] - b[k], a1[k] - b[k], a2[k] - b[k], a3[k] - b[k]
         s0 += d0 * d0
         s1 += d1 * d1
@@ -80,16 +80,16 @@ def _weighted(w, square):
     return total
 
 
-@_jit
+@kernel
 def centrality(samples, weights, truth, deeper, alike) -> None:
-    """How many of the pooled samples lie more centrally than the truth, by mean distance to the pool.
+    """Weights of the pooled samples that are more central than the truth, by mean distance to the pool.
 
     Args:
         samples: (n, M, J, 3).
-        weights: (n, M + 1), those of the samples, then of the truth; each row of sum 1.
+        weights: (n, M + 1), those of the samples, then of the truth; each row with sum 1.
         truth: (n, J, 3).
-        deeper: (n, J) filled with the weight of samples nearer to the pool than the truth is.
-        alike: (n, J) filled with the weight of those equally near, the truth included.
+        deeper: (n, J), output: weight of samples closer to the pool than the truth is.
+        alike: (n, J), output: weight of those equally close, including the truth.
     """
     n, m, joints, _ = samples.shape
     pool = np.empty((m + 1, 3))
@@ -109,9 +109,9 @@ def centrality(samples, weights, truth, deeper, alike) -> None:
                     alike[e, joint] += w[i]
 
 
-@_jit
+@kernel
 def _mean_distances(pool, w, mean):
-    """Fill mean with each point's weighted mean distance to all points of the pool."""
+    """Write each point's weighted mean distance to all points of the pool to `mean`."""
     mean[:] = 0.0
     for i in range(len(pool)):
         for j in range(i):

@@ -1,11 +1,12 @@
 r"""Scores of beliefs: distributions over the 15 joints, given as weighted samples.
 
-A proper score is best on average for who reports what it believes (Gneiting & Raftery 2007). A calibrated belief has
-the truth inside its credible region of level p in a share p of the cases.
+The expectation of a proper score is optimal for reporting one's true belief (Gneiting & Raftery 2007). A calibrated
+belief has the truth inside its credible region of level p in a fraction p of the cases.
 """
 
 import numpy as np
 
+from motionenv._core.validation import random_generator
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS
 
@@ -13,21 +14,23 @@ _JOINTS = len(MARKERS)
 
 
 def energy_score(samples, log_weights, truth, *, fair: bool = False) -> np.ndarray:
-    """Energy score (n,) [m] of beliefs, over the 45 coordinates together; 0 is perfect, smaller is better.
+    """Energy score (n,) [m] of beliefs, over the 45 coordinates jointly; 0 is perfect, smaller is better.
 
-    E|X - y| - ½ E|X - X'| with X, X' independent draws of the belief and |·| the Euclidean norm of 45 numbers: the
-    negative of Gneiting & Raftery (2007, eq. 21) with β = 1. √15 times smaller it is of the size of an error per joint.
+    E|X - y| - ½ E|X - X'| with X, X' independent draws of the belief and |·| the Euclidean norm in 45 dimensions: the
+    negative of Gneiting & Raftery (2007, eq. 21) with β = 1. Divided by √15, it is comparable with an error per joint.
 
     Args:
         samples: (n, M, 15, 3) [m].
-        log_weights: (n, M), up to a constant of each row; -inf leaves a sample out.
+        log_weights: (n, M), up to a constant of each row; -inf excludes a sample.
         truth: (n, 15, 3) [m].
-        fair: False scores the weighted sample as the belief itself, and is proper. True takes it for M draws of a
-            belief, whose score it estimates without bias, whatever M is (Ferro 2014): to compare filters with different
-            numbers of particles, never as a reward, because a sample that is no draw can fool it. Needs two samples.
+        fair: False scores the weighted sample as the belief itself, and is proper. True treats it as M draws of a
+            belief and estimates that belief's score without bias for any M (Ferro 2014). Use it to compare filters with
+            different numbers of particles, never as a reward, because samples that aren't independent draws can exploit
+            it. Needs two samples.
 
     Raises:
-        MotionError: other shapes, a weight that is NaN or +inf, no sample of a weight above zero, or, `fair`, only one.
+        MotionError: wrong shapes, a weight that is NaN or +inf, no sample with a weight above zero, or, with `fair`,
+            only one.
     """
     from motionenv.metrics._belief_kernels import energy
 
@@ -39,17 +42,17 @@ def energy_score(samples, log_weights, truth, *, fair: bool = False) -> np.ndarr
         return near - 0.5 * apart
     other = 1.0 - (weights**2).sum(axis=1)
     if (other <= 0).any():
-        raise MotionError("a fair energy score needs two samples of a weight above zero; score with fair=False")
+        raise MotionError("fair=True needs two samples with weights above zero: use fair=False")
     return near - 0.5 * apart / other
 
 
 def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
-    """The level (n, 15) of the smallest credible region of each joint that holds its truth, from 0 to 1.
+    """The level (n, 15) of the smallest credible region of each joint that contains its truth, from 0 to 1.
 
-    For a calibrated belief it is uniform on (0, 1). Regions are made of the points nearest on average to the samples
-    and the truth pooled, so that truth and samples are treated alike (Gneiting et al. 2008, section 3.1, with the mean
-    distance as pre-rank); ties and the truth's own share are broken at random. Exact for samples of equal weight,
-    whatever M is; with weights, the truth counts as one of 1/Σw² samples. NaN where the truth is.
+    For a calibrated belief it is uniform on (0, 1). Regions consist of the points with the smallest mean distance to
+    the pooled samples and truth, so that truth and samples are treated symmetrically (Gneiting et al. 2008, section
+    3.1, with the mean distance as pre-rank); ties and the truth's own share are broken at random. Exact for samples of
+    equal weight, for any M; with weights, the truth counts as one of 1/Σw² samples. NaN where the truth is NaN.
 
     Args:
         samples: (n, M, 15, 3) [m].
@@ -58,7 +61,7 @@ def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
         seed: int or Generator, for the ties.
 
     Raises:
-        MotionError: as `energy_score`.
+        MotionError: as in `energy_score`.
     """
     from motionenv.metrics._belief_kernels import centrality
 
@@ -67,12 +70,12 @@ def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
     pooled = np.concatenate([effective * weights, np.ones_like(effective)], axis=1) / (1.0 + effective)
     deeper, alike = np.empty((len(samples), _JOINTS)), np.empty((len(samples), _JOINTS))
     centrality(samples, pooled, truth, deeper, alike)
-    levels = deeper + np.random.default_rng(seed).random(deeper.shape) * alike
+    levels = deeper + random_generator(seed).random(deeper.shape) * alike
     return np.where(np.isfinite(truth).all(axis=-1), levels, np.nan)
 
 
 def coverage(samples, log_weights, truth, p, *, seed=None) -> np.ndarray:
-    """Share of the known truths inside the credible region of level `p`, per joint; p for a calibrated belief.
+    """Fraction of the known truths inside the credible region of level `p`, per joint; p for a calibrated belief.
 
     Args:
         samples: (n, M, 15, 3) [m].
@@ -85,7 +88,7 @@ def coverage(samples, log_weights, truth, p, *, seed=None) -> np.ndarray:
         (..., 15).
 
     Raises:
-        MotionError: as `energy_score`, or a level outside 0 to 1.
+        MotionError: as in `energy_score`, or a level outside 0 to 1.
     """
     levels = np.asarray(p, dtype=np.float64)
     if not ((levels >= 0) & (levels <= 1)).all():
@@ -96,21 +99,21 @@ def coverage(samples, log_weights, truth, p, *, seed=None) -> np.ndarray:
 
 
 def _belief(samples, log_weights, truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Samples and truth in floating point, C-ordered, and weights (n, M) of sum 1.
+    """Samples and truth as float, C-ordered, and weights (n, M) with sum 1.
 
     Raises:
-        MotionError: shapes that don't go together, or weights that can't be normalised.
+        MotionError: incompatible shapes, or weights that can't be normalised.
     """
     samples, truth = (np.ascontiguousarray(a, dtype=np.float64) for a in (samples, truth))
     log_weights = np.asarray(log_weights, dtype=np.float64)
     n, m = log_weights.shape if log_weights.ndim == 2 else (len(truth), 0)
     if samples.shape != (n, m, _JOINTS, 3) or truth.shape != (n, _JOINTS, 3) or not m:
         raise MotionError(
-            "a belief is samples (n, M, 15, 3) with log weights (n, M), about a truth (n, 15, 3); got shapes "
+            "samples (n, M, 15, 3), log_weights (n, M) and truth (n, 15, 3) must agree, got shapes "
             f"{samples.shape}, {log_weights.shape} and {truth.shape}"
         )
     greatest = log_weights.max(axis=1, keepdims=True)
     if not np.isfinite(greatest).all():
-        raise MotionError("log weights must be finite or -inf, and one of each belief finite")
+        raise MotionError("log_weights must be finite or -inf, and at least one of each belief finite")
     weights = np.exp(log_weights - greatest)
     return samples, weights / weights.sum(axis=1, keepdims=True), truth

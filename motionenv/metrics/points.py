@@ -1,6 +1,6 @@
-"""Errors of point estimates of the 15 joints: mean per-joint position error and its kin (Ionescu et al. 2014).
+"""Errors of point estimates of the 15 joints: mean per-joint position error and variants (Ionescu et al. 2014).
 
-Joints whose truth is unknown (NaN) are left out of the mean; where the truth is known, an estimate with NaN gives NaN.
+Joints with unknown truth (NaN) are excluded from the mean; if the truth is known, an estimate with NaN gives NaN.
 """
 
 import numpy as np
@@ -29,11 +29,11 @@ def mpjpe(estimate, truth) -> np.ndarray:
 
 
 def pelvis_mpjpe(estimate, truth) -> np.ndarray:
-    """`mpjpe` (...) [m] after moving both so that their pelvis markers coincide.
+    """`mpjpe` (...) [m] after translating both so that their pelvis markers coincide.
 
     Args:
         estimate: (..., 15, 3) [m].
-        truth: (..., 15, 3) [m], its pelvis known.
+        truth: (..., 15, 3) [m], with known pelvis.
 
     Raises:
         MotionError: another shape.
@@ -43,14 +43,14 @@ def pelvis_mpjpe(estimate, truth) -> np.ndarray:
 
 
 def aligned_mpjpe(estimate, truth, *, scale: bool = True) -> np.ndarray:
-    """`mpjpe` (...) [m] after the similarity transform that takes the estimate nearest to the truth.
+    """`mpjpe` (...) [m] after the similarity transform that brings the estimate closest to the truth.
 
-    Nearest by least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection.
+    Least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection.
 
     Args:
         estimate: (..., 15, 3) [m].
         truth: (..., 15, 3) [m], NaN where unknown.
-        scale: False keeps the estimate's size and only turns and moves it.
+        scale: False allows only rotation and translation.
 
     Raises:
         MotionError: another shape.
@@ -87,5 +87,5 @@ def _joints(estimate, truth) -> tuple[np.ndarray, np.ndarray]:
     try:
         estimate, truth = np.broadcast_arrays(estimate, truth)
     except ValueError:
-        raise MotionError(f"an estimate of shape {estimate.shape} doesn't go with a truth of {truth.shape}") from None
+        raise MotionError(f"estimate and truth must broadcast, got {estimate.shape} and {truth.shape}") from None
     return estimate, truth

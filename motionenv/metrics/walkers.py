@@ -1,29 +1,30 @@
-r"""Errors of a reconstructed walk in the dimension that its picture lacks: paper B, eqs. 4.1 to 4.4.
+r"""Errors of a reconstructed walk in the missing dimension of its view: paper B, eqs. 4.1 to 4.4.
 
-With p(t) a joint's place in the missing dimension and p̃(t) its reconstruction, over a cycle of T frames:
+With p(t) a joint's position in the missing dimension and p̃(t) its reconstruction, over a cycle of T frames:
 
     E_abs(j) = 1/T Σ_t (p(t) - p̃(t))²          (4.1)      E_a = 1/15 Σ_j E_abs(j)     (4.2)
     E_rel(j) = E_abs(j) / σ²                   (4.3)      E_r = 1/15 Σ_j E_rel(j)     (4.4)
 
 They are squared (m²; × 10⁶ gives the paper's mm²): the square root of E_a is an rms error. A walk is given by the five
-Fourier coefficients of each joint (`motionenv.models.harmonics`), whose mean over a cycle is a closed form by
-Parseval's theorem, the limit of many frames; or, with `frames=True`, frame by frame.
+Fourier coefficients of each joint (`motionenv.models.eigenwalkers.fourier_series`), whose mean over a cycle has a
+closed form by Parseval's theorem, the limit of many frames; or, with `frames=True`, by its frames.
 
-Joints whose truth is unknown (NaN) are left out of means; where the truth is known, an estimate with NaN gives NaN.
+Joints with unknown truth (NaN) are excluded from means; if the truth is known, an estimate with NaN gives NaN.
 
-The paper calls σ² "the average overall variance of the 15 joints in the missing dimension". It speaks of a walker's
-"overall postural variance" where it says what the harmonics explain, so we read: the variance of each joint over time,
-averaged over the joints of that walker. `posture=True` takes the other reading, the spread of all joints and times
-about their common mean; it adds how far apart the joints stay, and legs and arms that stand side by side are far apart
-in depth. Figure 5 settles it: seen in profile, variance is least there and relative errors are greatest. So they are
-with our walkers in the first reading, while in the second it is the other way round (benchmarks/RESULTS.md).
+The paper calls σ² "the average overall variance of the 15 joints in the missing dimension". As it uses "overall
+postural variance" for what the harmonics explain, we interpret σ² as the variance of each joint over time, averaged
+over the joints of that walker. `posture=True` selects the other interpretation, the spread of all joints and times
+about their common mean, which includes the distances between joints, such as those of arms and legs in depth. Figure 5
+supports the first: there, variance is least in profile and relative errors are greatest, as for our walkers in the
+first interpretation; in the second it is the other way round (benchmarks/RESULTS.md).
 """
 
 import numpy as np
 
+from motionenv._core.validation import checked_whole
 from motionenv.errors import MotionError
 from motionenv.metrics.points import mpjpe
-from motionenv.models.harmonics import PARTS, positions_at
+from motionenv.models.eigenwalkers.fourier_series import PARTS, positions_at
 from motionenv.types import MARKERS
 
 
@@ -32,25 +33,25 @@ def joint_error(estimate, truth, *, frames: bool = False) -> np.ndarray:
 
     Args:
         estimate: (..., 5, 15) [m], coefficients of the reconstruction; or (..., frames, 15) positions.
-        truth: of the same kind, NaN where unknown; leading axes broadcast.
-        frames: True takes both for positions over time.
+        truth: in the same form, NaN where unknown; leading axes broadcast.
+        frames: True if both are positions over time.
 
     Raises:
-        MotionError: shapes that mean neither, or don't go together.
+        MotionError: wrong or incompatible shapes.
     """
     return _mean_square(_difference(estimate, truth, frames), frames)
 
 
 def walker_error(estimate, truth, *, frames: bool = False) -> np.ndarray:
-    """E_a (...) [m²] of each walk: the mean of `joint_error` over the joints whose truth is known (eq. 4.2).
+    """E_a (...) [m²] of each walk: the mean of `joint_error` over the joints with known truth (eq. 4.2).
 
     Args:
         estimate: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions.
-        truth: of the same kind.
-        frames: True takes both for positions over time.
+        truth: in the same form.
+        frames: True if both are positions over time.
 
     Raises:
-        MotionError: as `joint_error`.
+        MotionError: as in `joint_error`.
     """
     return _over_joints(joint_error(estimate, truth, frames=frames), truth)
 
@@ -60,9 +61,9 @@ def missing_variance(truth, *, posture: bool = False, frames: bool = False) -> n
 
     Args:
         truth: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions; NaN where unknown.
-        posture: False for each joint's variance over time, averaged over the joints; True for the variance over
-            joints and times together, the mean posture included.
-        frames: True takes `truth` for positions over time.
+        posture: False for each joint's variance over time, averaged over the joints; True for the variance over joints
+            and times together, which includes the mean posture.
+        frames: True if `truth` is positions over time.
 
     Raises:
         MotionError: another shape.
@@ -78,45 +79,45 @@ def missing_variance(truth, *, posture: bool = False, frames: bool = False) -> n
 
 
 def relative_joint_error(estimate, truth, *, posture: bool = False, frames: bool = False) -> np.ndarray:
-    """E_rel(j) (..., 15) of each joint: its `joint_error` over the walk's `missing_variance` (eq. 4.3).
+    """E_rel(j) (..., 15) of each joint: `joint_error` divided by the walk's `missing_variance` (eq. 4.3).
 
     Args:
         estimate: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions.
-        truth: of the same kind.
+        truth: in the same form.
         posture: which variance, as in `missing_variance`.
-        frames: True takes both for positions over time.
+        frames: True if both are positions over time.
 
     Raises:
-        MotionError: as `joint_error`.
+        MotionError: as in `joint_error`.
     """
     variance = missing_variance(truth, posture=posture, frames=frames)
     return joint_error(estimate, truth, frames=frames) / variance[..., None]
 
 
 def relative_walker_error(estimate, truth, *, posture: bool = False, frames: bool = False) -> np.ndarray:
-    """E_r (...) of each walk: the mean of `relative_joint_error` over the joints whose truth is known (eq. 4.4).
+    """E_r (...) of each walk: the mean of `relative_joint_error` over the joints with known truth (eq. 4.4).
 
     Args:
         estimate: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions.
-        truth: of the same kind.
+        truth: in the same form.
         posture: which variance, as in `missing_variance`.
-        frames: True takes both for positions over time.
+        frames: True if both are positions over time.
 
     Raises:
-        MotionError: as `joint_error`.
+        MotionError: as in `joint_error`.
     """
     return _over_joints(relative_joint_error(estimate, truth, posture=posture, frames=frames), truth)
 
 
 def cycle_mpjpe(estimate, truth, *, samples: int = 32) -> np.ndarray:
-    """`mpjpe` (...) [m] over a cycle: distances of the joints in three dimensions, beside paper B's squares in one.
+    """`mpjpe` (...) [m] over a cycle: mean distance of the joints in three dimensions.
 
     A distance has no closed form in the coefficients, so it is averaged over equally spaced phases.
 
     Args:
         estimate: (..., 5, 15, 3) [m], coefficients of the reconstruction.
         truth: (..., 5, 15, 3) [m], NaN where unknown.
-        samples: how many phases.
+        samples: number of phases.
 
     Raises:
         MotionError: another shape, or no sample.
@@ -124,8 +125,7 @@ def cycle_mpjpe(estimate, truth, *, samples: int = 32) -> np.ndarray:
     for name, w in (("estimate", estimate), ("truth", truth)):
         if np.shape(w)[-3:] != (len(PARTS), len(MARKERS), 3):
             raise MotionError(f"{name} must hold coefficients (..., 5, 15, 3), got {np.shape(w)}")
-    if isinstance(samples, bool) or samples != int(samples) or samples < 1:
-        raise MotionError(f"samples must be a whole number of phases from 1, got {samples!r}")
+    samples = checked_whole(samples, "samples", 1, unit="phases")
     phases = np.arange(samples) * (2 * np.pi / samples)
     return mpjpe(positions_at(estimate, phases), positions_at(truth, phases)).mean(axis=-1)
 
@@ -138,7 +138,7 @@ def _mean_square(values: np.ndarray, frames: bool) -> np.ndarray:
 
 
 def _over_joints(values: np.ndarray, truth) -> np.ndarray:
-    """Mean (...) of `values` (..., 15) over the joints that `truth` knows; NaN if it knows none."""
+    """Mean (...) of `values` (..., 15) over the joints with known `truth`; NaN if there is none."""
     known = np.isfinite(np.asarray(truth, dtype=np.float64)).all(axis=-2)
     known, values = np.broadcast_arrays(known, values)
     with np.errstate(invalid="ignore"):
@@ -148,18 +148,18 @@ def _over_joints(values: np.ndarray, truth) -> np.ndarray:
 def _difference(estimate, truth, frames: bool) -> np.ndarray:
     estimate, truth = _walks(estimate, frames, "estimate"), _walks(truth, frames, "truth")
     if estimate.shape[-2] != truth.shape[-2]:
-        raise MotionError(f"estimate has {estimate.shape[-2]} frames, truth {truth.shape[-2]}: give the same ones")
+        raise MotionError(f"estimate and truth must have equal frames, got {estimate.shape[-2]} and {truth.shape[-2]}")
     try:
         return estimate - truth
     except ValueError:
-        raise MotionError(f"an estimate of shape {estimate.shape} doesn't go with a truth of {truth.shape}") from None
+        raise MotionError(f"estimate and truth must broadcast, got {estimate.shape} and {truth.shape}") from None
 
 
 def _walks(values, frames: bool, name: str) -> np.ndarray:
     """`values` as float64.
 
     Raises:
-        MotionError: they are not coefficients (..., 5, 15), or, with `frames`, positions (..., frames, 15).
+        MotionError: not coefficients (..., 5, 15), or, with `frames`, positions (..., frames, 15).
     """
     values = np.asarray(values, dtype=np.float64)
     rows = values.shape[-2] if values.ndim > 1 else 0

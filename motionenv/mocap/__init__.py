@@ -1,6 +1,6 @@
-"""Motion capture files: read BVH, ASF/AMC, C3D, TRC and NPZ in metres, z up; write BVH, C3D, CSV, GLB and NPZ."""
+"""Motion capture files: read BVH, ASF/AMC, C3D, TRC and NPZ (in metres, z up); write BVH, C3D, CSV, GLB and NPZ."""
 
-from motionenv.mocap.loading import describe, read_motion
+from motionenv.mocap.motion_io import describe, read_motion
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget, to_markers
 from motionenv.mocap.writing import encode, write

@@ -1,8 +1,7 @@
-"""Which points of a source make the nodes of the body: one table per naming scheme.
+"""Naming schemes: which source points form the nodes of the body.
 
-A table gives for every node of `motionenv.body.NODES` the source points that make it and their weights, which sum
-to one: two points with 0.5 each are a midpoint, and {"Head": 2, "Neck": -1} lies as far above the head joint as that
-lies above the neck.
+For every node of `motionenv.body.NODES`, a table gives the source points and their weights, which sum to one: two
+points with 0.5 each are a midpoint, and {"Head": 2, "Neck": -1} extrapolates the line from neck to head by its length.
 """
 
 from collections.abc import Iterable
@@ -16,13 +15,13 @@ def _mid(*names: str) -> dict[str, float]:
 
 
 def _sides(**table: str) -> dict[str, dict[str, float]]:
-    """Left and right nodes from patterns whose {} is the source's word for the side: hip="{}UpLeg"."""
+    """Left and right nodes from patterns in which {} is the source's word for the side: hip="{}UpLeg"."""
     left, right = table.pop("left"), table.pop("right")
     pairs = (("left", left), ("right", right))
     return {f"{side}_{node}": {name.format(word): 1.0} for node, name in table.items() for side, word in pairs}
 
 
-#: CMU's ASF/AMC: bones are named, and a point is the far end of its bone. The forearm is two bones, radius and wrist.
+#: CMU's ASF/AMC: a point is named after the bone that ends there. The forearm is two bones, radius and wrist.
 _CMU = {
     "head": _mid("head"),
     "neck": _mid("lowerneck"),
@@ -39,8 +38,8 @@ _LIMB_JOINTS = _sides(
     hip="{}UpLeg", knee="{}Leg", ankle="{}Foot",
 )  # fmt: skip
 
-#: CMU's BVH conversions: a joint is the near end of its bone. They lost the lengths of bones that branch: the thorax,
-#: so that all above hangs lower by about the spine bone before it, and the last third of the forearm.
+#: CMU's BVH conversions: a joint is the start of its bone. The lengths of branching bones are lost: the thorax, so that
+#: everything above is lower by about one spine bone, and the last third of the forearm.
 _CMU_BVH = {
     "pelvis": _mid("LeftUpLeg", "RightUpLeg"),
     **_LIMB_JOINTS,
@@ -57,7 +56,7 @@ _CMU_BVH = {
     },
 }
 
-#: Mixamo and the many rigs that follow it; the prefix "mixamorig:" is dropped.
+#: Mixamo and compatible rigs; the prefix "mixamorig:" is removed.
 _MIXAMO = {
     "head": {"Head": 2.0, "Neck": -1.0},
     "neck": _mid("Neck"),
@@ -77,7 +76,7 @@ _BANDAI = {
     ),
 }  # fmt: skip
 
-#: Plug-in Gait and CMU's marker set, after `motionenv.mocap.jointcentres` has added the joint centres (…JC).
+#: Plug-in Gait and CMU's marker set, after `motionenv.mocap.joint_centres` has added the joint centres (…JC).
 _PLUG_IN_GAIT = {
     "head": _mid("LFHD", "RFHD", "LBHD", "RBHD"),
     "neck": _mid("CLAV", "C7"),
@@ -91,7 +90,7 @@ _PLUG_IN_GAIT = {
 #: The 15 markers as `motionenv.write` names them in C3D.
 _MARKERS = {**{name: _mid(name) for name in MARKERS}, "neck": _mid("left_shoulder", "right_shoulder")}
 
-#: By the name to pass to `retarget`: table, and the point whose rotation is the head's (None: markers have none).
+#: By the name to pass to `retarget`: table, and the point with the head's rotation (None: markers have none).
 SCHEMES: dict[str, tuple[dict[str, dict[str, float]], str | None]] = {
     "cmu": (_CMU, "head"),
     "cmu-bvh": (_CMU_BVH, "Head"),
@@ -103,6 +102,6 @@ SCHEMES: dict[str, tuple[dict[str, dict[str, float]], str | None]] = {
 
 
 def missing(scheme: str, names: Iterable[str]) -> list[str]:
-    """Source points that `scheme` needs and `names` doesn't hold."""
+    """Source points that `scheme` needs and `names` lacks."""
     needed = {point for weights in SCHEMES[scheme][0].values() for point in weights}
     return sorted(needed - set(names))

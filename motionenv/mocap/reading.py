@@ -1,13 +1,13 @@
-"""Capture files into memory: the reader is picked by the file's suffix."""
+"""Read capture files; the suffix selects the reader."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 from motionenv.errors import FormatError
-from motionenv.mocap import asfamc, bvh, c3d, npz, trc
+from motionenv.mocap.formats import asfamc, bvh, c3d, npz, trc
 from motionenv.types import Markers, Motion
 
-#: The reader of each suffix, and which options of `read` it takes.
+#: The reader of each suffix, and the options of `read` that it accepts.
 _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
     ".amc": (asfamc.read, {"fps", "unit", "asf"}),
     ".bvh": (bvh.read, {"fps", "unit"}),
@@ -20,25 +20,24 @@ _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
 def read(
     path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None, asf=None
 ) -> Markers | Motion:
-    """Read a capture file by its suffix: .amc (with its .asf), .bvh, .c3d, .trc or motionenv's own .npz.
+    """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc or motionenv's own .npz.
 
     Args:
         path: the file.
-        fps: frames per second, where the file doesn't say (AMC never does) or says it wrong.
-        unit: a name in `motionenv.mocap.world.METRES` or metres per file unit, where the file doesn't say.
-        up: "x", "y" or "z", the axis of a C3D or TRC file that points up, where it isn't as usual.
-        asf: the skeleton of an AMC file, if not the one beside it.
+        fps: frame rate, if the file doesn't specify it (AMC never does) or is wrong.
+        unit: a name in `motionenv.mocap.units_axes.METRES` or metres per file unit, if the file doesn't specify it.
+        up: vertical axis of a C3D or TRC file, "x", "y" or "z", if it isn't the usual one.
+        asf: the skeleton of an AMC file, if not the one in the same folder.
 
     Returns:
         `Motion` of an NPZ file, `Markers` of every other: positions [m], z up, right-handed.
 
     Raises:
-        FormatError: another suffix, an option that the format has no use for, or a file that can't be read as what
-            its suffix says; names what is wrong where.
+        FormatError: another suffix, an option that the format doesn't support, or a malformed file; names the place.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _READERS:
-        raise FormatError(path, f"can't be read by its suffix {suffix!r}; there are readers for {', '.join(_READERS)}")
+        raise FormatError(path, f"has suffix {suffix!r}; supported are {', '.join(_READERS)}")
     reader, allowed = _READERS[suffix]
     given = {"fps": fps, "unit": unit, "up": up, "asf": asf}
     options = {key: value for key, value in given.items() if value is not None}

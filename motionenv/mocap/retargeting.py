@@ -1,30 +1,30 @@
-"""From captured points to the 25-DOF body: which points are which joint, the person's limbs, the pose over time."""
+"""Retarget captured points to the 25-DOF body: joint positions, limb lengths, poses."""
 
 import numpy as np
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
-from motionenv.mocap.jointcentres import has_markers, with_joint_centres
+from motionenv.mocap.joint_centres import has_markers, with_joint_centres
 from motionenv.mocap.names import SCHEMES, missing
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 
 def retarget(markers: Markers, *, scheme: str | None = None, skeleton: Skeleton | None = None) -> Motion:
-    """The motion of the 25-DOF body that follows captured joints or markers.
+    """Fit the 25-DOF body to captured joints or markers.
 
     Args:
-        markers: what a reader gave, (frames, points, 3) [m].
-        scheme: how the points are named: "cmu", "cmu-bvh", "mixamo", "bandai-namco", "plug-in-gait", or "markers"
-            for our own 15. None takes the one whose names are all there.
-        skeleton: the body to use; None measures this person's own limbs.
+        markers: captured points (frames, points, 3) [m].
+        scheme: naming scheme of the points: "cmu", "cmu-bvh", "mixamo", "bandai-namco", "plug-in-gait", or "markers"
+            for our own 15. None selects the first one whose points are all present.
+        skeleton: the body to use; None measures the person's limbs.
 
     Returns:
-        A motion in the world of the capture; gaps stay gaps (NaN).
+        A motion in the world of the capture; gaps remain gaps (NaN).
 
     Raises:
-        MotionError: an unknown scheme, or points that it needs are missing (named).
-        GapError: a needed point is never seen.
+        MotionError: an unknown scheme, or required points are missing (named).
+        GapError: a required point is never seen.
     """
     nodes, head_side = to_nodes(markers, scheme=scheme)
     if skeleton is None:
@@ -33,31 +33,31 @@ def retarget(markers: Markers, *, scheme: str | None = None, skeleton: Skeleton 
 
 
 def to_markers(markers: Markers, *, scheme: str | None = None) -> Markers:
-    """The 15 markers of paper B, (frames, 15, 3) [m], made from captured points by their names.
+    """The 15 markers of paper B, (frames, 15, 3) [m], from captured points by their names.
 
     Args:
-        markers: what a reader gave.
-        scheme: how the points are named; see `retarget`.
+        markers: captured points.
+        scheme: naming scheme of the points; see `retarget`.
 
     Raises:
-        MotionError: an unknown scheme, or points that it needs are missing (named).
+        MotionError: an unknown scheme, or required points are missing (named).
     """
     nodes, _ = to_nodes(markers, scheme=scheme)
     return Markers(MARKERS, nodes[:, : len(MARKERS)], markers.fps, name=markers.name)
 
 
 def to_nodes(markers: Markers, *, scheme: str | None = None) -> tuple[np.ndarray, np.ndarray | None]:
-    """The body's nodes (frames, 16, 3) [m] and the direction to the left of the head (frames, 3), or None.
+    """The body's nodes (frames, 16, 3) [m], and the direction to the left of the head (frames, 3) or None.
 
     Args:
-        markers: what a reader gave.
-        scheme: how the points are named; see `retarget`.
+        markers: captured points.
+        scheme: naming scheme of the points; see `retarget`.
 
     Raises:
-        MotionError: an unknown scheme, or points that it needs are missing (named).
+        MotionError: an unknown scheme, or required points are missing (named).
     """
     if markers.positions.ndim != 3:
-        raise MotionError(f"retarget one sequence at a time: (frames, points, 3), got {markers.positions.shape}")
+        raise MotionError(f"markers must be one sequence (frames, points, 3), got {markers.positions.shape}")
     markers = _plain_names(markers)
     if has_markers(markers.names):
         markers = with_joint_centres(markers)
@@ -68,7 +68,7 @@ def to_nodes(markers: Markers, *, scheme: str | None = None) -> tuple[np.ndarray
 
 
 def _plain_names(markers: Markers) -> Markers:
-    """The same points with a rig's prefix ("mixamorig:") taken off their names."""
+    """The same points without a rig's prefix ("mixamorig:")."""
     names = tuple(n.rpartition(":")[2] for n in markers.names)
     return Markers(names, markers.positions, markers.fps, markers.parents, markers.rotations, markers.name)
 
@@ -77,7 +77,7 @@ def _checked_scheme(scheme: str | None, names: tuple[str, ...]) -> str:
     """`scheme`, or the first one whose points are all among `names`.
 
     Raises:
-        MotionError: no such scheme, or points that it needs are missing.
+        MotionError: no such scheme, or required points are missing.
     """
     if scheme is None:
         scheme = min(SCHEMES, key=lambda s: len(missing(s, names)))
@@ -87,7 +87,7 @@ def _checked_scheme(scheme: str | None, names: tuple[str, ...]) -> str:
     if lacking:
         raise MotionError(
             f"the nearest naming scheme, {scheme!r}, needs the points {', '.join(lacking)}; the file has "
-            f"{', '.join(names)}. Rename them with motionenv.Markers, or leave this file out"
+            f"{', '.join(names)}. Rename them with motionenv.Markers, or omit this file"
         )
     return scheme
 
@@ -100,8 +100,8 @@ def _weighted(markers: Markers, weights: dict[str, float]) -> np.ndarray:
 def _head_side(markers: Markers, nodes: np.ndarray, head: str | None) -> np.ndarray | None:
     """Direction to the left of the head in the world (frames, 3).
 
-    From the four head markers, or from the captured rotation of the head bone: which of its directions is left
-    follows from the whole trial, in which a person on average looks where the shoulders point.
+    From the four head markers, or from the captured rotation of the head bone, whose lateral axis is identified over
+    the whole trial: on average a person looks where the shoulders point.
     """
     if head is None:
         at = {n: markers.positions[:, markers.index(n)] for n in ("LFHD", "LBHD", "RFHD", "RBHD")}

@@ -1,7 +1,7 @@
-"""Public motion capture that can be fetched by name: what it is, under which licence, and fetching it safely.
+"""Public motion capture that can be downloaded by name: description, licence, and safe download.
 
-`sources.json` holds, for every file, where it is, its size and its SHA-256. The URLs name immutable content (a
-commit, or a git blob by its hash), so that they mean the same bytes for ever.
+`sources.json` holds the URL, size and SHA-256 of every file. The URLs refer to immutable content (a commit, or a git
+blob by its hash).
 """
 
 import json
@@ -15,14 +15,14 @@ from motionenv.errors import MotionError
 
 __all__ = ["Source", "SourceFile", "download", "find_source", "list_sources"]
 
-_RETRIES = 2  # a second chance each for a dropped connection and for the proxy behind it
-_SECONDS = 60  # without a byte from the server
-_RAW = {"Accept": "application/vnd.github.raw+json, */*"}  # the blob API sends JSON unless asked for the file itself
+_RETRIES = 2  # retries, for dropped connections and failing proxies
+_SECONDS = 60  # time-out without data from the server
+_RAW = {"Accept": "application/vnd.github.raw+json, */*"}  # by default the blob API sends JSON
 
 
 @dataclass(frozen=True)
 class SourceFile:
-    """One file of a source: `path` below the folder it is fetched into, `url`, `sha256` (hex), size in `bytes`."""
+    """One file of a source: `path` relative to the download folder, `url`, `sha256` (hex), size in `bytes`."""
 
     path: str
     url: str
@@ -32,7 +32,7 @@ class SourceFile:
 
 @dataclass(frozen=True)
 class Source:
-    """Files under one `name`: `title`, `home` page, `licence` in a sentence, `acknowledgement` to print, `files`."""
+    """Files under a `name`: `title`, `home` page, `licence` in a sentence, `acknowledgement` to print, `files`."""
 
     name: str
     title: str
@@ -43,11 +43,11 @@ class Source:
 
     @property
     def bytes(self) -> int:
-        """Size of all files together."""
+        """Total size of the files."""
         return sum(file.bytes for file in self.files)
 
     def __str__(self) -> str:
-        """What a user should read before fetching it: contents, size, licence, acknowledgement."""
+        """Summary to read before downloading: contents, size, licence, acknowledgement."""
         return (
             f"{self.name}: {self.title}\n"
             f"  size             {len(self.files)} files, {self.bytes / 1e6:.1f} MB\n"
@@ -59,7 +59,7 @@ class Source:
 
 @cache
 def list_sources() -> tuple[Source, ...]:
-    """Every source that `download` knows, by name. `str(source)` tells contents, size and licence."""
+    """Every source that `download` knows. `str(source)` describes contents, size and licence."""
     text = files("motionenv.mocap").joinpath("sources.json").read_text(encoding="utf-8")
     return tuple(
         Source(name, **{**entry, "files": tuple(SourceFile(path, **file) for path, file in entry["files"].items())})
@@ -68,14 +68,14 @@ def list_sources() -> tuple[Source, ...]:
 
 
 def find_source(name: str) -> Source:
-    """The source called `name`.
+    """The source named `name`.
 
     Raises:
-        MotionError: there is none; lists those that are.
+        MotionError: there is none; lists the available ones.
     """
     named = {source.name: source for source in list_sources()}
     if name not in named:
-        raise MotionError(f"no motion-capture source is called {name!r}; there are: {', '.join(named)}")
+        raise MotionError(f"there is no motion-capture source {name!r}; available are {', '.join(named)}")
     return named[name]
 
 
@@ -106,11 +106,11 @@ def download(
 
 
 def _fetcher(source: Source, to: Path, base_url: str | None) -> Callable[[SourceFile], Path]:
-    """A function that fetches one file of `source` with pooch and turns what goes wrong into a MotionError."""
+    """A function that downloads one file of `source` with pooch and reports failures as MotionError."""
     import pooch
     import requests
 
-    pooch.get_logger().setLevel("WARNING")  # a line on stderr per file would break the caller's progress bar
+    pooch.get_logger().setLevel("WARNING")  # log lines on stderr would break the caller's progress bar
     registry = pooch.create(
         path=to,
         base_url=f"{base_url.rstrip('/')}/" if base_url else "",
@@ -121,22 +121,22 @@ def _fetcher(source: Source, to: Path, base_url: str | None) -> Callable[[Source
 
     def fetch(file: SourceFile) -> Path:
         url = registry.get_url(file.path)
-        again = f"nothing half-written was left; run the same download into {to} again to go on from here"
+        again = f"no partial file was left; repeat the download into {to} to continue"
         try:
             return Path(registry.fetch(file.path, downloader=_stream))
         except requests.RequestException as error:
             raise MotionError(f"can't fetch {url}: {error}; {again}") from error
-        except ValueError as error:  # pooch's way to say that the SHA-256 differs
+        except ValueError as error:  # raised by pooch if the SHA-256 differs
             raise MotionError(f"{url} sent other bytes than expected: {error}; {again}") from error
         except OSError as error:
             problem = f"can't write {to / file.path}: {error.strerror}"
-            raise MotionError(f"{problem}; choose a folder that is writable and has room") from error
+            raise MotionError(f"{problem}; choose a writable folder with free space") from error
 
     return fetch
 
 
 def _stream(url: str, path: str, _pooch) -> None:
-    """Write what `url` sends to `path`. pooch's own downloader leaves the socket open when the server says no."""
+    """Write the content of `url` to `path`. pooch's own downloader doesn't close the socket after an HTTP error."""
     import requests
 
     with requests.get(url, headers=_RAW, timeout=_SECONDS, stream=True) as response, open(path, "wb") as out:

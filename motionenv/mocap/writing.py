@@ -1,20 +1,20 @@
-"""Motions into files: the writer is picked by the file's suffix."""
+"""Write motions to files; the suffix selects the writer."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 from motionenv.errors import MotionError
-from motionenv.mocap import bvh_writer, c3d_writer, csv_writer, glb, npz
+from motionenv.mocap.formats import bvh_writer, c3d_writer, csv_writer, glb, npz
 from motionenv.types import Motion
 
 _WRITERS = {".bvh": bvh_writer, ".c3d": c3d_writer, ".csv": csv_writer, ".glb": glb, ".npz": npz}
 
 
 def write(motion: Motion, path) -> None:
-    """Write a motion whole or not at all, in the format of the suffix.
+    """Write a motion atomically, in the format of the suffix.
 
     ==========  =====================================================================  ==========================
-    suffix      what it holds                                                          gaps (NaN)
+    suffix      content                                                                gaps (NaN)
     ==========  =====================================================================  ==========================
     .bvh        the skeleton and its joint angles [cm, degrees], for animation tools   refused
     .c3d        the 15 markers [mm], for gait analysis                                 residual -1
@@ -28,7 +28,7 @@ def write(motion: Motion, path) -> None:
         path: the file.
 
     Raises:
-        GapError: the motion has gaps and the format no sign for them.
+        GapError: the motion has gaps, which the format cannot represent.
         MotionError: another suffix, not one sequence, or the file can't be written.
     """
     _check_motion(motion)
@@ -37,16 +37,16 @@ def write(motion: Motion, path) -> None:
 
 
 def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
-    """The bytes of the file that `write` would write, in parts: one after the other is made as it is asked for.
+    """The bytes of the file that `write` would write, in parts that are made on demand.
 
-    BVH and CSV come a few hundred frames at a time, the others whole. NPZ is not compressed here, for speed.
+    BVH and CSV are encoded a few hundred frames at a time, the others in one part. NPZ is not compressed, for speed.
 
     Args:
         motion: (frames, 25) poses and their skeleton.
-        suffix: as of `write`, such as ".bvh".
+        suffix: as in `write`, such as ".bvh".
 
     Raises:
-        GapError: the motion has gaps and the format no sign for them.
+        GapError: the motion has gaps, which the format can't represent.
         MotionError: another suffix, or not one sequence.
     """
     _check_motion(motion)
@@ -56,19 +56,15 @@ def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
 
 def _check_motion(motion) -> None:
     if not isinstance(motion, Motion):
-        raise MotionError(
-            f"only a Motion can be written, got {type(motion).__name__}; retarget Markers to a body first"
-        )
+        raise MotionError(f"motion must be a Motion, got {type(motion).__name__}; retarget Markers to a body first")
 
 
 def check_suffix(path) -> None:
-    """Refuse, before any work, the name of a file that `write` can't write: `path` with another suffix.
+    """Reject paths with a suffix that `write` doesn't support, before any work.
 
     Raises:
-        MotionError: says which suffixes there are.
+        MotionError: another suffix; lists the supported ones.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
-        raise MotionError(
-            f"{path} can't be written by its suffix {suffix!r}; there are writers for {', '.join(_WRITERS)}"
-        )
+        raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(_WRITERS)}")

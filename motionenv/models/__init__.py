@@ -1,5 +1,23 @@
-"""Models of motion cycles: functional PCA (paper A), eigenwalkers (paper B), and how they are stored."""
+"""Gait models: functional PCA (paper A), eigenwalkers (paper B), the motion tree (paper C) and more."""
 
-from motionenv.models.store import card, load, names
+from motionenv.models.base import FixedModel, GaitModel
+from motionenv.models.registry import ModelFile, card, did_you_mean, gait_model, load, names, takes_long, version
+from motionenv.models.types import Components, Request, Target, Treadmill, Walker
 
-__all__ = ["card", "load", "names"]
+__all__ = [
+    "Components",
+    "FixedModel",
+    "GaitModel",
+    "ModelFile",
+    "Request",
+    "Target",
+    "Treadmill",
+    "Walker",
+    "card",
+    "did_you_mean",
+    "gait_model",
+    "load",
+    "names",
+    "takes_long",
+    "version",
+]

@@ -1,4 +1,4 @@
-"""From a folder of motion capture to the fitted models that ship: which walks, of whom, and the model card."""
+"""Fit the shipped models to a folder of motion capture: select straight walks, group them by person, write the card."""
 
 import hashlib
 from collections.abc import Callable
@@ -11,18 +11,24 @@ from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget, to_markers
 from motionenv.mocap.sources import find_source
-from motionenv.models.eigenwalkers import Eigenwalkers
-from motionenv.models.gait import STRAIGHT, gait_channels, straightness
-from motionenv.models.walkerprior import WalkerPrior
-from motionenv.models.walking import WalkingModel
+from motionenv.models.base import GaitModel
+from motionenv.models.eigenwalkers.model import Eigenwalkers
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
+from motionenv.models.registry import did_you_mean
+from motionenv.models.walking.model import WalkingModel
+from motionenv.models.walking.preprocessing import STRAIGHT, gait_channels, straightness
 from motionenv.types import MARKERS, Markers, Motion
 
 __all__ = ["MODELS", "Walks", "fit", "read_walks"]
 
-# CMU's subjects 12 and 37 are one person, 07 and 38 probably too: each pair counts as one.
+# CMU's subjects 12 and 37 are one person, and 07 and 38 probably are: each pair counts as one.
 _SAME_PERSON = {"37": "12", "38": "07"}
-#: Names under which `fit` fits models.
-MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior")
+#: Classes of the models that `fit` knows, by name.
+MODELS: dict[str, type[GaitModel]] = {
+    "walk/fpca": WalkingModel,
+    "walk/eigenwalkers": Eigenwalkers,
+    "walk/prior": WalkerPrior,
+}
 
 _CMU_CARD = {
     "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
@@ -31,9 +37,9 @@ _CMU_CARD = {
     "intended use": "{} of straight walking; few people, most trials of one of them",
 }
 _UNKNOWN_CARD = {
-    "data": "straight walks from files that motionenv doesn't know",
-    "data licence": "not stated: ask whoever the capture is from",
-    "model licence": "not stated: it depends on the capture's",
+    "data": "straight walks from files of unknown origin",
+    "data licence": "not stated: ask the source of the capture",
+    "model licence": "not stated: it depends on the licence of the capture",
     "intended use": "{} of straight walking",
 }
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
@@ -45,11 +51,11 @@ class Walks:
     """Captured straight walks.
 
     Attributes:
-        motions: retargeted, (frames, 25) each.
-        markers: their 15 markers.
-        subjects: the person's label of each.
-        left_out: reason by file, of what was not used.
-        cmu: whether all of it is known to be CMU's, file by file.
+        motions: the retargeted walks, each (frames, 25).
+        markers: the 15 markers of each walk.
+        subjects: the person's label of each walk.
+        left_out: files that were not used, and why.
+        cmu: whether every walk is a known CMU file.
     """
 
     motions: tuple[Motion, ...]
@@ -62,19 +68,19 @@ class Walks:
 def read_walks(
     folder, *, fps: float | None = None, unit: str | None = None, on_file: Callable[[str], None] = lambda name: None
 ) -> Walks:
-    """Every straight, periodic walk among the capture files below `folder`.
+    """Read every straight, periodic walk among the capture files below `folder`.
 
-    The person is the file's name up to the first "_", as CMU numbers its trials; of CMU's, known by their SHA-256,
-    numbers that are one person count as one.
+    A file's name up to the first "_" is the person's label, as in CMU's trials. CMU files are recognised by their
+    SHA-256; CMU's two numbers for one person count as one label.
 
     Args:
-        folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC.
-        fps: frames per second, where the files don't say (AMC never does; CMU's is 120).
-        unit: unit of length, where the files don't say.
+        folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
+        fps: frames per second, for files that don't state it (AMC never does; CMU's is 120).
+        unit: unit of length, for files that don't state it.
         on_file: called with each file's name before it is read.
 
     Raises:
-        MotionError: no such folder, no capture in it, or no straight walk among it.
+        MotionError: no such folder, or no capture or no straight walk in it.
     """
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
     if not paths:
@@ -98,53 +104,50 @@ def read_walks(
     return Walks(motions, shown, subjects, left_out, all(cmu))
 
 
-def fit(name: str, walks: Walks, command: str) -> WalkingModel | Eigenwalkers:
-    """Fit the model called `name` to captured walks, with its card.
+def fit(name: str, walks: Walks, command: str) -> GaitModel:
+    """Fit the model `name` to captured walks and write its card.
 
     Args:
-        name: one of `MODELS`.
+        name: a key of `MODELS`.
         walks: from `read_walks`.
-        command: the command line that does this, for the card.
+        command: the command line to record in the card.
 
     Raises:
-        MotionError: no model is fitted under that name.
+        MotionError: `name` isn't a key of `MODELS`.
     """
     check_name(name)
-    model: WalkingModel | Eigenwalkers
-    if name == "walk/fpca":
-        model = WalkingModel().fit(walks.motions, walks.subjects)
-    else:
-        model = (WalkerPrior() if name == "walk/prior" else Eigenwalkers()).fit_from_markers(
-            walks.markers, walks.subjects
-        )
+    model = MODELS[name]()
+    model.fit(getattr(walks, model.learns_from), walks.subjects)
     model.card_ = _card(name, walks, command)
     return model
 
 
 def check_name(name: str) -> None:
-    """Refuse the `name` of a model that `fit` doesn't know, before an hour of reading.
+    """Check that `fit` knows the model `name`, before an hour of reading files.
 
     Raises:
-        MotionError: it isn't one of `MODELS`.
+        MotionError: `name` isn't a key of `MODELS`.
     """
     if name not in MODELS:
-        raise MotionError(f"model must be tree, {', '.join(MODELS[:-1])} or {MODELS[-1]}, got {name!r}")
+        raise MotionError(
+            f"model must be one of tree, {', '.join(MODELS)}, got {name!r}" + did_you_mean(name, ("tree", *MODELS))
+        )
 
 
 def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers]:
     """One file as motion and markers.
 
     Raises:
-        MotionError: it can't be read or retargeted, turns, or has no period.
+        MotionError: the file can't be read or retargeted, or the walk isn't straight or has no period.
     """
     suffix = path.suffix.lower()
     capture = read(path, fps=None if suffix in {".c3d", ".npz"} else fps, unit=None if suffix == ".npz" else unit)
     motion = capture if isinstance(capture, Motion) else retarget(capture)
     if motion.poses.ndim != 2:
-        raise MotionError("holds several motions: save one to a file")
+        raise MotionError("holds several motions: save one per file")
     straight = straightness(motion)
     if straight < STRAIGHT:
-        raise MotionError(f"not straight: gets {straight:.0%} of its path's length ahead")
+        raise MotionError(f"not straight: net displacement is {straight:.0%} of the path's length")
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
     if isinstance(capture, Motion):
         return motion, Markers(MARKERS, markers_of(motion.poses, motion.skeleton), motion.fps, name=path.stem)
@@ -152,7 +155,7 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
 
 
 def _card(name: str, walks: Walks, command: str) -> dict:
-    """What people need to know of a fitted model (Mitchell et al. 2019)."""
+    """Model card of a fitted model (Mitchell et al. 2019)."""
     known = _CMU_CARD if walks.cmu else _UNKNOWN_CARD
     return {
         "model": name,

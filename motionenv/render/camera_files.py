@@ -1,4 +1,4 @@
-"""Calibrated cameras out of files: our own JSON, and the TOML of anipose and Pose2Sim."""
+"""Read calibrated cameras from files: our own JSON, and the TOML of anipose and Pose2Sim."""
 
 import json
 import tomllib
@@ -11,15 +11,15 @@ from motionenv.types import Camera
 
 
 def read_camera(path, name: str | None = None) -> Camera:
-    """A camera from a file.
+    """Read a camera from a file.
 
     - `.json`: an object with K (3 × 3), R (3 × 3), t (3) [m], width and height, as in `motionenv.types.Camera`.
-    - `.toml`: a table per camera with size, matrix, rotation (a rotation vector) and translation [m]. Distortions
-      are left out of account.
+    - `.toml`: a table per camera with size, matrix, rotation (a rotation vector) and translation [m]. Lens distortion
+      is ignored.
 
     Args:
         path: the file.
-        name: which of several cameras in TOML; its table's, or its `name` there.
+        name: which of several cameras in TOML: its table's name, or its `name` entry.
 
     Raises:
         FormatError: not such a file.
@@ -27,12 +27,12 @@ def read_camera(path, name: str | None = None) -> Camera:
     """
     path = Path(path)
     if path.suffix.lower() not in (".json", ".toml"):
-        raise FormatError(path, "isn't a camera: its name must end in .json or .toml")
+        raise FormatError(path, "isn't a camera file: the suffix must be .json or .toml")
     try:
         text = path.read_text(encoding="utf-8")
         found = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except (OSError, ValueError) as error:
-        raise FormatError(path, f"can't be read as a camera: {getattr(error, 'strerror', None) or error}") from error
+        raise FormatError(path, f"cannot be read as a camera: {getattr(error, 'strerror', None) or error}") from error
     if not isinstance(found, dict):
         raise FormatError(path, "must hold an object with K, R, t, width and height")
     try:
@@ -44,25 +44,25 @@ def read_camera(path, name: str | None = None) -> Camera:
     except MotionError:
         raise
     except (TypeError, IndexError, ValueError) as error:
-        raise FormatError(path, f"isn't a camera: {error}") from error
+        raise FormatError(path, f"isn't a valid camera: {error}") from error
 
 
 def _chosen(path: Path, tables: dict, name: str | None) -> dict:
-    """The table of one camera."""
+    """The table of the selected camera."""
     cameras = {k: t for k, t in tables.items() if isinstance(t, dict) and "matrix" in t}
     if not cameras:
-        raise FormatError(path, "holds no camera: no table with a matrix")
+        raise FormatError(path, "has no camera: no table with a matrix")
     names = [n for k, t in cameras.items() for n in (k, t.get("name")) if n]
     if name is None and len(cameras) > 1:
-        raise MotionError(f"{path} holds {len(cameras)} cameras; say which: {', '.join(cameras)}")
+        raise MotionError(f"{path} has {len(cameras)} cameras; select one by name: {', '.join(cameras)}")
     for key, table in cameras.items():
         if name is None or name in (key, table.get("name")):
             return table
-    raise MotionError(f"{path} holds no camera {name!r}; there are: {', '.join(dict.fromkeys(names))}")
+    raise MotionError(f"{path} has no camera {name!r}; it has {', '.join(dict.fromkeys(names))}")
 
 
 def _of_table(table: dict) -> Camera:
-    """A camera of TOML's table."""
+    """The camera of a TOML table."""
     from scipy.spatial.transform import Rotation
 
     width, height = (int(n) for n in table["size"])

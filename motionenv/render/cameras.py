@@ -1,7 +1,7 @@
-r"""Where the picture is taken from: builders of `types.Camera`, and paper B's orthographic views.
+r"""Camera placement: builders of `types.Camera`, and paper B's orthographic views.
 
 World: x forward (the direction of walking), y left, z up. Cameras follow OpenCV: x right, y down, z into the
-scene, pixel centres at whole numbers. The view angle α is paper B's (Zhang & Troje 2006, appendix B): the
+scene, pixel centres at whole numbers. The view angle α is paper B's (Zhang & Troje 2007, appendix B): the
 picture's horizontal axis is cos α·x + sin α·y, and the vertical one is z. From above:
 
                  y (left)                       α = +90°: from the front; the walker's left is right
@@ -25,25 +25,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.validation import checked_number
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Camera, Motion, frozen
 
-_NEAREST = 0.1  # metres that `fit` keeps between the camera and the nearest point
+_NEAREST = 0.1  # [m] least distance between the camera of `fit_view` and the nearest point
 
 
 def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: float = 40.0, up=(0, 0, 1)) -> Camera:
-    """A camera at `eye` that has `target` in the middle of its picture.
+    """A camera at `eye` with `target` in the centre of its image.
 
     Args:
-        eye: (3,) [m] where the camera stands.
+        eye: (3,) [m] camera position.
         target: (3,) [m] the point it looks at.
-        width: picture width [pixels].
-        height: picture height [pixels].
-        fov_degrees: vertical field of view [degrees], over the whole picture from edge to edge.
-        up: (3,) direction that points up in the picture.
+        width: image width [pixels].
+        height: image height [pixels].
+        fov_degrees: vertical field of view [degrees], from edge to edge of the image.
+        up: (3,) direction that points up in the image.
 
     Raises:
-        MotionError: eye and target coincide, or the camera would look along `up`, or the field of view isn't
+        MotionError: eye and target coincide, the viewing direction is parallel to `up`, or the field of view isn't
             between 0 and 180 degrees.
     """
     eye, target, up = (frozen(v, (3,), n) for v, n in ((eye, "eye"), (target, "target"), (up, "up")))
@@ -51,8 +52,8 @@ def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: fl
     right = np.cross(forward, up)
     if not np.linalg.norm(right) > 1e-9 * np.linalg.norm(forward) * np.linalg.norm(up):
         raise MotionError(
-            f"can't look from {eye.tolist()} at {target.tolist()} with {up.tolist()} up: the points must differ, "
-            "and the line between them must not run along `up`; move one, or give another `up`"
+            f"eye {eye.tolist()} and target {target.tolist()} must differ, and their connection must not be parallel "
+            f"to up {up.tolist()}"
         )
     forward = forward / np.linalg.norm(forward)
     right = right / np.linalg.norm(right)
@@ -76,16 +77,15 @@ def view(
         alpha: view angle [rad]; see the figure in the module's docstring.
         distance: horizontal distance from the camera to the target [m].
         eye_height: height of the camera above the ground [m].
-        target: (3,) [m] point in the middle of the picture.
-        width: picture width [pixels].
-        height: picture height [pixels].
+        target: (3,) [m] point in the centre of the image.
+        width: image width [pixels].
+        height: image height [pixels].
         fov_degrees: vertical field of view [degrees].
 
     Raises:
-        MotionError: as `look_at`, or `distance` isn't above 0.
+        MotionError: as in `look_at`, or `distance` isn't above 0.
     """
-    if not 0 < distance < math.inf:
-        raise MotionError(f"distance must be a number of metres above 0, got {distance!r}")
+    checked_number(distance, "distance", above=0, unit="metres")
     target = frozen(target, (3,), "target")
     eye = (target[0] + distance * math.sin(alpha), target[1] - distance * math.cos(alpha), eye_height)
     return look_at(eye, target, width=width, height=height, fov_degrees=fov_degrees)
@@ -101,29 +101,28 @@ def fit_view(
     fov_degrees: float = 40.0,
     elevation: float = 0.0,
 ) -> Camera:
-    """The nearest fixed camera at view angle `alpha` that has all of `points` in its picture: the whole walk.
+    """The nearest static camera at view angle `alpha` that has all `points`, such as a whole walk, in its image.
 
     Args:
-        points: (..., 3) [m], such as all markers of a motion; NaN points are left out.
+        points: (..., 3) [m], such as all markers of a motion; NaN points are ignored.
         alpha: view angle [rad]; see the figure in the module's docstring.
-        width: picture width [pixels].
-        height: picture height [pixels].
-        margin: share of the picture left free at each of its edges, from 0 to below 0.5.
+        width: image width [pixels].
+        height: image height [pixels].
+        margin: fraction of the image left free at each edge, from 0 to below 0.5.
         fov_degrees: vertical field of view [degrees].
         elevation: angle [rad] by which the camera looks down on the walker, within ±π/2; 0 is level.
 
     Raises:
-        MotionError: a margin or an elevation out of its range.
-        GapError: no point is known.
+        MotionError: a margin or an elevation out of range.
+        GapError: all points are NaN.
     """
-    if not 0 <= margin < 0.5:
-        raise MotionError(f"margin must be a share of the picture from 0 to below 0.5, got {margin!r}")
+    checked_number(margin, "margin", 0, below=0.5)
     if not abs(elevation) < math.pi / 2:
-        raise MotionError(f"elevation must lie within ±π/2 rad, got {elevation!r}")
+        raise MotionError(f"elevation must be within ±π/2 rad, got {elevation!r}")
     points = frozen(points, (..., 3), "points").reshape(-1, 3)
     points = points[np.isfinite(points).all(-1)]
     if not len(points):
-        raise GapError("no point is known: there is nothing to fit into the picture")
+        raise GapError("points must hold at least one point without NaN")
     right = np.array([math.cos(alpha), math.sin(alpha), 0.0])
     level = math.cos(elevation)
     forward = np.array([-math.sin(alpha) * level, math.cos(alpha) * level, -math.sin(elevation)])
@@ -141,32 +140,31 @@ def fit_view(
 
 
 def follow(path, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, ...]:
-    """One camera per frame that travels beside a walker without swaying with each step.
+    """One camera per frame that moves beside a walker without the sway of steps.
 
-    `camera` is placed for a walker who stands at the world's origin; each frame's camera is that one, shifted
-    horizontally by the smoothed path. It never turns or bobs. The path's straight line at constant velocity
-    (least squares) is kept exactly, and only what departs from it goes through a Gaussian low-pass.
+    `camera` is placed for a walker at the world's origin; each frame's camera is that one, shifted horizontally by the
+    smoothed path. It never turns or bobs. The path's least-squares line at constant velocity is kept exactly; only the
+    deviation from it is low-pass filtered (Gaussian).
 
     Args:
-        path: the walker's `Motion`, or its root positions (frames, 3) [m]; gaps (NaN) are bridged.
+        path: the walker's `Motion`, or root positions (frames, 3) [m]; gaps (NaN) are interpolated.
         camera: the view of a walker at the origin, such as `view(alpha)`.
-        smooth: standard deviation of the low-pass [frames]; infinite gives constant velocity, which suits straight
-            walks; about half a second suits turns.
+        smooth: standard deviation of the low-pass filter [frames]; infinite gives constant velocity, which suits
+            straight walks; about half a second suits turns.
 
     Raises:
-        MotionError: `path` is of another shape, or `smooth` isn't above 0.
-        GapError: the position is known in no frame.
+        MotionError: `path` has another shape, or `smooth` isn't above 0.
+        GapError: all positions are NaN.
     """
     from scipy.ndimage import gaussian_filter1d
 
-    if not smooth > 0:
-        raise MotionError(f"smooth must be a number of frames above 0, got {smooth!r}")
+    checked_number(smooth, "smooth", above=0, unit="frames")
     path = path.poses[..., :3] if isinstance(path, Motion) else path
     ground = frozen(path, (None, 3), "path")[:, :2]
     frames = np.arange(len(ground))
     known = np.isfinite(ground).all(-1)
     if not known.any():
-        raise GapError("the root's position is known in no frame: there is no one to follow")
+        raise GapError("path must hold at least one frame with a root position")
     design = np.stack([np.ones(len(frames)), frames - frames.mean()], -1)
     line = design @ np.linalg.lstsq(design[known], ground[known], rcond=None)[0]
     if math.isfinite(smooth):
@@ -180,14 +178,14 @@ def follow(path, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, .
 
 
 def orthographic(points, alpha) -> np.ndarray:
-    """Paper B's two-dimensional view of three-dimensional points (appendix B, eq. B.2).
+    """Paper B's orthographic projection of 3D points (appendix B, eq. B.2).
 
     Args:
         points: (..., 3) [m].
         alpha: view angle [rad], a number or an array that broadcasts against the leading axes of `points`.
 
     Returns:
-        (..., 2) [m]: cos α·x + sin α·y to the right, and z upwards (a picture's rows run the other way).
+        (..., 2) [m]: cos α·x + sin α·y to the right, and z upwards (image rows run the other way).
     """
     points = np.asarray(points, dtype=np.float64)
     across = np.cos(alpha) * points[..., 0] + np.sin(alpha) * points[..., 1]
@@ -196,13 +194,13 @@ def orthographic(points, alpha) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Orthographic:
-    """A picture without perspective, as paper B's experiments use: stands in for `Camera` where points are drawn.
+    """An orthographic view, as in paper B's experiments; used in place of `Camera` for drawing points.
 
     Attributes:
         alpha: view angle [rad]; see the figure in the module's docstring.
         scale: pixels per metre.
-        target: (3,) [m] point in the middle of the picture.
-        width, height: picture size [pixels].
+        target: (3,) [m] point in the centre of the image.
+        width, height: image size [pixels].
     """
 
     alpha: float
@@ -212,8 +210,7 @@ class Orthographic:
     height: int = 480
 
     def __post_init__(self):
-        if not 0 < self.scale < math.inf:
-            raise MotionError(f"Orthographic.scale must be a number of pixels per metre above 0, got {self.scale!r}")
+        checked_number(self.scale, "Orthographic.scale", above=0, unit="pixels per metre")
 
     def project(self, points) -> tuple[np.ndarray, np.ndarray]:
         """Pixel coordinates (..., 2) of world points (..., 3) [m], and depth (...) [m] behind the target's plane."""
@@ -224,14 +221,15 @@ class Orthographic:
 
 
 def project(points, camera: Camera | Orthographic | Sequence) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels (..., n, 2) and depth (..., n) [m] of points (..., n, 3) [m]; NaN where a point is behind the camera.
+    """Pixels (..., n, 2) and depth (..., n) [m] of points (..., n, 3) [m]; NaN for points behind the camera.
 
     Args:
         points: (..., n, 3), or (..., frames, n, 3) with one camera per frame.
-        camera: one camera, or a sequence of one per frame (as `follow` gives).
+        camera: one camera, or a sequence of one per frame (as from `follow`).
 
     Raises:
-        MotionError: `points` is of another shape, or there isn't one camera per frame, or they differ in size.
+        MotionError: `points` has another shape, the number of cameras isn't that of frames, or they differ in image
+            size.
     """
     points = frozen(points, (..., None, 3), "points")
     if isinstance(camera, Camera | Orthographic):
@@ -240,22 +238,22 @@ def project(points, camera: Camera | Orthographic | Sequence) -> tuple[np.ndarra
         return np.where(hidden[..., None], np.nan, pixels), depth
     if points.ndim < 3 or len(camera) != points.shape[-3] or len({(c.width, c.height) for c in camera}) != 1:
         raise MotionError(
-            f"{len(camera)} cameras for points of shape {points.shape}: give one camera, or one per frame, all of "
-            "the same picture size"
+            f"camera must be one camera, or one per frame, all of the same image size; got {len(camera)} cameras for "
+            f"points of shape {points.shape}"
         )
     each = [project(points[..., i, :, :], c) for i, c in enumerate(camera)]
     return np.stack([e[0] for e in each], axis=-3), np.stack([e[1] for e in each], axis=-2)
 
 
 def picture_size(camera: Camera | Orthographic | Sequence) -> tuple[int, int]:
-    """Height and width [pixels] of the pictures of a camera, or of a sequence of them."""
+    """Height and width [pixels] of the images of a camera, or of a sequence of cameras."""
     one = camera if isinstance(camera, Camera | Orthographic) else camera[0]
     return one.height, one.width
 
 
 def _intrinsics(width: int, height: int, fov_degrees: float) -> np.ndarray:
-    """Square pixels and the principal point in the middle: K (3, 3) [pixels]."""
+    """Intrinsics K (3, 3) [pixels] with square pixels and the principal point in the image centre."""
     if not 0 < fov_degrees < 180:
-        raise MotionError(f"fov_degrees must lie between 0 and 180, got {fov_degrees!r}")
+        raise MotionError(f"fov_degrees must be between 0 and 180, got {fov_degrees!r}")
     f = height / 2 / math.tan(math.radians(fov_degrees) / 2)
     return np.array([[f, 0.0, (width - 1) / 2], [0.0, f, (height - 1) / 2], [0.0, 0.0, 1.0]])

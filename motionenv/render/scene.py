@@ -1,9 +1,10 @@
-"""What is drawn besides the body, and how the body looks: light, clothes, ground and sky. Both engines use it."""
+"""Scene description for both engines: light, clothes, ground and sky."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.validation import checked_number
 from motionenv.body.skeleton import CLOTHES, COLOURS
 from motionenv.errors import MotionError
 
@@ -15,16 +16,16 @@ class Scene:
     """Light, clothes, ground and sky. Colours are sRGB from 0 to 1, light is linear.
 
     Attributes:
-        key, fill: unit vectors from the world's origin towards the two lights, both infinitely far away.
+        key, fill: unit vectors from the world's origin towards the two directional lights.
         key_light, fill_light: their radiance (red, green, blue).
-        ambient: light from everywhere, as a share of a surface's colour.
+        ambient: ambient light, relative to a surface's colour.
         skin, shirt, trousers, shoes: colours of the body.
         tiles: the two colours of the checkered ground.
         tile: side of a tile [m].
         horizon, zenith: colours of the sky; the ground fades into `horizon`.
         fade: distance at which the ground is half faded [m].
-        ground: whether there is a ground at all; without one the sky goes down to straight below.
-        shadows: whether the body throws the key light's shadow on the ground.
+        ground: whether there is a ground; without one the sky extends to the nadir.
+        shadows: whether the body casts the key light's shadow on the ground.
         samples: rays per pixel and axis for RGB (1 to 4); depth and ids always come from pixel centres.
     """
 
@@ -50,13 +51,12 @@ class Scene:
         for name in ("key", "fill"):
             v = np.asarray(getattr(self, name), dtype=np.float64)
             if v.shape != (3,) or not np.isfinite(v).all() or not v[2] > 0.05 * np.linalg.norm(v):
-                raise MotionError(f"Scene.{name} must be a direction from above (z > 0), got {getattr(self, name)!r}")
+                raise MotionError(f"Scene.{name} must be a direction with z > 0, got {getattr(self, name)!r}")
             object.__setattr__(self, name, tuple(float(x) for x in v / np.linalg.norm(v)))
         if self.samples not in (1, 2, 3, 4):
-            raise MotionError(f"Scene.samples must be 1, 2, 3 or 4 rays per pixel and axis, got {self.samples!r}")
+            raise MotionError(f"Scene.samples must be 1, 2, 3 or 4, got {self.samples!r}")
         for name in ("tile", "fade"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise MotionError(f"Scene.{name} must be metres above 0, got {getattr(self, name)!r}")
+            checked_number(getattr(self, name), f"Scene.{name}", above=0, unit="metres")
 
     @property
     def limb_colours(self) -> np.ndarray:
@@ -70,5 +70,5 @@ class Scene:
 
 
 def linear(colour) -> np.ndarray:
-    """Linear light of colours encoded with gamma 2.2 (what pyrender's shader encodes with)."""
+    """Linear light from sRGB colours, with gamma 2.2 as in pyrender's shader."""
     return np.asarray(colour, dtype=np.float64) ** 2.2

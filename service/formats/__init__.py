@@ -1,10 +1,10 @@
-"""What a motion is sent as: picked by the request's Accept header (RFC 9110, section 12.5.1)."""
+"""Media types, and content negotiation by the Accept header (RFC 9110, section 12.5.1)."""
 
 from collections.abc import Iterable
 
 import mimeparse
 
-from service.problems import Problem
+from service.errors import Problem
 
 JSON = "application/json"
 NPY = "application/x-npy"
@@ -20,20 +20,20 @@ FILES = {
     "model/gltf-binary": ".glb",
     "application/x-c3d": ".c3d",
 }
-#: Suffixes of the formats that show it.
+#: Suffixes of videos and pictures.
 FILMS = {MP4: ".mp4", GIF: ".gif", "image/webp": ".webp", PNG: ".png"}
 MOTION = (JSON, NPY, *FILES, *FILMS)
 
 
 def negotiated(accept: str | None, offered: Iterable[str]) -> str:
-    """The media type to answer with: the first offered one where the client takes anything.
+    """The media type of the response; the first offered one if the client accepts anything.
 
     Args:
-        accept: the header, or None.
+        accept: value of the header, or None.
         offered: media types, the preferred one first.
 
     Raises:
-        Problem: 406, the client takes none of them.
+        Problem: 406, none is accepted.
     """
     offered = list(offered)
     if not accept or accept == "*/*":
@@ -45,5 +45,5 @@ def negotiated(accept: str | None, offered: Iterable[str]) -> str:
     except (mimeparse.MimeTypeParseException, ValueError):
         best = ""
     if not best:
-        raise Problem(406, f"none of what is accepted can be made: it can be {', '.join(offered)}")
+        raise Problem(406, f"Accept must allow one of {', '.join(offered)}")
     return best

@@ -1,4 +1,4 @@
-"""Motions as pictures: one of them, or a film."""
+"""Motions as videos and pictures."""
 
 import math
 import tempfile
@@ -11,23 +11,23 @@ import numpy as np
 
 import motionenv
 from motionenv.render import film, picture
-from motionenv.render.video import png
+from motionenv.render.video.encode import png
 from motionenv.types import Motion
 from service.formats import FILMS, MP4, PNG
 from service.schemas.synthesis import Picture
 
 
 def parts(motion: Motion, asked: Picture, media_type: str, gone: threading.Event) -> Iterator[bytes]:
-    """A motion as a video or as one picture of it; MP4 part by part while it is drawn, after each frame a part.
+    """Encode a motion as a video or one picture; MP4 yields a chunk after each frame.
 
     Args:
         motion: (frames, 25).
-        asked: how it is shown.
+        asked: camera and style.
         media_type: one of `service.formats.FILMS`.
-        gone: says that nobody waits for it any more.
+        gone: set when the client has disconnected.
 
     Raises:
-        EngineError: the engine can't run here.
+        EngineError: the engine isn't available.
     """
     how = arguments(asked)
     if media_type == PNG:
@@ -37,7 +37,7 @@ def parts(motion: Motion, asked: Picture, media_type: str, gone: threading.Event
     else:
         with tempfile.TemporaryDirectory(prefix="motionenv-") as folder:
             path = Path(folder) / f"film{FILMS[media_type]}"
-            motionenv.write_video(path, _while_wanted(film(motion, **how), gone), motion.fps)
+            motionenv.write_video(path, _until_disconnect(film(motion, **how), gone), motion.fps)
             yield path.read_bytes()
 
 
@@ -45,7 +45,7 @@ def arguments(asked: Picture) -> dict[str, Any]:
     """Arguments of `motionenv.film`.
 
     Args:
-        asked: how a motion is shown.
+        asked: camera and style.
     """
     return {
         "alpha": math.radians(asked.view), "elevation": math.radians(asked.elevation), "width": asked.width,
@@ -55,17 +55,17 @@ def arguments(asked: Picture) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class Unwanted(Exception):
-    """The client went while its film was being drawn."""
+class Disconnected(Exception):
+    """The client disconnected while its video was rendered."""
 
 
-def _while_wanted(frames: Iterable[np.ndarray], gone: threading.Event) -> Iterator[np.ndarray]:
-    """`frames`, as long as somebody waits for them.
+def _until_disconnect(frames: Iterable[np.ndarray], gone: threading.Event) -> Iterator[np.ndarray]:
+    """Pass `frames` on while the client is connected.
 
     Raises:
-        Unwanted: nobody does.
+        Disconnected: `gone` is set.
     """
     for frame in frames:
         if gone.is_set():
-            raise Unwanted
+            raise Disconnected
         yield frame

@@ -1,4 +1,4 @@
-"""Motions as bytes."""
+"""Motions as JSON, NPY and the file formats of `motionenv.write`."""
 
 import io
 from collections.abc import Iterator
@@ -7,20 +7,20 @@ import numpy as np
 
 from motionenv.mocap import encode
 from motionenv.types import POSE, Motion
-from service.encoding import dumps
 from service.formats import FILES, JSON, NPY
+from service.responses.json import dumps
 
-_TOGETHER = 1000  # frames made into JSON at a time
+_CHUNK = 1000  # frames encoded as JSON at a time
 
 
 def parts(motion: Motion, media_type: str, model: str, seed: int) -> Iterator[bytes]:
-    """A motion as any of the formats that hold all of it, long ones part by part.
+    """Encode a motion in a lossless format, long ones in chunks.
 
     Args:
         motion: (frames, 25).
         media_type: of `service.formats`.
         model: its name.
-        seed: that it was made with.
+        seed: of the motion.
     """
     if media_type == JSON:
         return _json(motion, model, seed)
@@ -30,18 +30,18 @@ def parts(motion: Motion, media_type: str, model: str, seed: int) -> Iterator[by
 
 
 def _json(motion: Motion, model: str, seed: int) -> Iterator[bytes]:
-    """`service.schemas.synthesis.MotionResponse` as JSON; what is missing is null."""
+    """`service.schemas.synthesis.MotionResponse` as JSON; missing values are null."""
     body, poses = motion.skeleton, motion.poses
     whole = dumps({
         "model": model, "height": body.height, "pose": POSE, "offsets": body.offsets, "radii": body.radii,
-        "seed": seed, "fps": motion.fps, "poses": poses[:_TOGETHER],
+        "seed": seed, "fps": motion.fps, "poses": poses[:_CHUNK],
     })  # fmt: skip
-    if len(poses) <= _TOGETHER:
+    if len(poses) <= _CHUNK:
         yield whole
         return
     yield whole[:-2]
-    for start in range(_TOGETHER, len(poses), _TOGETHER):
-        yield b"," + dumps(poses[start : start + _TOGETHER])[1:-1]
+    for start in range(_CHUNK, len(poses), _CHUNK):
+        yield b"," + dumps(poses[start : start + _CHUNK])[1:-1]
     yield b"]}"
 
 

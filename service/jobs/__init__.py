@@ -1,8 +1,8 @@
-"""Work that takes minutes, or reads files that nobody vouches for: each job in a process of its own.
+"""Jobs: long-running work, and reading of untrusted files, each in a separate process.
 
-    upload → blobs (content-addressed files) ┐
-    request → store (SQLite) → supervisor → process (limits, killable) → result as a blob, model in models/
+    upload → file_store (content-addressed files) ┐
+    request → store (SQLite) → supervisor → process (limits, killable) → result in file_store, model in models/
 
-All of it lies in one data folder. Whatever is killed in the middle, `store` knows what waits and what ran, and the next
-supervisor begins that again.
+Everything is in one data folder. After a crash, `store` knows the queued and running jobs, and the next supervisor
+restarts them.
 """

@@ -1,4 +1,4 @@
-"""What is known of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
+"""Database of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
 
 import json
 import sqlite3
@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 T = TypeVar("T")
-#: How often a job may be interrupted by the end of the service before it is given up.
+#: Attempts to run a job that is interrupted by the end of the service.
 ATTEMPTS = 5
 WAITING = ("queued", "running")
-_PATIENCE = 10.0  # [s] for other processes' transactions, which take milliseconds
+_TIMEOUT = 10.0  # [s] for other processes' transactions, which take milliseconds
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS jobs (
     number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE, kind TEXT NOT NULL, settings TEXT NOT NULL,
@@ -38,11 +38,11 @@ class Full(Exception):
 
 
 class Waiting(Exception):
-    """Too many jobs wait already."""
+    """Too many jobs are queued."""
 
 
 class Taken(Exception):
-    """Another job makes a model of that name."""
+    """Another job fits a model of that name."""
 
 
 @dataclass(frozen=True)
@@ -52,17 +52,17 @@ class Job:
     Attributes:
         id: unguessable.
         kind: "fit", "inspect", "convert" or "render".
-        settings: what was asked.
+        settings: of the request.
         model: name of the model that it fits, or None.
         media_type: of the result.
         filename: under which to save the result.
         created: Unix time [s].
         status: "queued", "running", "done", "failed" or "cancelled".
         progress: 0 to 1.
-        message: what it is doing.
-        attempts: how often it was begun.
+        message: current step.
+        attempts: number of starts.
         started, ended: Unix times [s].
-        error: status and detail, where it failed.
+        error: status and detail, if it failed.
         result: SHA-256 of the result.
         size: of the result [bytes].
     """
@@ -89,13 +89,13 @@ _COLUMNS = ", ".join(Job.__dataclass_fields__)
 
 
 class Store:
-    """Jobs on disk. Calls take well under a millisecond, and are made from one thread.
+    """Jobs on disk. Calls take well under a millisecond and are made from one thread.
 
-    A commit outlasts the end of any process, not that of the machine's power: that would cost a sync of the disk each.
+    Commits survive the end of any process but not a power failure, which would need a disk sync for each.
 
     Args:
         path: of the database.
-        make_room: frees some of a full disk, and says whether it did.
+        make_room: frees some space on a full disk and returns whether it did.
     """
 
     def __init__(self, path: Path, make_room: Callable[[], bool]):
@@ -103,7 +103,7 @@ class Store:
         self._db = self._urgent(lambda: _opened(path))
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the database."""
         self._db.close()
 
     def add(
@@ -113,18 +113,18 @@ class Store:
         """Queue a job.
 
         Args:
-            job: as it begins.
+            job: in its initial state.
             inputs: name and SHA-256 of its files.
-            most: jobs that may wait.
-            idempotency: what is unique to the request, or None.
-            place: puts the files where they belong; called while nothing is swept.
+            most: maximum number of queued jobs.
+            idempotency: unique id of the request, or None.
+            place: moves the files into the file store, within the transaction.
 
         Raises:
             Full: the disk is full.
-            Taken: a job that fits a model of that name waits or runs.
-            Waiting: `most` jobs wait already.
+            Taken: another job fits a model of that name.
+            Waiting: `most` jobs are queued.
         """
-        with _telling_full(), self._transaction():
+        with _full_disk_errors(), self._transaction():
             if self.count("queued") >= most:
                 raise Waiting
             if job.model and self._one("SELECT 1 FROM jobs WHERE model = ? AND status IN (?, ?)", job.model, *WAITING):
@@ -143,20 +143,20 @@ class Store:
         return self._job("WHERE id = ?", job)
 
     def same(self, idempotency: str) -> Job | None:
-        """The job of an earlier request of the same kind."""
+        """The job of an earlier request with the same id."""
         return self._job("WHERE idempotency = ?", idempotency)
 
     def inputs(self, job: str) -> list[tuple[str, str]]:
-        """Name and SHA-256 of a job's files, as they came."""
+        """Name and SHA-256 of a job's files, in order of upload."""
         return self._db.execute("SELECT name, sha FROM inputs WHERE job = ? ORDER BY rowid", (job,)).fetchall()
 
     def page(self, most: int, status: str | None = None, before: str | None = None) -> list[Job]:
-        """Jobs, the newest first.
+        """Jobs, newest first.
 
         Args:
-            most: how many.
-            status: only these.
-            before: id of a job; only those older than it.
+            most: maximum number.
+            status: only jobs with this status.
+            before: only jobs older than the one with this id.
         """
         query = (
             f"SELECT {_COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND "
@@ -165,15 +165,15 @@ class Store:
         return [_job(row) for row in self._db.execute(query, (status, before, most))]
 
     def count(self, status: str) -> int:
-        """How many jobs have a status."""
+        """Number of jobs with a status."""
         return self._one("SELECT count(*) FROM jobs WHERE status = ?", status)[0]
 
     def counts(self) -> dict[str, int]:
-        """How many jobs there are by status."""
+        """Number of jobs by status."""
         return dict(self._db.execute("SELECT status, count(*) FROM jobs GROUP BY status"))
 
     def claim(self) -> Job | None:
-        """The job that has waited longest, now running; None where none waits."""
+        """Mark the oldest queued job as running and return it; None if the queue is empty."""
         row = self._write(
             "UPDATE jobs SET status = 'running', attempts = attempts + 1, started = ?, progress = 0, "
             "message = 'starting' WHERE number = (SELECT min(number) FROM jobs WHERE status = 'queued') "
@@ -183,25 +183,25 @@ class Store:
         return _job(row[0]) if row else None
 
     def running(self) -> set[str]:
-        """Ids of the jobs that run, or should."""
+        """Ids of the running jobs."""
         return {row[0] for row in self._db.execute("SELECT id FROM jobs WHERE status = 'running'")}
 
     def progress(self, job: str, progress: float, message: str) -> None:
-        """Note how far a running job is; while the disk is full, nothing is noted."""
-        with _telling_full():
+        """Update the progress of a running job."""
+        with _full_disk_errors():
             self._db.execute(
                 "UPDATE jobs SET progress = ?, message = ? WHERE id = ? AND status = 'running'",
                 (progress, message, job),
             )
 
     def finish(self, job: Job, result: str, size: int, publish: Callable[[], None]) -> bool:
-        """A running job is done; False where it was cancelled meanwhile.
+        """Mark a running job as done; False if it was cancelled meanwhile.
 
         Args:
-            job: which.
+            job: the job.
             result: SHA-256 of its result.
             size: of its result [bytes].
-            publish: puts result and model where they belong.
+            publish: moves result and model into place, within the transaction.
 
         Raises:
             Full: the disk is full.
@@ -221,12 +221,12 @@ class Store:
         return self._urgent(work)
 
     def end(self, job: str, status: str, message: str, error: dict[str, Any] | None = None) -> bool:
-        """A job that waits or runs has failed or is cancelled; False where it had ended before.
+        """Mark a queued or running job as failed or cancelled; False if it had ended before.
 
         Args:
             job: its id.
             status: "failed" or "cancelled".
-            message: what to tell.
+            message: for the client.
             error: status and detail of the failure.
         """
         query = (
@@ -236,7 +236,7 @@ class Store:
         return bool(self._write(query, status, message, error and json.dumps(error), time.time(), job, *WAITING))
 
     def put_back(self, job: str, *, begun: bool = False) -> None:
-        """A running job waits again.
+        """Queue a running job again.
 
         Args:
             job: its id.
@@ -250,8 +250,8 @@ class Store:
         )
 
     def recover(self) -> list[str]:
-        """What ran when the last supervisor was killed waits again, or is given up; ids of both."""
-        error = {"status": 500, "detail": f"the service ended {ATTEMPTS} times while this ran: ask again"}
+        """Queue jobs again that ran when the last supervisor was killed, or give them up; returns the ids of both."""
+        error = {"status": 500, "detail": f"the service ended {ATTEMPTS} times while this job ran: submit it again"}
         given_up = self._write(
             "UPDATE jobs SET status = 'failed', message = ?, error = ?, ended = ? "
             "WHERE status = 'running' AND attempts >= ? RETURNING id",
@@ -263,27 +263,27 @@ class Store:
         return [row[0] for row in [*given_up, *again]]
 
     def remove(self, job: str) -> bool:
-        """Forget a job that has ended; False where there is none."""
+        """Remove a job that has ended; False if there is none."""
         return bool(self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING))
 
     def expire(self, before: float) -> int:
-        """Forget the jobs that ended before a Unix time [s]; how many."""
+        """Remove the jobs that ended before a Unix time [s]; returns their number."""
         return len(self._write("DELETE FROM jobs WHERE ended < ? RETURNING 1", before))
 
     def known(self, model: str) -> set[str]:
-        """SHA-256 of the files that a model may be."""
+        """SHA-256 of all files that were ever fitted as this model."""
         return {row[0] for row in self._db.execute("SELECT sha FROM models WHERE name = ?", (model,))}
 
     def know(self, model: str, sha: str) -> None:
-        """A model is about to be a file with this SHA-256."""
+        """Record the SHA-256 of a model's file before it is published."""
         self._write("INSERT OR IGNORE INTO models VALUES (?, ?)", model, sha)
 
     def forget(self, model: str) -> None:
-        """A model is no more."""
+        """Remove the record of a model."""
         self._write("DELETE FROM models WHERE name = ?", model)
 
     def sweep(self, shas: Iterable[str], remove: Callable[[str], None]) -> None:
-        """Remove files that no job refers to, while none can be added.
+        """Remove files that no job refers to, within a transaction.
 
         Args:
             shas: SHA-256 of the files.
@@ -308,27 +308,27 @@ class Store:
         return None if row is None else _job(row)
 
     def _write(self, query: str, *values: Any) -> list[Any]:
-        """One statement that must succeed even when the disk is full."""
+        """A statement that must succeed even on a full disk."""
         return self._urgent(lambda: self._db.execute(query, values).fetchall())
 
     def _urgent(self, work: Callable[[], T]) -> T:
-        """What `work()` returns; on a full disk, once more with some room.
+        """Return `work()`; on a full disk, try again after freeing some space.
 
         Raises:
-            Full: there is no room to make.
+            Full: no space can be freed.
         """
         try:
-            with _telling_full():
+            with _full_disk_errors():
                 return work()
         except Full:
             if not self._make_room():
                 raise
-        with _telling_full():
+        with _full_disk_errors():
             return work()
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        """All that the block writes, or nothing; nobody else writes meanwhile."""
+        """An immediate transaction."""
         self._db.execute("BEGIN IMMEDIATE")
         try:
             yield
@@ -340,19 +340,19 @@ class Store:
 
 
 def _opened(path: Path) -> sqlite3.Connection:
-    """A connection; whoever else opens a new database at the same time gets its turn."""
-    until = time.monotonic() + _PATIENCE
+    """Connect; retries while another process creates the database."""
+    until = time.monotonic() + _TIMEOUT
     while True:
         try:
             return _connected(path)
-        except sqlite3.OperationalError as error:  # the step to WAL doesn't wait by itself
+        except sqlite3.OperationalError as error:  # switching to WAL ignores the time-out
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > until:
                 raise
             time.sleep(0.05)
 
 
 def _connected(path: Path) -> sqlite3.Connection:
-    db = sqlite3.connect(path, timeout=_PATIENCE, isolation_level=None, check_same_thread=False)
+    db = sqlite3.connect(path, timeout=_TIMEOUT, isolation_level=None, check_same_thread=False)
     db.execute("PRAGMA journal_mode = WAL")
     db.execute("PRAGMA synchronous = NORMAL")
     db.execute("PRAGMA foreign_keys = ON")
@@ -368,8 +368,8 @@ def _job(row: tuple) -> Job:
 
 
 @contextmanager
-def _telling_full() -> Iterator[None]:
-    """Turn what SQLite says of a full disk into `Full`."""
+def _full_disk_errors() -> Iterator[None]:
+    """Convert SQLite's errors of a full disk to `Full`."""
     try:
         yield
     except sqlite3.OperationalError as error:

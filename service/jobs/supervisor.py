@@ -1,4 +1,4 @@
-"""Starts jobs, ends them, keeps what they made. One supervisor per data folder, whichever server process locks it."""
+"""Starts and ends jobs and stores their results: one supervisor per data folder, in the process that locks it."""
 
 import asyncio
 import contextlib
@@ -6,7 +6,6 @@ import fcntl
 import os
 import shutil
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import IO
@@ -14,17 +13,17 @@ from typing import IO
 import structlog
 
 from motionenv.models import names
-from service.catalogue import Catalogue
-from service.jobs.blobs import Blobs, sha256, telling_full
-from service.jobs.running import Failed, Interrupted, run
+from service.jobs.child_process import Failed, Interrupted, run
+from service.jobs.file_store import FileStore, full_disk_errors, sha256
 from service.jobs.store import ATTEMPTS, Full, Job, Store
 from service.metrics import Metrics
+from service.model_registry import ModelRegistry
 from service.settings import Settings
 
 _log = structlog.get_logger("motionenv.service")
-_LOOK = 0.25  # [s] between looks at what other server processes have queued or cancelled
-_LOCK = 1.0  # [s] between tries to become the supervisor
-_CLEAN = 60.0  # [s] between cleanings
+_POLL = 0.25  # [s] between checks for jobs queued or cancelled by other server processes
+_LOCK = 1.0  # [s] between attempts to become the supervisor
+_CLEAN = 60.0  # [s] between clean-ups
 _DAY = 86_400.0
 _STATUSES = ("queued", "running", "done", "failed", "cancelled")
 
@@ -34,15 +33,17 @@ class Supervisor:
 
     Args:
         settings: of the service.
-        store: what is known of the jobs.
-        blobs: their files.
-        catalogue: gets the models.
-        metrics: count the jobs.
+        store: database of the jobs.
+        file_store: their files.
+        model_registry: receives fitted models.
+        metrics: of the service.
     """
 
-    def __init__(self, settings: Settings, store: Store, blobs: Blobs, catalogue: Catalogue, metrics: Metrics):
-        self.settings, self.store, self.blobs = settings, store, blobs
-        self.catalogue, self.metrics = catalogue, metrics
+    def __init__(
+        self, settings: Settings, store: Store, file_store: FileStore, model_registry: ModelRegistry, metrics: Metrics
+    ):
+        self.settings, self.store, self.file_store = settings, store, file_store
+        self.model_registry, self.metrics = model_registry, metrics
         self._folder = settings.data / "work"
         self._tasks: dict[str, asyncio.Task] = {}
         self._wake = asyncio.Event()
@@ -50,15 +51,15 @@ class Supervisor:
         self._cleaned = 0.0
 
     def start(self) -> None:
-        """Begin, from an event loop."""
+        """Start, in an event loop."""
         self._main = asyncio.create_task(self._run())
 
     def wake(self) -> None:
-        """Something has changed: look at once."""
+        """Check for changes at once."""
         self._wake.set()
 
     async def stop(self) -> None:
-        """Stop; what runs is killed and waits again."""
+        """Stop; running jobs are killed and queued again."""
         self._main.cancel()
         running = list(self._tasks.items())
         for _, task in running:
@@ -70,7 +71,7 @@ class Supervisor:
             self._lock.close()
 
     async def _run(self) -> None:
-        """Look after jobs for ever; a defect, or a full disk, ends one look only."""
+        """Supervise jobs forever; an exception ends one iteration only."""
         while not self._locked():
             await asyncio.sleep(_LOCK)
         recovered = False
@@ -79,16 +80,16 @@ class Supervisor:
                 if not recovered:
                     await self._recover()
                     recovered = True
-                await self._look()
-            except Exception:  # noqa: BLE001 the next look must come, whatever this one met
-                _log.exception("jobs can't be looked after")
+                await self._update()
+            except Exception:  # noqa: BLE001 the supervisor must survive any error
+                _log.exception("supervising jobs failed")
                 await asyncio.sleep(_LOCK)
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._wake.wait(), _LOOK)
+                await asyncio.wait_for(self._wake.wait(), _POLL)
             self._wake.clear()
 
     def _locked(self) -> bool:
-        """Whether this process is the one that runs the data folder's jobs."""
+        """Whether this process holds the lock of the data folder."""
         if self._lock is None:
             lock = (self.settings.data / "jobs.lock").open("wb")
             try:
@@ -100,20 +101,20 @@ class Supervisor:
         return True
 
     async def _recover(self) -> None:
-        """Put in order what the last supervisor left."""
+        """Clean up after the last supervisor."""
         for job in self.store.recover():
             _log.warning("job was interrupted", job=job)
         await asyncio.to_thread(shutil.rmtree, self._folder, ignore_errors=True)
         self._folder.mkdir(exist_ok=True)
-        for path in sorted(self.catalogue.folder.glob("*.npz")):
+        for path in sorted(self.model_registry.folder.glob("*.npz")):
             name = f"fitted/{path.stem}"
             known = self.store.known(name)
             if known and await asyncio.to_thread(sha256, path) not in known:
                 _log.error("model is damaged and not served any more", model=name)
                 path.rename(path.with_suffix(".damaged"))
 
-    async def _look(self) -> None:
-        """Kill what was cancelled, begin what waits, clean up now and then."""
+    async def _update(self) -> None:
+        """Kill cancelled jobs, start queued ones, and clean up now and then."""
         wanted = self.store.running()
         for running, task in self._tasks.items():
             if running not in wanted:
@@ -127,35 +128,35 @@ class Supervisor:
         if time.monotonic() - self._cleaned > _CLEAN or not self._cleaned:
             self._cleaned = time.monotonic()
             self.store.expire(time.time() - self.settings.job_days * _DAY)
-            self.store.sweep(self.blobs.all(), self.blobs.remove)
-            await asyncio.to_thread(self.blobs.sweep_incoming)
-            await asyncio.to_thread(self.blobs.load_ballast)
+            self.store.sweep(self.file_store.all(), self.file_store.remove)
+            await asyncio.to_thread(self.file_store.sweep_incoming)
+            await asyncio.to_thread(self.file_store.load_ballast)
 
     def _ended(self, job: str, _: asyncio.Task) -> None:
         del self._tasks[job]
         self.wake()
 
     async def _one(self, job: Job) -> None:
-        """One job from its beginning to its end."""
+        """Run one job from start to end."""
         folder = self._folder / f"{job.id}-{job.attempts}"
         begun = time.monotonic()
         try:
             await self._done(job, folder)
             _log.info("job done", job=job.id, kind=job.kind, seconds=round(time.monotonic() - begun, 3))
         except Full:
-            self._fail(job, 507, "the service's disk is full: remove jobs or models, or ask whoever runs it")
+            self._fail(job, 507, "the service's disk is full: remove jobs or models, or contact its operator")
         except Interrupted:
-            self._again(job)
+            self._retry(job)
         except Failed as error:
             self._fail(job, error.status, error.detail)
-        except Exception:  # noqa: BLE001 whatever it is, the client is told and the log gets the rest
+        except Exception:  # noqa: BLE001 the client gets the status, the log the details
             _log.exception("job failed", job=job.id)
-            self._fail(job, 500, "this is a defect of the service: please report it")
+            self._fail(job, 500, "internal error: please report it")
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
-    def _again(self, job: Job) -> None:
-        """A job whose process was killed, as the system does when memory is short, waits again, or is given up."""
+    def _retry(self, job: Job) -> None:
+        """Queue a job again whose process was killed, as the system does when out of memory, or give it up."""
         _log.warning("job was interrupted", job=job.id)
         if job.attempts < ATTEMPTS:
             self.store.put_back(job.id, begun=True)
@@ -167,42 +168,41 @@ class Supervisor:
         self.store.end(job.id, "failed", detail, {"status": status, "detail": detail})
 
     async def _done(self, job: Job, folder: Path) -> None:
-        """Have the work done, and keep what it made.
+        """Run a job and store its result.
 
         Raises:
-            Failed: it couldn't be done.
-            Full: there is no room for it.
+            Failed: the job failed.
+            Full: the disk is full.
         """
-        with telling_full():
+        with full_disk_errors():
             (folder / "input").mkdir(parents=True)
         for name, sha in self.store.inputs(job.id):
-            os.link(self.blobs.path(sha), folder / "input" / name)
+            os.link(self.file_store.path(sha), folder / "input" / name)
         work = {"kind": job.kind, "settings": job.settings | self._model(job)}
-        told = partial(self.store.progress, job.id)
-        await run(work, folder, self.settings.job_seconds, self.settings.job_memory, partial(_tell, told))
+        report = partial(self._progress, job.id)
+        await run(work, folder, self.settings.job_seconds, self.settings.job_memory, report)
         result, model = folder / "result", folder / "model.npz"
         sha = await asyncio.to_thread(sha256, result)
         size = result.stat().st_size
-        self.blobs.check_room()
+        self.file_store.check_room()
         if job.model:
             self.store.know(job.model, await asyncio.to_thread(sha256, model))
 
         def publish() -> None:
             if result.exists():
-                self.blobs.place(result, sha)
+                self.file_store.place(result, sha)
             if job.model and model.exists():
-                os.replace(model, self.catalogue.path(job.model))
+                os.replace(model, self.model_registry.path(job.model))
 
         self.store.finish(job, sha, size, publish)
 
     def _model(self, job: Job) -> dict[str, str]:
-        """The model that a job uses, as `motionenv.load` takes it."""
+        """The model of a job, as an argument for `motionenv.load`."""
         if job.kind != "render":
             return {}
         name = job.settings["request"]["model"]
-        return {"model": name if name in names() else str(self.catalogue.path(name))}
+        return {"model": name if name in names() else str(self.model_registry.path(name))}
 
-
-def _tell(told: Callable[[float, str], None], share: float, message: str) -> None:
-    with contextlib.suppress(Full):  # progress is worth no disk
-        told(share, message)
+    def _progress(self, job: str, share: float, message: str) -> None:
+        with contextlib.suppress(Full):  # not worth failing for
+            self.store.progress(job, share, message)

@@ -1,6 +1,6 @@
-"""Files and fields of a multipart request, straight to disk: memory holds a megabyte of them at most.
+"""Multipart uploads, streamed to disk through at most a megabyte of memory.
 
-A file's own name is what people see and what says who walks ("07_01.amc"); a path is never made of it as it is.
+A file's name is shown to people and identifies the walker ("07_01.amc"); paths use a sanitised form of it.
 """
 
 import asyncio
@@ -16,8 +16,8 @@ from python_multipart.exceptions import MultipartParseError
 from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect
 
-from service.jobs.blobs import Blobs, Incoming
-from service.problems import Problem
+from service.errors import Problem
+from service.jobs.file_store import FileStore, Incoming
 
 #: Suffixes of capture, and of the skeletons that AMC files need.
 CAPTURE = (".amc", ".bvh", ".c3d", ".npz", ".trc")
@@ -31,12 +31,12 @@ _MAGIC = {".npz": (0, b"PK", "a ZIP archive"), ".c3d": (1, b"\x50", "the second 
 
 @dataclass(frozen=True)
 class Received:
-    """A file that has come.
+    """A received file.
 
     Attributes:
-        name: safe to be a file's name.
+        name: sanitised.
         sha: SHA-256.
-        file: where it is until it is placed.
+        file: its temporary file.
     """
 
     name: str
@@ -46,11 +46,11 @@ class Received:
 
 @dataclass
 class Upload:
-    """What a request brought.
+    """Fields and files of a request.
 
     Attributes:
         fields: values by name.
-        files: in the order of their coming.
+        files: in order of arrival.
     """
 
     fields: dict[str, str] = field(default_factory=dict)
@@ -58,23 +58,22 @@ class Upload:
 
 
 @asynccontextmanager
-async def received(request: Request, blobs: Blobs) -> AsyncIterator[Upload]:
+async def received(request: Request, file_store: FileStore) -> AsyncIterator[Upload]:
     """The fields and files of a multipart request; files that aren't placed within the block are removed.
 
     Args:
         request: whose body hasn't been read.
-        blobs: receives the files.
+        file_store: receives the files.
 
     Raises:
-        Problem: 400, no well-formed multipart body; 415, another kind of body; 422, a file of a kind that isn't read,
-            an empty one, or too many.
+        Problem: 400, malformed; 415, not multipart; 422, a file of an unknown format, an empty one, or too many.
         Full: the disk is full.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
     if kind != b"multipart/form-data":
         raise Problem(415, "the body must be multipart/form-data")
-    blobs.check_room(int(request.headers.get("content-length", "0")))
-    reader = _Reader(blobs, options.get(b"boundary", b""))
+    file_store.check_room(int(request.headers.get("content-length", "0")))
+    reader = _Reader(file_store, options.get(b"boundary", b""))
     try:
         yield await reader.read(request)
     finally:
@@ -82,16 +81,16 @@ async def received(request: Request, blobs: Blobs) -> AsyncIterator[Upload]:
 
 
 class _Reader:
-    """One body being read.
+    """Parser of one body.
 
     Args:
-        blobs: receives the files.
+        file_store: receives the files.
         boundary: between parts.
     """
 
-    def __init__(self, blobs: Blobs, boundary: bytes):
+    def __init__(self, file_store: FileStore, boundary: bytes):
         if not 0 < len(boundary) <= 70:  # RFC 2046, section 5.1.1
-            raise Problem(400, "the content type names no boundary of 1 to 70 characters")
+            raise Problem(400, "Content-Type needs a boundary of 1 to 70 characters")
         events = self.events = []  # type: list[tuple[str, bytes]]
         data = lambda kind: lambda all_, start, end: events.append((kind, all_[start:end]))
         plain = lambda kind: lambda: events.append((kind, b""))
@@ -100,34 +99,34 @@ class _Reader:
             "on_headers_finished": plain("begin"), "on_part_data": data("data"), "on_part_end": plain("end"),
             "on_end": plain("all"),
         })  # fmt: skip
-        self.blobs, self.upload, self.open = blobs, Upload(), []  # type: ignore[var-annotated]
+        self.file_store, self.upload, self.open = file_store, Upload(), []  # type: ignore[var-annotated]
         self.header, self.value, self.disposition = b"", b"", b""
         self.part: _File | _Field | None = None
         self.whole = False
 
     async def read(self, request: Request) -> Upload:
-        """All of it."""
+        """Read the whole body."""
         try:
             async for chunk in request.stream():
                 self.parser.write(chunk)
                 for kind, data in self.events:
                     await self._take(kind, data)
                 self.events.clear()
-        except MultipartParseError as error:
-            raise Problem(400, f"the body is no multipart/form-data: {error}") from None
+        except MultipartParseError:
+            raise Problem(400, "the body is not valid multipart/form-data") from None
         except ClientDisconnect:
-            raise Problem(400, "the client went away") from None
+            raise Problem(400, "the client disconnected") from None
         if not self.whole:
-            raise Problem(400, "the body ends before its last boundary")
+            raise Problem(400, "the body ends before its final boundary")
         return self.upload
 
     def discard(self) -> None:
-        """Remove what hasn't been placed."""
+        """Remove files that were not placed."""
         for file in self.open:
             file.discard()
 
     async def _take(self, kind: str, data: bytes) -> None:
-        """One event of the parser."""
+        """Handle an event of the parser."""
         if kind == "header":
             self.header += data
         elif kind == "value":
@@ -144,7 +143,7 @@ class _Reader:
             await (self.part.add(data) if kind == "data" else self.part.end(self.upload))
 
     def _begun(self) -> "_File | _Field":
-        """The part that begins after its headers."""
+        """The part whose headers have ended."""
         _, options = parse_options_header(self.disposition)
         self.disposition = b""
         name = options.get(b"name", b"").decode("utf-8", "replace")
@@ -152,46 +151,46 @@ class _Reader:
             if name != "files":
                 raise Problem(422, "files must come in the field 'files'", field="/files")
             if len(self.upload.files) >= _FILES:
-                raise Problem(422, f"{_FILES} files at most", field="/files", bound={"max_length": _FILES})
+                raise Problem(422, f"at most {_FILES} files are allowed", field="/files", bound={"max_length": _FILES})
             safe = safe_name(options.get(b"filename", b"").decode("utf-8", "replace"))
             if any(file.name.lower() == safe.lower() for file in self.upload.files):
-                raise Problem(422, f"two files are called {safe}: give each a name of its own", field="/files")
-            self.open.append(self.blobs.receive())
-            return _File(self.blobs, self.open[-1], safe)
+                raise Problem(422, f"two files are named {safe}: give each a different name", field="/files")
+            self.open.append(self.file_store.receive())
+            return _File(self.file_store, self.open[-1], safe)
         if len(self.upload.fields) >= _FIELDS or name in self.upload.fields:
-            raise Problem(422, f"each field once, and {_FIELDS} at most")
+            raise Problem(422, f"each field is allowed once, and at most {_FIELDS} fields")
         return _Field(name)
 
 
 class _Field:
-    """A field that is coming."""
+    """A field being received."""
 
     def __init__(self, name: str):
         self.name, self.value = name, b""
 
     async def add(self, data: bytes) -> None:
-        """More of it."""
+        """Append data."""
         self.value += data
         if len(self.value) > _FIELD_BYTES:
-            raise Problem(422, f"a field must be of {_FIELD_BYTES} bytes at most", bound={"max_length": _FIELD_BYTES})
+            raise Problem(422, f"a field must have at most {_FIELD_BYTES} bytes", bound={"max_length": _FIELD_BYTES})
 
     async def end(self, upload: Upload) -> None:
-        """That was all."""
+        """Complete the part."""
         try:
             upload.fields[self.name] = self.value.decode()
         except UnicodeDecodeError:
-            raise Problem(422, "fields must be text in UTF-8") from None
+            raise Problem(422, "fields must be UTF-8 text") from None
 
 
 class _File:
-    """A file that is coming."""
+    """A file being received."""
 
-    def __init__(self, blobs: Blobs, file: Incoming, name: str):
-        self.blobs, self.file, self.name = blobs, file, name
+    def __init__(self, file_store: FileStore, file: Incoming, name: str):
+        self.file_store, self.file, self.name = file_store, file, name
         self.buffer = bytearray()
 
     async def add(self, data: bytes) -> None:
-        """More of it."""
+        """Append data."""
         if not self.file.size and not self.buffer:
             self._begin(data)
         self.buffer += data
@@ -199,39 +198,39 @@ class _File:
             await self._flush()
 
     async def end(self, upload: Upload) -> None:
-        """That was all."""
+        """Complete the part."""
         await self._flush()
         if not self.file.size:
             raise Problem(422, f"{self.name} is empty", field="/files")
         upload.files.append(Received(self.name, await asyncio.to_thread(self.file.close), self.file))
 
     def _begin(self, data: bytes) -> None:
-        """Refuse at once what its first bytes give away."""
+        """Check the magic bytes of the format."""
         place, magic, what = _MAGIC.get(self.name[-4:], (0, b"", ""))
         if len(data) > place and not data.startswith(magic, place):
-            raise Problem(422, f"{self.name} isn't what its suffix says: such a file has {what}", field="/files")
+            raise Problem(422, f"{self.name} doesn't match its suffix: such a file has {what}", field="/files")
 
     async def _flush(self) -> None:
-        self.blobs.check_room(len(self.buffer))
+        self.file_store.check_room(len(self.buffer))
         await asyncio.to_thread(self.file.write, bytes(self.buffer))
         self.buffer.clear()
 
 
 def safe_name(name: str) -> str:
-    """A plain file name for an upload called `name`: letters, digits, _ and -, and a suffix that is read.
+    """A sanitised file name: letters, digits, _ and -, and a known suffix.
 
     Args:
-        name: as the client says it.
+        name: from the client.
 
     Raises:
-        Problem: 422, a suffix that isn't read.
+        Problem: 422, unknown suffix.
     """
     base = re.split(r"[\\/]", name)[-1]
     stem, dot, suffix = base.rpartition(".")
     suffix = (dot + suffix).lower()
     if suffix not in SUFFIXES:
         raise Problem(
-            422, f"each file needs a name that ends in {', '.join(SUFFIXES)}", field="/files",
+            422, f"file names must end in one of {', '.join(SUFFIXES)}", field="/files",
             bound={"expected": " ".join(SUFFIXES)},
         )  # fmt: skip
     plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
@@ -243,12 +242,12 @@ def as_fields(schema: dict[str, Any], few: bool) -> dict[str, Any]:
 
     Args:
         schema: of its fields.
-        few: whether one capture file is all.
+        few: whether only one capture file is allowed.
     """
     files = {
         "type": "array", "minItems": 1, "maxItems": 2 if few else _FILES,
         "items": {"type": "string", "format": "binary"},
-        "description": f"Files called *{', *'.join(SUFFIXES)}; AMC files with the ASF file of their skeleton.",
+        "description": f"Files named *{', *'.join(SUFFIXES)}; AMC files need the ASF file of their skeleton.",
     }  # fmt: skip
     whole = {**schema, "properties": {**schema.get("properties", {}), "files": files}}
     whole["required"] = [*schema.get("required", []), "files"]

@@ -1,6 +1,7 @@
-"""`/docs`: the OpenAPI as a page without scripts, which works offline; FastAPI's own runs a stranger's from a CDN.
+"""`/docs`: the OpenAPI document as a page without scripts.
 
-Such a script could ask anything in the name of whoever's browser holds the key.
+FastAPI's own page runs scripts from a CDN: it doesn't work offline, and such a script could use the API with the key
+that the browser remembers.
 """
 
 import re
@@ -29,16 +30,16 @@ h2 { border-top: 2px solid #8884; padding-top: 1rem }
 
 @router.get("/docs")
 async def docs(request: Request) -> Response:
-    """Everything that can be asked, with bounds and examples."""
+    """The API reference: all operations and schemas."""
     told = request.app.openapi()
-    body = "".join([*_paths(told), "<h2>What is sent and answered</h2>", *_schemas(told)])
-    head = f"<!doctype html><html lang=en><meta charset=utf-8><title>motionenv over HTTP</title><style>{_STYLE}</style>"
-    first = "<meta name=viewport content='width=device-width'><h1>motionenv over HTTP</h1><p>For programs: "
+    body = "".join([*_paths(told), "<h2>Schemas</h2>", *_schemas(told)])
+    head = f"<!doctype html><html lang=en><meta charset=utf-8><title>motionenv HTTP API</title><style>{_STYLE}</style>"
+    first = "<meta name=viewport content='width=device-width'><h1>motionenv HTTP API</h1><p>Machine-readable: "
     return HTMLResponse(f"{head}{first}<a href='openapi.json'>openapi.json</a>.</p>{body}", headers=_HEADERS)
 
 
 def _paths(told: dict[str, Any]) -> Iterator[str]:
-    """Each operation: what it takes, and what it may answer."""
+    """Each operation with its parameters, bodies and responses."""
     for path, operations in told["paths"].items():
         for method, operation in operations.items():
             yield f"<h2><code>{method.upper()} {escape(path)}</code></h2><p><b>{escape(operation['summary'])}.</b> "
@@ -46,7 +47,7 @@ def _paths(told: dict[str, Any]) -> Iterator[str]:
             parameters = {p["name"]: {**p["schema"], **p} for p in operation.get("parameters", ())}
             yield from _table(parameters)
             for kind, body in operation.get("requestBody", {}).get("content", {}).items():
-                yield f"<p>Takes <code>{escape(kind)}</code>: {_type(body.get('schema', {}))}</p>"
+                yield f"<p>Request body <code>{escape(kind)}</code>: {_type(body.get('schema', {}))}</p>"
                 yield from _table(body.get("schema", {}).get("properties", {}))
             refusals = [status for status in operation["responses"] if status >= "400"]
             for status, answer in operation["responses"].items():
@@ -54,11 +55,11 @@ def _paths(told: dict[str, Any]) -> Iterator[str]:
                     continue
                 kinds = ", ".join(f"<code>{escape(kind)}</code>" for kind in answer.get("content", {}))
                 yield f"<div>{status}: {_prose(answer.get('description', ''))} {kinds}</div>"
-            yield f"<div>Problems: {', '.join(refusals) or 'none'}</div>"
+            yield f"<div>Errors: {', '.join(refusals) or 'none'}</div>"
 
 
 def _schemas(told: dict[str, Any]) -> Iterator[str]:
-    """Each object by name."""
+    """Each schema, by name."""
     for name, schema in told["components"]["schemas"].items():
         yield f"<h3 id='{escape(name)}'>{escape(name)}</h3><p>{_prose(schema.get('description', ''))}</p>"
         yield from _table(schema.get("properties", {}))
@@ -80,12 +81,12 @@ def _table(fields: dict[str, Any]) -> Iterator[str]:
 
 
 def _prose(text: str) -> str:
-    """Words in HTML, with names between backquotes as code."""
+    """Text as HTML; backquoted names become code."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def _type(schema: dict[str, Any]) -> str:
-    """A type in HTML, with links to objects that have a name."""
+    """A type as HTML, with links to named schemas."""
     if "$ref" in schema:
         name = escape(schema["$ref"].rpartition("/")[2])
         return f"<a href='#{name}'>{name}</a>"

@@ -7,11 +7,11 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from motionenv import Points, WalkerPrior
-from motionenv.estimation.lifting import UNLIKE, Lifted, OtherView, lift
+from motionenv.lifting import MISFIT_LIMIT, Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE
-from service.bodies import JsonRoute
-from service.encoding import dumps
-from service.problems import documented
+from service.errors import documented
+from service.responses.json import dumps
+from service.routes.json_route import JsonRoute
 from service.schemas.lift import LiftRequest, LiftResponse
 
 router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
@@ -19,14 +19,14 @@ router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
 
 @router.post(
     "/lift",
-    summary="The 3D walk that 2D points show",
+    summary="Reconstruct a 3D walk from 2D points",
     responses={200: {"model": LiftResponse}, **documented(400, 401, 413, 415, 422, 429, 503, 504)},
 )
 async def lifting(request: Request, asked: LiftRequest) -> Response:
-    """The most probable walk, the view from which the points show it, and how sure both are."""
+    """The most probable walk and view for 2D points of one camera, with uncertainties."""
     service = request.app.state.service
-    prior = service.catalogue.get("walk/prior")
-    body = await service.workshop.run(lambda: _lifted(asked, prior))
+    prior = service.model_registry.get("walk/prior")
+    body = await service.worker_pool.run(lambda: _lifted(asked, prior))
     return Response(body, media_type="application/json")
 
 
@@ -41,7 +41,7 @@ def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
         scale=asked.scale,
         robust=asked.robust,
     )
-    return dumps(_told(found))
+    return dumps(to_response(found))
 
 
 def _positions(asked: LiftRequest) -> np.ndarray:
@@ -51,9 +51,9 @@ def _positions(asked: LiftRequest) -> np.ndarray:
     return np.array(rows, dtype=np.float64)
 
 
-def _told(found: Lifted) -> dict:
-    """What `LiftResponse` says of a lifted walk."""
-    refined, motion = found.refined, found.motion()
+def to_response(found: Lifted) -> dict:
+    """A lifted walk as `LiftResponse`."""
+    refined, motion = found.posterior, found.motion()
     return {
         "view": math.degrees(refined.alpha),
         "view_deviation": math.degrees(refined.standard_deviation("alpha")),
@@ -63,7 +63,7 @@ def _told(found: Lifted) -> dict:
         "frequency": refined.frequency,
         "speed": found.walker.speed,
         "misfit": found.misfit,
-        "plausible": bool(found.misfit <= UNLIKE and refined.converged),
+        "plausible": bool(found.misfit <= MISFIT_LIMIT and refined.converged),
         "fps": motion.fps,
         "markers": MARKERS,
         "positions": found.markers().positions,

@@ -7,17 +7,16 @@ from pydantic import BaseModel
 from starlette.responses import Response
 
 from motionenv import __version__
-from service import caching
+from service.errors import documented, problem_response
 from service.formats.models import description, summary
-from service.problems import Problem, documented, problem_response
+from service.responses import caching
 from service.schemas.models import InferenceModel, ModelDescription, ModelList, Tensor
 
 router = APIRouter(tags=["models"])
 _REVALIDATED = "private, no-cache"
 _UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "It is the one of `If-None-Match`."}}
 _REFUSALS = documented(401, 404, 422, 429, 500, 503, 504)
-_NUMBERS = {"walking": ("deviations", "speed", "height"), "eigenwalkers": ("deviations", "speed", "height"),
-            "walker-prior": ("deviations", "speed", "height"), "tree": ("speed", "height")}  # fmt: skip
+_NUMBERS = ("deviations", "speed", "height")
 
 Group = Annotated[str, Path(pattern="^[a-z0-9]+$", max_length=63, examples=["walk"])]
 Name = Annotated[str, Path(pattern="^[a-z0-9][a-z0-9-]*$", max_length=63, examples=["fpca"])]
@@ -26,10 +25,10 @@ Full = Annotated[str, Path(pattern="^[a-z0-9]+/[a-z0-9][a-z0-9-]*$", max_length=
 
 @router.get("/v1/models", summary="All models", responses={200: {"model": ModelList}, **_UNCHANGED, **_REFUSALS})
 async def models(request: Request) -> Response:
-    """The models that ship, and those that were fitted here."""
-    catalogue = request.app.state.service.catalogue
-    listed = await request.app.state.service.workshop.run(
-        lambda: ModelList(models=[summary(name, _loaded(catalogue, name)) for name in catalogue.names()])
+    """The ready-made models, and those that were fitted here."""
+    model_registry = request.app.state.service.model_registry
+    listed = await request.app.state.service.worker_pool.run(
+        lambda: ModelList(models=[summary(name, *model_registry.find(name)) for name in model_registry.names()])
     )
     return _answer(request, listed)
 
@@ -73,7 +72,7 @@ async def ready(request: Request) -> Response:
 )  # fmt: skip
 async def model_ready(request: Request, name: Full) -> Response:
     """503 until it is. The name's slash may be written as it is or as %2F."""
-    request.app.state.service.catalogue.get(name)
+    request.app.state.service.model_registry.get(name)
     return Response(b'{"name":"%b","ready":true}' % name.encode(), media_type="application/json")
 
 
@@ -85,9 +84,9 @@ async def inference_model(request: Request, name: Full) -> Response:
     """What `POST /v1/synthesis` takes and gives, as tensors. The name's slash may be written as it is or as %2F."""
     told = await _described(request, name)
     if told.kind is None:
-        request.app.state.service.catalogue.get(name)  # which says when to ask again
+        request.app.state.service.model_registry.get(name)  # which says when to ask again
     sizes = {"deviations": len(told.components)}
-    inputs = [Tensor(name=n, datatype="FP64", shape=[sizes.get(n, 1)]) for n in _NUMBERS.get(told.kind or "", ())]
+    inputs = [Tensor(name=n, datatype="FP64", shape=[sizes.get(n, 1)]) for n in _NUMBERS if n in told.ranges]
     shared = [Tensor(name="seed", datatype="INT64", shape=[1]), Tensor(name="seconds", datatype="FP64", shape=[1])]
     outputs = [Tensor(name="poses", datatype="FP64", shape=[-1, 25])] if told.synthesis else []
     return _answer(request, InferenceModel(
@@ -102,28 +101,14 @@ async def _described(request: Request, name: str) -> ModelDescription:
     Raises:
         Problem: 404, there is none.
     """
-    catalogue = request.app.state.service.catalogue
-    return await request.app.state.service.workshop.run(lambda: description(name, _loaded(catalogue, name)))
-
-
-def _loaded(catalogue: Any, name: str) -> Any:
-    """The model called `name`, or None where it is one that ships and isn't in memory yet.
-
-    Raises:
-        Problem: 404, there is none.
-    """
-    try:
-        return catalogue.get(name)
-    except Problem as problem:
-        if problem.status_code != 503:
-            raise
-        return None
+    model_registry = request.app.state.service.model_registry
+    return await request.app.state.service.worker_pool.run(lambda: description(name, *model_registry.find(name)))
 
 
 def _answer(request: Request, told: BaseModel) -> Response:
     """JSON with the tag of its bytes."""
     body = told.model_dump_json()
-    headers = caching.kept(caching.tag(body), control=_REVALIDATED)
-    if caching.unchanged(request, headers["ETag"]):
+    headers = caching.cache_headers(caching.make_etag(body), control=_REVALIDATED)
+    if caching.etag_matches(request, headers["ETag"]):
         return caching.not_modified(headers)
     return Response(body, headers=headers, media_type="application/json")

@@ -10,8 +10,8 @@ from starlette.responses import Response
 
 import motionenv
 from motionenv import MotionError
+from service.errors import Problem, documented
 from service.formats.parameters import MEDIA_TYPE, packed
-from service.problems import Problem, documented
 
 router = APIRouter(prefix="/v1", tags=["models"])
 _KEPT = 16  # models whose parameters stay in memory
@@ -43,9 +43,9 @@ async def parameters(
     `mean + scores · components`.
     """
     service = request.app.state.service
-    model = service.catalogue.get(f"{group}/{name}")
+    model = service.model_registry.get(f"{group}/{name}")
     try:
-        body, tag = await service.workshop.run(lambda: _packed(model))
+        body, tag = await service.worker_pool.run(lambda: _packed(model))
     except MotionError as error:
         raise Problem(422, str(error), field="/name") from None
     headers = {"ETag": tag, "Cache-Control": "private, no-cache"}
@@ -54,13 +54,13 @@ async def parameters(
     return Response(body, headers=headers, media_type=MEDIA_TYPE)
 
 
-def prepare(catalogue: Any) -> None:
+def prepare(model_registry: Any) -> None:
     """Work out, in a thread of its own, what the page asks for first: it takes some tenths of a second.
 
     Args:
-        catalogue: `service.catalogue.Catalogue`, loaded.
+        model_registry: `service.model_registry.ModelRegistry`, loaded.
     """
-    models = [catalogue.get(name) for name in ("walk/fpca", "walk/eigenwalkers")]
+    models = [model_registry.get(name) for name in ("walk/fpca", "walk/eigenwalkers")]
     threading.Thread(target=lambda: list(map(_packed, models)), name="parameters", daemon=True).start()
 
 

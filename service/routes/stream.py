@@ -15,9 +15,9 @@ from starlette.websockets import WebSocketDisconnect, WebSocketState
 
 from motionenv import MotionError
 from motionenv.types import POSE
-from service.problems import Problem, field_problem
+from service.errors import Problem, field_problem
+from service.responses.streaming import Stream
 from service.schemas.stream import StreamSettings
-from service.streaming import Stream
 
 router = APIRouter(prefix="/v1", tags=["motion"])
 _PATIENCE = 10.0  # [s] for the first message
@@ -86,7 +86,7 @@ class _Conversation:
             now = self.stream.settings.model_dump() if self.stream else {}
             settings = StreamSettings.model_validate(now | changed)
             async with self.turn:
-                await self.service.workshop.run(lambda: self._change(settings))
+                await self.service.worker_pool.run(lambda: self._change(settings))
             assert self.stream is not None
             answer = {"type": "settings", "fps": self.stream.fps, "height": self.stream.height, "pose": POSE}
         except orjson.JSONDecodeError:
@@ -101,7 +101,7 @@ class _Conversation:
 
     def _change(self, settings: StreamSettings) -> None:
         if self.stream is None:
-            self.stream = Stream(self.service.catalogue.get, settings)
+            self.stream = Stream(self.service.model_registry.get, settings)
         else:
             self.stream.change(settings)
 

@@ -5,21 +5,21 @@ from starlette.responses import Response
 
 import motionenv
 from motionenv.types import Motion
-from service.answering import ANSWERS, answer
-from service.bodies import JsonRoute
+from service.responses.motion_response import RESPONSES, answer
+from service.routes.json_route import JsonRoute
 from service.schemas.synthesis import SynthesisRequest
 
 router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
 
 
-@router.post("/synthesis", summary="A walk", response_class=Response, responses=ANSWERS)
+@router.post("/synthesis", summary="A walk", response_class=Response, responses=RESPONSES)
 async def synthesis(request: Request, asked: SynthesisRequest) -> Response:
     """A walk that a model makes, as JSON, numbers, a motion file, a film or a picture: `Accept` says which.
 
-    Long JSON, CSV and BVH, and MP4 always, come while they are made. Asked for with a seed, the same bytes come each
-    time, and `If-None-Match` with their ETag gives 304 without any work. 501: this machine has no OpenGL.
+    Long JSON, CSV and BVH, and MP4 always, come while they are made. Asked for with a seed, the same bytes
+    come each time, and `If-None-Match` with their ETag gives 304 without any work. 501: this machine has no OpenGL.
     """
-    model = request.app.state.service.catalogue.get(asked.model)
+    model = request.app.state.service.model_registry.get(asked.model)
 
     def make(seed: int) -> Motion:
         return motionenv.synthesize(
@@ -27,4 +27,4 @@ async def synthesis(request: Request, asked: SynthesisRequest) -> Response:
             variation=asked.variation, deviations=asked.deviations, scores=asked.scores,
         )  # fmt: skip
 
-    return await answer(request, asked, make, quick=model.kind == "walking")
+    return await answer(request, asked, make, quick=model.batch_size > 1)

@@ -8,12 +8,13 @@ import numpy as np
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from motionenv.models.tree import Options, Target, history, synthesize
+from motionenv.models import Target
+from motionenv.models.motion_tree import MotionTree, Options, history
 from motionenv.types import POSE, Motion
-from service.answering import ANSWERS, answer
-from service.bodies import JsonRoute
-from service.encoding import dumps
-from service.problems import Problem, documented
+from service.errors import Problem, documented
+from service.responses.json import dumps
+from service.responses.motion_response import RESPONSES, answer
+from service.routes.json_route import JsonRoute
 from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
 
 router = APIRouter(prefix="/v1/tree", tags=["tree"], route_class=JsonRoute)
@@ -28,27 +29,27 @@ async def samples(request: Request, asked: SamplesRequest) -> Response:
     tree = tree_of(service, asked)
     seed = secrets.randbits(32) if asked.seed is None else asked.seed
     work = lambda: _samples(tree, asked, seed)
-    body = work() if asked.n <= _INLINE else await service.workshop.run(work)
+    body = work() if asked.n <= _INLINE else await service.worker_pool.run(work)
     return Response(body, media_type="application/json")
 
 
-@router.post("/synthesis", summary="Motion that grows", response_class=Response, responses=ANSWERS)
+@router.post("/synthesis", summary="Motion that grows", response_class=Response, responses=RESPONSES)
 async def tree_synthesis(request: Request, asked: TreeSynthesisRequest) -> Response:
     """Motion of any length, 30 frames a second, after a history, an activity, or anything; formats by `Accept`."""
     tree = tree_of(request.app.state.service, asked)
 
     def make(seed: int) -> Motion:
         heading = None if asked.heading is None else math.radians(asked.heading)
-        return synthesize(
-            tree, asked.seconds, start=asked.start if asked.history is None else np.array(asked.history),
-            temperature=asked.temperature, seed=seed, method=asked.method, contact=asked.contact,
-            target=Target(asked.activity, heading, asked.speed), blend=Options.blend if asked.blend else 0.0,
-        )  # fmt: skip
+        return tree.generator(
+            asked.start if asked.history is None else np.array(asked.history), temperature=asked.temperature,
+            seed=seed, method=asked.method, target=Target(asked.activity, heading, asked.speed),
+            contact=asked.contact, blend=Options.blend if asked.blend else 0.0,
+        ).motion(asked.seconds)  # fmt: skip
 
     return await answer(request, asked, make, quick=False)
 
 
-def tree_of(service: Any, asked: FromTree) -> Any:
+def tree_of(service: Any, asked: FromTree) -> MotionTree:
     """The tree that is asked for.
 
     Args:
@@ -58,8 +59,8 @@ def tree_of(service: Any, asked: FromTree) -> Any:
     Raises:
         Problem: 404 without such a model, 422 for one that is no tree.
     """
-    tree = service.catalogue.get(asked.model)
-    if tree.kind != "tree":
+    tree = service.model_registry.get(asked.model)
+    if not isinstance(tree, MotionTree):
         raise Problem(422, f"{asked.model} is no tree but a {tree.kind} model", field="/model")
     return tree
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.problems import ProblemDetail
+from service.errors import ProblemDetail
 from service.schemas.synthesis import SynthesisRequest
 
 Kind = Literal["fit", "inspect", "convert", "render"]
@@ -13,37 +13,43 @@ Status = Literal["queued", "running", "done", "failed", "cancelled"]
 
 
 class ReadFields(BaseModel):
-    """How uploaded files are read; a field is text, as forms have it."""
+    """How uploaded files are read (form fields)."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     fps: float | None = Field(
-        None, ge=1, le=10_000, description="Frames per second, where files don't say: AMC never does.", examples=[120]
+        None,
+        ge=1,
+        le=10_000,
+        description="Frames per second of files that don't contain it, such as AMC.",
+        examples=[120],
     )
     unit: Literal["m", "dm", "cm", "mm", "inch", "cmu"] | None = Field(
-        None, description="Unit of length, where files don't say.", examples=["cm"]
+        None, description="Unit of length of files that don't contain it.", examples=["cm"]
     )
 
 
 class FitFields(ReadFields):
-    """Which model is fitted to uploaded capture."""
+    """A model to be fitted to uploaded motion capture."""
 
     kind: Literal["fpca", "eigenwalkers", "tree"] = Field(
-        description="fpca and eigenwalkers learn straight walks, a tree any motion. Eigenwalkers need several people: "
-        "the name of a file up to the first _ says who it is.",
+        description="fpca and eigenwalkers learn from straight walks, a tree from any motion. Eigenwalkers need "
+        "several people: the part of a file's name before the first _ identifies the person.",
         examples=["fpca"],
     )  # fmt: skip
     name: str = Field(
-        pattern=r"^[a-z0-9][a-z0-9-]{0,62}$", description="The model will be fitted/<name>.", examples=["my-walk"]
+        pattern=r"^[a-z0-9][a-z0-9-]{0,62}$",
+        description="The model's name will be fitted/<name>.",
+        examples=["my-walk"],
     )
     activity: str | None = Field(
-        None, min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", description="Tree: what is done in the files."
+        None, min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", description="Tree: the activity in the files."
     )
-    mirrored: bool = Field(False, description="Tree: whether to take left-right mirror images too.")
+    mirrored: bool = Field(False, description="Tree: whether to add left-right mirror images.")
 
 
 class ConvertFields(ReadFields):
-    """What a capture file is to become."""
+    """A conversion of a capture file."""
 
     format: Literal[
         "application/json", "application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d"
@@ -51,86 +57,86 @@ class ConvertFields(ReadFields):
 
 
 class RenderRequest(SynthesisRequest):
-    """A walk to be rendered at leisure."""
+    """A walk to be rendered in a job."""
 
     format: Literal["video/mp4", "image/gif", "image/webp"] = Field("video/mp4", description="Media type of the video.")
 
 
 class JobStatus(BaseModel):
-    """Where a job is."""
+    """State of a job."""
 
-    id: str = Field(description="Of the job.", examples=["V1n0YOBq7L2c5Bq3kJk3HQ"])
-    kind: Kind = Field(description="What it does.")
-    status: Status = Field(description="queued and running go on; the others are the end.")
-    progress: float = Field(ge=0, le=1, description="How much is done.")
-    message: str = Field(description="What it is doing, in plain words.", examples=["reading 07_01.amc, 1 of 12"])
-    model: str | None = Field(None, description="The model that it fits.", examples=["fitted/my-walk"])
-    files: list[str] = Field(description="Names of the uploaded files, as far as they can be told safely.")
-    created: datetime = Field(description="When it was asked for.")
-    started: datetime | None = Field(None, description="When it was begun last.")
-    ended: datetime | None = Field(None, description="When it ended.")
-    media_type: str = Field(description="Of the result.", examples=["application/json"])
-    size: int | None = Field(None, description="Of the result [bytes].")
-    result: str | None = Field(None, description="Where the result is.", examples=["/v1/jobs/V1n0YOBq/result"])
-    error: ProblemDetail | None = Field(None, description="Why it failed.")
+    id: str = Field(description="Id of the job.", examples=["V1n0YOBq7L2c5Bq3kJk3HQ"])
+    kind: Kind = Field(description="Kind of work.")
+    status: Status = Field(description="queued and running change further; the others are final.")
+    progress: float = Field(ge=0, le=1, description="Share of the work that is done.")
+    message: str = Field(description="Current step.", examples=["reading 07_01.amc, 1 of 12"])
+    model: str | None = Field(None, description="Name of the model that the job fits.", examples=["fitted/my-walk"])
+    files: list[str] = Field(description="Names of the uploaded files, sanitised.")
+    created: datetime = Field(description="When the job was submitted.")
+    started: datetime | None = Field(None, description="When the job was last started.")
+    ended: datetime | None = Field(None, description="When the job ended.")
+    media_type: str = Field(description="Media type of the result.", examples=["application/json"])
+    size: int | None = Field(None, description="Size of the result [bytes].")
+    result: str | None = Field(None, description="Path of the result.", examples=["/v1/jobs/V1n0YOBq/result"])
+    error: ProblemDetail | None = Field(None, description="Why the job failed.")
 
 
 class JobPage(BaseModel):
-    """Jobs, the newest first."""
+    """Jobs, newest first."""
 
-    jobs: list[JobStatus] = Field(description="Those on this page.")
-    next: str | None = Field(None, description="`before` of the next page; null on the last one.")
+    jobs: list[JobStatus] = Field(description="Jobs on this page.")
+    next: str | None = Field(None, description="Value of `before` for the next page; null on the last one.")
 
 
 class Fitted(BaseModel):
     """Result of a job of kind fit."""
 
     model: str = Field(description="Name of the model.", examples=["fitted/my-walk"])
-    kind: str = Field(description="Of the model.")
-    card: dict[str, Any] = Field(description="What people need to know of it.")
-    used: list[str] = Field(description="Files that it learned from.")
-    left_out: dict[str, str] = Field(description="Files that it didn't learn from, and why.")
+    kind: str = Field(description="Kind of the model.")
+    card: dict[str, Any] = Field(description="Model card: data, people, licence, how it was made.")
+    used: list[str] = Field(description="Files that the model learned from.")
+    left_out: dict[str, str] = Field(description="Files that were left out, and why.")
 
 
 Row = Annotated[list[float | None], Field(min_length=25, max_length=25)]
 
 
 class Preview(BaseModel):
-    """A motion of the body, to be looked at: about 30 frames a second, 3,600 frames at most."""
+    """A preview of a motion: about 30 frames a second, at most 3,600 frames."""
 
     fps: float = Field(description="Frames per second.")
-    height: float = Field(description="Of the body [m].")
-    offsets: list[list[float]] = Field(description="(16, 3) [m]: of the body's nodes in their segments.")
-    radii: list[list[float]] = Field(description="(limbs, 2) [m].")
+    height: float = Field(description="Body height [m].")
+    offsets: list[list[float]] = Field(description="(16, 3) [m]: position of each node in the frame of its segment.")
+    radii: list[list[float]] = Field(description="(limbs, 2) [m]: radius of each limb at its ends.")
     poses: list[Row] = Field(description="(frames, 25) [m, rad]; null in gaps.")
 
 
 class Walk(BaseModel):
-    """The cycles of a straight walk."""
+    """The gait cycles of a straight walk."""
 
-    stride: float = Field(description="Time of a stride [s].")
-    starts: list[float] = Field(description="When the left leg is furthest ahead, once a stride [s].")
-    speed: float = Field(description="[m/s].")
+    stride: float = Field(description="Duration of a stride [s].")
+    starts: list[float] = Field(description="Times at which the left leg is furthest ahead, once per stride [s].")
+    speed: float = Field(description="Walking speed [m/s].")
 
 
 class Inspected(BaseModel):
-    """What is in a file."""
+    """Content of a file."""
 
-    name: str = Field(description="Of the file.")
-    problem: str | None = Field(None, description="What is wrong: it can't be read, or is no straight walk.")
+    name: str = Field(description="Name of the file.")
+    problem: str | None = Field(None, description="Why it can't be read, or isn't a straight walk.")
     format: str | None = Field(None, examples=["bvh"])
     points: list[str] | None = Field(None, description="Names of markers or joints.")
-    frames: int | None = Field(None, description="How many.")
+    frames: int | None = Field(None, description="Number of frames.")
     fps: float | None = Field(None, description="Frames per second.")
     seconds: float | None = Field(None, description="Duration [s].")
-    gaps: float | None = Field(None, description="Share of values that are missing.")
-    motion: Preview | None = Field(None, description="The body that does it.")
-    straightness: float | None = Field(None, description="Share of its path's length by which it gets ahead.")
-    walk: Walk | None = Field(None, description="Its cycles, from which a walking model can learn.")
+    gaps: float | None = Field(None, description="Share of missing values.")
+    motion: Preview | None = Field(None, description="The retargeted motion.")
+    straightness: float | None = Field(None, description="Distance from start to end, as a share of the path's length.")
+    walk: Walk | None = Field(None, description="Gait cycles, if it is a straight walk.")
 
 
 class Inspection(BaseModel):
     """Result of a job of kind inspect."""
 
     pose: list[str] = Field(description="Names of the entries of a pose.")
-    files: list[Inspected] = Field(description="In the order of their names.")
+    files: list[Inspected] = Field(description="One entry per file, in order of their names.")

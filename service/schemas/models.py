@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 class Component(BaseModel):
     """One way in which people differ: what a slider moves along."""
 
+    name: str = Field(examples=["component 1"])
     deviation: float = Field(ge=0, description="Standard deviation of the scores along it, in the scores' unit.")
     mean: float = Field(description="The average person's score.")
     share: float | None = Field(
@@ -27,8 +28,9 @@ class ModelSummary(BaseModel):
     """A model in the list."""
 
     name: str = Field(description="What `model` in requests is set to.", examples=["walk/fpca"])
-    kind: str | None = Field(description="walking, eigenwalkers, walker-prior, fpca or tree; null until it is loaded.")
-    ready: bool = Field(description="Whether it is in memory; requests for one that isn't yet get 503.")
+    kind: str | None = Field(description="Such as walking, eigenwalkers or tree; null until it is loaded.")
+    ready: bool = Field(description="Whether it is in memory; requests for one that isn't get 503.")
+    problem: str | None = Field(None, description="Why it can't be loaded, if so.")
     summary: str = Field(description="What it is.")
     licence: str | None = Field(None, description="Of the model; its data's is in the card.", examples=["MIT"])
 
@@ -36,12 +38,20 @@ class ModelSummary(BaseModel):
 class ModelDescription(ModelSummary):
     """All about a model."""
 
+    about: str = Field("", description="How it makes motion.")
     card: dict[str, Any] = Field(description="Its card: data, people, licence, how it was made.")
     synthesis: bool = Field(description="Whether `POST /v1/synthesis` can walk with it.")
-    dimensions: dict[str, int] = Field(description="How large it is.", examples=[{"components": 8, "pose": 25}])
+    dimensions: dict[str, int] = Field(
+        default_factory=dict, description="How large it is.", examples=[{"components": 8, "pose": 25}]
+    )
     height: float | None = Field(None, description="Height of its average body [m].")
-    components: list[Component] = Field(description="In the order of `deviations` and `scores`; none of a tree.")
-    activities: list[str] = Field(description="What a tree's `start` and `activity` may be.", examples=[["walk"]])
+    components: list[Component] = Field([], description="In the order of `deviations` and `scores`; none of a tree.")
+    activities: list[str] = Field([], description="What a tree's `start` and `activity` may be.", examples=[["walk"]])
+    steady: bool = Field(True, description="Whether its motions are walks along x at one speed, cycle after cycle.")
+    steerable: bool = Field(False, description="Whether its motion grows frame by frame and can be steered.")
+    treadmill: str | None = Field(
+        None, description="Of what its parameters are Fourier series: poses or markers; null where they hold none."
+    )
     ranges: dict[str, Range] = Field(description="What a request's numbers may be.")
 
 
@@ -63,7 +73,7 @@ class InferenceModel(BaseModel):
     """A model as the Open Inference Protocol (KServe v2) describes it."""
 
     name: str = Field(examples=["walk/fpca"])
-    versions: list[str] = Field(examples=[["0.1.0"]])
+    versions: list[str] = Field(examples=[["0.2.0"]])
     platform: str = Field(examples=["motionenv_walking"])
     inputs: list[Tensor]
     outputs: list[Tensor]

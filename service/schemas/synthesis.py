@@ -13,10 +13,10 @@ Colour = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=3
 
 
 class Picture(Request):
-    """How a video or a picture shows the motion; other formats leave it unread."""
+    """Camera and style of a video or picture; ignored by other formats."""
 
-    width: int = Field(640, ge=16, le=_PIXELS, description="[pixels].", examples=[320])
-    height: int = Field(480, ge=16, le=_PIXELS, description="[pixels].", examples=[240])
+    width: int = Field(640, ge=16, le=_PIXELS, description="Width [pixels].", examples=[320])
+    height: int = Field(480, ge=16, le=_PIXELS, description="Width [pixels].", examples=[240])
     view: float = Field(
         45.0, ge=-360, le=360, description="View angle α of paper B [degrees]: 0 from the side, 90 from the front.",
         examples=[0.0],
@@ -24,23 +24,23 @@ class Picture(Request):
     elevation: float = Field(
         3.5, ge=-89, le=89, description="Angle by which the camera looks down [degrees].", examples=[0.0]
     )
-    follow: bool = Field(True, description="Whether the camera travels with the walker.")
+    follow: bool = Field(True, description="Whether the camera follows the walker.")
     colour: Colour = Field([1.0, 1.0, 1.0], description="Colour of the point lights (red, green, blue; 0 to 1).")
     style: Literal["body", "points"] = Field("body", description="A cylinder body, or point lights.")
-    engine: Literal["raycast", "pyrender"] = Field("raycast", description="What draws the body.")
+    engine: Literal["raycast", "pyrender"] = Field("raycast", description="Renderer of the body.")
     background: Colour | None = Field(
         None,
-        description="Plain colour (red, green, blue; 0 to 1) instead of sky and ground, or of the points' black.",
+        description="Plain background colour (red, green, blue; 0 to 1) instead of sky and ground, or of black.",
         examples=[[0.5, 0.5, 0.5]],
     )
-    frame: int = Field(0, ge=0, le=1_000_000, description="Which frame, of a single picture.")
+    frame: int = Field(0, ge=0, le=1_000_000, description="Index of the frame that a single picture (PNG) shows.")
 
 
-_USUAL = Picture()  # the same for all who don't ask: none can change it
+_DEFAULT_PICTURE = Picture()  # frozen, so all requests without one can share it
 
 
 class SynthesisRequest(Request):
-    """A walk: who walks, how long, and how it varies."""
+    """A walk: the walker, its duration, and how it varies."""
 
     model: ModelName = "walk/fpca"
     seed: Seed = None
@@ -48,35 +48,35 @@ class SynthesisRequest(Request):
     fps: float = Field(30.0, ge=1, le=240, description="Frames per second.", examples=[30.0])
     deviations: list[Deviation] | None = Field(
         None, max_length=64,
-        description="The walker, as standard deviations from the average along each component; those left out are 0. "
-        "Without it the walker is drawn with the seed.",
+        description="The walker, in standard deviations from the average along each component; missing ones are 0. "
+        "Without deviations and scores the walker is drawn with the seed.",
         examples=[[1.5, -0.5]],
     )  # fmt: skip
     scores: list[Score] | None = Field(
         None, max_length=64,
-        description="The walker, as the model's own scores; those left out are the average's. Not together with "
+        description="The walker, as scores of the model; missing ones are those of the average. Not together with "
         "`deviations`.",
     )  # fmt: skip
     speed: float | None = Field(
-        None, ge=0.1, le=3.0, description="Walking speed [m/s]; the walker's own without it.", examples=[1.3]
+        None, ge=0.1, le=3.0, description="Walking speed [m/s]; default: that of the walker.", examples=[1.3]
     )
-    height: float | None = Field(None, ge=0.5, le=2.5, description="Body height [m]; the model's without it.")
-    phase: float = Field(0.0, ge=-1000, le=1000, description="Where in the cycle to start [cycles]; 0: left leg ahead.")
-    variation: float = Field(1.0, ge=0, le=10, description="Factor on how much the cycles of a walk differ.")
-    picture: Picture = Field(default_factory=lambda: _USUAL)
+    height: float | None = Field(None, ge=0.5, le=2.5, description="Body height [m]; default: that of the model.")
+    phase: float = Field(0.0, ge=-1000, le=1000, description="Phase of the first frame [cycles]; 0: left leg ahead.")
+    variation: float = Field(1.0, ge=0, le=10, description="Factor on the variation from cycle to cycle.")
+    picture: Picture = Field(default_factory=lambda: _DEFAULT_PICTURE)
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        """Refuse a motion without a frame, and two walkers at once."""
+        """At least one frame, and one definition of the walker."""
         if round(self.seconds * self.fps) < 1:
-            raise ValueError("seconds · fps must make one frame at least")
+            raise ValueError("seconds · fps must be at least one frame")
         if self.deviations is not None and self.scores is not None:
-            raise ValueError("deviations and scores both say who walks: give one of them")
+            raise ValueError("give either deviations or scores, not both")
         return self
 
     @property
     def frames(self) -> int:
-        """How many frames the motion has."""
+        """Number of frames of the motion."""
         return round(self.seconds * self.fps)
 
 
@@ -89,17 +89,18 @@ class MotionResponse(BaseModel):
     """A motion as JSON. World: x forward, y left, z up."""
 
     model: str = Field(description="Name of the model.", examples=["walk/fpca"])
-    seed: int = Field(ge=0, description="Asked for again with it, the same motion comes.", examples=[1])
+    seed: int = Field(
+        ge=0, description="Seed that the motion was made with; the same seed gives the same motion.", examples=[1]
+    )
     fps: float = Field(gt=0, description="Frames per second.", examples=[30.0])
     height: float = Field(gt=0, description="Body height [m].", examples=[1.73])
-    pose: list[str] = Field(min_length=25, max_length=25, description="Names of a pose's entries.")
+    pose: list[str] = Field(min_length=25, max_length=25, description="Names of the entries of a pose.")
     poses: list[Row25] = Field(
         description="One row per frame: position of the pelvis [m], its three rotations, and 19 joint angles [rad]; "
         "null where unknown."
     )
     offsets: list[Point] = Field(
         min_length=16, max_length=16,
-        description="The body [m]: where each of the 15 markers, and the neck, sits in the frame of the limb that "
-        "carries it.",
+        description="The body [m]: position of each of the 15 markers, and of the neck, in the frame of its limb.",
     )  # fmt: skip
-    radii: list[Radii] = Field(description="Radius of each drawn limb at its start and its end [m].")
+    radii: list[Radii] = Field(description="Radius of each limb at its start and its end [m].")

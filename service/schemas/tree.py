@@ -13,70 +13,78 @@ Activity = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\
 
 
 class FromTree(Request):
-    """What both requests share: which tree, and what the motion follows."""
+    """Fields of both requests: the tree, and what precedes the motion."""
 
     model: Annotated[ModelName, Field(examples=["mixed/tree"])] = "mixed/tree"
     seed: Seed = None
     history: list[Pose] | None = Field(
         None, min_length=10, max_length=120,
-        description="Poses [m, rad] at 30 frames/s, oldest first, in the order of GET /v1/models; the last 10 to 12 "
-        "count.",
+        description="Poses [m, rad] at 30 frames/s, oldest first; the last 10 to 12 matter.",
     )  # fmt: skip
     start: Activity | None = Field(
-        None, description="Instead of a history: an activity, of which the seed picks a window.", examples=["walk"]
+        None, description="Instead of a history: an activity, from which the seed picks a window.", examples=["walk"]
     )
     temperature: float = Field(
-        0.05, gt=0, le=100, description="β of paper C: near 0 the nearest motion follows, at 1 almost any."
+        0.05, gt=0, le=100, description="β of paper C: near 0 the most similar motion follows, at 1 almost any."
     )
-    method: Literal["exact", "tree"] = Field("tree", description="From p(i | t) itself, or by the paper's search.")
+    method: Literal["exact", "tree"] = Field(
+        "tree", description="exact: draws from p(i | t); tree: the paper's probabilistic search."
+    )
 
     @model_validator(mode="after")
     def _one_start(self) -> Self:
-        """Refuse two beginnings."""
+        """At most one of history and start."""
         if self.history is not None and self.start is not None:
             raise ValueError("give history or start, not both")
         return self
 
 
 class SamplesRequest(FromTree):
-    """What may come next."""
+    """A request for next poses."""
 
-    n: int = Field(1, ge=1, le=10_000, description="Draws.", examples=[300])
-    carry: bool = Field(False, description="Carry over the difference between the history and the window found.")
+    n: int = Field(1, ge=1, le=10_000, description="Number of draws.", examples=[300])
+    carry: bool = Field(
+        False, description="Carry over the difference between the history and the window that was found."
+    )
     noise: float = Field(
-        0.0, ge=0, le=100, description="Gaussian noise, as a share of how far predictions are off on average."
+        0.0,
+        ge=0,
+        le=100,
+        description="Standard deviation of added Gaussian noise, as a share of the average prediction error.",
     )
 
 
 class SamplesResponse(BaseModel):
-    """Next poses, each with the window of the database that it follows."""
+    """Next poses, each with the database window that it follows."""
 
-    model: str = Field(description="The tree.")
-    seed: int = Field(description="That they were drawn with.")
+    model: str = Field(description="Name of the tree.")
+    seed: int = Field(description="Seed of the draws.")
     pose: list[str] = Field(description="Names of the entries of a pose.")
     poses: list[list[float]] = Field(description="(n, 25) [m, rad].")
-    windows: list[int] = Field(description="(n,) positions of the windows in the tree.")
-    leaves: list[int] = Field(description="(n,) the leaf that each window is in.")
-    probabilities: list[float] = Field(description="(n,) of drawing each window.")
+    windows: list[int] = Field(description="(n,) indices of the windows.")
+    leaves: list[int] = Field(description="(n,) leaf of each window.")
+    probabilities: list[float] = Field(description="(n,) probability of each window.")
     clip: list[int] = Field(description="(n,) index into `clips`.")
-    clips: dict[str, str] = Field(description="Name of each clip that was drawn from, by index.")
+    clips: dict[str, str] = Field(description="Names of the clips drawn from, by index.")
 
 
 class TreeSynthesisRequest(FromTree):
-    """Motion of any length that grows from a tree, 30 frames a second."""
+    """Motion of any length from a tree, at 30 frames/s."""
 
-    method: Literal["exact", "tree"] = Field("exact", description="From p(i | t) itself, or by the paper's search.")
+    method: Literal["exact", "tree"] = Field(
+        "exact", description="exact: draws from p(i | t); tree: the paper's probabilistic search."
+    )
     seconds: float = Field(4.0, ge=1 / 30, le=3600, description="Duration [s].")
-    activity: Activity | None = Field(None, description="Steer to this activity.", examples=["walk"])
-    heading: float | None = Field(None, ge=-3600, le=3600, description="Steer to this heading [degrees]; 90 is left.")
-    speed: float | None = Field(None, ge=0, le=10, description="Steer to this speed [m/s].")
-    blend: bool = Field(True, description="Smooth over jumps between clips.")
-    contact: bool = Field(True, description="Keep standing feet in place.")
+    activity: Activity | None = Field(None, description="Target activity.", examples=["walk"])
+    heading: float | None = Field(None, ge=-3600, le=3600, description="Target heading [degrees]; 90 is left.")
+    speed: float | None = Field(None, ge=0, le=10, description="Target speed [m/s].")
+    blend: bool = Field(True, description="Blend over jumps between clips.")
+    contact: bool = Field(True, description="Keep feet in contact in place.")
     picture: Picture = Field(default_factory=Picture)
 
     @property
     def fps(self) -> float:
-        """Frames per second: those of the database."""
+        """Frames per second: that of the database."""
         return 30.0
 
     @property

@@ -1,6 +1,9 @@
-// Bundles the page with three.js into dist/: names hold a digest of what is in them, so browsers keep them for good.
+// Bundles the page with three.js into dist/, which is committed: installing motionenv needs neither npm nor its registry.
+// File names carry a hash of their content, so browsers may cache them forever. dist/SOURCES is the digest of what the
+// bundle was built from; tests/service/page/test_files.py compares it with the sources.
 import { build } from "esbuild";
-import { readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createHash } from "node:crypto";
+import { readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 
 rmSync("dist", { recursive: true, force: true });
 const { metafile } = await build({
@@ -10,13 +13,19 @@ const { metafile } = await build({
   format: "esm",
   target: ["es2022"],
   loader: { ".svg": "copy" },
-  outdir: "dist",
+  outdir: "dist/assets",
   entryNames: "[name]-[hash]",
   legalComments: "eof",
   metafile: true,
 });
 let page = readFileSync("src/index.html", "utf8");
 for (const [path, { entryPoint }] of Object.entries(metafile.outputs)) {
-  if (entryPoint) page = page.replace(entryPoint.replace("src/", "assets/"), path.replace("dist/", "assets/"));
+  if (entryPoint) page = page.replace(entryPoint.replace("src/", "assets/"), path.replace("dist/", ""));
 }
 writeFileSync("dist/index.html", page);
+
+const inSrc = readdirSync("src", { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
+const sources = [...inSrc.map(({ parentPath, name }) => `${parentPath}/${name}`), "build.mjs", "package-lock.json", "package.json"];
+const digest = createHash("sha256");
+for (const path of sources.sort()) digest.update(`${path}\0`).update(readFileSync(path)).update("\0");
+writeFileSync("dist/SOURCES", `${digest.digest("hex")}\n`);

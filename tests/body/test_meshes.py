@@ -59,7 +59,7 @@ def test_faces_are_as_fine_as_the_circle():
 
 @pytest.mark.parametrize("arguments", [(1, 0.1, 0.1, 2), (-1, 0.1, 0.1), (1, 0, 0.1), (1, 0.1, np.nan), (np.nan, 1, 1)])
 def test_says_what_it_needs(arguments):
-    with pytest.raises(MotionError, match="3 sections or more"):
+    with pytest.raises(MotionError, match="sections must be at least 3"):
         rounded_cone(*arguments)
 
 

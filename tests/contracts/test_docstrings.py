@@ -10,7 +10,7 @@ import pytest
 
 import motionenv
 
-#: Typer shows the help of each option beside its name; tests/test_cli.py sees that none lacks one.
+#: Typer shows the help of each option beside its name; tests/cli/test_cli.py sees that none lacks one.
 OPTIONS_HAVE_HELP = "motionenv.cli"
 
 
@@ -71,6 +71,8 @@ def documentation(thing) -> str:
 def parameters(thing) -> set[str]:
     if thing.__module__.startswith(OPTIONS_HAVE_HELP) or (inspect.isclass(thing) and "__init__" not in vars(thing)):
         return set()
+    if getattr(thing, "_is_protocol", False):
+        return set()  # nobody constructs a protocol
     named = inspect.signature(thing).parameters.values()
     return {p.name for p in named if not p.name.startswith("_")} - {"self", "cls"}
 

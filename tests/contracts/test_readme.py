@@ -1,40 +1,29 @@
-"""The README is true: its Python runs, its commands exist with the options that it shows."""
+"""README and docs/ are true: their Python runs, their commands and options exist, their links lead somewhere."""
 
 import doctest
 import re
 import shlex
-from pathlib import Path
 
 import pytest
 
 import motionenv
+from tests.contracts.markdown import PAGES, ROOT, SERVICE, blocks, commands, name
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
-SERVED = "http://127.0.0.1:8000"  # tests/service/test_serving_readme.py runs what asks a service
-ENDS = {"&&", "||", "|", ";", "&", ">"}
-
-
-def commands() -> list[list[str]]:
-    """The arguments of every `motionenv …` in the bash blocks, lines joined where they end in a backslash."""
-    found = []
-    for line in "".join(code for kind, code in BLOCKS if kind == "bash").replace("\\\n", " ").splitlines():
-        words = shlex.split(line, comments=True)
-        for start, word in enumerate(words):
-            if Path(word).name == "motionenv" and (start == 0 or words[start - 1] in ENDS):
-                rest = words[start + 1 :]
-                found.append(rest[: next((i for i, w in enumerate(rest) if w in ENDS), len(rest))])
-    return found
+README = PAGES[0]
+COMMANDS = {shlex.join(words): words for page in PAGES for words in commands(page)}
+SERVE = [words for words in COMMANDS.values() if words[0] == "serve"]
+LINKING = [*PAGES, *(ROOT / path for path in ("benchmarks/RESULTS.md", "renders/README.md", "service/web/README.md"))]
 
 
-def test_python_blocks_run_in_order(tmp_path, monkeypatch):
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=name)
+def test_python_blocks_run_in_order(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names: dict = {"__name__": "__main__"}
-    for number, code in enumerate(code for kind, code in BLOCKS if kind == "python" and SERVED not in code):
-        exec(compile(code, f"README python block {number + 1}", "exec"), names)
+    for number, code in enumerate(code for code in blocks(page, "python") if SERVICE not in code):
+        exec(compile(code, f"{name(page)}, Python block {number + 1}", "exec"), names)
 
 
-@pytest.mark.parametrize("words", [words for words in commands() if words[0] != "serve"], ids=" ".join)
+@pytest.mark.parametrize("words", [words for words in COMMANDS.values() if words[0] != "serve"], ids=" ".join)
 def test_commands_exist_with_their_options(words):
     from typer.main import get_command
 
@@ -48,7 +37,7 @@ def test_commands_exist_with_their_options(words):
     assert {word.split("=")[0] for word in words if re.match(r"--?[a-z]", word)} <= known
 
 
-@pytest.mark.parametrize("words", [words for words in commands() if words[0] == "serve"], ids=" ".join)
+@pytest.mark.parametrize("words", SERVE, ids=" ".join)
 def test_the_service_takes_the_options_that_are_shown(words, monkeypatch):
     from pydantic_settings import CliApp
 
@@ -58,9 +47,31 @@ def test_the_service_takes_the_options_that_are_shown(words, monkeypatch):
     assert CliApp.run(Settings, cli_args=words[1:]).host
 
 
+def test_every_benchmark_that_is_named_exists(run):
+    text = "\n".join(page.read_text(encoding="utf-8") for page in LINKING)
+    named = set(re.findall(r"motionenv\s+bench\s+([\w.]*\w)", text))
+    assert named
+    assert named <= set(run("bench").out.split())
+
+
+@pytest.mark.parametrize("page", LINKING, ids=name)
+def test_links_and_pictures_lead_to_files(page):
+    targets = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    assert not [target for target in targets if not (page.parent / target).exists()]
+
+
+def test_the_readme_is_a_page():
+    assert len(README.read_text(encoding="utf-8").splitlines()) <= 200
+
+
+def test_the_guide_lists_every_page():
+    listed = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    assert not [page.name for page in PAGES[1:] if f"({page.name})" not in listed and page.name != "README.md"]
+
+
 def test_one_line_each_for_the_main_job_and_for_the_tests():
     """The two lines to paste in a fresh clone; `.ci/run` takes the second from here."""
-    lines = [line for kind, code in BLOCKS if kind == "bash" for line in code.splitlines()]
+    lines = [line for code in blocks(README, "bash") for line in code.splitlines()]
     assert sum(line.startswith("python3 -m venv") and line.endswith("motionenv demo") for line in lines) == 1
     assert sum(line.startswith("python3 -m venv") and "/pytest" in line for line in lines) == 1
 

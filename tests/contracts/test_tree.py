@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("motionenv", "service", "tests", "benchmarks", "renders", ".ci")
+FOLDERS = ("motionenv", "service", "tests", "benchmarks", "docs", "renders", ".ci")
 CAPTURE = {".amc", ".asf", ".bvh", ".c3d", ".trc"}
 TEXT = {"", ".css", ".html", ".js", ".json", ".md", ".py", ".sh", ".toml", ".txt", ".yml"}
 
@@ -22,8 +22,9 @@ MACHINE_PATH = re.compile(r"(?<![\w.:/~$}])/(?:work|root|home|tmp|opt)" + "/")
 def tree() -> list[Path]:
     """Every file of the project: its folders, and what lies at the top of the checkout."""
     inside = [p for folder in FOLDERS for p in (ROOT / folder).rglob("*")]
-    top = [p for p in ROOT.iterdir() if p.suffix in {".md", ".toml"} or p.name in {"LICENSE", ".gitignore"}]
-    return sorted(p for p in inside + top if p.is_file() and not {"__pycache__", "node_modules", "dist"} & set(p.parts))
+    names = {"LICENSE", ".gitattributes", ".gitignore"}
+    top = [p for p in ROOT.iterdir() if p.suffix in {".md", ".toml"} or p.name in names]
+    return sorted(p for p in inside + top if p.is_file() and not {"__pycache__", "node_modules"} & set(p.parts))
 
 
 def texts() -> list:

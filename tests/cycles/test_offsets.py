@@ -109,5 +109,5 @@ def test_refusals():
         align([z, z], [20, np.nan])
     with pytest.raises(MotionError, match="weights"):
         align([z, z], [20, 20], weights=[1.0, -1.0])
-    with pytest.raises(GapError, match="nothing is observed"):
+    with pytest.raises(GapError, match="no observations"):
         align([z, np.full((50, 2), np.nan)], [20, 20])

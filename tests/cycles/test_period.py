@@ -99,7 +99,7 @@ def test_refusals():
     seen_briefly[100:180] = z[:80, :2]
     with pytest.raises(GapError, match="fewer than two cycles"):
         estimate_period(seen_briefly, 100)
-    with pytest.raises(GapError, match="nothing is observed"):
+    with pytest.raises(GapError, match="no observations"):
         estimate_period(np.full((300, 2), np.nan), 100)
     with pytest.raises(MotionError, match="end of the range"):
         estimate_period(z, 100, range_seconds=(0.5, 0.59))

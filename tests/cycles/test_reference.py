@@ -144,7 +144,7 @@ def test_refusals():
             to_reference([z], good, 100, **wrong)
     with pytest.raises(MotionError, match="fps"):
         to_reference([z], good, 0)
-    with pytest.raises(MotionError, match="same channels"):
+    with pytest.raises(MotionError, match="must match the alignment"):
         to_reference([z, z], good, 100)
     with pytest.raises(MotionError, match="frame rate is too low"):
         to_reference([np.ones((12, 1))], placed([3], [0.5]), 3, samples=5)

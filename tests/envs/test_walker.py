@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from motionenv.body import markers
+from motionenv.body.arm_reaching import REACH, RIGHT_ARM, reach
 from motionenv.envs import ArmTracking, WalkerTracking, WalkerTrackingVector
 from motionenv.errors import MotionError
 from motionenv.metrics import energy_score, mpjpe
-from motionenv.models.reaching import REACH, RIGHT_ARM, reach
 from motionenv.render import render
-from motionenv.render.scenery import FAR
+from motionenv.render.sensors.augmentation import FAR
 from motionenv.types import MARKERS
 
 
@@ -146,7 +146,7 @@ def test_randomised_looks():
         ({"size": 0}, "size"),
         ({"size": 35}, "size"),
         ({"size": 512}, "size"),
-        ({"size": 64.0}, "size"),
+        ({"size": 64.5}, "size"),
         ({"observation": "sound"}, "observation"),
         ({"observation": ()}, "observation"),
         ({"observation": None}, "observation"),

@@ -15,7 +15,7 @@ from motionenv.metrics import (
     relative_walker_error,
     walker_error,
 )
-from motionenv.models.harmonics import later
+from motionenv.models.eigenwalkers.fourier_series import later
 
 SEEDS = st.integers(0, 2**32 - 1)
 FRAMES = 37

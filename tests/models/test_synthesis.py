@@ -6,9 +6,9 @@ import pytest
 import motionenv
 from motionenv.body import markers
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.fpca import FunctionalPCA
-from motionenv.models.gait import gait_channels, walking_cycles
-from motionenv.models.synthesis import components, scaled, synthesize
+from motionenv.models.fpca.model import FunctionalPCA
+from motionenv.models.synthesis import scaled, synthesize
+from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
 from motionenv.types import Cycles
 
 MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior")
@@ -80,7 +80,7 @@ def test_what_is_out_of_range_is_named(model, name, value):
 def test_what_does_not_walk_is_refused():
     values = np.random.default_rng(0).standard_normal((9, 40, 2))
     cycles = Cycles(values, ("a", "b"), np.ones(9), np.arange(9), ("one",) * 9)
-    with pytest.raises(MotionError, match="doesn't walk"):
+    with pytest.raises(MotionError, match="makes no motion"):
         synthesize(FunctionalPCA(2, n_harmonics=4).fit(cycles), 1, 30)
     with pytest.raises(ModelError, match="walk/fpca"):
         synthesize("walk/none", 1, 30)
@@ -132,7 +132,7 @@ def test_a_tree_has_no_cycles():
 @pytest.mark.parametrize("model", MODELS)
 def test_deviations_are_along_the_components(model):
     fitted = motionenv.load(model)
-    mean, deviation = components(fitted)
+    mean, deviation = fitted.components().means, fitted.components().deviations
     scores = mean + deviation * np.eye(len(mean))[1] * 1.5
     walks = [synthesize(fitted, 2, 30, seed=3, **who) for who in (
         {"deviations": [0, 1.5]}, {"deviations": [0.0, 1.5, 0.0]}, {"scores": scores}, {"scores": scores[:2]},
@@ -143,7 +143,7 @@ def test_deviations_are_along_the_components(model):
 
 def test_a_given_walker_has_the_scores_and_the_pace_that_were_asked_for():
     model = motionenv.load("walk/fpca")
-    mean, deviation = components(model)
+    mean, deviation = model.components().means, model.components().deviations
     motion = synthesize(model, 8, 60, deviations=[1.0, -0.5], variation=0.0)
     cycles = walking_cycles([gait_channels(motion)], [60], ["her"])
     got = np.median(model.fpca_.transform(cycles.values), axis=0)

@@ -66,7 +66,7 @@ def test_a_folder_without_walks_is_refused(mocap, tmp_path):
 
 
 def test_only_known_models_are_fitted(walks):
-    with pytest.raises(MotionError, match="walk/fpca, walk/eigenwalkers or walk/prior, got 'run/fpca'"):
+    with pytest.raises(MotionError, match="walk/eigenwalkers, walk/prior, got 'run/fpca': did you mean walk/fpca"):
         training.fit("run/fpca", walks, "")
 
 

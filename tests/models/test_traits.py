@@ -58,7 +58,9 @@ def test_one_body_says_nothing_about_height():
 
 
 def test_what_has_no_components_has_no_traits():
+    tree = motionenv.load("mixed/tree")
+    assert tree.traits() == []
     with pytest.raises(MotionError, match="components"):
-        traits(motionenv.models.load("walk/fpca").fpca_)
+        traits(tree)
     with pytest.raises(MotionError, match="shape"):
         measured(motionenv.load("walk/fpca"), np.zeros((2, 3)))

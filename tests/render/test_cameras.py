@@ -182,7 +182,7 @@ def test_project_hides_what_is_behind_and_takes_a_camera_per_frame():
     assert np.isnan(pixels[0, 0, 0]).all()
     assert depth[0, 0, 0] < 0
     np.testing.assert_allclose(pixels[1, 4], many[4].project(points[1, 4])[0])
-    with pytest.raises(MotionError, match="5 cameras"):
+    with pytest.raises(MotionError, match="got 5 cameras"):
         cameras.project(points, many[:5])
 
 
@@ -190,7 +190,7 @@ def test_project_hides_what_is_behind_and_takes_a_camera_per_frame():
     ("call", "match"),
     [
         (lambda: cameras.look_at((0, 0, 1), (0, 0, 1)), "differ"),
-        (lambda: cameras.look_at((0, 0, 1), (0, 0, 5)), "along `up`"),
+        (lambda: cameras.look_at((0, 0, 1), (0, 0, 5)), "parallel"),
         (lambda: cameras.look_at((0, 0), (0, 0, 5)), "eye"),
         (lambda: cameras.look_at((0, 0, np.nan), (0, 0, 5)), "differ"),
         (lambda: cameras.look_at((1, 0, 0), (0, 0, 0), fov_degrees=180), "fov_degrees"),
@@ -199,8 +199,8 @@ def test_project_hides_what_is_behind_and_takes_a_camera_per_frame():
         (lambda: cameras.view(math.nan), "differ"),
         (lambda: cameras.fit_view(np.zeros((4, 3)), 0.0, margin=0.5), "margin"),
         (lambda: cameras.fit_view(np.zeros((4, 3)), 0.0, elevation=2), "elevation"),
-        (lambda: cameras.fit_view(np.full((4, 3), np.nan), 0.0), "no point"),
-        (lambda: cameras.follow(np.full((4, 3), np.nan), cameras.view(0)), "no frame"),
+        (lambda: cameras.fit_view(np.full((4, 3), np.nan), 0.0), "at least one point"),
+        (lambda: cameras.follow(np.full((4, 3), np.nan), cameras.view(0)), "at least one frame"),
         (lambda: cameras.follow(np.zeros((4, 2)), cameras.view(0)), "path"),
         (lambda: cameras.follow(np.zeros((4, 3)), cameras.view(0), smooth=0), "smooth"),
         (lambda: cameras.Orthographic(0.0, scale=0), "scale"),

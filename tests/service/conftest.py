@@ -96,7 +96,7 @@ def locked(tmp_path_factory) -> Iterator[Server]:
 
 
 @pytest.fixture(scope="session")
-def desk(tmp_path_factory) -> Iterator[Server]:
+def job_server(tmp_path_factory) -> Iterator[Server]:
     """A service with little memory and room for few jobs, and for one stream."""
     limits = {"job_memory": 1_500_000_000, "job_waiting": 3, "job_seconds": 120, "reserve": 1_000_000, "streams": 1}
     with run_service(tmp_path_factory.mktemp("jobs"), **limits) as running:

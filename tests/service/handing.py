@@ -66,5 +66,5 @@ def processes(server) -> list[psutil.Process]:
     found = []
     for child in psutil.Process(server.process.pid).children(recursive=True):
         with suppress(psutil.NoSuchProcess):
-            found += [child] if "service.jobs.process" in child.cmdline() else []
+            found += [child] if "service.jobs.worker" in child.cmdline() else []
     return found

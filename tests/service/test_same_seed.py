@@ -9,7 +9,7 @@ import motionenv
 from motionenv import MotionError
 from motionenv.cli import app
 from motionenv.envs import ArmTracking
-from motionenv.envs.sources import Source
+from motionenv.envs.simulation.motion_sources import Source
 
 SECONDS, FPS = 4.0, 30.0
 HORIZON = int(SECONDS * FPS) - 1

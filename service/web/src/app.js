@@ -1,27 +1,27 @@
-// What is chosen → walkers → the stage, many times a second.
+// Application state, and the frame loop.
 
-import { Controls } from "./controls.js";
-import { scattered } from "./dots.js";
-import { Figure } from "./figure.js";
-import { about, parameters } from "./models.js";
-import { Plot } from "./plot.js";
-import { normals } from "./random.js";
-import { Stage } from "./stage.js";
+import { Controls } from "./controls/controls.js";
+import { scattered } from "./stage/point_lights.js";
+import { Figure } from "./stage/figure.js";
+import { parameters } from "./controls/model_list.js";
+import { Plot } from "./stage/plot.js";
+import { normals } from "./walkers/random.js";
+import { Stage } from "./stage/stage.js";
 import { fresh, fromLink, LIMIT, link } from "./state.js";
-import { averageMarkers, walkerOf } from "./walkers.js";
+import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
 const $ = (id) => document.getElementById(id);
-const PLOT_EVERY = 3; // frames between two marks in the plot
-const LINK_AFTER = 300; // [ms] of rest after which the address says what is shown
-const SLOW = 700; // [ms] of loading after which something is said
-const KEPT = 600; // frames whose times are kept
+const PLOT_EVERY = 3; // frames between updates of the plot
+const LINK_AFTER = 300; // [ms] without changes after which the address is updated
+const SLOW = 700; // [ms] of loading after which a message is shown
+const KEPT = 600; // frame times that are kept
 
 const pause = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
 
 /**
- * Everything that is shown, and what changes it.
+ * The application.
  *
- * `state` is what a link says; `walkers` do it, or the one `guest` from a capture file does what it was captured doing.
+ * `state` is what a link contains; `walkers` show it, unless there is a `guest`, a captured walker.
  */
 export class App {
   constructor() {
@@ -37,17 +37,17 @@ export class App {
     this.showPaused();
   }
 
-  /** The person that the sliders change. */
+  /** The person that the sliders apply to. */
   get one() {
     return this.state.people[this.state.chosen];
   }
 
-  /** The walker that plot and scrubber follow. */
+  /** The walker that plot and scrubber show. */
   get shown() {
     return this.walkers[this.guest ? 0 : this.state.chosen];
   }
 
-  /** Take on a model: its numbers, its walkers, its sliders. */
+  /** Load a model: parameters, walkers, sliders. */
   async load(name) {
     this.state.model = name;
     this.mark("models", name);
@@ -69,7 +69,7 @@ export class App {
     }
   }
 
-  /** Say why a model can't be shown; the one that is goes on, and the other can be chosen again. */
+  /** Report that a model can't be loaded, and keep the current one. */
   failed(error) {
     this.say(error.message);
     if (!this.parameters) return;
@@ -77,20 +77,20 @@ export class App {
     this.mark("models", this.loaded);
   }
 
-  /** A model's parameters; while the service is busy with it, ask again. */
+  /** A model's parameters; retries while the service is loading it. */
   async patiently(name) {
     for (;;) {
       try {
         return await parameters(name);
       } catch (error) {
-        if (!error.again || this.state.model !== name) throw error;
-        this.say("The service is still making this model ready. It goes on by itself …");
-        await pause(error.again);
+        if (!error.retryAfter || this.state.model !== name) throw error;
+        this.say("The service is loading this model. Please wait …");
+        await pause(error.retryAfter);
       }
     }
   }
 
-  /** Make the walkers anew: another model, or one more or less. */
+  /** Create the walkers, for a new model or number of walkers. */
   people() {
     const { parameters: model, state } = this;
     state.chosen = Math.min(state.chosen, state.people.length - 1);
@@ -99,11 +99,11 @@ export class App {
     this.walkers = state.people.map(() => walkerOf(model));
     this.walkers.forEach((walker, i) => walker.set(state.people[i]));
     this.stage.show(this.walkers.map((walker, i) => new Figure(walker, i === 1)));
-    if (model.kind === "tree") this.grow();
+    if (streamed(model)) this.grow();
     this.refresh();
   }
 
-  /** Show a captured walker, until somebody asks for a model again; null does that. */
+  /** Show a captured walker; null returns to the model. */
   invite(guest) {
     this.guest = guest;
     this.cycles = [0, 0];
@@ -117,12 +117,12 @@ export class App {
     this.refresh();
   }
 
-  /** Let all walkers go. */
+  /** Close all walkers. */
   dismiss() {
     for (const walker of this.walkers) walker.close();
   }
 
-  /** Let the motions of a tree begin. */
+  /** Start the streams from the service. */
   grow() {
     const said = [];
     this.say("");
@@ -137,7 +137,7 @@ export class App {
     });
   }
 
-  /** Change the chosen person by a function of it, and show that in the next frame. */
+  /** Apply a function to the selected person and update its walker. */
   change(by) {
     by(this.one);
     if (this.guest) {
@@ -149,13 +149,13 @@ export class App {
     this.refresh();
   }
 
-  /** Choose how walkers look, or which of them is changed. */
+  /** Set the appearance, or the selected walker. */
   look(name, value) {
     this.state[name] = value;
     this.refresh();
   }
 
-  /** Lay out what goes with the figure and with one walker or two; not anew for each slider, as it takes a while. */
+  /** Update the layout, only if it changes: that is expensive. */
   arrange() {
     const [figure, two] = [this.state.figure, this.walkers.length > 1];
     if (this.arranged === `${figure} ${two}`) return;
@@ -167,7 +167,7 @@ export class App {
     this.stage.resize(); // other things cover its edges now
   }
 
-  /** Show everywhere what the state says. */
+  /** Update the page from the state. */
   refresh() {
     const { state, stage, walkers, guest, shown } = this;
     if (!shown) return;
@@ -183,30 +183,30 @@ export class App {
     $("seed").value = this.one.seed;
     this.arrange();
     this.tell();
-    $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to go on." : about(this.parameters.kind);
+    $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to return to the models." : this.parameters.about;
     for (const button of $("downloads").children) button.disabled = guest !== null;
     stage.changed = true;
     this.write();
   }
 
-  /** Check the radio button of a fieldset that has a value. */
+  /** Check the radio button with a value. */
   mark(id, value) {
     for (const input of $(id).querySelectorAll("input")) input.checked = input.value === value;
   }
 
-  /** By how much a walker's dots are moved, where they are scattered. */
+  /** Displacements of a walker's dots if they are scrambled, otherwise null. */
   moves(walker) {
     if (!this.state.scattered) return null;
     return scattered(averageMarkers(walker), walker.body.height, this.one.seed);
   }
 
-  /** Say the state in the address, once it rests. */
+  /** Write the state to the address, debounced. */
   write() {
     clearTimeout(this.writing);
     this.writing = setTimeout(() => history.replaceState(null, "", `#${link(this.state)}`), LINK_AFTER);
   }
 
-  /** Somebody else: drawn with a seed. */
+  /** A random walker. */
   draw(seed) {
     const within = (d) => Math.round(100 * Math.min(LIMIT, Math.max(-LIMIT, d))) / 100;
     this.one.seed = seed;
@@ -214,15 +214,15 @@ export class App {
     this.anew();
   }
 
-  /** The average walker at its own pace. */
+  /** The average walker at its own speed. */
   reset() {
     Object.assign(this.one, fresh().people[0]);
     this.anew();
   }
 
-  /** Let the chosen person begin anew; what grows, grows from its seed. */
+  /** Restart the selected person; streams start again from the seed. */
   anew() {
-    if (this.parameters.kind === "tree") this.people();
+    if (streamed(this.parameters)) this.people();
     else this.change(() => {});
   }
 
@@ -236,7 +236,7 @@ export class App {
     this.people();
   }
 
-  /** Stand still, or walk on. */
+  /** Pause or resume. */
   pause(paused = !this.paused) {
     this.paused = paused;
     this.walkers.forEach((walker, i) => walker.rest(paused, this.cycles[i]));
@@ -248,27 +248,27 @@ export class App {
     $("pause").setAttribute("aria-label", this.paused ? "Walk" : "Pause");
   }
 
-  /** Stand still at a moment: a share of the cycle, or of what there is of a motion. */
+  /** Pause at a share of the cycle or of the motion. */
   scrub(share) {
     this.cycles = this.cycles.fill(this.shown.moment(share));
     this.pause(true);
     this.stage.changed = true;
   }
 
-  /** Look from somewhere else. */
+  /** Change the view. */
   view(from) {
     this.stage.move(from);
     this.state.camera = this.stage.view;
     this.write();
   }
 
-  /** Words over the stage; none hides them. */
+  /** Show a message over the stage; an empty one hides it. */
   say(words) {
     $("note").textContent = words;
     $("note").hidden = !words;
   }
 
-  /** Put a link to what is shown where it can be pasted from; whether that worked. */
+  /** Copy a link to the state; returns whether the clipboard could be used. */
   async copyLink() {
     history.replaceState(null, "", `#${link(this.state)}`);
     try {
@@ -279,7 +279,7 @@ export class App {
     }
   }
 
-  /** Somebody followed a link to another state. */
+  /** The address changed: show its state. */
   follow() {
     if (location.hash === `#${link(this.state)}`) return;
     this.state = fromLink(location.hash);
@@ -304,14 +304,14 @@ export class App {
     this.count(begun, ready);
   }
 
-  /** Let time go on by some seconds; motions that grow side by side are shown at one moment. */
+  /** Advance time; streams side by side are shown at the same time. */
   pass(seconds) {
     this.walkers.forEach((walker, i) => (this.cycles[i] = walker.after(this.cycles[i], seconds)));
-    const grown = this.parameters.kind === "tree" && !this.guest;
+    const grown = streamed(this.parameters) && !this.guest;
     if (grown) this.cycles.fill(Math.min(...this.cycles.slice(0, this.walkers.length)));
   }
 
-  /** Let plot, scrubber and words follow the walkers. */
+  /** Update plot, scrubber and text. */
   follows() {
     const { walkers, cycles, shown, paused } = this;
     const moment = cycles[walkers.indexOf(shown)];
@@ -321,7 +321,7 @@ export class App {
     if (!shown.cyclic) this.tell();
   }
 
-  /** Say of each walker what is to be known. */
+  /** Show the summary of each walker. */
   tell() {
     const { walkers, cycles } = this;
     const facts = walkers.map((walker, i) => walker.facts(cycles[i]));
@@ -329,7 +329,7 @@ export class App {
     places.forEach((place, i) => (place.textContent = facts[i]));
   }
 
-  /** Keep the times of the last frames [ms]: at the start, with everything moved, and drawn. */
+  /** Record times of the frame [ms]: start, update, draw. */
   count(begun, moved) {
     const { times } = this.stats;
     if (this.stats.frames++ === 0) performance.mark("walking");

@@ -1,19 +1,19 @@
-// What the page shows, and how a link says it.
+// The state of the page, and its encoding as a link.
 
 export const LIMIT = 3; // standard deviations to either side
 
-const WARM = 0.05; // the temperature of trees, unless another one is chosen
+const TEMPERATURE = 0.05; // default for trees
 const person = () => ({
   deviations: [],
   speed: null,
   height: null,
   activity: null,
   heading: null,
-  temperature: WARM,
+  temperature: TEMPERATURE,
   seed: 0,
 });
 
-/** The page as it is first seen. */
+/** The default state. */
 export const fresh = () => ({
   model: "walk/fpca",
   figure: "body",
@@ -32,7 +32,7 @@ const number = (text, low, high, otherwise) => {
 
 const short = (value) => String(Math.round(value * 1000) / 1000);
 
-/** The state as the part of a link behind its #. */
+/** The state as the fragment of a link. */
 export function link(state) {
   const fields = new URLSearchParams();
   fields.set("model", state.model);
@@ -46,7 +46,7 @@ export function link(state) {
     if (one.height !== null) fields.set(`height${mark}`, short(one.height));
     if (one.activity !== null) fields.set(`activity${mark}`, one.activity);
     if (one.heading !== null) fields.set(`heading${mark}`, short(one.heading));
-    if (one.temperature !== WARM) fields.set(`temperature${mark}`, short(one.temperature));
+    if (one.temperature !== TEMPERATURE) fields.set(`temperature${mark}`, short(one.temperature));
     if (one.seed) fields.set(`seed${mark}`, String(one.seed));
   });
   return fields.toString().replaceAll("%2F", "/").replaceAll("%2C", ",");
@@ -60,12 +60,12 @@ function personFrom(fields, mark) {
   if (fields.has(`height${mark}`)) one.height = number(fields.get(`height${mark}`), 1, 2.2, null);
   one.activity = fields.get(`activity${mark}`);
   if (fields.has(`heading${mark}`)) one.heading = number(fields.get(`heading${mark}`), -180, 180, null);
-  one.temperature = number(fields.get(`temperature${mark}`), 0.01, 1, WARM);
+  one.temperature = number(fields.get(`temperature${mark}`), 0.01, 1, TEMPERATURE);
   one.seed = Math.round(number(fields.get(`seed${mark}`), 0, 2 ** 32 - 1, 0));
   return one;
 }
 
-/** The state that a link says; what it doesn't say, or says wrongly, is as at first. */
+/** The state in a link; missing and invalid values are the defaults. */
 export function fromLink(text) {
   const fields = new URLSearchParams(text.replace(/^#/, ""));
   const state = fresh();

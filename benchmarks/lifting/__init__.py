@@ -1,0 +1,1 @@
+"""Benchmarks of lifting 2D walks to 3D."""

@@ -1,0 +1,1 @@
+"""Outputs of the library for fixed inputs, compared before and after a change."""

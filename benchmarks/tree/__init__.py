@@ -1,0 +1,1 @@
+"""Benchmarks of the motion tree of paper C."""

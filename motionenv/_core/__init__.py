@@ -1,0 +1,1 @@
+"""Shared by every part: files, compiled random numbers, threads, validation. Nothing here is public."""

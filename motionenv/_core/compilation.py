@@ -1,0 +1,261 @@
+"""Compiled functions ("kernels"): one decorator, and a cache on disk that can't be stale.
+
+Numba's own cache keys a kernel on the time stamp of its source file, so a kernel goes on running old code when only a
+function that it calls, in another file, has changed. Here the key is the content of the kernel's file and of every
+module of the package that it imports, directly or not, and the versions of what compiles. Kernels lie in the user's
+cache folder (numba's NUMBA_CACHE_DIR overrides it), so a read-only installation keeps its kernels too.
+"""
+
+import hashlib
+import logging
+import os
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+from numba import njit
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _Cache, _CacheLocator
+from numba.core.dispatcher import Dispatcher
+
+LIMIT = 400 * 2**20  # bytes of kernels on disk; one version of this library takes about 40 MB
+_REPORT = 5.0  # [s] between lines about compilation
+_IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE)
+
+logger = logging.getLogger(__name__)
+
+
+def kernel(function: Callable | None = None, **options: Any) -> Any:
+    """Compile a function like `numba.njit(nogil=True, error_model="numpy")`, and keep it in the cache.
+
+    Args:
+        function: to be compiled; without it, a decorator is returned.
+        options: further ones of `numba.njit`, such as `fastmath`.
+    """
+    if function is None:
+        return lambda wrapped: kernel(wrapped, **options)
+    compiled: Any = njit(nogil=True, error_model="numpy", **options)(function)
+    if hasattr(compiled, "_cache"):  # with NUMBA_DISABLE_JIT it is the plain function
+        compiled._cache = _KernelCache(compiled)
+    return compiled
+
+
+def cache_folder() -> Path:
+    """Where kernels are kept."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(chosen) if chosen else platformdirs.user_cache_path("motionenv") / "kernels"
+
+
+@cache
+def content_key(path: Path) -> str:
+    """A checksum of a source file, of all that it imports of its package, and of the compiler's versions."""
+    digest = hashlib.sha256(repr([version(name) for name in ("numba", "llvmlite", "numpy")]).encode())
+    for source in sorted(_imported(path)):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:20]
+
+
+def _imported(path: Path) -> set[Path]:
+    """The file and every file of its package that it imports, directly or not."""
+    root = path
+    while (root.parent / "__init__.py").is_file():
+        root = root.parent
+    found, waiting = set(), [path]
+    while waiting:
+        file = waiting.pop()
+        if file not in found:
+            found.add(file)
+            waiting += _imports(file, root)
+    return found
+
+
+@cache
+def _imports(file: Path, root: Path) -> tuple[Path, ...]:
+    """Files of the package in folder `root` that `file` names in its imports."""
+    files = []
+    for module, names in _IMPORT.findall(file.read_text(encoding="utf-8")):
+        if module.split(".")[0] == root.name:
+            inner = [module, *(f"{module}.{name}" for name in re.findall(r"\w+", names))]
+            files += [source for name in inner for source in _sources(root.parent / name.replace(".", "/"))]
+    return tuple(files)
+
+
+def _sources(stem: Path) -> Iterator[Path]:
+    """The source file of a module or package, if there is one of that name."""
+    for candidate in (stem.with_suffix(".py"), stem / "__init__.py"):
+        if candidate.is_file():
+            yield candidate
+
+
+class _Locator(_CacheLocator):
+    """Places a kernel in a folder that is named after its module and the content that it depends on."""
+
+    def __init__(self, function: Callable, file: str):
+        self._name = function.__module__
+        self._key = content_key(Path(file))
+        self._line = function.__code__.co_firstlineno
+
+    @classmethod
+    def from_function(cls, py_func: Callable, py_file: str) -> "_Locator":
+        return cls(py_func, py_file)
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder() / f"{self._name}-{self._key}")
+
+    def get_source_stamp(self) -> str:
+        return self._key
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Impl(CompileResultCacheImpl):
+    """How numba stores a compiled function, at the place that `_Locator` says."""
+
+    _locator_classes = [_Locator]  # noqa: RUF012 (numba declares it as an attribute)
+
+
+class _Files(FunctionCache):
+    """Numba's cache of one kernel."""
+
+    _impl_class = _Impl
+
+
+class _KernelCache(_Cache):
+    """The cache of one kernel, opened when the kernel is first called; reports what has to be compiled."""
+
+    def __init__(self, dispatcher: Dispatcher):
+        self._dispatcher = dispatcher
+        self._opened: Any = None
+
+    def _files(self) -> Any:
+        """The files, opened when first asked for: importing a kernel reads nothing."""
+        if self._opened is None:
+            self._opened = _Files(self._dispatcher.py_func)
+            _touch(Path(self._opened.cache_path))
+        return self._opened
+
+    @property
+    def cache_path(self) -> str:
+        return self._files().cache_path
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            found = self._files().load_overload(sig, target_context)
+        except OSError:  # a folder that can't be read; `save_overload` says so
+            found = None
+        if found is None:
+            progress.begin(self._dispatcher)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        progress.end()
+        folder = Path(self.cache_path)
+        try:
+            if not folder.is_dir():
+                prune(folder.parent)
+            self._files().save_overload(sig, data)
+        except OSError as error:
+            self._opened = NullCache()
+            _warn_unwritable(folder.parent, error.strerror)
+
+    def enable(self) -> None:
+        self._files().enable()
+
+    def disable(self) -> None:
+        self._files().disable()
+
+    def flush(self) -> None:
+        self._files().flush()
+
+
+@cache
+def _warn_unwritable(folder: Path, why: str) -> None:
+    """Say, once, that kernels will be compiled again."""
+    logger.warning(
+        "can't keep compiled kernels in %s (%s), so each process compiles them again: set the environment variable "
+        "NUMBA_CACHE_DIR to a folder that can be written", folder, why,
+    )  # fmt: skip
+
+
+def _touch(folder: Path) -> None:
+    """Mark a folder as used now, so that `prune` keeps it."""
+    try:
+        os.utime(folder)
+    except OSError:  # not there yet, or somebody else's
+        return
+
+
+def prune(folder: Path) -> None:
+    """Delete the kernels that were not used for longest until the rest takes at most `LIMIT` bytes.
+
+    Args:
+        folder: `cache_folder()`. Only folders that hold numba's files are looked at.
+    """
+    if not folder.is_dir():
+        return
+    kept = [(each.stat().st_mtime, each, _size(each)) for each in folder.iterdir() if any(each.glob("*.nbi"))]
+    total = sum(size for _, _, size in kept)
+    for _, each, size in sorted(kept):
+        if total <= LIMIT:
+            return
+        shutil.rmtree(each, ignore_errors=True)  # another process may be deleting it as well
+        total -= size
+
+
+def _size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.iterdir())
+
+
+class _Progress:
+    """Says that kernels are compiled, and how far that is: at once, and then every few seconds.
+
+    Numba compiles one kernel at a time, under a lock of its own, and those that it calls in the middle of it.
+    """
+
+    def __init__(self) -> None:
+        self._depth = self._done = self._total = 0
+        self._began = self._said = 0.0
+
+    def begin(self, dispatcher: Dispatcher) -> None:
+        """A kernel, or one that it calls, is about to be compiled."""
+        if self._depth == 0:
+            self._total = self._done + len(_reached(dispatcher, set()))
+            self._began = self._began or time.monotonic()
+        self._depth += 1
+        self._say(dispatcher)
+
+    def end(self) -> None:
+        """The kernel begun last is compiled."""
+        self._depth = max(self._depth - 1, 0)
+        self._done += 1
+
+    def _say(self, dispatcher: Dispatcher) -> None:
+        now = time.monotonic()
+        if now - self._said < _REPORT:
+            return
+        self._said = now
+        logger.warning(
+            "compiling kernels, once for this version and machine: %s, %d of %d, %.0f s",
+            dispatcher.py_func.__name__, self._done + 1, max(self._total, self._done + 1), now - self._began,
+        )  # fmt: skip
+
+
+progress = _Progress()
+
+
+def _reached(dispatcher: Any, found: set) -> set:
+    """A kernel and all kernels that it calls."""
+    if dispatcher not in found and isinstance(dispatcher._cache, _KernelCache):
+        found.add(dispatcher)
+        function = dispatcher.py_func
+        for name in function.__code__.co_names:
+            called = function.__globals__.get(name)
+            if isinstance(called, Dispatcher):
+                _reached(called, found)
+    return found

@@ -1,0 +1,147 @@
+"""Arguments checked before any work, in one wording: the name, what is allowed, what was given."""
+
+from typing import Any
+
+import numpy as np
+
+from motionenv.errors import MotionError
+
+PICTURE_SIZES = (1, 16384)  # [pixels], sides of a picture
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number; True and False are none.
+
+    Args:
+        value: anything.
+    """
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def checked_number(
+    value: Any,
+    name: str,
+    low: float = -np.inf,
+    high: float = np.inf,
+    unit: str = "",
+    *,
+    above: float = -np.inf,
+    below: float = np.inf,
+) -> float:
+    """A finite number within limits.
+
+    Args:
+        value: anything.
+        name: of the argument.
+        low, high: least and greatest value that is allowed.
+        unit: what it counts, for the message.
+        above, below: limits that are not allowed themselves.
+
+    Raises:
+        MotionError: it isn't one.
+    """
+    number = float(value) if is_number(value) else np.nan
+    if not (low <= number <= high and above < number < below):
+        counted = f" of {unit}" if unit else ""
+        limits = _limits(low, high, above, below)
+        wanted = f"a number{counted} {limits}" if limits else f"a finite number{counted}"
+        raise MotionError(f"{name} must be {wanted}, got {value!r}")
+    return number
+
+
+def checked_whole(value: Any, name: str, low: int, high: float = np.inf, unit: str = "") -> int:
+    """A whole number within limits; it may come as a float.
+
+    Args:
+        value: anything.
+        name: of the argument.
+        low, high: least and greatest value that is allowed.
+        unit: what it counts, for the message.
+
+    Raises:
+        MotionError: it isn't one.
+    """
+    number: float = np.nan
+    if is_number(value):
+        number = float(value) if isinstance(value, float | np.floating) else int(value)  # floats end at 2⁵³
+    if number % 1 != 0 or not low <= number <= high:
+        counted = f" of {unit}" if unit else ""
+        limits = _limits(low, high, -np.inf, np.inf)
+        raise MotionError(f"{name} must be a whole number{counted} {limits}, got {value!r}")
+    return int(value)
+
+
+def _limits(low: float, high: float, above: float, below: float) -> str:
+    """Such as "from 0 to 1", or "above 0 and below 1"."""
+    if np.isfinite(low) and not np.isfinite(below):
+        return f"from {_short(low)}" + (f" to {_short(high)}" if np.isfinite(high) else "")
+    sides = ((low, "at least"), (above, "above"), (high, "at most"), (below, "below"))
+    return " and ".join(f"{word} {_short(limit)}" for limit, word in sides if np.isfinite(limit))
+
+
+def _short(limit: float) -> str:
+    return str(int(limit)) if limit % 1 == 0 else f"{limit:g}"
+
+
+def checked_range(value: Any, name: str, low: float, high: float, unit: str = "") -> tuple[float, float]:
+    """Two numbers in order within limits.
+
+    Args:
+        value: anything.
+        name: of the argument.
+        low, high: least and greatest value that is allowed.
+        unit: what they count, for the message.
+
+    Raises:
+        MotionError: they are not.
+    """
+    try:
+        least, most = value if all(map(is_number, value)) else (np.nan, np.nan)
+    except (TypeError, ValueError):
+        least = most = np.nan
+    if not low <= least <= most <= high:
+        counted = f" of {unit}" if unit else ""
+        limits = _limits(low, high, -np.inf, np.inf)
+        raise MotionError(f"{name} must be two numbers{counted} (low, high) {limits}, got {value!r}")
+    return float(least), float(most)
+
+
+def checked_fps(fps: Any, name: str = "fps") -> float:
+    """Frames per second as a float.
+
+    Args:
+        fps: anything.
+        name: of the argument.
+
+    Raises:
+        MotionError: not a finite number above zero.
+    """
+    return checked_number(fps, name, above=0, unit="frames per second")
+
+
+def checked_seed(seed: Any, name: str = "seed") -> int:
+    """A seed that is a number.
+
+    Args:
+        seed: anything.
+        name: of the argument.
+
+    Raises:
+        MotionError: not a whole number from 0.
+    """
+    return checked_whole(seed, name, 0)
+
+
+def random_generator(seed: Any) -> np.random.Generator:
+    """The random generator that belongs to an argument `seed`.
+
+    Args:
+        seed: None, a whole number from 0, several of them, or a Generator, which is returned as it is.
+
+    Raises:
+        MotionError: none of these.
+    """
+    try:
+        return np.random.default_rng(seed)
+    except (TypeError, ValueError):
+        raise MotionError(f"seed must be None, a whole number from 0 or a numpy Generator, got {seed!r}") from None

@@ -1,0 +1,23 @@
+"""Joint positions of many people, each with their own body."""
+
+import numpy as np
+
+from motionenv._core.compilation import kernel
+from motionenv.body.kinematics import _nodes_one
+
+
+@kernel
+def joints_of(start, stop, poses, offsets, out):
+    """Fill `out` for people `start` to `stop`.
+
+    Args:
+        start, stop: range of people.
+        poses: (n, k, 25) [m, rad], k poses of each.
+        offsets: (n, 16, 3) [m].
+        out: (n, k, 15, 3) [m], output: the markers.
+    """
+    nodes, rotations = np.empty((16, 3)), np.empty((12, 3, 3))
+    for i in range(start, stop):
+        for j in range(poses.shape[1]):
+            _nodes_one(poses[i, j], offsets[i], nodes, rotations)
+            out[i, j] = nodes[:15]

@@ -1,0 +1,81 @@
+"""The `fit` and `models` commands."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motionenv.cli._shared import Fps, Unit, check_folder, err, note, progress
+from motionenv.errors import MotionError
+
+
+def fit(
+    model: Annotated[str, typer.Argument(help="tree, walk/fpca, walk/eigenwalkers or walk/prior.")],
+    mocap: Annotated[Path, typer.Option(help="Folder of capture files, including subfolders.")],
+    out: Annotated[Path, typer.Option(help="Model file to write (.npz).")],
+    fps: Fps = None,
+    unit: Unit = None,
+    mirrored: Annotated[bool, typer.Option("--mirrored", help="Tree: add mirror images of the clips.")] = False,
+    activity: Annotated[str | None, typer.Option(help="Tree: activity of all clips; by default from names.")] = None,
+) -> None:
+    """Fit a walking model, or a tree of any motion, to motion capture.
+
+    Example: motionenv fit walk/fpca --mocap cmu-walks --fps 120 --out my-walk.npz
+    """
+    from motionenv.models import training
+
+    if model != "tree":
+        training.check_name(model)
+        if mirrored or activity is not None:
+            raise MotionError(f"--mirrored and --activity are only for tree, not for {model}: omit them")
+    check_folder(out)
+    asked = {"--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--activity": activity}
+    options = "".join(f" {key} {value}" for key, value in asked.items() if value) + " --mirrored" * mirrored
+    command = f"motionenv fit {model} --mocap {mocap.name}{options} --out {out.name}"
+    if model == "tree":
+        _fit_tree(mocap, out, fps, unit, activity, mirrored, command)
+    else:
+        _fit_walk(model, mocap, out, fps, unit, command)
+
+
+def models() -> None:
+    """List the models of all installed packages, with their model cards.
+
+    Example: motionenv models
+    """
+    from motionenv.models import card, names
+
+    for name in names():
+        typer.echo(name)
+        try:
+            told = card(name)
+        except MotionError as error:
+            told = {"unavailable": error}
+        for key, value in told.items():
+            typer.echo(f"    {key}: {value}")
+
+
+def _fit_walk(model, mocap, out, fps, unit, command) -> None:
+    from motionenv.models import training
+
+    with progress("reading walks", None) as step:
+        walks = training.read_walks(mocap, fps=fps, unit=unit, on_file=step)
+    for name, why in walks.left_out.items():
+        note(f"left out {name}: {why}")
+    with err.status(f"fitting {model} to {len(walks.motions)} walks of {len(set(walks.subjects))} people"):
+        training.fit(model, walks, command).save(out)
+    typer.echo(f"{out}  {len(walks.motions)} walks of {len(set(walks.subjects))} people")
+
+
+def _fit_tree(mocap, out, fps, unit, activity, mirrored, command) -> None:
+    from motionenv.models.motion_tree.training import fit_tree
+
+    with progress("reading clips", None) as step:
+        tree = fit_tree(
+            mocap, fps=fps, unit=unit, activity=activity, mirrored=mirrored, command=command,
+            on_file=step, on_left_out=lambda name, why: note(f"left out {name}: {why}"),
+        )  # fmt: skip
+    tree.save(out)
+    card = tree.card_
+    kept = f"{card['components']} components keep {card['variance kept']} of the variance"
+    typer.echo(f"{out}  {card['clips']} clips, {card['frames']} frames, {card['windows']} windows; {kept}")

@@ -1,0 +1,338 @@
+"""The client: one method for each operation of the service."""
+
+import secrets
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
+from urllib.parse import quote
+
+import numpy as np
+
+from motionenv.client.connection import Connection
+from motionenv.client.jobs import Job
+from motionenv.client.responses import LiftedPoints, lifted, samples
+from motionenv.client.streams import Stream
+from motionenv.errors import MotionError
+from motionenv.mocap.formats import npz
+from motionenv.types import Motion, Points
+
+if TYPE_CHECKING:
+    from motionenv.models.motion_tree import Samples
+
+_NPZ = "application/x-npz"
+_FILES = {
+    ".npz": _NPZ, ".csv": "text/csv", ".bvh": "model/x-bvh", ".glb": "model/gltf-binary", ".c3d": "application/x-c3d",
+    ".json": "application/json",
+}  # fmt: skip
+_FILMS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
+_SAVED = {**_FILES, **_FILMS, ".npy": "application/x-npy", ".png": "image/png"}
+
+
+class Walk(TypedDict, total=False):
+    """The walker and its walk; everything as in `motionenv.synthesize`."""
+
+    seed: int
+    deviations: Sequence[float]
+    scores: Sequence[float]
+    speed: float
+    height: float
+    phase: float
+    variation: float
+
+
+class Picture(TypedDict, total=False):
+    """How a video shows a motion; angles in degrees and colours from 0 to 1, as in the API."""
+
+    width: int
+    height: int
+    view: float
+    elevation: float
+    follow: bool
+    style: str
+    colour: Sequence[float]
+    background: Sequence[float]
+    engine: str
+    frame: int
+
+
+class Client:
+    """A connection to a service of `motionenv serve`; a context manager that closes it.
+
+    Args:
+        url: where the service is.
+        key: the API key; None takes that of the environment variable MOTIONENV_KEY, if it is set.
+        timeout: seconds to wait for data from the service.
+        patience: seconds for which a request is repeated while the service is overloaded (429, 503), at the intervals
+            that it asks for; 0: never.
+        retries: number of further attempts to connect.
+
+    Every method raises `ServiceError` where the service refuses a request, fails or can't be reached.
+    """
+
+    def __init__(
+        self,
+        url: str = "http://127.0.0.1:8000",
+        key: str | None = None,
+        *,
+        timeout: float = 120.0,
+        patience: float = 30.0,
+        retries: int = 2,
+    ):
+        self._connection = Connection(url, key, timeout, patience, retries)
+
+    def __repr__(self):
+        return f"<Client of {self._connection.url}>"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._connection.close()
+
+    def models(self) -> list[dict[str, Any]]:
+        """The service's models: `ModelSummary` of its API for each, the shipped ones first."""
+        return self._connection.request("GET", "/v1/models").json()["models"]
+
+    def model(self, name: str) -> dict[str, Any]:
+        """A model's card, components and bounds: `ModelDescription` of the service's API.
+
+        Args:
+            name: of the model.
+        """
+        return self._connection.request("GET", f"/v1/models/{quote(name)}").json()
+
+    def remove_model(self, name: str) -> None:
+        """Remove a fitted model.
+
+        Args:
+            name: of the model, fitted/….
+        """
+        self._connection.request("DELETE", f"/v1/models/{quote(name)}")
+
+    def synthesize(self, model: str, seconds: float, fps: float, **walk: Unpack[Walk]) -> Motion:
+        """The motion (frames, 25) that `motionenv.synthesize` makes of the same arguments, to the last bit.
+
+        Args:
+            model: its name.
+            seconds: duration [s].
+            fps: frames per second.
+            walk: see `Walk`.
+        """
+        return self._motion("/v1/synthesis", _walk(model, seconds, fps, walk, {}))
+
+    def film(
+        self, model: str, seconds: float, fps: float, *, suffix: str = ".mp4", picture: Picture | None = None,
+        **walk: Unpack[Walk],
+    ) -> bytes:  # fmt: skip
+        """A motion as the bytes of a video, of one picture (".png") or of any other format.
+
+        Args:
+            model: its name.
+            seconds: duration [s].
+            fps: frames per second.
+            suffix: of the format: see `save`.
+            picture: how it is shown.
+            walk: see `Walk`.
+        """
+        body, accept = _walk(model, seconds, fps, walk, picture), _media_type(suffix)
+        return self._connection.request("POST", "/v1/synthesis", json=body, headers={"Accept": accept}).content
+
+    def save(
+        self, path: str | Path, model: str, seconds: float, fps: float, *, picture: Picture | None = None,
+        **walk: Unpack[Walk],
+    ) -> None:  # fmt: skip
+        """Write a motion or a video of it to a file as it arrives, whole or not at all.
+
+        Args:
+            path: of the file: .bvh, .c3d, .csv, .glb, .json, .npy, .npz, or .mp4, .gif, .webp, .png.
+            model: its name.
+            seconds: duration [s].
+            fps: frames per second.
+            picture: how a film shows it.
+            walk: see `Walk`.
+
+        Raises:
+            MotionError: the file can't be written.
+        """
+        body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(path).suffix)
+        self._connection.save(path, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
+
+    def tree_samples(
+        self, history: Motion | np.ndarray | str | None = None, n: int = 1, *, model: str = "mixed/tree", **how: Any
+    ) -> "Samples":
+        """Draw next poses from a tree, as `MotionTree.sample(..., probability=True)`.
+
+        Args:
+            history: poses (10 to 120, 25) [m, rad] at 30 frames/s, oldest first; or the name of an activity, of which
+                the seed picks a window; or None for any.
+            n: number of draws.
+            model: the tree's name.
+            how: seed, temperature, method, carry and noise, as of `MotionTree.sample`.
+        """
+        body = {"model": model, "n": n, **_beginning(history), **how}
+        return samples(self._connection.request("POST", "/v1/tree/samples", json=body).json())
+
+    def tree_synthesize(
+        self, seconds: float, history: Motion | np.ndarray | str | None = None, *, model: str = "mixed/tree", **how: Any
+    ) -> Motion:
+        """Synthesize motion of any length from a tree at 30 frames/s, as `motionenv.models.motion_tree.synthesize`.
+
+        Args:
+            seconds: duration [s].
+            history: what the motion continues, as in `tree_samples`.
+            model: the tree's name.
+            how: seed, temperature, method, blend, contact; and to steer, activity, heading [degrees], speed [m/s].
+        """
+        return self._motion("/v1/tree/synthesis", {"model": model, "seconds": seconds, **_beginning(history), **how})
+
+    def lift(
+        self, points: Points, alpha: float | None = None, *, elevation: float | None = 0.0, scale: float | None = None,
+        robust: bool = True,
+    ) -> LiftedPoints:  # fmt: skip
+        """Reconstruct the 3D walk from 2D points of one camera, as `motionenv.lift`.
+
+        Args:
+            points: (frames, 15, 2); NaN where missing.
+            alpha: view angle [rad]; None estimates it.
+            elevation: by how much the camera looks down [rad]; None estimates it.
+            scale: pixels per metre at the walker; None estimates it.
+            robust: whether outliers count less.
+        """
+        seen = np.where(np.isfinite(points.positions), points.positions, None)  # type: ignore[call-overload]
+        body = {
+            "points": seen.tolist(), "fps": points.fps, "unit": points.unit, "scale": scale, "robust": robust,
+            "view": None if alpha is None else float(np.degrees(alpha)),
+            "elevation": "unknown" if elevation is None else float(np.degrees(elevation)),
+        }  # fmt: skip
+        return lifted(self._connection.request("POST", "/v1/lift", json=body).json())
+
+    def fit(self, name: str, files: Iterable[str | Path], *, kind: str = "fpca", **how: Any) -> Job:
+        """Fit a model to motion capture.
+
+        Args:
+            name: the model will be fitted/<name>.
+            files: of capture (.amc with its .asf, .bvh, .c3d, .npz, .trc); for eigenwalkers, the part of a file's name
+                before the first _ identifies the person.
+            kind: fpca, eigenwalkers or tree.
+            how: fps and unit, for files that don't contain them; for a tree, activity and mirrored.
+        """
+        return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
+
+    def inspect(self, files: Iterable[str | Path], **how: Any) -> Job:
+        """Inspect motion capture: its markers or joints, the body, the gait cycles of a walk.
+
+        Args:
+            files: of capture.
+            how: fps and unit, for files that don't contain them.
+        """
+        return self._uploaded("/v1/jobs/inspect", files, how)
+
+    def convert(self, files: Iterable[str | Path], suffix: str, **how: Any) -> Job:
+        """Retarget motion capture to the body, and write it in another format.
+
+        Args:
+            files: a capture file, with its .asf where it is .amc.
+            suffix: of the format: .bvh, .c3d, .csv, .glb, .json or .npz.
+            how: fps and unit, for files that don't contain them.
+        """
+        return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
+
+    def render(
+        self, model: str, seconds: float, fps: float, *, suffix: str = ".mp4", picture: Picture | None = None,
+        **walk: Unpack[Walk],
+    ) -> Job:  # fmt: skip
+        """Render a video in a job, for those that take longer than a request may.
+
+        Args:
+            model: its name.
+            seconds: duration [s].
+            fps: frames per second.
+            suffix: of the format: .mp4, .gif or .webp.
+            picture: how it is shown.
+            walk: see `Walk`.
+        """
+        body = {**_walk(model, seconds, fps, walk, picture), "format": _media_type(suffix, _FILMS)}
+        return self._job("/v1/jobs/render", json=body)
+
+    def job(self, id_: str) -> Job:
+        """A job, whichever client submitted it.
+
+        Args:
+            id_: its id.
+        """
+        return Job(self._connection, self._connection.request("GET", f"/v1/jobs/{quote(id_, safe='')}").json())
+
+    def jobs(self, limit: int = 50) -> list[Job]:
+        """The jobs of all clients, newest first.
+
+        Args:
+            limit: maximum number of jobs, up to 500.
+        """
+        response = self._connection.request("GET", "/v1/jobs", params={"limit": limit}).json()
+        return [Job(self._connection, one) for one in response["jobs"]]
+
+    def stream(self, model: str = "walk/fpca", **settings: Any) -> Stream:
+        """Endless motion in real time: an iterator over poses, whose settings can be changed while it runs.
+
+        Args:
+            model: its name.
+            settings: see `Stream.change`.
+        """
+        return Stream(self._connection, {"model": model, **settings})
+
+    def _motion(self, path: str, body: Mapping[str, Any]) -> Motion:
+        """A motion, requested as NPZ, which is lossless and the fastest to read."""
+        response = self._connection.request("POST", path, json=body, headers={"Accept": _NPZ})
+        return npz.parse(response.content, f"the response of {self._connection.url}")
+
+    def _uploaded(self, path: str, files: Iterable[str | Path], fields: Mapping[str, Any]) -> Job:
+        """The job that uploading files creates.
+
+        Raises:
+            MotionError: a file can't be read.
+        """
+        form = {name: str(value) for name, value in fields.items() if value is not None}
+        with ExitStack() as stack:
+            try:
+                opened = [("files", (Path(f).name, stack.enter_context(open(f, "rb")))) for f in files]
+            except OSError as error:
+                raise MotionError(f"can't read {error.filename}: {error.strerror}") from None
+            return self._job(path, data=form, files=opened)
+
+    def _job(self, path: str, **request: Any) -> Job:
+        """The job that a request creates; a repeated request finds the same job."""
+        headers = {"Idempotency-Key": secrets.token_hex(16)}
+        return Job(self._connection, self._connection.request("POST", path, headers=headers, **request).json())
+
+
+def _walk(model: str, seconds: float, fps: float, walk: Mapping[str, Any], picture: Picture | None) -> dict[str, Any]:
+    """`SynthesisRequest` of the service."""
+    given = {"seconds": seconds, "fps": fps, **walk}
+    body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
+    return {"model": model, **body, "picture": dict(picture or {})}
+
+
+def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
+    """The field `history` or `start` of a request to a tree."""
+    if history is None:
+        return {}
+    if isinstance(history, str):
+        return {"start": history}
+    return {"history": np.asarray(getattr(history, "poses", history), dtype=float).tolist()}
+
+
+def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:
+    """The media type that belongs to a suffix.
+
+    Raises:
+        MotionError: unknown suffix.
+    """
+    try:
+        return known[suffix.lower()]
+    except KeyError:
+        raise MotionError(f"suffix must be one of {', '.join(known)}, got {suffix!r}") from None

@@ -1,0 +1,63 @@
+"""Convert estimates to an environment's action space."""
+
+import numpy as np
+
+from motionenv.body.arm_reaching import RIGHT_ARM
+from motionenv.types import MARKERS
+
+_ARM_JOINTS = [MARKERS.index("right_elbow"), MARKERS.index("right_wrist")]
+
+
+class Actions:
+    """Reads an environment's spaces and converts estimates to actions.
+
+    Attributes:
+        n: number of environments; 1 for a single one.
+        form: "pose", "joints" or "belief".
+        samples: number of poses in an estimate.
+        arm: whether only the right arm is estimated.
+        points: whether markers are observed instead of images.
+        far: depth [m] of the background in depth images.
+    """
+
+    def __init__(self, env):
+        self.env = env.unwrapped
+        self.vector = hasattr(env, "num_envs")
+        self.n = env.num_envs if self.vector else 1
+        space = env.single_action_space if self.vector else env.action_space
+        self.observed = env.single_observation_space if self.vector else env.observation_space
+        self.points = _has(self.observed, "points")
+        depth = getattr(self.observed, "spaces", {}).get("depth", self.observed)
+        self.far = float(np.max(getattr(depth, "high", np.inf)))
+        self._low, self._high, shape = space.low, space.high, space.shape
+        self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
+        self.arm = shape in {(len(RIGHT_ARM),), (len(_ARM_JOINTS), 3)} or shape[-1] == len(RIGHT_ARM) + 1
+        self.samples = shape[0] if self.form == "belief" else 1
+        self._shape = shape
+
+    def batched(self, observation) -> dict[str, np.ndarray]:
+        """An observation by name, with a leading batch axis."""
+        named = observation if isinstance(observation, dict) else {_kind(self.observed): observation}
+        return {name: np.asarray(v) if self.vector else np.asarray(v)[None] for name, v in named.items()}
+
+    def of(self, poses: np.ndarray | None, joints: np.ndarray) -> np.ndarray:
+        """The action for poses (n or 1, samples, 25), or joints (n or 1, samples, 15, 3)."""
+        if self.arm:
+            poses, joints = None if poses is None else poses[..., RIGHT_ARM], joints[..., _ARM_JOINTS, :]
+        if self.form == "joints" or poses is None:
+            said = joints[:, 0]
+        elif self.form == "belief":
+            said = np.concatenate([poses, np.zeros((*poses.shape[:2], 1))], axis=-1)
+        else:
+            said = poses[:, 0]
+        said = np.clip(np.broadcast_to(said, (self.n, *self._shape)), self._low, self._high).astype(np.float32)
+        return said if self.vector else said[0]
+
+
+def _has(space, name: str) -> bool:
+    return name in getattr(space, "spaces", {})
+
+
+def _kind(space) -> str:
+    """Content of an image Box: "rgb", "mask" or "depth"."""
+    return "depth" if space.dtype.kind == "f" else "mask" if space.shape[-1] == 1 else "rgb"

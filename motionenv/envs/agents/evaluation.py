@@ -1,0 +1,127 @@
+"""The agent protocol, and evaluation of agents in environments."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from motionenv._core.validation import checked_whole
+
+
+class Agent(Protocol):
+    """Acts in a single or a vector environment."""
+
+    def reset(self, observation, began=None) -> None:
+        """Begin episodes.
+
+        Args:
+            observation: their first; in a vector environment, that of all sub-environments.
+            began: in a vector environment, which episodes begin, bool (n,); None is all.
+        """
+
+    def act(self, observation) -> np.ndarray:
+        """The action: an estimate for the frame just observed.
+
+        Args:
+            observation: of the environment.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """Results of an evaluation.
+
+    Attributes:
+        errors: (episodes,) mean error per joint over each episode [m].
+        returns: (episodes,) sums of rewards.
+        lengths: (episodes,) numbers of estimates.
+    """
+
+    errors: np.ndarray
+    returns: np.ndarray
+    lengths: np.ndarray
+
+
+def evaluate(env, agent: Agent, episodes: int, seed: int | None = None) -> Scores:
+    """Run `agent` for whole episodes.
+
+    Args:
+        env: a tracking environment of Gymnasium, single or vector, in any autoreset mode, wrapped or not.
+        agent: the agent.
+        episodes: number of episodes, at least 1; distributed evenly over the sub-environments of a vector, independent
+            of their lengths.
+        seed: of the environment.
+
+    Raises:
+        MotionError: `episodes` isn't a whole number of at least 1.
+    """
+    tally = _Tally(getattr(env, "num_envs", 1), checked_whole(episodes, "episodes", 1))
+    (_play_vector if hasattr(env, "num_envs") else _play_single)(env, agent, tally, seed)
+    return tally.scores()
+
+
+class _Tally:
+    """Sums over the estimates of running episodes, and results of ended ones.
+
+    Args:
+        n: number of simultaneous episodes.
+        episodes: total number.
+    """
+
+    def __init__(self, n: int, episodes: int):
+        self._due = episodes // n + (np.arange(n) < episodes % n)
+        self._running = np.zeros((n, 3))
+        self._ended: list[list[np.ndarray]] = [[] for _ in range(n)]
+
+    def add(self, errors, rewards, made: np.ndarray, over: np.ndarray) -> None:
+        """Add errors and rewards (n,) of the estimates `made` (n,); `over` (n,) marks ended episodes."""
+        self._running[made] += np.stack([errors, rewards, np.ones(len(made))], axis=-1)[made]
+        for slot in np.flatnonzero(over):
+            if len(self._ended[slot]) < self._due[slot]:
+                self._ended[slot].append(self._running[slot].copy())
+            self._running[slot] = 0.0
+
+    def complete(self) -> bool:
+        """Whether all requested episodes have ended."""
+        return all(len(ended) == due for ended, due in zip(self._ended, self._due, strict=True))
+
+    def scores(self) -> Scores:
+        """Results of the ended episodes."""
+        errors, returns, lengths = np.array([row for ended in self._ended for row in ended]).T
+        return Scores(errors / lengths, returns, lengths.astype(np.intp))
+
+
+def _play_single(env, agent: Agent, tally: _Tally, seed: int | None) -> None:
+    """`evaluate` in a single environment."""
+    one = np.ones(1, dtype=bool)
+    while not tally.complete():
+        observation, _ = env.reset(seed=seed)
+        seed, over = None, False
+        agent.reset(observation)
+        while not over:
+            observation, reward, terminated, truncated, info = env.step(agent.act(observation))
+            over = terminated or truncated
+            tally.add([info["error"]], [reward], one, np.array([over]))
+
+
+def _play_vector(env, agent: Agent, tally: _Tally, seed: int | None) -> None:
+    """`evaluate` in a vector environment."""
+    mode = env.metadata["autoreset_mode"].name
+    observation, _ = env.reset(seed=seed)
+    agent.reset(observation)
+    over = np.zeros(env.num_envs, dtype=bool)
+    while True:
+        idle = over if mode == "NEXT_STEP" else np.zeros_like(over)  # a step that only resets
+        observation, rewards, terminated, truncated, info = env.step(agent.act(observation))
+        over = (terminated | truncated) & ~idle
+        errors = info.get("error", 0.0) + info.get("final_info", {}).get("error", np.zeros(len(over)))
+        tally.add(errors, rewards, ~idle, over)
+        if tally.complete():
+            return
+        if mode == "DISABLED" and over.any():
+            observation, _ = env.reset(options={"reset_mask": over})
+        began = idle if mode == "NEXT_STEP" else over
+        if began.any():
+            agent.reset(observation, began)
+        if mode == "DISABLED":
+            over = np.zeros_like(over)

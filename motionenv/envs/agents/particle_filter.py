@@ -1,0 +1,226 @@
+"""A particle filter that plays the tracking environments of pictures."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from motionenv._core.validation import random_generator
+from motionenv.body.arm_reaching import RIGHT_ARM
+from motionenv.envs.agents.action_adapter import Actions
+from motionenv.errors import MotionError
+from motionenv.likelihoods.protocols import CameraLikelihood, Likelihood, accepted
+from motionenv.likelihoods.silhouette import SilhouetteLikelihood
+from motionenv.tracking.initialization import automatic_start
+from motionenv.tracking.particle_filter import Belief, ParticleFilter, check_options
+from motionenv.tracking.priors.base import Prior, Start, systematic
+from motionenv.tracking.priors.fpca import FPCAPrior
+from motionenv.types import Camera, Skeleton
+
+_LOOK = 10  # frames from which the automatic start is made, once there are as many
+
+
+def truth_start(env: Any, slot: int) -> Start:
+    """The first pose from the environment's truth: for benchmarks whose trackers are given the start.
+
+    Args:
+        env: the unwrapped environment.
+        slot: which of a vector's episodes; 0 of a single one.
+    """
+    truths = env.truth()
+    return Start.at((truths[slot] if isinstance(truths, list) else truths)["pose"])
+
+
+class TrackingAgent:
+    """Plays a picture environment through `reset` and `act`: one particle filter for each episode that runs.
+
+    It knows the spaces, the camera, and whether the camera stands still. Whatever else it is to know, the first pose
+    or the body, is handed to it by the callables below; none of its own reads the truth, only `truth_start` does.
+
+    Args:
+        env: WalkerTracking, ArmTracking or a vector of them.
+        prior: of motion, or a callable (unwrapped env, slot) that gives one as an episode begins; None is an
+            `FPCAPrior` of the average body.
+        n: particles.
+        likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
+            `SilhouetteLikelihood`.
+        start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
+            in the first one, and better once ten have come.
+        seed: int or Generator.
+        threads: of the default likelihood; None is one per core. The same seed says the same with any number.
+        options: of `ParticleFilter`: resample, layers, hidden.
+
+    Raises:
+        MotionError: an environment of markers, no start or prior for an arm, or an option out of range.
+    """
+
+    def __init__(
+        self,
+        env,
+        prior: Prior | Callable[[Any, int], Prior] | None = None,
+        n: int = 1000,
+        *,
+        likelihood: Callable[[Camera, Skeleton], Likelihood] | None = None,
+        start: Callable[[Any, int], Start] | None = None,
+        seed=None,
+        threads: int | None = None,
+        **options: Any,
+    ):
+        self._actions = Actions(env)
+        if self._actions.points:
+            raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking")
+        if self._actions.arm and start is None:
+            raise MotionError(
+                "an arm's first pose can't be found: give start, such as motionenv.envs.agents.truth_start"
+            )
+        if self._actions.arm and prior is None:
+            raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
+        check_options(n, **options)
+        self._prior = FPCAPrior(fps=self._actions.env.world.fps) if prior is None else prior
+        self._likelihood, self._start, self._threads = likelihood, start, threads
+        self._n, self._options = n, options
+        self._rng = random_generator(seed)
+        self._tracks: list[_Track | None] = [None] * self._actions.n
+
+    @property
+    def beliefs(self) -> list[Belief]:
+        """What is believed of the frame estimated last, one belief per episode that runs at a time."""
+        return [track.belief for track in self._tracks if track is not None and track.belief is not None]
+
+    def reset(self, observation, began=None) -> None:
+        """Start new filters; see `motionenv.envs.agents.evaluation.Agent` for `observation` and `began`.
+
+        Raises:
+            MotionError: a prior of another frame rate, or one that moves more than the arm where only that moves.
+        """
+        began = np.ones(self._actions.n, dtype=bool) if began is None else np.asarray(began, dtype=bool)
+        for slot in np.flatnonzero(began).tolist():
+            self._tracks[slot] = self._begun(slot)
+
+    def act(self, observation) -> np.ndarray:
+        """The estimate for the frame just observed: the expected joints or pose, or poses drawn from the belief.
+
+        Args:
+            observation: as the environment gives it.
+
+        Raises:
+            MotionError: not reset yet, or nobody in the picture from which to start.
+        """
+        seen = self._actions.batched(observation)
+        poses = np.empty((self._actions.n, self._actions.samples, 25))
+        joints = np.empty((self._actions.n, 1, 15, 3))
+        for slot, track in enumerate(self._tracks):
+            if track is None:
+                raise MotionError("the agent has not begun: call reset(observation) first")
+            belief = track.step(self._evidence(seen, slot, track.likelihood))
+            poses[slot] = _said(belief, self._actions, self._rng)
+            if self._actions.form == "joints":
+                joints[slot, 0] = belief.expected_joints(track.filter.prior.skeleton)
+        return self._actions.of(poses, joints)
+
+    def _begun(self, slot: int) -> "_Track":
+        """A filter for the episode that begins in `slot`."""
+        env = self._actions.env
+        known = env.world.observation_model(slot)
+        prior: Prior = self._prior(env, slot) if callable(self._prior) else self._prior
+        if prior.fps != env.world.fps:
+            raise MotionError(
+                f"the prior has {prior.fps:g} fps and the environment {env.world.fps:g}: give both the same"
+            )
+        if self._likelihood is None:
+            likelihood: Likelihood = SilhouetteLikelihood(
+                known.camera, prior.skeleton, still=known.still, threads=self._threads
+            )
+        else:
+            likelihood = self._likelihood(known.camera, prior.skeleton)
+        start = None if self._start is None else self._start(env, slot)
+        if self._actions.arm and start is not None:
+            _check_moves_an_arm(prior, start)
+        rng = self._rng.spawn(1)[0]
+        track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
+        return _Track(track, start, rng)
+
+    def _evidence(self, seen: Mapping[str, np.ndarray], slot: int, likelihood: Likelihood) -> dict[str, np.ndarray]:
+        """What the likelihood of `slot` takes of an observation."""
+        return {name: _picture(name, seen[name][slot], self._actions.far) for name in accepted(likelihood, seen)}
+
+
+class _Track:
+    """One episode: a filter, and how it begins.
+
+    Args:
+        tracker: the filter.
+        start: given first pose; None finds it.
+        rng: of finding it.
+    """
+
+    def __init__(self, tracker: ParticleFilter, start: Start | None, rng: np.random.Generator):
+        self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None
+        self._rng = rng
+        self._waiting: list[dict[str, np.ndarray]] | None = [] if start is None else None
+        if start is not None:
+            tracker.start(start)
+        else:
+            tracker.restart = self._found
+
+    belief: Belief | None
+
+    def step(self, observation: dict[str, np.ndarray]) -> Belief:
+        """The belief after one more observation."""
+        if self._waiting is None:
+            self.belief = self.filter.step(**observation)
+            return self.belief
+        self._waiting.append(observation)
+        seen = len(self._waiting)
+        again = self._waiting if seen in (1, _LOOK) else [observation]  # once more from the first, now knowing more
+        if len(again) == seen:
+            model = cast(CameraLikelihood, self.likelihood)
+            self.filter.start(automatic_start(model, again, fps=self.filter.prior.fps, seed=self._rng))
+        if seen == _LOOK:
+            self._waiting = None
+        for frame in again:
+            self.belief = self.filter.step(**frame)
+        assert self.belief is not None
+        return self.belief
+
+    def _found(self, observation: Mapping[str, Any]) -> Start | None:
+        """A new start from one picture, or None where it shows nobody."""
+        try:
+            return automatic_start(
+                cast(CameraLikelihood, self.likelihood), [observation], fps=self.filter.prior.fps, seed=self._rng
+            )
+        except MotionError:
+            return None
+
+
+def _check_moves_an_arm(prior: Prior, start: Start) -> None:
+    """Make sure that a prior moves the right arm and nothing else, as the body of an arm's pictures stands still.
+
+    Raises:
+        MotionError: it moves something else.
+    """
+    rng = np.random.default_rng(0)
+    before = prior.initial(start, 2, rng)
+    moved = (prior.propagate(before, rng).poses != before.poses).any(axis=0)
+    if not set(np.flatnonzero(moved)) <= set(RIGHT_ARM):
+        raise MotionError(
+            f"{type(prior).__name__} moves more than the right arm, while the body of these pictures stands still: "
+            f'take VelocityPrior(part="right_arm"), or a TreePrior whose tree is of the right arm'
+        )
+
+
+def _picture(name: str, picture: np.ndarray, far: float) -> np.ndarray:
+    """A picture as an environment shows it, as likelihoods take it."""
+    if name == "rgb":
+        return picture
+    return np.where(picture < far, picture, np.inf)[..., 0] if name == "depth" else picture[..., 0]
+
+
+def _said(belief: Belief, actions: Actions, rng: np.random.Generator) -> np.ndarray:
+    """Poses (samples, 25), angles within half a turn: the mean, or drawn by weight where a belief is asked for."""
+    if actions.form == "belief":
+        poses = belief.poses[systematic(np.exp(belief.log_weights), actions.samples, rng)]
+    else:
+        poses = belief.mean[None].copy()
+    poses[:, 3:] = np.remainder(poses[:, 3:] + np.pi, 2 * np.pi) - np.pi
+    return poses

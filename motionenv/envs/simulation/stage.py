@@ -1,0 +1,224 @@
+"""People in front of cameras: motion, bodies, clothes and views of n episodes, and their images."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from motionenv._core.validation import checked_whole
+from motionenv.body import LIMBS
+from motionenv.body.joints_kernel import joints_of
+from motionenv.body.skeleton import COLOURS
+from motionenv.envs.simulation.motion_sources import Recordings
+from motionenv.envs.simulation.views import FOV, View
+from motionenv.errors import MotionError
+from motionenv.render.cameras import view as camera_view
+from motionenv.render.raycast.multi_body import MultiBodyRaycaster
+from motionenv.render.sensors.augmentation import FAR, Augmentation, Augmenter
+from motionenv.types import Camera, Frame, Skeleton
+
+#: Least and greatest image side [pixels].
+SIZES = (36, 256)
+#: Observable image types.
+SENSES = ("rgb", "mask", "depth")
+
+_SKIN = np.array([(0.27, 0.17, 0.12), (0.96, 0.80, 0.69)])  # darkest and lightest, sRGB
+_BRIGHT = np.array([[1.0], [1.0], [0.75], [0.6]])  # greatest brightness of skin, shirt, trousers and shoes
+
+
+class Motions(Protocol):
+    """A source of motion, such as `motionenv.envs.simulation.motion_sources.Source`."""
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of an episode."""
+
+    @property
+    def fps(self) -> float:
+        """Frame rate [Hz]."""
+
+    def open(self) -> Recordings:
+        """The recordings."""
+
+
+class Stage:
+    """n episodes: moving bodies, clothes, cameras and scenery.
+
+    Args:
+        n: number of episodes.
+        motions: source of motion.
+        view: placement of people and cameras.
+        size: side of the square images [pixels], as validated by `PictureSettings`.
+        scenery: background, occluders, noise.
+        clothes: whether colours are random or fixed.
+        threads: rendering threads.
+
+    Attributes:
+        time: (n,) current frame of each episode.
+        poses: (n, frames, 25) [m, rad].
+        offsets, radii, heights: of the bodies, (n, 16, 3), (n, limbs, 2) and (n,) [m].
+        colours: (n, 4, 3) of `motionenv.render.raycast.multi_body.WORN`.
+        K, R, t: intrinsics and extrinsics of the cameras, (n, 3, 3), (n, 3, 3), (n, 3).
+        pan: (n, frames) [pixels] shift of the background to the left since the start.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        motions: Motions,
+        view: View,
+        *,
+        size: int,
+        scenery: Augmentation,
+        clothes: bool,
+        threads: int | None,
+    ):
+        n = checked_whole(n, "num_envs", 1)
+        if not isinstance(clothes, bool):
+            raise MotionError(f"clothes must be True or False, got {clothes!r}")
+        self.n, self.motions, self.view, self.size, self.clothes = n, motions, view, size, clothes
+        motions.open()
+        self._crowd = MultiBodyRaycaster(size, size, threads=threads)
+        self._scenery = Augmenter(scenery, n, size, size, fps=motions.fps, threads=threads)
+        self.time = np.zeros(n, dtype=np.intp)
+        self.poses, self.pan = np.zeros((n, motions.frames, 25)), np.zeros((n, motions.frames))
+        self.offsets, self.radii, self.heights = np.zeros((n, 16, 3)), np.zeros((n, len(LIMBS), 2)), np.ones(n)
+        self.colours = np.tile(np.array([*COLOURS.values()]), (n, 1, 1))
+        self.K = np.tile(camera_view(0.0, width=size, height=size, fov_degrees=FOV).K, (n, 1, 1))
+        self.R, self.t = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
+        self._all = np.arange(n)
+        self._depth, self._limbs = np.empty((n, size, size), np.float32), np.empty((n, size, size), np.uint8)
+
+    def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
+        """Draw new people for `slots`.
+
+        Args:
+            slots: (k,) slot indices.
+            rngs: the generator of each.
+        """
+        recordings = self.motions.open()
+        for slot, rng in zip(slots.tolist(), rngs, strict=True):
+            poses, body = recordings.draw(rng)
+            self.poses[slot] = poses
+            self.offsets[slot], self.radii[slot], self.heights[slot] = body.offsets, body.radii, body.height
+            placed, focal = self.view.place(self.poses[slot], body, rng), float(self.K[slot, 0, 0])
+            self.R[slot], self.t[slot] = placed.R, placed.t
+            self.pan[slot] = placed.way * focal / placed.behind
+            if self.clothes:
+                self.colours[slot] = _colours(rng)
+            distance = float(placed.t[2])
+            self._scenery.begin(slot, rng, distance=distance, behind=placed.behind, focal=focal)
+        self.time[slots] = 0
+
+    def now(self) -> np.ndarray:
+        """The true poses (n, 25) of the current frames."""
+        return self.poses[self._all, self.time]
+
+    def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
+        """Render `slots` from their cameras; the next call overwrites depth and limbs of the result.
+
+        Args:
+            slots: (k,) slot indices, ascending.
+            rgb: whether to render colours.
+            back: number of frames before the current one.
+        """
+        people = self.offsets, self.radii, self.heights, self.colours, self.K, self.R, self.t
+        if len(slots) < self.n:
+            people = tuple(array[slots] for array in people)
+        picture = np.empty((len(slots), self.size, self.size, 3), np.uint8) if rgb else None
+        canvas = Frame(picture, self._depth[: len(slots)], self._limbs[: len(slots)])
+        time = self.time[slots] - back
+        frame = self._crowd.render(self.poses[slots, time], *people, rgb=rgb, out=canvas)
+        return self._scenery.compose(frame, time, self.pan[slots, time], slots)
+
+    def truth(self, slot: int) -> dict[str, Any]:
+        """The true pose (25,), joints (15, 3) [m], camera and skeleton of the current frame of `slot`."""
+        pose, joints = self.poses[slot, self.time[slot]].copy(), np.empty((1, 1, 15, 3))
+        joints_of(0, 1, pose[None, None], self.offsets[slot : slot + 1], joints)
+        skeleton = Skeleton(self.offsets[slot], self.radii[slot], float(self.heights[slot]))
+        return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
+
+    def close(self) -> None:
+        """Stop the rendering threads; they restart when needed."""
+        self._crowd.close()
+        self._scenery.close()
+
+    def camera(self, slot: int) -> Camera:
+        """The camera of the episode in `slot`, fixed in the frame of positions."""
+        return Camera(self.K[slot], self.R[slot], self.t[slot], self.size, self.size)
+
+
+class PictureSettings:
+    """Observed images: one of `SENSES`, or several as a flat Dict.
+
+    Args:
+        observation: a name, or a sequence of different names.
+        size: side of the square images [pixels].
+
+    Raises:
+        MotionError: no such name or size.
+    """
+
+    def __init__(self, observation: str | Sequence[str], size: int):
+        size = checked_whole(size, "size", *SIZES, "pixels")
+        if isinstance(observation, str):
+            names = [observation]
+        else:
+            names = list(observation) if isinstance(observation, Sequence) else []
+        if not names or any(name not in SENSES or names.count(name) > 1 for name in names):
+            raise MotionError(
+                f"observation must be one of {', '.join(SENSES)}, or several different ones, got {observation!r}"
+            )
+        known: dict[str, gymnasium.Space] = {
+            "rgb": spaces.Box(0, 255, (size, size, 3), np.uint8),
+            "mask": spaces.Box(0, 255, (size, size, 1), np.uint8),
+            "depth": spaces.Box(0.0, FAR, (size, size, 1), np.float32),
+        }
+        self.size = size
+        self._names, self._alone = names, isinstance(observation, str)
+        self.rgb = "rgb" in names
+        self.space = known[names[0]] if self._alone else spaces.Dict({name: known[name] for name in names})
+
+    def of(self, frame: Frame) -> np.ndarray | dict[str, np.ndarray]:
+        """The observation of images.
+
+        Args:
+            frame: (k, size, size), from `Stage.draw`.
+        """
+        seen = {name: _SEEN[name](frame) for name in self._names}
+        return seen[self._names[0]] if self._alone else seen
+
+    def evidence(self, frame: Frame) -> dict[str, Any]:
+        """The most informative part of the observation, as arguments of `SilhouetteLikelihood.observe`.
+
+        Args:
+            frame: (1, size, size).
+        """
+        name = next(name for name in ("mask", "depth", "rgb") if name in self._names)
+        seen = _SEEN[name](frame)[0]
+        if name == "depth":
+            seen = np.where(seen < FAR, seen, np.inf)
+        return {name: seen if name == "rgb" else seen[..., 0]}
+
+
+def _mask(limbs: np.ndarray) -> np.ndarray:
+    """255 where `limbs` isn't 0, uint8."""
+    mask = np.empty(limbs.shape, np.uint8)
+    np.not_equal(limbs, 0, out=mask.view(bool))
+    return np.negative(mask, out=mask)  # -1 wraps to 255
+
+
+_SEEN = {
+    "rgb": lambda frame: frame.rgb,
+    "mask": lambda frame: _mask(frame.limbs)[..., None],
+    "depth": lambda frame: frame.depth[..., None].copy(),
+}
+
+
+def _colours(rng: np.random.Generator) -> np.ndarray:
+    """Colours (4, 3) of skin, shirt, trousers and shoes, sRGB from 0 to 1."""
+    drawn = rng.random((4, 3)) * _BRIGHT
+    drawn[0] = _SKIN[0] + drawn[0, 0] * (_SKIN[1] - _SKIN[0])
+    return drawn

@@ -1,0 +1,148 @@
+"""Placement of cameras and people."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from motionenv._core.validation import is_number
+from motionenv.body import markers
+from motionenv.errors import MotionError
+from motionenv.types import MARKERS, Skeleton
+
+#: Vertical field of view of every camera [degrees].
+FOV = 40.0
+#: Height of a camera for walkers [m].
+EYE = 1.1
+
+_NAMED = {"side": 0.0, "front": 90.0}
+_EDGE = math.tan(math.radians(FOV / 2))  # half width of an image at depth 1
+_NEAREST = 3.5  # [m] least distance from the camera to the world's origin
+_BESIDE, _BELOW, _BEFORE = 0.55, 1.15, 0.3  # [m] extent of a body beside its root, below the camera, before its root
+_SMOOTH = 0.5  # [s] averaging time of a following camera
+_BEHIND = 2.0  # distance of the background relative to the walker's
+_SHOULDER = MARKERS.index("right_shoulder")
+_ARM_DISTANCE = 2.4  # [m] keeps an arm of 0.8 m including its hand inside the image
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A level camera's pose in one episode.
+
+    Attributes:
+        R: (3, 3) rotation world → camera.
+        t: (3,) translation world → camera [m].
+        way: (frames,) distance that the camera has moved to its right since the start [m].
+        behind: distance to the background [m].
+    """
+
+    R: np.ndarray
+    t: np.ndarray
+    way: np.ndarray
+    behind: float
+
+
+class View(Protocol):
+    """Placement of people and cameras."""
+
+    def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
+        """Transform poses (frames, 25) in place to the world, and place a camera.
+
+        Args:
+            poses: the motion of an episode.
+            body: the skeleton.
+            rng: the episode's generator.
+        """
+
+
+class WalkingView:
+    """Walkers in the centre of the image: their whole path or, if followed, themselves.
+
+    Args:
+        camera: "side", "front", a view angle in degrees, "random" (any angle), or "follow" (from the side).
+        fps: frame rate [Hz].
+    """
+
+    def __init__(self, camera: str | float, fps: float):
+        if camera != "follow":
+            checked_angle(camera, "follow")
+        self.camera, self.fps = camera, fps
+
+    def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
+        """As `View.place`, of `poses` of `body` with `rng`."""
+        ground = poses[:, :2].copy()
+        if self.camera == "follow":
+            path, R = _smoothed(ground, _SMOOTH * self.fps), level(0.0)
+            ground -= path
+            way = (path - path[0]) @ R[0, :2]
+        else:
+            way, R = np.zeros(len(poses)), level(drawn_angle(self.camera, rng))
+            ground -= (ground.min(0) + ground.max(0)) / 2
+        poses[:, :2] = ground
+        across, depth = ground @ R[0, :2], ground @ R[2, :2]
+        below = _BELOW + max(0.0, body.height - 1.95)
+        beside = np.abs(across, out=across) + _BESIDE
+        distance = max(_NEAREST, float((beside / _EDGE - depth).max()), below / _EDGE + _BEFORE - float(depth.min()))
+        return Placed(R, np.array([0.0, EYE, distance]), way, _BEHIND * distance)
+
+
+class ArmView:
+    """The right shoulder in the centre of the image, at a fixed distance.
+
+    Args:
+        camera: "side", "front", a view angle in degrees, or "random" (any angle).
+    """
+
+    def __init__(self, camera: str | float):
+        self.camera = checked_angle(camera)
+
+    def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
+        """As `View.place`, of `poses` of `body` with `rng`."""
+        R = level(drawn_angle(self.camera, rng))
+        shoulder = markers(poses[0], body)[_SHOULDER]
+        return Placed(R, [0.0, 0.0, _ARM_DISTANCE] - R @ shoulder, np.zeros(len(poses)), _BEHIND * _ARM_DISTANCE)
+
+
+def level(angle: float) -> np.ndarray:
+    """Rotation (3, 3) from the world to a level camera at view angle `angle` [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, s, 0.0], [0.0, 0.0, -1.0], [-s, c, 0.0]])
+
+
+def drawn_angle(camera: str | float, rng: np.random.Generator) -> float:
+    """The view angle [rad] of an episode.
+
+    Args:
+        camera: validated by `checked_angle`.
+        rng: the episode's generator.
+    """
+    if camera == "random":
+        return float(rng.uniform(-math.pi, math.pi))
+    return math.radians(_NAMED[camera] if isinstance(camera, str) else camera)
+
+
+def checked_angle(camera: str | float, *others: str) -> str | float:
+    """`camera`, which must be "side", "front", "random", or a finite number of degrees.
+
+    Args:
+        camera: the argument.
+        others: further allowed values, for the message.
+
+    Raises:
+        MotionError: another value.
+    """
+    known = camera in {*_NAMED, "random"} if isinstance(camera, str) else is_number(camera) and math.isfinite(camera)
+    if not known:
+        names = ", ".join([*_NAMED, "random", *others])
+        raise MotionError(f"camera must be {names}, or a view angle in degrees, got {camera!r}")
+    return camera
+
+
+def _smoothed(path: np.ndarray, frames: float) -> np.ndarray:
+    """A path (T, 2) [m] without the sway of steps: its straight line plus the low-pass filtered deviation."""
+    from scipy.ndimage import gaussian_filter1d
+
+    time = np.arange(len(path)) - (len(path) - 1) / 2
+    line = path.mean(0) + np.outer(time, time @ path / max(time @ time, 1.0))
+    return line + gaussian_filter1d(path - line, frames, axis=0, mode="nearest")

@@ -1,0 +1,36 @@
+"""Lift 2D points of one camera to 3D walking (Zhang & Troje 2007, "paper B", and extensions).
+
+    >>> from motionenv.lifting import lift
+    >>> lifted = lift(read_points("points.csv"))
+    >>> lifted.posterior.alpha, lifted.markers(), lifted.band, lifted.motion()
+
+`lift` runs the whole pipeline. `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and
+`views.unknown_view` hold the paper's estimators, which work on that series; `refine` then fits the raw points by
+maximum a posteriori.
+"""
+
+from motionenv.lifting.fourier_fit import Series, fourier_points
+from motionenv.lifting.pipeline import MISFIT_LIMIT, Lifted, OtherView, lift
+from motionenv.lifting.posterior import WalkPosterior
+from motionenv.lifting.projection import project_markers
+from motionenv.lifting.refinement import Start, refine
+from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
+from motionenv.lifting.views.unknown_view import Views, find_view
+
+__all__ = [
+    "MISFIT_LIMIT",
+    "Lifted",
+    "OtherView",
+    "Reconstruction",
+    "Series",
+    "Start",
+    "Views",
+    "WalkPosterior",
+    "find_view",
+    "fourier_points",
+    "least_squares",
+    "lift",
+    "maximum_a_posteriori",
+    "project_markers",
+    "refine",
+]

@@ -1,0 +1,116 @@
+"""Figure of a lifted walk: what was seen, what was not, and how sure that is (paper B, fig. 4, and beyond).
+
+Needs the extra `plots`.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motionenv.body import EDGES
+from motionenv.errors import MotionError
+from motionenv.lifting.pipeline import Lifted
+from motionenv.lifting.view_geometry import axes as axes_of
+from motionenv.types import MARKERS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "0.35"  # apart for colour-blind eyes too
+_POSTURES = 5  # equally spaced in one cycle, as in fig. 4
+_SHOWN = ("left_ankle", "right_ankle", "left_wrist", "right_wrist", "head")
+_PELVIS = MARKERS.index("pelvis")
+
+
+def lifted_walk(lifted: Lifted) -> "Figure":
+    """A lifted walk beside its points, and beside the truth where that is known.
+
+    Args:
+        lifted: from `motionenv.lifting.lift`.
+
+    Returns:
+        Five postures of one cycle as the camera saw them (points black) and with the unseen depth across; below, the
+        depth of single markers over time with 90 % bands. Estimates blue, truth orange and dashed, about the pelvis.
+    """
+    figure, axes = new_figure(3, _POSTURES, (11.0, 8.0), sharex=False)
+    found = lifted.posterior
+    view = axes_of(found.alpha + found.heading, found.elevation)
+    own = _about_pelvis(found.positions) @ view.T
+    truth = lifted.points.truth
+    true = None if truth is None else _about_pelvis(truth.positions) @ view.T
+    frames = np.linspace(0, min(lifted.points.fps / found.frequency, len(own) - 1), _POSTURES, endpoint=False)
+    for column, frame in enumerate(frames.astype(int)):
+        for row, plane in enumerate(([0, 1], [2, 1])):
+            panel = axes[row, column]
+            _stick(panel, own[frame][:, plane], BLUE, "-")
+            if true is not None:
+                _stick(panel, true[frame][:, plane], ORANGE, "--")
+            panel.set(aspect="equal", xlim=(-0.8, 0.8), xlabel=("across [m]", "depth [m]")[row])
+        _points(axes[0, column], lifted, own, frame)
+        axes[0, column].set_title(f"{frame / lifted.points.fps:.2f} s", fontsize="medium")
+    axes[0, 0].set_ylabel("as seen: up [m]")
+    axes[1, 0].set_ylabel("as not seen: up [m]")
+    _over_time(axes[2], lifted, own, true, view)
+    return figure
+
+
+def new_figure(
+    rows: int, columns: int, size: tuple[float, float], *, sharex: bool = True
+) -> "tuple[Figure, np.ndarray]":
+    """A figure that pyplot knows nothing of, so that no state is shared, and its axes (rows, columns).
+
+    Args:
+        rows: of panels.
+        columns: of panels.
+        size: width and height [inches].
+        sharex: whether panels share their horizontal axis.
+
+    Raises:
+        MotionError: matplotlib isn't installed.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MotionError("figures need matplotlib: pip install 'motionenv[plots]'") from None
+    figure = Figure(figsize=size, dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, sharex=sharex, sharey="row", squeeze=False)
+    for panel in axes.flat:
+        panel.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def _about_pelvis(positions: np.ndarray) -> np.ndarray:
+    return positions - positions[:, [_PELVIS]]
+
+
+def _stick(panel, points: np.ndarray, colour: str, style: str) -> None:
+    """Draw one posture (15, 2)."""
+    for a, b in EDGES:
+        panel.plot(*points[[a, b]].T, style, color=colour, linewidth=1.2)
+
+
+def _points(panel, lifted: Lifted, own: np.ndarray, frame: int) -> None:
+    """The points themselves, in metres, moved to where the estimate's are on average."""
+    points = lifted.points.upward[frame] / (lifted.posterior.scale if lifted.points.unit == "px" else 1.0)
+    panel.plot(*(points - np.nanmedian(points - own[frame, :, :2], axis=0)).T, ".", color="black", markersize=3)
+
+
+def _over_time(panels, lifted: Lifted, own: np.ndarray, true, view: np.ndarray) -> None:
+    """Depth of single markers over time."""
+    t = np.arange(len(own)) / lifted.points.fps
+    band = np.sqrt((lifted.band**2) @ (view[2] ** 2))
+    for panel, name in zip(panels, _SHOWN, strict=True):
+        i = MARKERS.index(name)
+        panel.fill_between(t, own[:, i, 2] - band[:, i], own[:, i, 2] + band[:, i], color=BLUE, alpha=0.2, linewidth=0)
+        panel.plot(t, own[:, i, 2], color=BLUE, linewidth=1.2, label="lifted, 90 %")
+        if true is not None:
+            panel.plot(t, true[:, i, 2], "--", color=ORANGE, linewidth=1.2, label="truth")
+        panel.axhline(0.0, color=GREY, linewidth=0.5)
+        panel.set_xlabel("time [s]")
+        panel.set_title(name.replace("_", " "), fontsize="medium")
+    panels[0].set_ylabel("depth [m]")
+    panels[0].figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False, fontsize="small"
+    )

@@ -1,0 +1,78 @@
+"""Project 3D walks to the 2D points that one camera would see, with the ground truth attached."""
+
+import math
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.lifting.view_geometry import axes
+from motionenv.models.eigenwalkers.extraction import fourier_walker
+from motionenv.render.cameras import project
+from motionenv.types import MARKERS, Camera, Markers, Points
+
+
+def project_markers(
+    markers: Markers,
+    alpha: float,
+    *,
+    elevation: float = 0.0,
+    heading: float | None = None,
+    camera: Camera | None = None,
+) -> Points:
+    """Project a 3D walk to image points.
+
+    The walk is first turned about the vertical so that it goes along x, as paper B's definition of the view angle
+    requires.
+
+    Args:
+        markers: the 15 markers (frames, 15, 3) [m]; `motionenv.mocap.retargeting.to_markers` makes them.
+        alpha: view angle [rad]; see `motionenv.lifting.view_geometry`.
+        elevation: angle [rad] by which the camera looks down on the walker, within ±π/2.
+        heading: direction of travel, from x towards y [rad]. None estimates it with
+            `motionenv.models.eigenwalkers.extraction.fourier_walker`; 0 leaves the walk as it is.
+        camera: pinhole camera, for example `motionenv.render.cameras.fit_view` of the turned walk at `alpha` and
+            `elevation`; the points are then in pixels, NaN outside of the image. None projects orthographically, in
+            metres.
+
+    Returns:
+        The points, with the turned walk as `truth`.
+
+    Raises:
+        MotionError: other markers, or an angle out of range.
+        GapError: no heading is given, and it cannot be estimated.
+    """
+    if not isinstance(markers, Markers) or markers.names != MARKERS or markers.positions.ndim != 3:
+        raise MotionError(
+            "markers must be one sequence of the 15 markers: make it with motionenv.mocap.retargeting.to_markers"
+        )
+    if not (math.isfinite(alpha) and abs(elevation) < math.pi / 2):
+        raise MotionError(f"alpha must be finite and elevation within ±π/2 rad, got {alpha!r} and {elevation!r}")
+    turned = turned_to_x(markers, heading)
+    if camera is None:
+        seen, unit = turned.positions @ axes(alpha, elevation)[:2].T, "m"
+    else:
+        seen, unit = project(turned.positions, camera)[0], "px"
+        inside = np.all(
+            (seen >= -0.5) & (seen <= np.array([camera.width, camera.height]) - 0.5), axis=-1, keepdims=True
+        )
+        seen = np.where(inside, seen, np.nan)
+    return Points(seen, markers.fps, unit, truth=turned, name=markers.name)
+
+
+def turned_to_x(markers: Markers, heading: float | None = None) -> Markers:
+    """Turn a walk about the vertical so that it goes along x.
+
+    Args:
+        markers: the 15 markers (frames, 15, 3) [m].
+        heading: direction of travel, from x towards y [rad]; None estimates it.
+
+    Raises:
+        MotionError: `heading` isn't finite.
+        GapError: no heading is given, and it cannot be estimated.
+    """
+    heading = fourier_walker(markers).heading if heading is None else heading
+    if not math.isfinite(heading):
+        raise MotionError(f"heading must be a finite angle in radians, got {heading!r}")
+    c, s = math.cos(heading), math.sin(heading)
+    back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Markers(markers.names, markers.positions @ back.T, markers.fps, name=markers.name)

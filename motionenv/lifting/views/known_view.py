@@ -1,0 +1,190 @@
+r"""Known view: paper B's Approach I (least squares) and Approach II (maximum a posteriori), in closed form.
+
+    k = (ÊᵀÊ)⁻¹ Êᵀ (ŵ - C w̄)                                   (3.9)
+    k = [diag(σ²/λ) + ÊᵀÊ]⁻¹ Êᵀ (ŵ - C w̄)                      (3.15, A.5)
+
+Ê = C(α) E are the projected eigenwalkers. Rows of missing markers are dropped. A model with a noise estimate per
+harmonic and marker weights the rows by it. Measured coordinates are kept; the model fills the others (3.16).
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from motionenv._core.threads import CHUNK, in_chunks
+from motionenv.errors import MotionError
+from motionenv.lifting.view_geometry import axes
+from motionenv.lifting.views._gaussian import (
+    SHAPE,
+    VARIANCE,
+    Gaussian,
+    checked_angle,
+    checked_sequences,
+    common_shape,
+    gaussian,
+    gram_blocks,
+    patterns,
+)
+from motionenv.models.eigenwalkers.fourier_series import columns
+
+_POINTS = SHAPE[0] * SHAPE[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Reconstruction:
+    """Walkers reconstructed from one view each; leading axes are those of the sequences.
+
+    Attributes:
+        scores: (..., N) [m], the estimate of k.
+        depth: (..., 5, 15) [m], the missing dimension as predicted by the model, away from the camera.
+        alpha: (...) [rad], the view.
+        elevation: (...) [rad].
+        seen: (..., 15) which markers were measured.
+    """
+
+    scores: np.ndarray
+    depth: np.ndarray
+    alpha: np.ndarray
+    elevation: np.ndarray
+    seen: np.ndarray
+    _measured: np.ndarray = field(repr=False)
+    _gaussian: Gaussian = field(repr=False)
+
+    @cached_property
+    def coefficients(self) -> np.ndarray:
+        """(..., 5, 15, 3) [m]: measured coordinates unchanged, all others from the model (eq. 3.16)."""
+        from motionenv.lifting.views._view_kernels import fill
+
+        n = self.alpha.size
+        out = np.empty((n, _POINTS, 3))
+        seen = np.repeat(self.seen.reshape(n, 1, -1), SHAPE[0], axis=1).reshape(n, -1)
+        flat = (self._measured.reshape(n, _POINTS, 2), seen, self.depth.reshape(n, -1), self.scores.reshape(n, -1))
+        views = axes(self.alpha, self.elevation).reshape(n, 3, 3)
+        w2, there, depth, scores = flat
+        basis = self._gaussian.basis
+        in_chunks(lambda i, j: fill(w2[i:j], there[i:j], depth[i:j], scores[i:j], views[i:j], basis, out[i:j]), n)
+        return out.reshape(*self.alpha.shape, *SHAPE, 3)
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Posterior covariance (..., N, N) [m²] of the scores: the inverse of the normal matrix."""
+        out = np.empty((self.alpha.size, *2 * self.scores.shape[-1:]))
+        d = axes(self.alpha, self.elevation)[..., 2, :].reshape(-1, 3)
+        cross = np.stack([d[:, i] * d[:, j] for i, j in ((0, 1), (0, 2), (1, 2))], axis=1)
+        factors = np.concatenate([1 - d**2, -cross], axis=1)
+        for seen, rows in patterns(self.seen.reshape(-1, SHAPE[1])):
+            blocks = gram_blocks(self._gaussian.basis[:, 1:], self._gaussian.weights(seen).reshape(-1))
+            normal = np.tensordot(factors[rows], blocks, axes=1) + np.diag(self._gaussian.precision)
+            out[rows] = np.linalg.inv(normal)
+        return out.reshape(*self.alpha.shape, *out.shape[1:])
+
+    @cached_property
+    def unseen(self) -> np.ndarray:
+        """Projectors (..., 15, 3, 3) onto unmeasured directions: ddᵀ of a seen marker, identity of a missing one."""
+        d = axes(self.alpha, self.elevation)[..., 2, :]
+        along = d[..., :, None] * d[..., None, :]
+        return np.where(self.seen[..., None, None], along[..., None, :, :], np.eye(3))
+
+    def marker_covariance(self) -> np.ndarray:
+        """Posterior covariance (..., 15, 5, 3, 5, 3) [m²] of each marker's coefficients.
+
+        The covariance of the scores through the eigenwalkers, plus the model's noise, times its inflation; 0 for
+        measured coordinates, which are kept as they are.
+        """
+        g = self._gaussian
+        away = np.einsum("...mij,nhmj->...nmhi", self.unseen, g.components, optimize=True)
+        flat = np.moveaxis(away.reshape(*away.shape[:-2], -1), -3, -2)  # (..., 15, N, 15)
+        spread = np.swapaxes(flat, -1, -2) @ self.covariance[..., None, :, :] @ flat
+        spread = spread.reshape(*spread.shape[:-2], 5, 3, 5, 3)
+        for h in range(5):
+            spread[..., h, :, h, :] += g.noise[h][:, None, None] * self.unseen
+        return spread * g.inflation[:, None, None, None, None]
+
+    def position_covariance(self, phase) -> np.ndarray:
+        """Covariance (..., frames, 15, 3, 3) [m²] of each marker's position at `phase` (frames,), ωt [rad]."""
+        waves = columns(np.asarray(phase, dtype=np.float64))
+        return np.einsum("th,...mhigj,tg->...tmij", waves, self.marker_covariance(), waves, optimize=True)
+
+
+def least_squares(
+    model, w2, alpha, *, variance: float = VARIANCE, elevation=0.0, n_components: int | None = None
+) -> Reconstruction:
+    """Approach I: walkers of the model whose projection is closest to the data (eq. 3.9).
+
+    Args:
+        model: `Eigenwalkers` or `WalkerPrior`.
+        w2: (..., 5, 15, 2) [m], 2D coefficients across and upwards; NaN for a missing marker.
+        alpha: view angle [rad], broadcast to (...).
+        variance: σ² [m²] of a measured coefficient; scales the covariance only.
+        elevation: angle [rad] by which the camera looks down, broadcast to (...).
+        n_components: number of leading components to use; None for all.
+
+    Raises:
+        MotionError: bad shapes or values; too few markers to determine N components.
+    """
+    return _reconstruct(gaussian(model, variance, n_components, prior=False), w2, alpha, elevation)
+
+
+def maximum_a_posteriori(
+    model,
+    w2,
+    alpha,
+    *,
+    variance: float | None = VARIANCE,
+    elevation=0.0,
+    n_components: int | None = None,
+    measurement=0.0,
+) -> Reconstruction:
+    """Approach II: most probable walkers given the data (eqs. 3.15, A.5).
+
+    Measured coordinates are kept (3.16), even if they are noisy.
+
+    Args:
+        model: `Eigenwalkers` or `WalkerPrior`.
+        w2: (..., 5, 15, 2) [m], 2D coefficients across and upwards; NaN for a missing marker.
+        alpha: view angle [rad], broadcast to (...).
+        variance: σ² [m²]; None uses the model's own, per harmonic and marker.
+        elevation: angle [rad] by which the camera looks down, broadcast to (...).
+        n_components: number of leading components to use; None for all.
+        measurement: variance [m²] of the error of w2, broadcast to (5, 15); added to σ², the walker's own.
+
+    Raises:
+        MotionError: bad shapes or values.
+        ModelError: `variance` is None and the model has no noise estimate.
+    """
+    return _reconstruct(gaussian(model, variance, n_components, True, measurement), w2, alpha, elevation)
+
+
+def _reconstruct(model: Gaussian, w2, alpha, elevation) -> Reconstruction:
+    measured, seen = checked_sequences(w2)
+    shape = common_shape(seen.shape[:-1], np.shape(alpha), np.shape(elevation))
+    measured, seen = np.broadcast_to(measured, (*shape, *SHAPE, 2)), np.broadcast_to(seen, (*shape, SHAPE[1]))
+    alpha, elevation = (checked_angle(a, n, shape) for a, n in ((alpha, "alpha"), (elevation, "elevation")))
+    n = int(np.prod(shape))
+    scores, depth = np.empty((n, len(model.precision))), np.empty((n, _POINTS))
+    flat = (measured.reshape(n, _POINTS, 2), alpha.reshape(n), elevation.reshape(n))
+    for pattern, rows in patterns(seen.reshape(n, -1)):
+        _solve(model, pattern, rows, *flat, scores, depth)
+    parts = scores.reshape(*shape, -1), depth.reshape(*shape, *SHAPE)
+    return Reconstruction(*parts, alpha, elevation, seen, measured, model)
+
+
+def _solve(model: Gaussian, seen, rows, w2, alpha, elevation, scores, depth) -> None:
+    """Write scores and depth of the sequences `rows`, which show the same markers, view by view."""
+    from motionenv.lifting.views._view_kernels import known_views
+
+    order = rows[np.lexsort((elevation[rows], alpha[rows]))]
+    new = np.flatnonzero((np.diff(alpha[order]) != 0) | (np.diff(elevation[order]) != 0)) + 1
+    starts = np.concatenate([[0], new, [len(order)]])
+    views = axes(alpha[order[starts[:-1]]], elevation[order[starts[:-1]]])
+    weights = model.weights(seen).reshape(-1)
+    blocks = gram_blocks(model.basis, weights)
+    given = (model.basis, weights, blocks, model.precision, scores, depth)
+    least = max(1, CHUNK * len(views) // len(order))  # a view has several sequences
+    solved = in_chunks(lambda i, j: known_views(w2, order, starts[i : j + 1], views[i:j], *given), len(views), least)
+    if not all(solved):
+        raise MotionError(
+            f"{int(seen.sum())} markers don't determine {len(model.precision)} components by least squares: "
+            "lower n_components, or use maximum_a_posteriori"
+        )

@@ -1,0 +1,18 @@
+"""Observation models: likelihoods of images and 2D markers given a pose, and their product."""
+
+from motionenv.likelihoods.appearance import AppearanceLikelihood
+from motionenv.likelihoods.background import Background, foreground_probability
+from motionenv.likelihoods.edges import EdgeLikelihood
+from motionenv.likelihoods.markers import MarkerLikelihood
+from motionenv.likelihoods.product import ProductLikelihood
+from motionenv.likelihoods.silhouette import SilhouetteLikelihood
+
+__all__ = [
+    "AppearanceLikelihood",
+    "Background",
+    "EdgeLikelihood",
+    "MarkerLikelihood",
+    "ProductLikelihood",
+    "SilhouetteLikelihood",
+    "foreground_probability",
+]

@@ -1,0 +1,199 @@
+"""SIMD forward kinematics of limb ends: `motionenv.body.limb_segments` eight times as fast.
+
+The body is the last axis: data are rows of `LANES` numbers in one flat array, and row numbers are compile-time
+constants, so that each loop over bodies becomes SIMD instructions (`motionenv.body.simd`).
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from motionenv._core.compilation import kernel
+from motionenv.body.kinematics import HINGE_SIGN
+from motionenv.body.simd import foot_angle, hinged, placed, root_rotation, sine_cosine, turned
+from motionenv.body.skeleton import LIMBS
+
+_inline = njit(inline="always", error_model="numpy")
+
+#: Bodies in a block.
+LANES = 32
+#: Rows of the limb ends, (limbs, 2, 3), in a block's array; poses, sines and cosines follow.
+END_ROWS = 6 * len(LIMBS)
+_POSE, _SIN, _COS = END_ROWS, END_ROWS + 25, END_ROWS + 50
+#: Length of a block's array.
+WORK = (END_ROWS + 75) * LANES
+
+_HINGE_ARM, _HINGE_LEG = float(HINGE_SIGN[0]), float(HINGE_SIGN[2])
+
+
+@kernel
+def _set_sines(w):
+    """Write sines and cosines of the angles of a block."""
+    for j in range(25 * LANES):
+        w[_SIN * LANES + j], w[_COS * LANES + j] = sine_cosine(w[_POSE * LANES + j])
+
+
+@_inline
+def _put(w, row, j, p, r, x, y, z):
+    """Write p + r · (x, y, z) to three rows."""
+    w[row * LANES + j] = p[0] + r[0] * x + r[1] * y + r[2] * z
+    w[(row + 1) * LANES + j] = p[1] + r[3] * x + r[4] * y + r[5] * z
+    w[(row + 2) * LANES + j] = p[2] + r[6] * x + r[7] * y + r[8] * z
+
+
+@_inline
+def _turned(r, w, j, pose, flexion, abduction, rotation):
+    """Rotation of a ball joint whose three angles start at row `pose`, each with its sign."""
+    sy, cy = flexion * w[(_SIN + pose) * LANES + j], w[(_COS + pose) * LANES + j]
+    sx, cx = abduction * w[(_SIN + pose + 1) * LANES + j], w[(_COS + pose + 1) * LANES + j]
+    sz, cz = rotation * w[(_SIN + pose + 2) * LANES + j], w[(_COS + pose + 2) * LANES + j]
+    return turned(r, sy, cy, sx, cx, sz, cz)
+
+
+@_inline
+def _hinged(r, w, j, pose, sign):
+    """Rotation of a hinge joint with its angle in row `pose`."""
+    return hinged(r, sign * w[(_SIN + pose) * LANES + j], w[(_COS + pose) * LANES + j])
+
+
+@_inline
+def _root(w, j):
+    """Rotation of the torso."""
+    sy, cy = w[(_SIN + 3) * LANES + j], w[(_COS + 3) * LANES + j]
+    sx, cx = w[(_SIN + 4) * LANES + j], w[(_COS + 4) * LANES + j]
+    sz, cz = w[(_SIN + 5) * LANES + j], w[(_COS + 5) * LANES + j]
+    return root_rotation(sy, cy, sx, cx, sz, cz)
+
+
+@_inline
+def _foot_turned(shin, z, height):
+    """Rotation of the foot, as `motionenv.body.kinematics._turn_foot` with unit vectors instead of angles."""
+    length = math.sqrt(shin[1] * shin[1] + shin[4] * shin[4])
+    upright = length > 1e-3
+    over = 1.0 / (length if upright else 1.0)
+    lx, ly = shin[1] * over, shin[4] * over
+    fx, fy = ly, -lx
+    c, s = shin[0] * fx + shin[3] * fy, -shin[6]
+    size = math.sqrt(c * c + s * s)
+    size = size if size > 1e-300 else 1.0
+    c, s = foot_angle(c / size, s / size, z, height)
+    return (
+        fx * c if upright else shin[0], lx if upright else shin[1], fx * s if upright else shin[2],
+        fy * c if upright else shin[3], ly if upright else shin[4], fy * s if upright else shin[5],
+        -s if upright else shin[6], 0.0 if upright else shin[7], c if upright else shin[8],
+    )  # fmt: skip
+
+
+@_inline
+def _segment(w, j, limb, p, r, q, t, shifts, height):
+    """Write the ends of limb `limb`, from p to q, with frames r and t."""
+    a, b = shifts[limb, 0], shifts[limb, 1]
+    _put(w, 6 * limb, j, p, r, a[0] * height, a[1] * height, a[2] * height)
+    _put(w, 6 * limb + 3, j, q, t, b[0] * height, b[1] * height, b[2] * height)
+
+
+@_inline
+def _arm(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
+    """Write upper arm, forearm and hand."""
+    upper = _turned(torso, w, j, pose, -1.0, side, -side)
+    lower = _hinged(upper, w, j, pose + 3, _HINGE_ARM)
+    elbow = placed(p, upper, offsets[nodes[0]])
+    wrist = placed(elbow, lower, offsets[nodes[1]])
+    _segment(w, j, limb, p, upper, elbow, upper, shifts, height)
+    _segment(w, j, limb + 1, elbow, lower, wrist, lower, shifts, height)
+    _segment(w, j, limb + 2, wrist, lower, wrist, lower, shifts, height)
+
+
+@_inline
+def _leg(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
+    """Write thigh, shin and foot."""
+    upper = _turned(torso, w, j, pose, -1.0, side, -side)
+    lower = _hinged(upper, w, j, pose + 3, _HINGE_LEG)
+    knee = placed(p, upper, offsets[nodes[0]])
+    ankle = placed(knee, lower, offsets[nodes[1]])
+    foot = _foot_turned(lower, ankle[2], height)
+    _segment(w, j, limb, p, upper, knee, upper, shifts, height)
+    _segment(w, j, limb + 1, knee, lower, ankle, lower, shifts, height)
+    _segment(w, j, limb + 2, ankle, foot, ankle, foot, shifts, height)
+
+
+@kernel
+def _trunk(w, offsets, shifts, height):
+    """Write the limbs of torso and head."""
+    for j in range(LANES):
+        p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
+        torso = _root(w, j)
+        neck = placed(p, torso, offsets[15])
+        skull = _turned(torso, w, j, 6, 1.0, -1.0, 1.0)
+        head = placed(neck, skull, offsets[0])
+        left, right = placed(p, torso, offsets[3]), placed(p, torso, offsets[4])
+        left_hip, right_hip = placed(p, torso, offsets[9]), placed(p, torso, offsets[10])
+        _segment(w, j, 0, p, torso, neck, torso, shifts, height)
+        _segment(w, j, 1, left, torso, right, torso, shifts, height)
+        _segment(w, j, 2, left_hip, torso, right_hip, torso, shifts, height)
+        _segment(w, j, 3, neck, skull, head, skull, shifts, height)
+        _segment(w, j, 4, head, skull, head, skull, shifts, height)
+
+
+@kernel
+def _arms(w, offsets, shifts, height):
+    """Write the limbs of both arms."""
+    for j in range(LANES):
+        p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
+        torso = _root(w, j)
+        _arm(w, j, 5, 9, 1.0, placed(p, torso, offsets[3]), torso, (5, 7), offsets, shifts, height)
+        _arm(w, j, 11, 13, -1.0, placed(p, torso, offsets[4]), torso, (6, 8), offsets, shifts, height)
+
+
+@kernel
+def _legs(w, offsets, shifts, height):
+    """Write the limbs of both legs."""
+    for j in range(LANES):
+        p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
+        torso = _root(w, j)
+        _leg(w, j, 8, 17, 1.0, placed(p, torso, offsets[9]), torso, (11, 13), offsets, shifts, height)
+        _leg(w, j, 14, 21, -1.0, placed(p, torso, offsets[10]), torso, (12, 14), offsets, shifts, height)
+
+
+@kernel
+def set_limbs(poses, start, offsets, shifts, height, w):
+    """Write the limb ends [m] of up to `LANES` poses to the first `END_ROWS` rows of `w`.
+
+    Args:
+        poses: (n, 25) [m, rad].
+        start: index of the first; the last pose is repeated to fill the block.
+        offsets: of the skeleton.
+        shifts: (limbs, 2, 3), `LIMB_SHIFTS`.
+        height: of the skeleton [m].
+        w: (WORK,), output.
+    """
+    last = len(poses) - 1
+    for j in range(LANES):
+        pose = poses[min(start + j, last)]
+        for i in range(25):
+            w[(_POSE + i) * LANES + j] = pose[i]
+    _set_sines(w)
+    _trunk(w, offsets, shifts, height)
+    _arms(w, offsets, shifts, height)
+    _legs(w, offsets, shifts, height)
+
+
+@kernel
+def limb_ends(poses, offsets, shifts, height, out):
+    """Write the limb ends (n, limbs, 2, 3) [m] of poses (n, 25): `motionenv.body.limb_segments`.
+
+    Args:
+        poses: [m, rad].
+        offsets: of the skeleton.
+        shifts: (limbs, 2, 3), `LIMB_SHIFTS`.
+        height: of the skeleton [m].
+        out: output.
+    """
+    w = np.empty(WORK)
+    for start in range(0, len(poses), LANES):
+        set_limbs(poses, start, offsets, shifts, height, w)
+        for j in range(min(LANES, len(poses) - start)):
+            body = out[start + j].reshape(-1)
+            for row in range(END_ROWS):
+                body[row] = w[row * LANES + j]

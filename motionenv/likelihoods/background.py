@@ -1,0 +1,163 @@
+"""Background subtraction in colour images: foreground probability per pixel, and background estimation.
+
+A background pixel keeps its colour, up to a gain that the whole image shares (brightness) and Gaussian noise; a
+foreground pixel has a uniformly distributed colour. Gain and noise are estimated from the image by medians, which are
+correct as long as most of it is background. If the background estimate is poor, the estimated noise is large and the
+probabilities become uninformative instead of wrong.
+
+A tracker knows which pixels are background: those that the body doesn't cover. A `Background` with this feedback learns
+only from them, so neither a standing person nor one approaching the camera becomes part of it. Pixels that the body has
+covered since the beginning remain unknown, with probability one half.
+"""
+
+import numpy as np
+
+from motionenv._core.validation import checked_number, checked_whole
+from motionenv.errors import MotionError
+
+_DARK = 24  # grey levels; darker pixels don't determine the gain
+_LEAST_NOISE = 1.0  # grey levels: rounding and other unavoidable variation
+_PLAIN = 3.0  # grey levels: largest median absolute deviation of a uniform row
+_EMPTY = 999  # missing sample; sorts after all colours
+_TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
+
+
+def foreground_probability(rgb, background, *, noise: float | None = None) -> np.ndarray:
+    """Probability (height, width) that a pixel is foreground, with equal prior probabilities.
+
+    Args:
+        rgb: uint8 (height, width, 3), the image.
+        background: (height, width, 3), the same view without the person, 0 to 255; NaN where unknown, which gives one
+            half.
+        noise: standard deviation of colours [grey levels]; None estimates it from the image.
+
+    Raises:
+        MotionError: incompatible shapes, or noise that isn't above 0.
+    """
+    rgb = picture(rgb)
+    background = np.asarray(background, dtype=np.float64)
+    if background.shape != rgb.shape or np.isinf(background).any():
+        raise MotionError(f"background must be finite and have rgb's shape {rgb.shape}, got {background.shape}")
+    known = np.isfinite(background).all(axis=-1)
+    if not known.any():
+        return np.full(known.shape, 0.5)
+    if noise is not None:
+        checked_number(noise, "noise", above=0, unit="grey levels")
+    bright = background > _DARK  # False where NaN
+    gain = float(np.median(rgb[bright] / background[bright])) if bright.any() else 1.0
+    difference = rgb - gain * background
+    typical = float(np.median(np.abs(difference[known])))
+    sigma = max(_TO_DEVIATION * typical, _LEAST_NOISE) if noise is None else noise
+    log_odds = 0.5 * (difference**2).sum(-1) / sigma**2 - 3 * np.log(256 / (sigma * np.sqrt(2 * np.pi)))
+    return 1.0 / (1.0 + np.exp(-np.where(known, np.clip(log_odds, -50.0, 50.0), 0.0)))
+
+
+class Background:
+    """Running background estimate for a static camera.
+
+    It is the median, per pixel, of the last `frames` images in which the body didn't cover the pixel, according to
+    `learn`. Without calls of `learn`, it is the median of all images, available after `least` images and correct where
+    a walker stood in fewer than half of them. Before that, and for a panning camera, it is each row's median colour:
+    correct for uniform walls and skies, otherwise poor, which the large residuals reveal.
+
+    Args:
+        frames: number of images kept per pixel.
+        least: number of images needed for the median of all images.
+        still: False for a panning camera.
+    """
+
+    def __init__(self, frames: int = 31, least: int = 8, *, still: bool = True):
+        self.frames = checked_whole(frames, "frames", 1)
+        self.least, self.still = checked_whole(least, "least", 1, self.frames), still
+        self._last: np.ndarray | None = None
+        self._told = False
+
+    def observe(self, rgb) -> None:
+        """Add an image, uint8 `rgb` (height, width, 3).
+
+        Raises:
+            MotionError: another type, or another size than before.
+        """
+        rgb = picture(rgb)
+        if self._last is None:
+            self._empty(rgb.shape)
+        elif self._last.shape != rgb.shape:
+            raise MotionError(f"rgb must have the shape of earlier images {self._last.shape}, got {rgb.shape}")
+        self._last = rgb.copy()
+        if not self._told:
+            self._keep(np.ones(rgb.shape[:2], dtype=bool))
+
+    def learn(self, body) -> None:
+        """Learn the uncovered pixels of the last image; the first call discards what was learned without feedback.
+
+        Args:
+            body: bool (height, width), where the body is or may be.
+
+        Raises:
+            MotionError: no image yet, or one of another size.
+        """
+        body = np.asarray(body, dtype=bool)
+        if self._last is None or body.shape != self._last.shape[:2]:
+            raise MotionError(f"body must have the size of the last image, got {body.shape}: call observe(rgb) first")
+        if not self._told:
+            self._empty(self._last.shape)
+        self._told = True
+        self._keep(~body)
+
+    def estimate(self) -> np.ndarray:
+        """The background (height, width, 3), 0 to 255. After the first `learn`, it is NaN where it was never uncovered.
+
+        Rows whose known part is uniform are assumed to be uniform behind the body too.
+
+        Raises:
+            MotionError: no image yet.
+        """
+        if self._last is None:
+            raise MotionError("no image has been observed yet: call observe(rgb) first")
+        if self._told:
+            return _plain_filled(np.where(self._count[..., None] > 0, self._median(), np.nan))
+        if self.still and self._count.max() >= self.least:
+            return self._median()
+        return np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
+
+    def _empty(self, shape: tuple[int, ...]) -> None:
+        self._samples = np.full((*shape, self.frames), _EMPTY, dtype=np.int16)
+        self._count = np.zeros(shape[:2], dtype=np.int64)  # samples ever stored
+
+    def _keep(self, which: np.ndarray) -> None:
+        """Store the last image's pixels `which` (height, width), replacing their oldest samples."""
+        assert self._last is not None
+        rows, columns = np.nonzero(which)
+        self._samples[rows, columns, :, self._count[rows, columns] % self.frames] = self._last[rows, columns]
+        self._count[rows, columns] += 1
+
+    def _median(self) -> np.ndarray:
+        """Median of the samples (height, width, 3)."""
+        middle = np.minimum(self._count, self.frames) // 2
+        if middle.min() == middle.max():
+            return np.partition(self._samples, middle.flat[0], axis=-1)[..., middle.flat[0]]
+        ordered = np.sort(self._samples, axis=-1)
+        return np.take_along_axis(ordered, middle[..., None, None], axis=-1)[..., 0]
+
+
+def _plain_filled(background: np.ndarray) -> np.ndarray:
+    """Fill NaNs of a background (height, width, 3) with the row's median colour, in almost uniform rows."""
+    rows = np.flatnonzero(np.isnan(background[..., 0]).any(axis=1) & ~np.isnan(background[..., 0]).all(axis=1))
+    middle = np.nanmedian(background[rows], axis=1, keepdims=True)
+    apart = np.nanmedian(np.abs(background[rows] - middle), axis=(1, 2))
+    plain = apart <= _PLAIN
+    filled = background[rows[plain]]
+    background[rows[plain]] = np.where(np.isnan(filled), middle[plain], filled)
+    return background
+
+
+def picture(rgb) -> np.ndarray:
+    """`rgb` as an array.
+
+    Raises:
+        MotionError: not uint8 (height, width, 3).
+    """
+    rgb = np.asarray(rgb)
+    if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[-1] != 3 or not rgb.size:
+        raise MotionError(f"rgb must be uint8 (height, width, 3), got {rgb.dtype} {rgb.shape}")
+    return rgb

@@ -1,0 +1,104 @@
+"""Marker likelihood: 2D marker positions with noise, gaps and outliers."""
+
+import math
+
+import numpy as np
+
+from motionenv._core.validation import checked_number, is_number
+from motionenv.body import from_height, markers
+from motionenv.errors import MotionError
+from motionenv.likelihoods.silhouette import checked_poses
+from motionenv.render.cameras import Orthographic, orthographic, project
+from motionenv.types import Camera, Skeleton
+
+_AREA = 4.0  # [m²] area over which outliers are uniform, for images in metres
+
+
+class MarkerLikelihood:
+    """Log-likelihood of the 15 markers of an image given poses.
+
+    A visible marker has Gaussian noise about its projected position; with probability `outliers` it is uniformly
+    distributed over the image, so that no single marker can rule out a hypothesis. Missing markers are ignored.
+
+    Args:
+        view: a `Camera`, an `Orthographic` view, or paper B's view angle α [rad] for points in metres, z upwards, as in
+            `motionenv.render.cameras.orthographic`.
+        skeleton: the body of the hypotheses; None uses the average one, `from_height(1.75)`.
+        noise: standard deviation of each coordinate, including the body's shape, in the image's unit; None is 0.03 m in
+            metres, and 1.5 % of the image height in pixels.
+        outliers: probability of an outlier, 0 to 1.
+
+    Raises:
+        MotionError: an argument out of range.
+    """
+
+    def __init__(
+        self,
+        view: Camera | Orthographic | float,
+        skeleton: Skeleton | None = None,
+        *,
+        noise: float | None = None,
+        outliers: float = 0.02,
+    ):
+        if not isinstance(view, Camera | Orthographic) and not (is_number(view) and math.isfinite(view)):
+            raise MotionError(f"view must be a Camera, an Orthographic, or a finite angle [rad], got {view!r}")
+        checked_number(outliers, "outliers", above=0, below=1)
+        if noise is not None:
+            checked_number(noise, "noise", above=0)
+        self.view = view
+        self.skeleton = from_height() if skeleton is None else skeleton
+        self.outliers = outliers
+        if isinstance(view, Camera | Orthographic):
+            self.noise = 0.015 * view.height if noise is None else noise
+            self._area = float(view.width * view.height)
+        else:
+            self.noise, self._area = 0.03 if noise is None else noise, _AREA
+        self._points: np.ndarray | None = None
+
+    def observe(self, points, seen=None) -> None:
+        """Set the current `points` (15, 2); missing ones are NaN or not `seen` (15,).
+
+        Raises:
+            MotionError: wrong shapes, or infinite values.
+        """
+        points = np.array(points, dtype=np.float64)
+        seen = np.ones(15, bool) if seen is None else np.asarray(seen, dtype=bool)
+        if points.shape != (15, 2) or seen.shape != (15,):
+            raise MotionError(
+                f"points must have shape (15, 2) and seen (15,), got {points.shape} and {seen.shape}: pass one frame "
+                "at a time"
+            )
+        points[~seen] = np.nan
+        if np.isinf(points).any():
+            raise MotionError("points must be finite where seen; set others to NaN, or seen to False")
+        self._points = points
+
+    def log_likelihood(self, poses, alpha=None) -> np.ndarray:
+        """Log-likelihood (N,) of the current points given each of `poses` (N, 25) [m, rad].
+
+        Args:
+            poses: the hypotheses.
+            alpha: (N,) [rad], a view angle for each hypothesis, if the view is an angle; None uses the model's.
+
+        Raises:
+            MotionError: no observation yet, wrong shapes, non-finite values, or `alpha` with a camera.
+        """
+        if self._points is None:
+            raise MotionError("no points have been observed yet: call observe(points) first")
+        shown = self._project(markers(checked_poses(poses), self.skeleton), alpha)
+        square = ((shown - self._points) ** 2).sum(-1) / self.noise**2
+        peak = (1 - self.outliers) / (2 * np.pi * self.noise**2)
+        square = np.where(np.isnan(shown).any(-1), np.inf, square)  # behind the camera: not in the image
+        each = np.log(peak * np.exp(-0.5 * square) + self.outliers / self._area)
+        return each[:, ~np.isnan(self._points).any(-1)].sum(-1)
+
+    def _project(self, points: np.ndarray, alpha) -> np.ndarray:
+        """Image positions (N, 15, 2) of 3D points (N, 15, 3)."""
+        if isinstance(self.view, Camera | Orthographic):
+            if alpha is not None:
+                raise MotionError("alpha needs a model with a view angle; with a camera, turn the poses' headings")
+            return project(points, self.view)[0]
+        alpha = np.full(len(points), float(self.view)) if alpha is None else np.asarray(alpha, dtype=np.float64)
+        if alpha.shape != (len(points),) or not np.isfinite(alpha).all():
+            raise MotionError(f"alpha must be {len(points)} finite angles, got shape {alpha.shape}")
+        return orthographic(points, alpha[:, None])

@@ -1,0 +1,74 @@
+"""CSV writer: a table with one row per frame, readable without options by spreadsheets, R, MATLAB and pandas.
+
+Columns, each with its unit at the end of its name:
+
+    time_s                                             seconds since the first frame
+    root_x_m, root_y_m, root_z_m                       the pose vector, in the order of `motionenv.types.POSE`:
+    root_tilt_rad ... right_knee_flexion_rad           metres and radians, signs as in `motionenv.body.kinematics`
+    head_x_m, head_y_m, head_z_m ... right_ankle_z_m   the 15 markers in the world (x forward, y left, z up)
+
+Numbers have full precision: reading them back gives the same float64. Unknown values are empty fields. Limb lengths
+are not included; NPZ has them.
+"""
+
+import csv
+import io
+from collections.abc import Iterator
+
+import numpy as np
+
+from motionenv._core.files import atomic_write
+from motionenv.body.kinematics import markers
+from motionenv.mocap.formats.export_common import check_sequence
+from motionenv.types import MARKERS, POSE, Motion
+
+#: Names of the columns.
+COLUMNS = (
+    "time_s",
+    *(f"{name}_{'m' if i < 3 else 'rad'}" for i, name in enumerate(POSE)),
+    *(f"{name}_{axis}_m" for name in MARKERS for axis in "xyz"),
+)
+
+_TOGETHER = 500  # frames converted to text at a time
+
+
+def write(motion: Motion, path) -> None:
+    """Write poses and markers as CSV, atomically.
+
+    Args:
+        motion: one sequence (frames, 25); gaps become empty fields.
+        path: the file.
+
+    Raises:
+        MotionError: not one sequence, or the file can't be written.
+    """
+    made = parts(motion)
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
+        file.writelines(made)
+
+
+def parts(motion: Motion) -> Iterator[bytes]:
+    """The bytes that `write` writes, a few hundred rows at a time.
+
+    Raises:
+        MotionError: not one sequence.
+    """
+    check_sequence(motion, "CSV", gaps=True)
+    return _parts(motion)
+
+
+def _parts(motion: Motion) -> Iterator[bytes]:
+    yield ",".join(COLUMNS).encode() + b"\n"
+    for start in range(0, len(motion.poses), _TOGETHER):
+        yield _rows(motion, np.arange(start, min(start + _TOGETHER, len(motion.poses))))
+
+
+def _rows(motion: Motion, frames: np.ndarray) -> bytes:
+    """Lines of some frames."""
+    poses = motion.poses[frames]
+    points = markers(poses, motion.skeleton).reshape(len(poses), -1)
+    table = np.column_stack([frames / motion.fps, poses, points])
+    text = io.StringIO(newline="")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerows([value if value == value else "" for value in row] for row in table.tolist())
+    return text.getvalue().encode("ascii")

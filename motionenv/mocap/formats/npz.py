@@ -1,0 +1,170 @@
+"""NPZ: motionenv's own file format of a `Motion`, lossless and without pickle."""
+
+import io
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from motionenv._core.files import atomic_write
+from motionenv.errors import FormatError, MotionError
+from motionenv.mocap.formats.text import read_bytes
+from motionenv.types import POSE, Motion, Skeleton
+
+_FORMAT, _VERSION = "motionenv motion", 1
+_LIMIT = 1 << 30  # [bytes] most array data: 12 hours at 120 frames per second
+_SKELETONS = 64  # most skeletons whose archive members are cached
+_FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
+
+#: Exceptions of zipfile, zlib and numpy on damaged files.
+_DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, EOFError, RuntimeError, KeyError)
+
+
+def write(motion: Motion, path) -> None:
+    """Write `motion` atomically.
+
+    Raises:
+        MotionError: the folder is missing, not writable or full.
+    """
+    fields = {**_constant(), **_of_skeleton(motion.skeleton), **_of_motion(motion)}
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **fields)
+
+
+def parts(motion: Motion) -> Iterator[bytes]:
+    """The bytes of an uncompressed file, in one part; `read` reads it like one of `write`.
+
+    Raises:
+        MotionError: `motion` is too large.
+    """
+    if motion.poses.nbytes > _LIMIT:
+        raise MotionError(f"an NPZ file has at most {_LIMIT >> 20} MiB of poses, got {motion.poses.nbytes >> 20}")
+    body = motion.skeleton
+    kept = _kept_members(body.offsets.tobytes(), body.radii.tobytes(), body.height)
+    return iter([_zipped([*kept, *(_member(name, array) for name, array in _of_motion(motion).items())])])
+
+
+def _constant() -> dict[str, np.ndarray]:
+    return {"format": np.array(_FORMAT), "version": np.array(_VERSION), "pose": np.array(POSE)}
+
+
+def _of_skeleton(skeleton: Skeleton) -> dict[str, np.ndarray]:
+    return {"offsets": skeleton.offsets, "radii": skeleton.radii, "height": np.array(skeleton.height)}
+
+
+def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
+    return {"fps": np.array(motion.fps), "name": np.array(motion.name), "poses": motion.poses}
+
+
+@lru_cache(maxsize=_SKELETONS)
+def _kept_members(offsets: bytes, radii: bytes, height: float) -> list["_Member"]:
+    """Archive members that are equal in all files of one body."""
+    body = Skeleton(np.frombuffer(offsets).reshape(-1, 3), np.frombuffer(radii).reshape(-1, 2), height)
+    return [_member(name, array) for name, array in {**_constant(), **_of_skeleton(body)}.items()]
+
+
+class _Member(NamedTuple):
+    """A file in a zip archive: its name, its bytes, and their checksum."""
+
+    name: bytes
+    data: bytes
+    crc: int
+
+
+def _member(name: str, array: np.ndarray) -> _Member:
+    """An array as an archive member."""
+    data = _npy_header(array.shape, array.dtype.str) + array.tobytes()
+    return _Member(f"{name}.npy".encode(), data, zlib.crc32(data))
+
+
+@lru_cache(maxsize=256)
+def _npy_header(shape: tuple[int, ...], dtype: str) -> bytes:
+    """Header of an NPY file."""
+    file = io.BytesIO()
+    fields = {"descr": dtype, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(file, fields)
+    return file.getvalue()
+
+
+def _zipped(members: list[_Member]) -> bytes:
+    """A zip archive of stored members (APPNOTE 6.3, sections 4.3.7, 4.3.12 and 4.3.16), dated 1980 like NumPy's."""
+    body: list[bytes] = []
+    directory: list[bytes] = []
+    at = 0
+    for name, data, crc in members:
+        same = struct.pack("<5H3L2H", 20, 0, 0, 0, 0x21, crc, len(data), len(data), len(name), 0)
+        directory += [b"PK\1\2\x14\0", same, struct.pack("<3H2L", 0, 0, 0, 0, at), name]
+        body += [b"PK\3\4", same, name, data]
+        at += 30 + len(name) + len(data)
+    size = sum(map(len, directory))
+    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, len(members), len(members), size, at, 0)
+    return b"".join([*body, *directory, end])
+
+
+def read(path) -> Motion:
+    """Read a file of `write`.
+
+    Raises:
+        FormatError: not such a file, another version, damaged, or arrays of more than 1 GiB.
+    """
+    return parse(read_bytes(path), path)
+
+
+def parse(raw: bytes, path) -> Motion:
+    """The motion in the bytes of a file of `write` or `parts`.
+
+    Args:
+        raw: the file's content.
+        path: its name, for messages.
+
+    Raises:
+        FormatError: as in `read`.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            _check_sizes(path, archive)
+        with np.load(io.BytesIO(raw), allow_pickle=False) as file:
+            fields = {name: file[name] for name in _FIELDS if name in file}
+    except _DAMAGED as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(path, f"isn't an NPZ file, or is damaged: {error}") from None
+    return _motion(path, fields)
+
+
+def _check_sizes(path, archive: zipfile.ZipFile):
+    """Reject archives that wouldn't fit in memory, by the arrays' headers, before anything is decompressed."""
+    total = 0
+    for member in archive.infolist():
+        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other kinds raise their own errors
+            raise FormatError(path, "is damaged, or packed by something other than NumPy", member.filename)
+        with archive.open(member) as file:
+            version = np.lib.format.read_magic(file)
+            reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+            shape, _, dtype = reader(file)
+        total += abs(int(np.prod([*shape, dtype.itemsize], dtype=object)))
+        if dtype.hasobject:
+            raise FormatError(path, "has Python objects, which are never loaded", member.filename)
+        if total > _LIMIT:
+            raise FormatError(path, f"has arrays of more than {_LIMIT >> 20} MiB", member.filename)
+
+
+def _motion(path, fields: dict[str, np.ndarray]) -> Motion:
+    """The motion from a file's arrays."""
+    if str(fields.get("format")) != _FORMAT:
+        raise FormatError(path, f"is an NPZ file of another kind: its 'format' isn't {_FORMAT!r}")
+    if fields.get("version") != _VERSION:
+        raise FormatError(path, f"is of version {fields.get('version')}; this motionenv reads version {_VERSION}")
+    if missing := _FIELDS - set(fields):
+        raise FormatError(path, f"has no {', '.join(sorted(missing))}")
+    if tuple(fields["pose"]) != POSE:
+        raise FormatError(path, f"its pose vector has other entries than {', '.join(POSE)}", "pose")
+    try:
+        skeleton = Skeleton(fields["offsets"], fields["radii"], float(fields["height"]))
+        return Motion(fields["poses"], skeleton, float(fields["fps"]), str(fields["name"]))
+    except (TypeError, ValueError) as error:
+        raise FormatError(path, f"has no valid motion: {error}") from None

@@ -1,0 +1,295 @@
+"""The protocol of gait models, used by the environments, the service, the page, the command line and the exporters.
+
+To add a model, subclass `GaitModel`, or `FixedModel` if there is nothing to learn, and define the abstract methods.
+Don't override the methods implemented here: all models share them. Class attributes declare what a model can do.
+`motionenv.models.registry` describes how to register it.
+
+    class Bounce(FixedModel):
+        kind, card_ = "bounce", {"data": "none", "model licence": "MIT"}
+
+        def make_motion(self, walker, request, rng):
+            body = self.body(request.height)
+            poses = np.zeros((request.frames, 25))
+            seconds = np.arange(request.frames) / request.fps
+            poses[:, 0] = (request.speed or 1.0) * seconds
+            poses[:, 2] = body.height * (0.53 + 0.02 * np.cos(4 * np.pi * seconds))
+            return Motion(poses, body, request.fps, "bounce")
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from motionenv._core.validation import random_generator
+from motionenv.body.skeleton import from_height
+from motionenv.errors import MotionError
+from motionenv.models.storage.model_file import StoredModel
+from motionenv.models.types import Components, Request, Treadmill, Walker
+from motionenv.types import Motion, Skeleton
+
+if TYPE_CHECKING:
+    from motionenv.models.traits import Trait
+
+
+class GaitModel(StoredModel):
+    """A model of human motion, usually walking.
+
+    Attributes:
+        kind: identifies the class in model files and in the registry.
+        about: one sentence for people.
+        batch_size: number of walkers that `synthesize_batch` makes about as fast as one. 1 means one by one. A model
+            with more defines `make_motions` and synthesises within about a millisecond.
+        steady: whether each motion is a steady walk along x from the origin at the requested speed. Otherwise the
+            motion is of any kind and has no cycles: the model takes neither phase nor variation, and is steered
+            towards the speed.
+        steerable: whether it generates motion frame by frame with `generator`.
+        learns_from: what `fit` takes of captured walks: "motions" or "markers".
+        activities: targets of a steerable model.
+        card_: the model card (Mitchell et al. 2019): data, licence, how it was made.
+        make_motions: `synthesize_batch` with `rng` instead of `seed`; only where `batch_size` exceeds 1.
+        generator: only of a steerable model. `generator(start, seed=..., temperature=..., target=...)` returns an
+            object with `step(frames)` → the next poses (frames, 25), a settable `target`, `skeleton` and `fps`. `start`
+            is poses to continue, an activity, or None for a random start.
+    """
+
+    about: ClassVar[str] = ""
+    batch_size: ClassVar[int] = 1
+    steady: ClassVar[bool] = True
+    steerable: ClassVar[bool] = False
+    learns_from: ClassVar[str] = "motions"
+    activities: tuple[str, ...] = ()
+    make_motions: Callable[..., list[Motion]]
+    generator: Callable[..., Any]
+
+    @abstractmethod
+    def fit(self, motions, subjects=None) -> Self:
+        """Learn from captured motion.
+
+        Args:
+            motions: one or more (frames, 25).
+            subjects: the person's label for each motion; None takes each motion for a different person.
+
+        Raises:
+            MotionError: too little data, or a model that can't be fitted.
+        """
+
+    @abstractmethod
+    def components(self) -> Components:
+        """The model's components; empty if it has none, and then it takes no scores or deviations.
+
+        Raises:
+            ModelError: not fitted.
+        """
+
+    @abstractmethod
+    def treadmill(self) -> Treadmill | None:
+        """The walk in place in closed form, so that clients can compute it; None if only the model can."""
+
+    @abstractmethod
+    def body(self, height: float | None = None) -> Skeleton | None:
+        """The average body, scaled to `height` [m]; None if each walker has a different body.
+
+        Raises:
+            MotionError: `height` isn't from 0.5 to 2.5 m.
+        """
+
+    @abstractmethod
+    def dimensions(self) -> dict[str, int]:
+        """Sizes of the model by name, other than the number of components."""
+
+    @abstractmethod
+    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
+        """Draw a person from the model.
+
+        Args:
+            rng: random generator.
+            speed: walking speed [m/s]; None lets the model choose.
+            height: body height [m]; None takes the model's.
+        """
+
+    @abstractmethod
+    def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
+        """Motion (request.frames, 25) of `walker`, as `synthesize` describes.
+
+        Args:
+            walker: a walker of this model.
+            request: validated arguments of `synthesize`.
+            rng: random generator for everything that the request leaves open.
+        """
+
+    def traits(self) -> "list[Trait]":
+        """Directions in which walks change in ways that people name; empty without components or treadmill."""
+        from motionenv.models.traits import traits
+
+        return traits(self) if self.treadmill() is not None else []
+
+    def walker(self, seed=None, *, scores=None, deviations=None) -> Walker:
+        """One person, drawn at random or given by scores. Components without a score are average.
+
+        Args:
+            seed: int or Generator to draw with.
+            scores: up to q scores along the components.
+            deviations: up to q standard deviations from the average scores.
+
+        Raises:
+            MotionError: more than one argument, too many or non-finite numbers, or a model without components.
+        """
+        if deviations is not None and scores is not None:
+            raise MotionError("deviations and scores both define the walker: give one of them")
+        if deviations is None and scores is None:
+            return self.draw_walker(random_generator(seed))
+        name, given = ("scores", scores) if deviations is None else ("deviations", deviations)
+        if seed is not None:
+            raise MotionError(f"seed and {name} both define the walker: give one of them")
+        components = self.components()
+        if not len(components):
+            raise MotionError(f"a {self.kind} model has no components: leave deviations and scores out")
+        values = np.asarray(given, dtype=np.float64)
+        if values.ndim != 1 or len(values) > len(components) or not np.isfinite(values).all():
+            raise MotionError(
+                f"{name} must be up to {len(components)} finite numbers, one per component; got {given!r}"
+            )
+        made, first = components.means.copy(), slice(len(values))
+        made[first] = values if deviations is None else made[first] + values * components.deviations[first]
+        return Walker(self.kind, tuple(made))
+
+    def synthesize(
+        self,
+        seconds: float,
+        fps: float = 60.0,
+        *,
+        walker: Walker | None = None,
+        seed=None,
+        speed: float | None = None,
+        height: float | None = None,
+        phase: float = 0.0,
+        variation: float = 1.0,
+    ) -> Motion:
+        """New motion (frames, 25). A steady model walks along x from the origin, on the ground z = 0.
+
+        Args:
+            seconds: duration [s], up to an hour.
+            fps: frames per second, from 1 to 1000.
+            walker: the walker, from `walker`; None draws one with the seed.
+            seed: int or Generator, also for the variation between cycles.
+            speed: speed along x [m/s], from 0.1 to 3; None takes the walker's own.
+            height: body height [m], from 0.5 to 2.5; None takes the model's.
+            phase: phase at the start [cycles]; at 0 the left leg is furthest ahead.
+            variation: factor on the variation between the cycles of one walk, from 0 to 10. It has no effect on models
+                of a single cycle.
+
+        Raises:
+            MotionError: a number out of range, a walker of another model, or phase or variation given to a model
+                without cycles.
+            ModelError: not fitted.
+        """
+        request = Request(seconds, fps, speed, height, phase, variation)
+        if not self.steady and (phase != 0.0 or variation != 1.0):
+            raise MotionError(f"a {self.kind} model has no cycles: leave phase and variation out")
+        rng = random_generator(seed)
+        if walker is None:
+            return self.make_motion(self.draw_walker(rng, speed, height), request, rng)
+        if walker.kind != self.kind or len(walker.scores) != len(self.components()):
+            raise MotionError(
+                f"walker is of a {walker.kind} model with {len(walker.scores)} components: make one with "
+                f"this {self.kind} model's walker()"
+            )
+        return self.make_motion(walker, request, rng)
+
+    def synthesize_batch(
+        self,
+        seconds: float,
+        fps: float,
+        *,
+        heights: Sequence[float] | np.ndarray,
+        speeds: Sequence[float | None],
+        seed=None,
+    ) -> list[Motion]:
+        """Motion of `n` new walkers, computed together if `batch_size` exceeds 1, otherwise one by one.
+
+        Walks computed together meet their speeds within a few percent.
+
+        Args:
+            seconds: duration [s].
+            fps: frames per second.
+            heights: (n,) body heights [m].
+            speeds: (n,) speeds [m/s]; all numbers or all None.
+            seed: int or Generator.
+
+        Raises:
+            MotionError: a number out of range.
+        """
+        rng = random_generator(seed)
+        if self.batch_size > 1:
+            return self.make_motions(seconds, fps, heights=heights, speeds=speeds, rng=rng)
+        pairs = zip(heights, speeds, strict=True)
+        return [self.synthesize(seconds, fps, seed=rng, speed=speed, height=float(h)) for h, speed in pairs]
+
+    def describe(self) -> dict[str, Any]:
+        """JSON-serialisable description of the model and of the arguments that it takes."""
+        components, body, treadmill = self.components(), self.body(), self.treadmill()
+        columns = components.names, components.means.tolist(), components.deviations.tolist()
+        shares = np.clip(components.shares, 0, 1).tolist()
+        takes = {"speed": True, "height": True, "deviations": len(components) > 0, "variation": self.steady}
+        counted = {"components": len(components)} if len(components) else {}
+        return {
+            "kind": self.kind,
+            "about": self.about,
+            "card": self.card_,
+            "dimensions": counted | self.dimensions(),
+            "height": None if body is None else body.height,
+            "components": [
+                {"name": name, "mean": mean, "deviation": deviation, "share": share}
+                for name, mean, deviation, share in zip(*columns, shares, strict=True)
+            ],
+            "activities": list(self.activities),
+            "takes": [name for name, is_taken in takes.items() if is_taken],
+            "treadmill": None if treadmill is None else treadmill.frame,
+            "steady": self.steady,
+            "steerable": self.steerable,
+        }
+
+
+class FixedModel(GaitModel):
+    """A model without parameters: one walker, whose body has average proportions and any height.
+
+    Subclasses define only `make_motion`.
+    """
+
+    def fit(self, motions, subjects=None) -> Self:
+        """Not supported, whatever `motions` and `subjects` are.
+
+        Raises:
+            MotionError: always.
+        """
+        raise MotionError(f"a {self.kind} model has no parameters: there is nothing to fit")
+
+    def components(self) -> Components:
+        """No components."""
+        return Components()
+
+    def treadmill(self) -> None:
+        """No treadmill."""
+
+    def body(self, height: float | None = None) -> Skeleton:
+        """A body of average proportions with the given `height` [m], by default 1.75 m."""
+        return from_height(1.75 if height is None else height)
+
+    def dimensions(self) -> dict[str, int]:
+        """No dimensions."""
+        return {}
+
+    def draw_walker(self, rng, speed=None, height=None) -> Walker:
+        """The only walker; `rng`, `speed` and `height` have no effect."""
+        return Walker(self.kind)
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """No arrays and no settings."""
+        return {}, {}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
+        """The model; `arrays` and `meta` have no effect."""
+        return cls()

@@ -1,0 +1,358 @@
+"""Base class of the models of Fourier walkers: linear combinations of components, sampling, synthesis, storage."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+
+from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.body.skeleton import from_height
+from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.models.base import GaitModel
+from motionenv.models.eigenwalkers.extraction import fourier_walker
+from motionenv.models.eigenwalkers.fourier_series import PARTS, FourierWalker, centred, in_phase
+from motionenv.models.eigenwalkers.locomotion import Gait, gait
+from motionenv.models.fpca.em_fit import fit_ppca
+from motionenv.models.fpca.observations import Observations, column_sums, group_centres
+from motionenv.models.synthesis import scaled
+from motionenv.models.types import Components, Request, Treadmill, Walker
+from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
+
+COEFFICIENTS = (len(PARTS), len(MARKERS), 3)  #: shape of a walker's coefficients
+_EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits
+_TRIES = 100
+_TIE = 1e-6  # entries whose sizes differ by less than this share count as equal
+
+
+class FourierModel(GaitModel):
+    r"""A walker is w = w̄ + Σ_n k_n e_n (paper B, eq. 3.3), with scores k ~ N(0, diag λ) (eq. 3.11).
+
+    The frequency isn't part of w (paper B); its logarithm is regressed on the scores. Subclasses implement `fit`.
+
+    Args:
+        n_components: N; None takes the subclass's default, or the greatest possible number if that is fewer.
+        tol: with missing markers, stop when an iteration gains less than this fraction of the log-likelihood.
+        max_iter: greatest number of iterations.
+
+    Attributes:
+        mean_: (5, 15, 3) [m], the average walker w̄.
+        components_: (N, 5, 15, 3), the eigenwalkers e_n, orthonormal as vectors of 225; the largest entry is positive.
+        explained_variance_: (N,) λ = s² / (R - 1) [m²]; × 10⁶ gives paper B's mm².
+        explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
+        log_frequency_mean_, log_frequency_weights_, log_frequency_deviation_: log ω/2π [Hz] is the mean plus
+            weights (N,) · k / √λ plus a residual of this standard deviation.
+        n_people_, n_walkers_: number of people and of walks it was fitted to.
+    """
+
+    log_frequency_mean_: float
+    log_frequency_weights_: np.ndarray
+    log_frequency_deviation_: float
+    n_people_: int
+    n_walkers_: int
+    learns_from: ClassVar[str] = "markers"
+    _settings: ClassVar[tuple[str, ...]] = ("n_components", "tol", "max_iter")
+    _stored: ClassVar[tuple[str, ...]] = (
+        "mean_", "components_", "explained_variance_", "explained_variance_ratio_",
+        "log_frequency_mean_", "log_frequency_weights_", "log_frequency_deviation_",
+    )  # fmt: skip
+    _shapes: ClassVar[dict[str, tuple[int, ...]]] = {
+        "mean_": COEFFICIENTS, "log_frequency_mean_": (), "log_frequency_deviation_": ()
+    }  # fmt: skip
+    _positive: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500):
+        self.n_components = n_components
+        self.tol = tol
+        self.max_iter = max_iter
+        self.card_: dict = {}
+
+    def transform(self, walkers) -> np.ndarray:
+        """Scores k by least squares on the known entries (eq. 3.9, with 3D coefficients instead of 2D).
+
+        Args:
+            walkers: a `FourierWalker`, n of them, or coefficients (..., 5, 15, 3) [m]; NaN where unknown.
+
+        Returns:
+            (N,), (n, N) or (..., N) [m].
+
+        Raises:
+            MotionError: another shape, or infinite values.
+        """
+        self._check_fitted()
+        if isinstance(walkers, FourierWalker):
+            w = walkers.coefficients
+        elif isinstance(walkers, (list, tuple)) and all(isinstance(a, FourierWalker) for a in walkers):
+            w = np.array([a.coefficients for a in walkers])
+        else:
+            w = np.asarray(walkers, dtype=np.float64)
+        if w.shape[-3:] != COEFFICIENTS or np.isinf(w).any():
+            raise MotionError(f"walkers must be finite or NaN, of shape (..., 5, 15, 3), got {w.shape}")
+        return self._scores(w)
+
+    def inverse_transform(self, scores) -> np.ndarray:
+        """Coefficients (..., 5, 15, 3) [m] of the walkers with the given `scores` (..., N) [m] (eq. 3.3)."""
+        return self.mean_ + np.tensordot(self._checked_scores(scores), self.components_, axes=1)
+
+    def sample(self, n: int, seed=None) -> list[FourierWalker]:
+        """Draw `n` walkers with scores from N(0, diag λ) and frequencies from the regression.
+
+        Scores whose body exceeds its joint limits, such as knees that bend forwards, are drawn again.
+
+        Args:
+            n: number of walkers.
+            seed: int or Generator.
+
+        Raises:
+            MotionError: `n` is not a whole number above 0.
+        """
+        n = checked_whole(n, "n", 1)
+        rng = random_generator(seed)
+        scores = np.array([self.draw_walker(rng).scores for _ in range(n)])
+        frequencies = self.frequency(scores) * np.exp(self.log_frequency_deviation_ * rng.standard_normal(n))
+        coefficients = self.inverse_transform(scores)
+        return [FourierWalker(w, float(f), name="eigenwalker") for w, f in zip(coefficients, frequencies, strict=True)]
+
+    def frequency(self, scores) -> np.ndarray:
+        """Expected strides per second (...) [Hz] of walkers with `scores` (..., N) [m]."""
+        standard = self._checked_scores(scores) / np.sqrt(self.explained_variance_)
+        return np.exp(self.log_frequency_mean_ + standard @ self.log_frequency_weights_)
+
+    def score_samples(self, scores) -> np.ndarray:
+        """Log-density (...) of `scores` (..., N) [m] under N(0, diag λ) (eq. 3.11)."""
+        scores, variance = self._checked_scores(scores), self.explained_variance_
+        return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
+
+    def score(self, walkers) -> float:
+        """Mean log-density of the scores of `walkers`, given as to `transform`."""
+        return float(self.score_samples(self.transform(walkers)).mean())
+
+    def synthesize_markers(
+        self, seconds: float, fps: float = 60.0, *, walker: Walker | None = None, seed=None,
+        speed: float | None = None, phase: float = 0.0, overground: bool = True,
+    ) -> Markers:  # fmt: skip
+        """The 15 markers of a walker over time (eq. 3.3, then 3.1). `synthesize` returns the body fitted to them.
+
+        Args:
+            seconds: duration [s].
+            fps: frames per second.
+            walker: the walker, from `walker`; None draws one with the seed.
+            seed: int or Generator.
+            speed: walking speed [m/s], which sets the stride frequency; None takes the frequency that suits the scores.
+            phase: phase at the start [cycles]; at 0 the left foot is furthest ahead.
+            overground: False keeps the walker in place, as on a treadmill.
+
+        Raises:
+            MotionError: a number out of range.
+            ModelError: not fitted.
+        """
+        request = Request(seconds, fps, speed, phase=phase)
+        walker = self.walker(seed) if walker is None else walker
+        found = self.gait_of(walker)
+        positions = found.positions(self._phases(walker, found, request, speed), overground=overground)
+        return Markers(MARKERS, positions, fps, name="eigenwalker")
+
+    def gait_of(self, walker: Walker) -> Gait:
+        """Body and overground path of `walker`."""
+        return gait(self.inverse_transform(walker.scores))
+
+    def components(self) -> Components:
+        """The eigenwalkers as components."""
+        self._check_fitted()
+        deviations = np.sqrt(self.explained_variance_)
+        return Components(np.zeros(len(deviations)), deviations, self.explained_variance_ratio_)
+
+    def treadmill(self) -> Treadmill:
+        """The walk in place as Fourier series of markers; the drawn body has average proportions."""
+        from motionenv.models.treadmill_cycle import marker_cycles, marker_series
+
+        return Treadmill(
+            "markers", marker_series(self), from_height(1.0).offsets, 1.75, lambda scores: marker_cycles(self, scores)
+        )
+
+    def body(self, height: float | None = None) -> None:
+        """None for any `height`: each walker's markers determine its limb lengths."""
+
+    def dimensions(self) -> dict[str, int]:
+        """Numbers of markers and of coefficients of a walker."""
+        self._check_fitted()
+        return {"markers": len(MARKERS), "coefficients": int(self.mean_.size)}
+
+    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
+        """Draw scores from N(0, diag λ) with `rng`, again if the body exceeds its joint limits.
+
+        `speed` and `height` have no effect.
+
+        Raises:
+            ModelError: not fitted, or almost all walkers exceed their joint limits.
+        """
+        self._check_fitted()
+        for _ in range(_TRIES):
+            scores = rng.standard_normal(len(self.components_)) * np.sqrt(self.explained_variance_)
+            walker = Walker(self.kind, tuple(scores))
+            if self.gait_of(walker).excess < _EXCESS:
+                return walker
+        raise ModelError(
+            f"{_TRIES} walkers in a row drawn from this model exceed their joint limits: it was fitted to too few or "
+            "too noisy walkers; use fewer components, or give the walker"
+        )
+
+    def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
+        """The motion of a cylinder body that follows the markers of `walker` within about 1 cm, for a `request`.
+
+        The markers determine limb lengths and angles. One cycle repeats, so `rng` has no effect.
+        """
+        found, speed = self.gait_of(walker), request.speed
+        if speed is not None and request.height is not None:
+            # The body is scaled afterwards, and its speed with it.
+            speed = speed * found.skeleton.height / request.height
+            checked_number(speed, "speed of the walker's own body", *SPEED_RANGE)
+        motion = found.motion(self._phases(walker, found, request, speed), request.fps, name="eigenwalker")
+        return motion if request.height is None else scaled(motion, request.height)
+
+    def _phases(self, walker: Walker, found: Gait, request: Request, speed: float | None) -> np.ndarray:
+        """Phase (frames,) [rad] in each frame."""
+        if speed is not None:
+            frequency = speed / found.stride_length
+        elif walker.stride_seconds is not None:
+            frequency = 1 / walker.stride_seconds
+        else:
+            frequency = float(self.frequency(walker.scores))
+        return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
+        self._check_fitted()
+        settings = {name: getattr(self, name) for name in self._settings}
+        counts = {"n_people": self.n_people_, "n_walkers": self.n_walkers_}
+        return {name: np.asarray(getattr(self, name)) for name in self._stored}, {"settings": settings, **counts}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
+        """Restore a model from `arrays` and `meta` as returned by `to_arrays`, without people's labels and scores.
+
+        Raises:
+            ModelError: arrays of inconsistent shapes.
+        """
+        model = cls(**meta["settings"])
+        n = len(arrays["components_"])
+        shapes = dict.fromkeys(cls._stored, (n,)) | cls._shapes | {"components_": (n, *COEFFICIENTS)}
+        for name, shape in shapes.items():
+            if arrays[name].shape != shape:
+                raise ModelError(f"{name} has shape {arrays[name].shape}, expected {shape}: fit the model again")
+            if name in cls._positive and not (arrays[name] > 0).all():
+                raise ModelError(f"{name} must be above 0: fit the model again")
+            setattr(model, name, arrays[name] if arrays[name].ndim else float(arrays[name]))
+        model.n_people_, model.n_walkers_ = meta["n_people"], meta["n_walkers"]
+        return model
+
+    def _learn(self, coefficients: np.ndarray, rank: int) -> None:
+        """Mean, components, variances and scores of columns (R, 5, 15, 3)."""
+        self.mean_, self.components_, self.explained_variance_, total = self._decomposed(coefficients, rank)
+        self.explained_variance_ratio_ = self.explained_variance_ / total
+        self.scores_ = self._scores(coefficients)
+
+    def _decomposed(self, coefficients: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3)."""
+        _check_markers(coefficients)
+        decompose = _by_svd if np.isfinite(coefficients).all() else self._by_likelihood
+        mean, components, variance, total = decompose(coefficients.reshape(len(coefficients), -1), rank)
+        return mean.reshape(COEFFICIENTS), _signed(components).reshape(-1, *COEFFICIENTS), variance, total
+
+    def _by_likelihood(self, x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Like `_by_svd`, but for x (R, 225) with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
+        values, groups, basis = x[:, :, None], np.zeros(len(x), dtype=np.int64), np.eye(x.shape[1])
+        centre = group_centres(column_sums(values, groups), basis)
+        data = Observations(values, basis, centre, groups)
+        means, components, signal, noise, _ = fit_ppca(data, rank, self.tol, self.max_iter)
+        unbiased = len(x) / (len(x) - 1)
+        total = unbiased * (signal.sum() + noise[0] * x.shape[1])
+        return means[0, :, 0], components[:, :, 0], unbiased * (signal + noise[0]), float(total)
+
+    def _scores(self, w: np.ndarray) -> np.ndarray:
+        """Least-squares scores (..., N) of coefficients (..., 5, 15, 3); the shortest if underdetermined."""
+        deviations = (w - self.mean_).reshape(-1, self.mean_.size)
+        flat = self.components_.reshape(len(self.components_), -1)
+        scores = np.empty((len(deviations), len(flat)))
+        patterns, which = np.unique(np.isfinite(deviations), axis=0, return_inverse=True)
+        for j, known in enumerate(patterns):
+            rows = which.reshape(-1) == j
+            scores[rows] = deviations[np.ix_(rows, known)] @ np.linalg.pinv(flat[:, known])
+        return scores.reshape(*w.shape[:-3], len(flat))
+
+    def _checked_scores(self, scores) -> np.ndarray:
+        """Scores as float64 (..., N).
+
+        Raises:
+            MotionError: another shape, or not finite.
+        """
+        self._check_fitted()
+        scores = np.asarray(scores, dtype=np.float64)
+        if scores.ndim == 0 or scores.shape[-1] != len(self.components_) or not np.isfinite(scores).all():
+            raise MotionError(f"scores must be finite, of shape (..., {len(self.components_)}), got {scores.shape}")
+        return scores
+
+    def _check_fitted(self) -> None:
+        if not hasattr(self, "components_"):
+            raise ModelError(
+                f"this {type(self).__name__} is not fitted: call fit(walks) first, or motionenv.load(name)"
+            )
+
+
+def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
+    """Walks as Fourier walkers, and the person's label of each.
+
+    Args:
+        walks: `Motion`s, `Markers` of the 15 markers, or `FourierWalker`s.
+        subjects: the person's label for each walk; None takes each walk for a different person.
+
+    Raises:
+        MotionError: not one label per walk; see also `fourier_walker`.
+    """
+    walkers = [walk if isinstance(walk, FourierWalker) else fourier_walker(walk) for walk in walks]
+    subjects = [str(s) for s in (range(len(walkers)) if subjects is None else subjects)]
+    if len(subjects) != len(walkers):
+        raise MotionError(f"fit needs a subject for each walk, got {len(walkers)} walks and {len(subjects)} subjects")
+    return walkers, subjects
+
+
+def mean_walkers(walkers: list[FourierWalker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Means over each person's walks: known coefficients (R, 5, 15, 3), log frequency (R,), and the label.
+
+    Args:
+        walkers: n walkers.
+        subjects: the person's label of each walker.
+    """
+    people = tuple(dict.fromkeys(subjects))
+    w, log_frequencies = np.full((len(people), *COEFFICIENTS), np.nan), np.empty(len(people))
+    for i, person in enumerate(people):
+        mine = [walker for walker, subject in zip(walkers, subjects, strict=True) if subject == person]
+        stack = np.stack([walker.coefficients for walker in mine])
+        known = np.isfinite(stack).sum(axis=0)
+        np.divide(np.nansum(stack, axis=0), known, out=w[i], where=known > 0)
+        log_frequencies[i] = np.mean([np.log(walker.frequency) for walker in mine])
+    return centred(in_phase(w)), log_frequencies, people
+
+
+def _check_markers(coefficients: np.ndarray) -> None:
+    """Check that each marker is known in at least one walker."""
+    unseen = np.flatnonzero(~np.isfinite(coefficients).all(axis=(1, 3)).any(axis=0))
+    if unseen.size:
+        raise GapError(f"no walker shows {', '.join(MARKERS[i] for i in unseen)}: add walkers that do")
+
+
+def _signed(components: np.ndarray) -> np.ndarray:
+    """Components (N, 225) whose largest entry is positive.
+
+    With mirror images in the data, left and right have entries of equal size: the first one of these decides, so that
+    rounding doesn't.
+    """
+    size = np.abs(components)
+    first = (size > (1 - _TIE) * size.max(axis=1, keepdims=True)).argmax(axis=1)
+    return components * np.sign(np.take_along_axis(components, first[:, None], axis=1))
+
+
+def _by_svd(x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Mean (225,), components (rank, 225), λ = s² / (R - 1) (rank,) and the sum of all λ, of complete x (R, 225)."""
+    mean = x.mean(axis=0)
+    _, s, vt = np.linalg.svd(x - mean, full_matrices=False)
+    variance = s**2 / (len(x) - 1)
+    return mean, vt[:rank], variance[:rank], float(variance.sum())

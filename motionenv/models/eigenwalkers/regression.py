@@ -1,0 +1,29 @@
+"""Ridge regression on few people, with the penalty chosen by leave-one-out cross-validation."""
+
+import numpy as np
+
+
+def shrunk_regression(z: np.ndarray, y: np.ndarray) -> tuple[float, np.ndarray, float]:
+    """Ridge regression of y on uncorrelated z, with the penalty of least leave-one-out error (by the hat matrix).
+
+    With N = R - 1 every penalty has the same error. So of penalties that are equal up to rounding, the largest wins.
+
+    Args:
+        z: (R, N).
+        y: (R,).
+
+    Returns:
+        Intercept, weights (N,) and leave-one-out standard deviation.
+    """
+    centre = y.mean()
+    u, s, vt = np.linalg.svd(z - z.mean(axis=0), full_matrices=False)
+    best: tuple[float, float] = (np.inf, 0.0)
+    for penalty in len(y) * np.geomspace(1e3, 1e-3, 25):
+        shrunk = s**2 / (s**2 + penalty)
+        leverage = (u**2) @ shrunk + 1 / len(y)
+        rest = (y - centre - u @ (shrunk * (u.T @ (y - centre)))) / np.maximum(1 - leverage, 1e-9)
+        error = float(np.mean(rest**2))
+        if error < best[0] * (1 - 1e-6):
+            best = (error, float(penalty))
+    weights = vt.T @ (s / (s**2 + best[1]) * (u.T @ (y - centre)))
+    return float(centre - z.mean(axis=0) @ weights), weights, float(np.sqrt(best[0]))

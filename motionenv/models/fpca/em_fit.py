@@ -1,0 +1,198 @@
+"""Functional probabilistic PCA: maximum likelihood by EM with missing samples.
+
+A cycle is x_k = B (m_g(k) + W z_k) + ε with z_k ~ N(0, I) and ε ~ N(0, diag σ²). B is the truncated Fourier basis of
+each channel, m_g the mean of the cycle's group, and only some samples of x_k are seen (Tipping & Bishop 1999, section
+3.3; Roweis 1998). Both z_k and the unseen samples are hidden variables, so each step is exact and never lowers the
+likelihood.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.models.fpca.anderson import Anderson
+from motionenv.models.fpca.observations import (
+    Observations,
+    from_triangle,
+    functions,
+    in_parts,
+    missed,
+    running,
+    triangle,
+)
+
+FLOOR = 1e-9  # least noise variance relative to the data's; keeps exact data invertible
+WARM = 500  # cycles of the subset to which a large fit is fitted first
+START = 250  # cycles of the subset from which the first components are computed
+REPEATS = 3  # regressions per E step; they are cheap and save E steps
+
+
+@dataclass
+class Parameters:
+    """Loadings, means (relative to the centre of the observations) and noise."""
+
+    w: np.ndarray  # (n·m, q), in the basis
+    means: np.ndarray  # (G, n·m), in the basis
+    noise: np.ndarray  # (m,) variances
+
+
+@dataclass
+class Posterior:
+    """Result of an E step: the posterior of the latents, and sufficient statistics."""
+
+    z: np.ndarray  # (K, q) means
+    covariance: np.ndarray  # (K, q, q)
+    twice: np.ndarray  # (K,) twice the log-likelihood of each cycle's seen samples, plus Σ y² / σ²
+    zz: np.ndarray  # (q, q) Σ E[z zᵀ]
+    z_sum: np.ndarray  # (G, q) Σ E[z]
+    missing_zz: np.ndarray  # (D, q, q) Σ E[z zᵀ] over the cycles that lack sample d
+    missing_z: np.ndarray  # (G, D, q) Σ E[z] over the group's cycles that lack sample d
+    yz: np.ndarray  # (n·m, q) Σ y E[z]ᵀ, y in the basis
+
+
+def e_step(data: Observations, parameters: Parameters) -> Posterior:
+    """Posterior of the latents of all cycles of `data` under the present `parameters`."""
+    from motionenv.models.fpca._gap_kernels import group_sums, posterior
+
+    k, q, m = len(data.groups), parameters.w.shape[1], len(parameters.noise)
+    tables, n_edges = _tables(data.basis, parameters), (len(data.basis) + 1) * m
+    z, covariance, twice = np.empty((k, q)), np.empty((k, q, q)), np.empty(k)
+    shapes = [(q, len(parameters.w)), (n_edges, q * (q + 1) // 2), (len(data.sizes), n_edges, q)]
+    yz, zz_edges, z_edges = in_parts(posterior, data, tables, (z, covariance, twice), shapes)
+    z_sum = np.zeros((len(data.sizes), q))
+    group_sums(z, data.groups, z_sum)
+    missing_z = np.stack([missed(edges, m) for edges in z_edges])
+    zz = covariance.sum(axis=0) + z.T @ z
+    return Posterior(z, covariance, twice, zz, z_sum, from_triangle(missed(zz_edges, m), q), missing_z, yz.T)
+
+
+def _tables(basis, parameters: Parameters):
+    """The `tables` of the kernel `posterior`."""
+    (size, q), m = parameters.w.shape, len(parameters.noise)
+    noise, by_row = parameters.noise[:, None], np.tile(parameters.noise, size // m)
+    loading = functions(parameters.w, basis, m)
+    outer = running(triangle(loading[..., :, None] * (loading / noise)[..., None, :])).reshape(-1, q * (q + 1) // 2)
+    levels = []
+    for level in np.moveaxis(functions(parameters.means.T, basis, m), -1, 0)[..., None]:
+        constant = level**2 / noise + np.log(2 * np.pi * noise)
+        levels.append(running(np.concatenate([loading * level / noise, constant], axis=-1)))
+    cross = np.stack(levels)
+    weights = np.ascontiguousarray(parameters.w.T) / by_row
+    all_outer, all_cross = outer[-m:].sum(axis=0), cross[:, -1].sum(axis=1)
+    return weights, parameters.means / by_row, outer, all_outer, cross.reshape(len(cross), -1, q + 1), all_cross
+
+
+def log_likelihood(data: Observations, noise, found: Posterior) -> float:
+    """Log-likelihood of the observed samples in `data`, with the `noise` (m,) under which `found` was computed."""
+    return 0.5 * float(found.twice.sum() - data.square.sum(axis=0) @ (1 / noise))
+
+
+def m_step(data: Observations, found: Posterior, old: Parameters) -> Parameters:
+    """Parameters that raise the expected log-likelihood, from repeated regressions on latents and groups.
+
+    Args:
+        data: the cycles.
+        found: the posterior under `old`.
+        old: parameters of the last step, which fill the gaps in the first regression.
+    """
+    parameters = old
+    for _ in range(REPEATS):
+        parameters = _regress(data, found, parameters)
+    # Parameter expansion (Liu, Rubin & Wu 1998): absorb the latents' means and covariance in means and loadings.
+    shift = found.z_sum / np.maximum(data.sizes, 1)[:, None]
+    covariance = (found.zz - found.z_sum.T @ shift) / len(data.square)
+    means = parameters.means + shift @ parameters.w.T
+    return Parameters(parameters.w @ np.linalg.cholesky(covariance), means, parameters.noise)
+
+
+def _regress(data: Observations, found: Posterior, old: Parameters) -> Parameters:
+    """Regress the seen samples, and the expectations of `old` in the gaps, on latents and groups."""
+    q, m, (p, n) = old.w.shape[1], len(old.noise), data.basis.shape
+    loading = functions(old.w, data.basis, m).reshape(-1, q)
+    means = functions(old.means.T, data.basis, m).reshape(len(loading), -1).T
+    mean_z = np.einsum("gd,gdi->di", means, found.missing_z)
+    filled_zz = (found.missing_zz @ loading[:, :, None])[..., 0]
+    filled_z = filled_zz + mean_z
+    filled_1 = means * data.n_missing + np.einsum("di,gdi->gd", loading, found.missing_z)
+    filled = data.basis.T @ np.column_stack([filled_z, filled_1.T]).reshape(p, -1)
+    right = filled.reshape(n * m, -1) + np.column_stack([found.yz, data.y_sum.T])
+    sizes = np.diag(np.maximum(data.sizes, 1))  # a warm start may lack a group
+    w = np.linalg.solve(np.block([[found.zz, found.z_sum.T], [found.z_sum, sizes]]), right.T).T
+    square = (loading * (filled_zz + 2 * mean_z)).sum(axis=1) + (data.n_missing * means**2).sum(axis=0)
+    square = square.reshape(p, m).sum(axis=0) + data.square.sum(axis=0)
+    square += data.n_missing.reshape(-1, p, m).sum(axis=(0, 1)) * old.noise
+    explained = (w * right).sum(axis=1).reshape(n, m).sum(axis=0)
+    floor = FLOOR * data.square.sum() / data.n_seen
+    noise = np.maximum((square - explained) / (p * len(data.square)), floor)
+    return Parameters(w[:, :q], w[:, q:].T, noise)
+
+
+def fit_ppca(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
+    """Maximum likelihood of the functional probabilistic PCA.
+
+    Args:
+        data: the cycles; each group has its own mean.
+        rank: number of components q.
+        tol: stop when an iteration gains less than this fraction of the log-likelihood.
+        max_iter: greatest number of iterations.
+
+    Returns:
+        Means (G, n, m) and orthonormal components (q, n, m) in the basis, score variances (q,), noise variances (m,),
+        and the negative log-likelihood of the observed samples at each iteration.
+    """
+    start = first_parameters(data, rank)
+    if len(data.groups) >= 2 * WARM:  # most iterations run on the cheap subset
+        start, _ = _em(data.every(len(data.groups) // WARM), start, tol, max_iter)
+    found, errors = _em(data, start, tol, max_iter)
+    left, scale, _ = np.linalg.svd(found.w, full_matrices=False)
+    shape = data.centre.shape[1:]
+    means = data.centre + found.means.reshape(-1, *shape)
+    return means, left.T.reshape(rank, *shape), scale**2, found.noise, errors
+
+
+def _em(data: Observations, parameters: Parameters, tol: float, max_iter: int) -> tuple[Parameters, list[float]]:
+    """Parameters at convergence, and the negative log-likelihood of each accepted iteration.
+
+    Extrapolated steps that don't raise the likelihood are rejected. Two small gains in a row end the fit, since a
+    single one may come from a poor extrapolation.
+    """
+    errors: list[float] = []
+    ahead, plain, small = Anderson(), parameters, 0
+    while True:
+        found = e_step(data, parameters)
+        error = -log_likelihood(data, parameters.noise, found)
+        if parameters is not plain and not error <= errors[-1]:
+            parameters = plain
+            ahead.forget()
+            continue
+        small = small + 1 if errors and errors[-1] - error <= tol * abs(error) else 0
+        errors.append(error)
+        if len(errors) >= max_iter or small == 2:
+            return parameters, errors
+        plain = m_step(data, found, parameters)
+        parameters = _extrapolate(ahead, parameters, plain)
+
+
+def _extrapolate(ahead: Anderson, old: Parameters, new: Parameters) -> Parameters:
+    """Extrapolate the step from `old` to `new` and those before, with coordinates weighted by Fisher information."""
+    (size, q), m = new.w.shape, len(new.noise)
+    scale, weight = np.sqrt(np.tile(new.noise, size // m))[:, None], np.sqrt(size / m / 2)
+    points = [np.append(np.column_stack([p.w, p.means.T]) / scale, weight * np.log(p.noise)) for p in (old, new)]
+    found = ahead.propose(*points)
+    both = found[:-m].reshape(size, -1) * scale
+    return Parameters(both[:, :q], np.ascontiguousarray(both[:, q:].T), np.exp(found[-m:] / weight))
+
+
+def first_parameters(data: Observations, rank: int) -> Parameters:
+    """Starting point: `rank` components of the zero-filled deviations of `data`, or of a subset if there are many."""
+    k = len(data.coefficients)
+    some = data.coefficients[:: k // START if k >= 2 * WARM else 1]
+    m = data.square.shape[1]
+    values, vectors = np.linalg.eigh(some @ some.T if len(some) < some.shape[1] else some.T @ some)
+    values, vectors = values[: -rank - 1 : -1], vectors[:, : -rank - 1 : -1]
+    if len(some) < some.shape[1]:
+        vectors = some.T @ (vectors / np.sqrt(np.maximum(values, 1e-300)))
+    w = vectors * np.sqrt(np.maximum(values, 0) / len(some))
+    variance = data.square.sum() / data.n_seen
+    residual = np.clip(1 - values.sum() / data.square.sum() * len(data.square) / len(some), 0.05, 1)
+    return Parameters(w, np.zeros((len(data.sizes), len(w))), np.full(m, residual * variance))

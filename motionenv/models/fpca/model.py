@@ -1,0 +1,352 @@
+"""Functional principal components of motion cycles with missing samples (paper A, section 4)."""
+
+import numpy as np
+
+from motionenv._core.threads import in_chunks
+from motionenv._core.validation import random_generator
+from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.models.fpca.em_fit import Parameters, e_step, fit_ppca
+from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
+from motionenv.models.fpca.observations import (
+    Columns,
+    Observations,
+    column_sums,
+    from_triangle,
+    functions,
+    group_centres,
+    triangle,
+)
+from motionenv.models.fpca.residual import expected_residual, residual_model
+from motionenv.models.fpca.svd_fit import fit_svd
+from motionenv.models.storage.model_file import StoredModel
+from motionenv.types import Cycles
+
+FITS = {"ppca": fit_ppca, "svd": fit_svd}
+CENTRES = ("all", "subject")
+NO_VARIANCE = 1e-12  # eigenvalues below this share of the largest λ are rounding errors
+SAFE = 1e-6  # determinant above which the normal equations are solved directly
+SETTINGS = ("n_components", "n_harmonics", "centre", "method", "residual_harmonics", "tol", "max_iter")
+STORED = (
+    "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
+    "explained_variance_ratio_", "singular_values_", "errors_", "residual_spectrum_", "white_variance_",
+)  # fmt: skip
+_BLOCK = 1024  # phases evaluated at a time, so that intermediates stay in the cache
+
+
+class FunctionalPCA(StoredModel):
+    r"""A cycle is x(τ) = μ(τ) + Σ_j s_j v_j(τ), with scores s ~ N(0, diag λ) and smooth, periodic μ and v_j.
+
+    Two ways to estimate it when samples are missing:
+
+    - `method="ppca"` (default) maximises the likelihood of the observed samples with EM
+      (`motionenv.models.fpca.em_fit`). Scores shrink towards 0 the less a cycle shows, so even a few cycles suffice to
+      fill gaps well.
+    - `method="svd"` finds the solution of paper A's fig. 8 in the real basis. It minimises the same error as the
+      alternation of imputation, projection and truncated SVD, but needs no SVD of all cycles
+      (`motionenv.models.fpca.svd_fit`).
+
+    Args:
+        n_components: number of components q.
+        n_harmonics: a constant and n_harmonics - 1 cosine-sine pairs per channel (fig. 8: 20).
+        centre: "all" for one mean, so that components describe differences between people (fig. 9); "subject" for one
+            mean per person, so that they describe variation within people (fig. 10).
+        method: "ppca" or "svd".
+        residual_harmonics: a constant and residual_harmonics - 1 pairs per channel for the smooth part of the
+            residuals, with which `impute` fills gaps from their neighbourhood too (`motionenv.models.fpca.residual`).
+            0 uses components only, as in fig. 8.
+        tol: stop when an iteration improves the objective by less than this fraction.
+        max_iter: greatest number of iterations.
+
+    Attributes:
+        channels_: names of the channels.
+        mean_: (P, m) mean cycle; with centre="subject" the average of the people's means.
+        subjects_, subject_means_: people's labels and means (people, P, m); with centre="all" a single one, "all".
+        components_: (q, P, m), orthonormal as vectors of P·m samples; the largest sample of each is positive.
+        explained_variance_: (q,) λ, variance of the scores [squared units of the channels, summed over samples].
+        explained_variance_ratio_: (q,) λ as a share of the variance about the means.
+        singular_values_: (q,) √((K - people)·λ); for "svd" those of X⁽³⁾.
+        noise_variance_: (m,) residual variance per sample.
+        residual_spectrum_, white_variance_: (m, 2·residual_harmonics - 1) spectrum of the residuals' smooth part, and
+            (m,) variance of the rest.
+        scores_: (K, q) scores of the fitted cycles, relative to their group's mean.
+        imputed_: (K, P, m) the fitted cycles with gaps filled; observed samples are unchanged.
+        errors_: (iterations,) the objective, which never rises: Theorem 1's ‖X⁽²⁾ - X⁽⁵⁾‖ for "svd", the negative
+            log-likelihood of the observed samples for "ppca".
+        n_cycles_: number of fitted cycles K.
+        card_: the model card.
+    """
+
+    kind = "fpca"
+
+    def __init__(
+        self, n_components=5, n_harmonics=20, centre="all", method="ppca", residual_harmonics=8, tol=1e-6, max_iter=200
+    ):
+        self.n_components = n_components
+        self.n_harmonics = n_harmonics
+        self.centre = centre
+        self.method = method
+        self.residual_harmonics = residual_harmonics
+        self.tol = tol
+        self.max_iter = max_iter
+        self.card_: dict = {}
+
+    def fit(self, cycles: Cycles, channels=None) -> "FunctionalPCA":
+        """Estimate mean and components from `cycles`; `channels` selects channels by name (default all).
+
+        Raises:
+            MotionError: a setting out of range, an unknown channel, an infinite value, too few cycles.
+            GapError: a channel without one observed sample.
+        """
+        self._check_settings()
+        self.channels_ = tuple(cycles.channels if channels is None else channels)
+        values = _select(cycles, self.channels_)
+        labels = cycles.subject if self.centre == "subject" else ("all",) * len(values)
+        subjects, groups = np.unique(labels, return_inverse=True)
+        self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(values)
+        _check_numbers(len(values), self.n_components, len(subjects))
+        columns = column_sums(values, groups)
+        _check_columns(columns, self.channels_)
+        basis = self._basis_of(values.shape[1])
+        data = Observations(values, basis, group_centres(columns, basis), groups)
+        means, components, variance, noise, errors = FITS[self.method](data, self.n_components, self.tol, self.max_iter)
+        self._set(basis, means, components)
+        self.explained_variance_, self.noise_variance_, self.errors_ = variance, noise, np.array(errors)
+        self._describe(values, data)
+        return self
+
+    def transform(self, values) -> np.ndarray:
+        """Scores (..., q) of cycles `values` (..., P, m), NaN where missing, relative to `mean_`.
+
+        "ppca": posterior means, so a cycle without observed samples scores 0. "svd": least squares on the observed
+        samples.
+
+        Raises:
+            MotionError: another shape, or an infinite value.
+        """
+        self._check_fitted()
+        values = np.asarray(values, dtype=np.float64)
+        if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
+            raise MotionError(f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}")
+        flat = values.reshape(-1, *self.mean_.shape)
+        centre = self.mean_coefficients_[None]
+        data = Observations(flat, self._basis_of(len(self.mean_)), centre, np.zeros(len(flat), dtype=np.int64))
+        return self._scores(data, centre).reshape(*values.shape[:-2], -1)
+
+    def inverse_transform(self, scores) -> np.ndarray:
+        """Cycles (..., P, m) with the given `scores` (..., q)."""
+        self._check_fitted()
+        return self.mean_ + np.tensordot(np.asarray(scores, dtype=np.float64), self.components_, axes=1)
+
+    def impute(self, values) -> np.ndarray:
+        """Cycles `values` (..., P, m) with gaps filled from the components and from the samples around each gap."""
+        self._check_fitted()
+        values = np.asarray(values, dtype=np.float64)
+        flat = values.reshape(-1, *self.mean_.shape)
+        scores = self.transform(flat)
+        if not self.residual_harmonics:
+            return fill_gaps(flat, self.mean_[None], np.zeros(len(flat), int), scores, self.components_).reshape(
+                values.shape
+            )
+        return self._fill(flat, self.inverse_transform(scores)).reshape(values.shape)
+
+    def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
+        """The model at any phase, from its Fourier series: smooth and periodic in every derivative.
+
+        Args:
+            scores: (..., q).
+            phase: (...) real numbers [cycles]; broadcasts with the scores.
+            derivative: 0 for values, d for the d-th derivative with respect to phase [per cycle^d].
+
+        Returns:
+            (..., m).
+        """
+        self._check_fitted()
+        scores, phase = np.asarray(scores, dtype=np.float64), np.asarray(phase, dtype=np.float64)
+        n_columns, m = self.mean_coefficients_.shape
+        shape = np.broadcast_shapes(scores.shape[:-1], phase.shape)
+        flat = np.broadcast_to(scores, (*shape, scores.shape[-1])).reshape(-1, scores.shape[-1])
+        phases = np.broadcast_to(phase, shape).ravel()
+        terms = np.concatenate([self.mean_coefficients_[None], self.component_coefficients_]).reshape(-1, m)
+        out = np.empty((len(phases), m))
+        for start in range(0, len(phases), _BLOCK):
+            part = slice(start, start + _BLOCK)
+            columns = fourier_columns(phases[part], (n_columns + 1) // 2, len(self.mean_), derivative)
+            factors = np.concatenate([np.ones((1, columns.shape[1])), flat[part].T])
+            out[part] = (factors[:, None] * columns).reshape(len(terms), -1).T @ terms
+        return out.reshape(*shape, m)
+
+    def sample(self, n: int, seed=None) -> np.ndarray:
+        """Draw `n` cycles (n, P, m) with scores from N(0, diag λ); `seed` is an int or a Generator."""
+        self._check_fitted()
+        normal = random_generator(seed).standard_normal((n, len(self.components_)))
+        return self.inverse_transform(normal * np.sqrt(self.explained_variance_))
+
+    def score_samples(self, scores) -> np.ndarray:
+        """Log-density (...) of `scores` (..., q) under N(0, diag λ).
+
+        Excludes components without variance (λ at most 1e-12 of the largest), as in data of lower rank than q.
+        """
+        self._check_fitted()
+        varies = self.explained_variance_ > NO_VARIANCE * self.explained_variance_.max()
+        variance = self.explained_variance_[varies]
+        scores = np.asarray(scores, dtype=np.float64)[..., varies]
+        return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
+
+    def score(self, values) -> float:
+        """Mean log-density of the scores of cycles `values` (..., P, m)."""
+        return float(self.score_samples(self.transform(values)).mean())
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
+        self._check_fitted()
+        arrays = {name: getattr(self, name) for name in STORED}
+        settings = {name: getattr(self, name) for name in SETTINGS}
+        labels = {"channels": self.channels_, "subjects": self.subjects_, "samples": len(self.mean_)}
+        return arrays, {"settings": settings, **labels, "n_cycles": self.n_cycles_}
+
+    @classmethod
+    def from_arrays(cls, arrays, meta) -> "FunctionalPCA":
+        """Restore a model from `arrays` and `meta` as returned by `to_arrays`, without the data of its fitted cycles.
+
+        Raises:
+            ModelError: arrays of inconsistent shapes.
+        """
+        model = cls(**meta["settings"])
+        model._check_settings()
+        model.channels_, model.subjects_ = tuple(meta["channels"]), tuple(meta["subjects"])
+        model.n_cycles_ = meta["n_cycles"]
+        q, n, m = model.n_components, 2 * model.n_harmonics - 1, len(model.channels_)
+        shapes: dict[str, tuple] = {"noise_variance_": (m,), "explained_variance_": (q,)}
+        shapes |= {"white_variance_": (m,), "residual_spectrum_": (m, max(0, 2 * model.residual_harmonics - 1))}
+        shapes |= {"subject_coefficients_": (len(model.subjects_), n, m), "component_coefficients_": (q, n, m)}
+        for name in STORED:
+            if name in shapes and arrays[name].shape != shapes[name]:
+                raise ModelError(f"{name} has shape {arrays[name].shape}, expected {shapes[name]}: fit the model again")
+            setattr(model, name, arrays[name])
+        model._set(model._basis_of(meta["samples"]), model.subject_coefficients_, model.component_coefficients_)
+        return model
+
+    def _basis_of(self, samples):
+        return sampled_basis(samples, self.n_harmonics)
+
+    def _check_settings(self):
+        if self.centre not in CENTRES or self.method not in FITS:
+            raise MotionError(
+                f"centre must be one of {CENTRES}, method one of {tuple(FITS)}, got {self.centre!r}, {self.method!r}"
+            )
+        if self.n_components < 1 or self.residual_harmonics < 0 or not self.tol > 0 or self.max_iter < 1:
+            raise MotionError(
+                "n_components and max_iter must be at least 1, residual_harmonics at least 0 and tol above 0, got "
+                f"{self.n_components}, {self.max_iter}, {self.residual_harmonics}, {self.tol}"
+            )
+
+    def _check_fitted(self):
+        if not hasattr(self, "mean_coefficients_"):
+            raise ModelError("this FunctionalPCA is not fitted: call fit(cycles) first, or motionenv.load(name)")
+
+    def _set(self, basis, means, components):
+        """Store people's means (G, n, m) and components (q, n, m), both in the basis; normalise signs."""
+        curves = (basis @ components).reshape(len(components), -1)
+        peaks = np.take_along_axis(curves, np.abs(curves).argmax(axis=1)[:, None], axis=1)
+        self.component_coefficients_ = np.ascontiguousarray(components * np.sign(peaks)[:, :, None])
+        self.subject_coefficients_ = np.ascontiguousarray(means)
+        self.mean_coefficients_ = means.mean(axis=0)
+        self.components_ = basis @ self.component_coefficients_
+        self.subject_means_ = basis @ self.subject_coefficients_
+        self.mean_ = basis @ self.mean_coefficients_
+
+    def _describe(self, values, data: Observations):
+        """Set scores, imputations and shares of variance of the fitted cycles."""
+        self.scores_ = self._scores(data, self.subject_coefficients_)
+        n = self.residual_harmonics
+        self.residual_spectrum_, self.white_variance_ = np.zeros((values.shape[2], 0)), self.noise_variance_
+        if n:
+            fitted = self.subject_means_[data.groups] + np.tensordot(self.scores_, self.components_, axes=1)
+            self.residual_spectrum_, self.white_variance_ = residual_model(
+                values - fitted, sampled_basis(values.shape[1], n)
+            )
+            self.imputed_ = self._fill(values, fitted)
+        else:
+            self.imputed_ = fill_gaps(values, self.subject_means_, data.groups, self.scores_, self.components_)
+        freedom = len(values) - len(self.subject_means_)
+        self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
+        total = data.sum_of_squares(self.subject_coefficients_) / data.n_seen * self.mean_.size * len(values) / freedom
+        self.explained_variance_ratio_ = self.explained_variance_ / total
+
+    def _fill(self, values, fitted) -> np.ndarray:
+        """`values` (K, P, m) with gaps filled from `fitted` and the residuals around them."""
+        basis = sampled_basis(values.shape[1], self.residual_harmonics)
+        smooth = expected_residual(values - fitted, basis, self.residual_spectrum_, self.white_variance_)
+        return np.where(np.isnan(values), fitted + smooth, values)
+
+    def _scores(self, data: Observations, means) -> np.ndarray:
+        """Scores (K, q) relative to the groups' `means` (G, n, m), given in the basis."""
+        w = self.component_coefficients_.reshape(len(self.components_), -1).T
+        if self.method == "svd":
+            return _least_squares(data, w)
+        scale = np.sqrt(self.explained_variance_)
+        shift = (means - data.centre).reshape(len(means), -1)
+        return e_step(data, Parameters(w * scale, shift, self.noise_variance_)).z * scale
+
+
+def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
+    """A copy of cycles with gaps filled from the components.
+
+    Args:
+        values: (K, P, m), NaN where missing.
+        means: (G, P, m) means of the groups.
+        groups: (K,) group of each cycle.
+        scores: (K, q).
+        components: (q, P, m).
+
+    Returns:
+        (K, P, m).
+    """
+    from motionenv.models.fpca._gap_kernels import fill
+
+    out = np.empty_like(values)
+    in_chunks(lambda a, b: fill(a, b, values, groups, means, scores, components, out), len(values))
+    return out
+
+
+def _least_squares(data: Observations, w) -> np.ndarray:
+    """Least-squares scores (K, q) on each cycle's seen samples; the shortest if underdetermined."""
+    curves = functions(w, data.basis, data.square.shape[1])
+    products = triangle(curves[..., :, None] * curves[..., None, :])
+    normal, right = np.eye(w.shape[1]) - from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
+    # All eigenvalues lie in [0, 1], so the least is at least the determinant.
+    safe = np.linalg.det(normal) > SAFE
+    scores = np.empty_like(right)
+    scores[safe] = np.linalg.solve(normal[safe], right[safe, :, None])[..., 0]
+    scores[~safe] = (np.linalg.pinv(normal[~safe], hermitian=True) @ right[~safe, :, None])[..., 0]
+    return scores
+
+
+def _select(cycles: Cycles, channels) -> np.ndarray:
+    """Values (K, P, m) of the named channels."""
+    unknown = [c for c in channels if c not in cycles.channels]
+    if unknown or not channels:
+        raise MotionError(f"no channel is named {unknown}; the cycles have: {', '.join(cycles.channels)}")
+    if channels == cycles.channels:
+        return cycles.values
+    return cycles.values[..., [cycles.channels.index(c) for c in channels]]
+
+
+def _check_numbers(cycles: int, rank: int, people: int):
+    """Check that there are enough cycles for the components and means."""
+    if cycles - people < rank:
+        raise MotionError(
+            f"{rank} components and {people} means need at least {rank + people} cycles, got {cycles}: "
+            "fit more cycles or fewer components"
+        )
+
+
+def _check_columns(columns: Columns, channels):
+    """Check that values are finite, that each channel is observed, and that something varies."""
+    if not np.isfinite(columns.total).all():
+        raise MotionError("cycles hold infinite values: mark missing samples with NaN")
+    empty = [c for c, n in zip(channels, columns.count.sum(axis=(0, 1)), strict=True) if not n]
+    if empty:
+        raise GapError(f"no samples of {', '.join(empty)}: leave them out with channels=")
+    if not (columns.high.max(axis=0) > columns.low.min(axis=0)).any():
+        raise MotionError("these cycles are constant, so they have no components: check the data")

@@ -1,0 +1,209 @@
+"""Cycles with gaps as input of the functional models: Fourier coefficients of seen samples, runs of missing ones.
+
+Two things make the models fast. As the basis is orthonormal, the observed samples enter through their coefficients,
+which are computed once. And gaps are runs: a sum over a gap is a difference of cumulative sums, so a pass costs time
+by the number of gaps, not of samples (`motionenv.models.fpca._gap_kernels`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv._core.threads import in_chunks
+
+BLOCK = 32  # cycles projected on the basis at a time; small enough for the cache
+
+
+@dataclass
+class Columns:
+    """Statistics of the seen samples in each of the D = P·m columns of cycles; sums per group."""
+
+    total: np.ndarray  # (G, P, m) sums
+    count: np.ndarray  # (G, P, m) numbers of samples
+    low: np.ndarray  # (P, m) least value, inf without samples
+    high: np.ndarray  # (P, m) greatest value, -inf without samples
+
+
+def column_sums(values, groups) -> Columns:
+    """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0."""
+    from motionenv.models.fpca._gap_kernels import columns
+
+    k, p, m = values.shape
+    flat, n_groups = np.ascontiguousarray(values).reshape(k, -1), int(groups.max(initial=0)) + 1
+
+    def add(start, stop):
+        total, count = np.zeros((2, n_groups, p * m))
+        part = Columns(total, count, np.full(p * m, np.inf), np.full(p * m, -np.inf))
+        columns(start, stop, flat, groups, part.total, part.count, part.low, part.high)
+        return part
+
+    parts = in_chunks(add, k)
+    return Columns(
+        sum(c.total for c in parts).reshape(-1, p, m),
+        sum(c.count for c in parts).reshape(-1, p, m),
+        np.min([c.low for c in parts], axis=0).reshape(p, m),
+        np.max([c.high for c in parts], axis=0).reshape(p, m),
+    )
+
+
+def group_centres(columns: Columns, basis) -> np.ndarray:
+    """Column means of the observed samples per group (fig. 8, step 1), projected on the `basis`: (G, n, m).
+
+    A sample that a group lacks takes the pooled mean of `columns`; one that all cycles lack is interpolated around the
+    cycle.
+    """
+    count = columns.count.sum(axis=0)
+    pooled = columns.total.sum(axis=0) / np.maximum(count, 1)
+    j = np.arange(len(pooled))
+    for a in np.flatnonzero((count == 0).any(axis=0)):
+        some = count[:, a] > 0
+        pooled[:, a] = np.interp(j, j[some], pooled[some, a], period=len(j))
+    centre = basis.T @ pooled
+    if len(columns.count) == 1:
+        return centre[None]
+    own = columns.total / np.maximum(columns.count, 1) - basis @ centre
+    return centre + basis.T @ np.where(columns.count > 0, own, 0.0)
+
+
+class Observations:
+    """Cycles prepared for a fit: coefficients of the zero-filled deviations from `centre`, and the gaps.
+
+    Args:
+        values: (K, P, m), NaN where missing.
+        basis: (P, n) orthonormal.
+        centre: (G, n, m) coefficients of the function subtracted from each group's cycles.
+        groups: (K,) group of each cycle, 0 … G - 1.
+
+    Attributes:
+        coefficients: (K, n·m).
+        square: (K, m) sums of squared deviations of the observed samples.
+        offsets, runs: runs[offsets[k] : offsets[k + 1]] are cycle k's gaps.
+        sizes: (G,) numbers of cycles.
+        n_missing: (G, P·m) numbers of cycles that lack each sample.
+        y_sum: (G, n·m) sums of the coefficients.
+        n_seen: number of observed samples.
+    """
+
+    def __init__(self, values, basis, centre, groups):
+        values, k = np.ascontiguousarray(values), len(values)
+        self.basis, self.centre, self.groups = basis, centre, np.asarray(groups, dtype=np.int64)
+        self.coefficients = np.empty((k, centre[0].size))
+        self.square = np.zeros((k, values.shape[2]))
+        n_runs, curves = np.zeros(k, dtype=np.int64), basis @ centre
+        gaps = in_chunks(lambda start, stop: self._observe(start, stop, values, curves, n_runs), k)
+        self.runs, self.offsets = np.concatenate(gaps), np.r_[0, np.cumsum(n_runs)]
+        self._count()
+
+    def _observe(self, start, stop, values, curves, n_runs):
+        """Coefficients and squares of some cycles; returns their gaps."""
+        from motionenv.models.fpca._gap_kernels import observe, project
+
+        _, p, m = values.shape
+        rows = np.ascontiguousarray(self.basis.T)
+        runs, found = np.empty(((stop - start) * m * ((p + 1) // 2), 2), dtype=np.int32), 0
+        for first in range(start, stop, BLOCK):
+            last = min(first + BLOCK, stop)
+            y = np.empty((p, last - first, m))
+            found = observe(first, last, values, self.groups, curves, y, self.square, n_runs, runs, found)
+            projected = np.empty((len(rows), (last - first) * m))
+            project(rows, y.reshape(p, -1), projected)
+            by_cycle = projected.reshape(-1, last - first, m).transpose(1, 0, 2)
+            self.coefficients[first:last] = by_cycle.reshape(last - first, -1)
+        return runs[:found].copy()
+
+    def _count(self):
+        from motionenv.models.fpca._gap_kernels import group_sums
+
+        g, m, size = len(self.centre), self.square.shape[1], self.centre[0].size
+        p = len(self.basis)
+        self.sizes = np.bincount(self.groups, minlength=g).astype(float)
+        self.y_sum = np.zeros((g, size))
+        group_sums(self.coefficients, self.groups, self.y_sum)
+        group = np.repeat(self.groups, np.diff(self.offsets)) * (p + 1) * m
+        begin, end = (np.bincount(group + self.runs[:, i], minlength=g * (p + 1) * m) for i in (0, 1))
+        self.n_missing = np.cumsum((begin - end).reshape(g, p + 1, m), axis=1)[:, :-1].reshape(g, -1).astype(float)
+        self.n_seen = len(self.groups) * p * m - self.n_missing.sum()
+
+    def sum_of_squares(self, means) -> float:
+        """Sum of squared deviations of all observed samples from the groups' `means` (G, n, m) in the basis."""
+        shift = means - self.centre
+        seen = self.sizes[:, None] - self.n_missing
+        curves = (self.basis @ shift).reshape(seen.shape)
+        cross = (self.y_sum * shift.reshape(self.y_sum.shape)).sum()
+        return float(self.square.sum() - 2 * cross + (seen * curves**2).sum())
+
+    def every(self, step: int) -> "Observations":
+        """A subset: one of every `step` cycles."""
+        part = object.__new__(Observations)
+        some = np.arange(0, len(self.groups), step)
+        part.basis, part.centre, part.groups = self.basis, self.centre, self.groups[some]
+        part.coefficients, part.square = self.coefficients[some], self.square[some]
+        n_runs = np.diff(self.offsets)
+        taken = np.zeros(len(self.groups), dtype=bool)
+        taken[some] = True
+        part.runs, part.offsets = self.runs[np.repeat(taken, n_runs)], np.r_[0, np.cumsum(n_runs[some])]
+        part._count()
+        return part
+
+    def gap_sums(self, columns) -> np.ndarray:
+        """Sums (K, c) over each cycle's missing samples of `columns` (P, m, c)."""
+        from motionenv.models.fpca._gap_kernels import gap_sums
+
+        out = np.zeros((len(self.groups), columns.shape[-1]))
+        gap_sums(self.offsets, self.runs, running(columns).reshape(-1, columns.shape[-1]), out)
+        return out
+
+
+def functions(coefficients, basis, m: int) -> np.ndarray:
+    """Functions (P, m, c) of m channels from their `coefficients` (n·m, c) in the `basis` (P, n)."""
+    n = basis.shape[1]
+    return (basis @ coefficients.reshape(n, -1)).reshape(-1, m, coefficients.shape[1])
+
+
+def running(rows) -> np.ndarray:
+    """Sums of the first 0 … P of `rows` (P, …); five times as fast as np.cumsum, which strides across memory."""
+    total = np.zeros((len(rows) + 1, *rows.shape[1:]))
+    for j, row in enumerate(rows):
+        np.add(total[j], row, out=total[j + 1])
+    return total
+
+
+def missed(edges, m: int) -> np.ndarray:
+    """Sums (P·m, c) over the cycles that lack each sample, from `edges` ((P + 1)·m, c) of the gaps of m channels."""
+    return running(edges.reshape(-1, m, edges.shape[1]))[1:-1].reshape(-1, edges.shape[1])
+
+
+def in_parts(kernel, data: Observations, tables, found, shapes, *more) -> list[np.ndarray]:
+    """Run a kernel over all cycles in threads, each with its own tallies, and return the sums of the tallies.
+
+    Args:
+        kernel: from `motionenv.models.fpca._gap_kernels`, with arguments (start, stop, data, tables, found, tallies,
+            …).
+        data: the cycles.
+        tables: read-only input of the kernel.
+        found: output of the kernel by cycle.
+        shapes: shapes of the tallies.
+        more: further arguments of the kernel.
+    """
+    given = (data.coefficients, data.groups, data.offsets, data.runs)
+
+    def part(start, stop):
+        tallies = tuple(np.zeros(shape) for shape in shapes)
+        kernel(start, stop, given, tables, found, tallies, *more)
+        return tallies
+
+    return [sum(parts) for parts in zip(*in_chunks(part, len(data.groups)), strict=True)]
+
+
+def triangle(symmetric) -> np.ndarray:
+    """Lower triangles (…, q(q + 1)/2) of `symmetric` matrices (…, q, q), row by row."""
+    rows, columns = np.tril_indices(symmetric.shape[-1])
+    return symmetric[..., rows, columns]
+
+
+def from_triangle(lower, q: int) -> np.ndarray:
+    """Symmetric matrices (…, q, q) of lower triangles `lower` (…, q(q + 1)/2)."""
+    rows, columns = np.tril_indices(q)
+    full = np.empty((*lower.shape[:-1], q, q))
+    full[..., rows, columns] = full[..., columns, rows] = lower
+    return full

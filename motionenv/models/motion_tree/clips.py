@@ -1,0 +1,58 @@
+"""Clips from a folder of capture files, with labels from the file names."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from motionenv.errors import MotionError
+from motionenv.mocap import read_motion
+from motionenv.models.motion_tree.database import Clip
+
+_SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
+_BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
+
+
+def read_clips(
+    folder,
+    *,
+    fps: float | None = None,
+    unit: str | None = None,
+    activity: str | None = None,
+    on_file: Callable[[str], None] = lambda name: None,
+    on_left_out: Callable[[str, str], None] = lambda name, why: None,
+) -> Iterator[Clip]:
+    """Yield every capture file below `folder` as a clip, read one at a time.
+
+    Bandai-Namco's file names give the activity and the style, which is used as the person's label. For other files, the
+    activity is the folder's name, and the person is the file's name up to the first "_", as in CMU's trials.
+
+    Args:
+        folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
+        fps: frames per second, for files that don't state it.
+        unit: unit of length, for files that don't state it.
+        activity: activity of all files; None takes it from the names.
+        on_file: called with each file's name before it is read.
+        on_left_out: called with name and reason of each file that can't be read or retargeted.
+
+    Raises:
+        MotionError: there is no such folder, or no capture in it.
+    """
+    paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
+    if not paths:
+        raise MotionError(f"no AMC, BVH, C3D, NPZ or TRC file below {folder}: name a folder of motion capture")
+    for path in paths:
+        on_file(path.name)
+        says = {".c3d", ".npz"}
+        try:
+            motion = read_motion(
+                path,
+                fps=None if path.suffix.lower() in says else fps,
+                unit=None if path.suffix.lower() == ".npz" else unit,
+            )
+        except MotionError as error:
+            on_left_out(path.name, str(error))
+            continue
+        known = _BANDAI.fullmatch(path.stem)
+        done = known["activity"] if known else path.parent.name
+        person = known["style"] if known else path.stem.partition("_")[0]
+        yield Clip(motion, path.name, activity or done, person)

@@ -1,0 +1,145 @@
+"""A database of motion (paper C, section 4): concatenated sequences of poses at 30 frames/s, with labels."""
+
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from motionenv.body.skeleton import NODES, mirror
+from motionenv.errors import MotionError
+from motionenv.models.motion_tree.features import WINDOW, resample
+from motionenv.types import Motion, Skeleton
+
+_LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right_ankle")]
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """A motion with labels.
+
+    Attributes:
+        motion: one sequence, (frames, 25).
+        name: origin, such as the file's name.
+        activity: a word or two, such as "walk".
+        person: label of the person.
+    """
+
+    motion: Motion
+    name: str = ""
+    activity: str = ""
+    person: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Database:
+    """Concatenated sequences of poses of one body.
+
+    Attributes:
+        poses: (frames, 25) [m, rad], float32. Each sequence starts at the world's origin, heading along x, with lengths
+            scaled to the legs of `skeleton`.
+        starts: (sequences + 1,) first frame of each sequence, then the number of frames.
+        clips, activities, persons: labels of each sequence.
+        mirrored: (sequences,) whether the sequence is the left-right mirror image of its clip.
+        skeleton: the body.
+    """
+
+    poses: np.ndarray
+    starts: np.ndarray
+    clips: tuple[str, ...]
+    activities: tuple[str, ...]
+    persons: tuple[str, ...]
+    mirrored: np.ndarray
+    skeleton: Skeleton
+
+    @cached_property
+    def windows(self) -> np.ndarray:
+        """Last frame (n,) of every window of ten frames that has a successor in its sequence."""
+        spans = [np.arange(a + WINDOW - 1, b - 1) for a, b in zip(self.starts[:-1], self.starts[1:], strict=True)]
+        return np.concatenate(spans).astype(np.int32)
+
+    def sequence_of(self, frames) -> np.ndarray:
+        """Index (...) of the sequence of each of `frames` (...)."""
+        return np.searchsorted(self.starts, frames, side="right") - 1
+
+    def motion(self, sequence: int) -> Motion:
+        """One sequence as a motion at 30 frames/s.
+
+        Args:
+            sequence: index of the sequence.
+
+        Raises:
+            MotionError: there is no such sequence.
+        """
+        if not 0 <= sequence < len(self.clips):
+            raise MotionError(f"sequence must be from 0 to {len(self.clips) - 1}, got {sequence!r}")
+        part = self.poses[self.starts[sequence] : self.starts[sequence + 1]]
+        return Motion(part, self.skeleton, 30.0, self.clips[sequence])
+
+
+def build_database(
+    clips: Iterable[Clip],
+    *,
+    skeleton: Skeleton | None = None,
+    mirrored: bool = False,
+    on_short: Callable[[str], None] = lambda name: None,
+) -> Database:
+    """Build a database from clips. Poses are spooled to a temporary file, so that memory holds one clip at a time.
+
+    Args:
+        clips: motions at any frame rate; a gap (NaN) splits a clip into sequences.
+        skeleton: the database's body; None takes the first clip's.
+        mirrored: also include the left-right mirror image of every clip.
+        on_short: called with the name of each clip without 11 contiguous frames at 30 frames/s (a window of ten and its
+            successor).
+
+    Raises:
+        MotionError: no clip is long enough.
+    """
+    starts, labels, short = [0], [], ""
+    with tempfile.TemporaryFile() as spool:
+        for clip in clips:
+            skeleton = skeleton or clip.motion.skeleton
+            stretches = [s for s in resample(clip.motion) if len(s) > WINDOW]
+            if not stretches:
+                short = clip.name
+                on_short(short)
+            scale = leg_length(skeleton) / leg_length(clip.motion.skeleton)
+            for stretch, flipped in _with_mirror_images(stretches, mirrored):
+                spool.write(_from_origin(stretch, scale).tobytes())
+                starts.append(starts[-1] + len(stretch))
+                labels.append((clip.name, clip.activity, clip.person, flipped))
+        if not labels or skeleton is None:
+            raise MotionError(
+                f"a database needs clips of at least {WINDOW + 1} frames at 30 frames/s (a window of {WINDOW} and its "
+                "successor); there are " + (f"only shorter ones, the last {short!r}" if short else "no clips at all")
+            )
+        spool.flush()
+        poses = np.asarray(np.memmap(spool, np.float32, "r", shape=(starts[-1], 25)))
+    names, activities, persons, flags = zip(*labels, strict=True)
+    return Database(poses, np.array(starts), names, activities, persons, np.array(flags), skeleton)
+
+
+def _with_mirror_images(stretches: list[np.ndarray], mirrored: bool) -> Iterator[tuple[np.ndarray, bool]]:
+    """Each stretch, followed by its mirror image if `mirrored`, and whether it is one."""
+    for stretch in stretches:
+        yield stretch, False
+        if mirrored:
+            yield mirror(stretch), True
+
+
+def _from_origin(poses: np.ndarray, scale: float) -> np.ndarray:
+    """Poses (frames, 25) moved so that the first is at the origin and heads along x, with lengths times `scale`."""
+    c, s = np.cos(poses[0, 5]), np.sin(poses[0, 5])
+    away = (poses[:, :2] - poses[0, :2]) @ np.array([[c, -s], [s, c]])
+    moved = poses.copy()
+    moved[:, :2] = away * scale
+    moved[:, 2] *= scale
+    moved[:, 5] -= poses[0, 5]
+    return moved.astype(np.float32)
+
+
+def leg_length(skeleton: Skeleton) -> float:
+    """Length of the legs of `skeleton` [m], hip to ankle, the mean of both."""
+    return float(np.linalg.norm(skeleton.offsets[_LEG], axis=1).sum() / 2)

@@ -1,0 +1,377 @@
+"""The implicit probabilistic model of human motion (Sidenbladh, Black & Sigal 2002, sections 4 and 5).
+
+Given the last ten frames Φ_t, the next pose is the one that follows a window Ψ_i of the database, drawn with
+
+    p(Ψ_i | Φ_t) ∝ exp(-½ (c_i - c_t)ᵀ Σ̃⁻² (c_i - c_t) / β)                            (eq. 3, Observation 1)
+
+where c are the coefficients in the database's principal components and β is the temperature. `method="tree"` draws
+with the paper's probabilistic search (eq. 7, 8), which is very fast but only approximates that distribution;
+`method="exact"` draws from the distribution itself.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.errors import ModelError, MotionError
+from motionenv.models.base import GaitModel
+from motionenv.models.motion_tree.database import Clip, Database, build_database
+from motionenv.models.motion_tree.features import FPS, local, placed, resample, turned_towards
+from motionenv.models.motion_tree.forecast import fit_forecast, following, steps
+from motionenv.models.motion_tree.history import Recent, recent_frames
+from motionenv.models.motion_tree.search.basis import fit_basis, project
+from motionenv.models.motion_tree.search.kernel_index import KernelIndex
+from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
+from motionenv.models.motion_tree.search.tree import LEAVES, CoefficientTree
+from motionenv.models.motion_tree.serialization import pack, unpack
+from motionenv.models.registry import load
+from motionenv.models.storage.mapped_npz import Mapping
+from motionenv.models.synthesis import scaled
+from motionenv.models.types import Components, Request, Target, Walker
+from motionenv.types import Motion, Skeleton, frozen
+
+if TYPE_CHECKING:
+    from motionenv.models.motion_tree.synthesis.generator import MotionGenerator
+
+#: Entries of the pose vector that a tree of a body part uses and predicts.
+PARTS = {
+    "body": tuple(range(25)),
+    "lower": (*range(6), *range(17, 25)),
+    "upper": tuple(range(6, 17)),
+    "left_arm": tuple(range(9, 13)),
+    "right_arm": tuple(range(13, 17)),
+}
+METHODS = ("tree", "exact")
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples of the next pose.
+
+    Attributes:
+        poses: (..., n, 25) [m, rad], in the world of the history.
+        windows: (..., n) indices of the drawn windows; `MotionTree.frames_[windows]` is the last frame of each.
+        log_probability: (..., n) log-probability of each drawn window, for "exact" up to 0.01 too high; None for
+            "exact" without `probability=True`.
+    """
+
+    poses: np.ndarray
+    windows: np.ndarray
+    log_probability: np.ndarray | None
+
+
+class MotionTree(GaitModel):
+    """A database of motion as a probability distribution over the next pose.
+
+    Args:
+        splits: "sign" as in the paper, or "median" for the balanced tree that the paper mentions.
+        part: body part that the tree uses and predicts, a key of `PARTS`.
+
+    Attributes:
+        database_: the `Database`.
+        basis_: the `Basis` of its windows.
+        frames_: (n,) last frame of each window.
+        index_: the windows' coefficients in a kd-tree.
+        descent_: the paper's tree.
+        forecast_: prediction of the pose after a window.
+        card_: the model card.
+        mapping_: the memory-mapped file of its arrays, or None.
+
+    Raises:
+        MotionError: an unknown `splits` or `part`.
+    """
+
+    kind: ClassVar[str] = "tree"
+    about: ClassVar[str] = "Motion without end, grown frame by frame from clips of captured motion."
+    steady: ClassVar[bool] = False
+    steerable: ClassVar[bool] = True
+    mapped: ClassVar[bool] = True
+
+    def __init__(self, *, splits: str = "sign", part: str = "body"):
+        if part not in PARTS:
+            raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
+        if splits not in ("sign", "median"):
+            raise MotionError(f"splits must be 'sign' or 'median', got {splits!r}")
+        self.splits, self.part = splits, part
+        self.card_: dict = {}
+        self.mapping_: Mapping | None = None
+
+    def fit(self, motions, subjects=None) -> "MotionTree":
+        """Build a `Database` of motions of any kind, on the body of the first, and fit the tree to it.
+
+        Args:
+            motions: (frames, 25) at any frame rate; a gap splits a motion into clips. Names become activities.
+            subjects: the person's label for each motion; None takes each motion for a different person.
+
+        Raises:
+            MotionError: labels don't match the motions, or no motion is longer than ten frames at 30 frames/s.
+        """
+        motions = list(motions)
+        people = [str(s) for s in (range(len(motions)) if subjects is None else subjects)]
+        if len(people) != len(motions):
+            raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(people)}")
+        clips = (Clip(m, m.name, m.name or "motion", person) for m, person in zip(motions, people, strict=True))
+        return self.fit_database(build_database(clips))
+
+    def fit_database(self, database: Database) -> "MotionTree":
+        """Fit the tree to `database`, whose arrays are kept without a copy."""
+        channels = np.array(PARTS[self.part])
+        self.database_ = database
+        self.basis_ = fit_basis(database, np.concatenate([channels, channels + 25]))
+        n = len(database.windows)
+        rows = np.empty((-(-n // BLOCK) * BLOCK, len(self.basis_.deviation)), dtype=np.float32)
+        project(database, self.basis_, rows)
+        self.forecast_ = fit_forecast(database, rows[:n])
+        order = np.arange(n, dtype=np.int32)
+        self.index_ = KernelIndex.build(rows, order)
+        self.frames_ = database.windows[order]
+        self.descent_ = CoefficientTree.build(self.index_.blocks, self.index_.n, self.splits)
+        self.activities = tuple(sorted(set(database.activities)))
+        return self
+
+    def coefficients(self, history) -> np.ndarray:
+        """Standardised coefficients c / σ (..., b) float32 of the last ten frames of a history.
+
+        Args:
+            history: (..., frames, 25) poses at 30 frames/s, oldest first, or a `Motion` of that rate. Uses the last ten
+                frames and, for velocities, up to two before them.
+
+        Raises:
+            MotionError: fewer than ten frames, another shape or rate, or NaN.
+        """
+        self.check()
+        return self.basis_.coefficients(self.recent(history).parameters).astype(np.float32)
+
+    def sample(
+        self,
+        history,
+        n: int = 1,
+        *,
+        temperature: float = 0.05,
+        seed=None,
+        method: str = "tree",
+        leaf: str = "uniform",
+        noise: float = 0.0,
+        carry: bool = False,
+        probability: bool = False,
+    ) -> Samples:
+        """Draw samples of the next pose.
+
+        Args:
+            history: (..., frames, 25), see `coefficients`; leading axes are batches.
+            n: draws for each history.
+            temperature: β; near 0 draws the nearest window, at 1 windows as spread as the database.
+            seed: int or Generator.
+            method: "tree", the paper's search, or "exact".
+            leaf: choice within a leaf of "tree", "uniform" or by the "kernel" p(c_i | c_t).
+            noise: standard deviation of Gaussian noise on the poses, as a factor on the predictions' RMS error.
+            carry: add a share of the difference between history and window (`motionenv.models.motion_tree.forecast`);
+                False takes the pose after the window, as the paper does.
+            probability: also return log-probabilities; for "exact" this costs a sum over the neighbourhood.
+
+        Raises:
+            MotionError: an invalid history (see `coefficients`), or an option out of range.
+        """
+        self.check()
+        n = _checked_options(n, noise)
+        recent = self.recent(history)
+        probes = self.basis_.coefficients(recent.parameters).astype(np.float32)
+        flat = probes.reshape(-1, probes.shape[-1])
+        rng = random_generator(seed)
+        key = int(rng.integers(2**64, dtype=np.uint64))
+        windows, log_probability = self.draw(flat, n, temperature, key, method, leaf, probability)
+        windows = windows.reshape(*probes.shape[:-1], n)
+        if carry:
+            now, after = steps(self.database_, self.frames_[windows])
+            after = self.forecast_.carried(recent.parameters[..., -1:, :], now, after)
+        else:
+            after = following(self.database_, self.frames_[windows])
+        if noise > 0:
+            deviation = self.forecast_.deviation if carry else self.forecast_.plain_deviation
+            after = after + noise * deviation * rng.standard_normal(after.shape)
+        if log_probability is not None:
+            log_probability = log_probability.reshape(windows.shape)
+        return Samples(self._poses(recent, after), windows, log_probability)
+
+    def draw(
+        self, probes, n: int, temperature: float, key: int, method: str, leaf: str, probability: bool
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Draw windows (B, n) for each of the coefficients `probes`; return them and their log-probabilities or None.
+
+        Args:
+            probes: (B, b) float32, from `coefficients`.
+            n: draws for each probe.
+            temperature: β.
+            key: whole number that seeds the draws.
+            method, leaf, probability: see `sample`.
+
+        Raises:
+            MotionError: an option out of range.
+            ModelError: not fitted, or its file was changed in place.
+        """
+        self.check()
+        if method not in METHODS:
+            raise MotionError(f"method must be {' or '.join(map(repr, METHODS))}, got {method!r}")
+        if leaf not in LEAVES:
+            raise MotionError(f"leaf must be {' or '.join(map(repr, LEAVES))}, got {leaf!r}")
+        if method == "tree":
+            return self.descent_.draw(probes, n, temperature, key, leaf, self.index_.blocks)
+        windows = self.index_.draw(probes, n, temperature, key)
+        if not probability:
+            return windows, None
+        total = self.index_.log_normaliser(probes, temperature)
+        return windows, self.index_.log_kernel(probes, windows, temperature) - total[:, None]
+
+    def log_density(self, history, after, *, temperature: float = 0.05, draws: int = 256, seed=None,
+                    method: str = "exact") -> np.ndarray:  # fmt: skip
+        """Log of the predictive density (...) of the next local pose, per metre and radian.
+
+        The density is a mixture of `draws` Gaussians, centred at predictions with `carry=True`, with their RMS error as
+        standard deviation. As a Monte Carlo estimate, its logarithm is biased slightly downwards.
+
+        Args:
+            history: (..., frames, 25), see `coefficients`.
+            after: (..., 25) the true next pose.
+            temperature: β.
+            draws: windows drawn for each history.
+            seed: int or Generator.
+            method: "tree" or "exact".
+
+        Raises:
+            MotionError: see `sample`; also if `after` isn't finite.
+        """
+        after = frozen(after, (..., 25), "after")
+        if not np.isfinite(after).all():
+            raise MotionError("after has NaN or infinite values: a missing pose has no density")
+        drawn = self.sample(history, draws, temperature=temperature, seed=seed, method=method, carry=True)
+        chosen = np.array(PARTS[self.part])
+        last = (history.poses if isinstance(history, Motion) else np.asarray(history))[..., -1, :]
+        error = local(last, after)[..., None, :] - local(last[..., None, :], drawn.poses)
+        error = turned_towards(error, np.zeros(25))[..., chosen]
+        deviation = self.forecast_.deviation[chosen]
+        each = -0.5 * ((error / deviation) ** 2).sum(-1) - np.log(deviation * np.sqrt(2 * np.pi)).sum()
+        return np.logaddexp.reduce(each, axis=-1) - np.log(draws)
+
+    def components(self) -> Components:
+        """No components: the database isn't a linear model."""
+        return Components()
+
+    def treadmill(self) -> None:
+        """No treadmill: motion has no closed form."""
+
+    def body(self, height: float | None = None) -> Skeleton:
+        """The database's body, scaled to `height` [m]."""
+        self.check()
+        body = self.database_.skeleton
+        return body if height is None else scaled(Motion(np.zeros((0, 25)), body, FPS), height).skeleton
+
+    def dimensions(self) -> dict[str, int]:
+        """Frames and windows of the database."""
+        self.check()
+        return {"pose": 25, "frames": len(self.database_.poses), "windows": len(self.frames_)}
+
+    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
+        """A random window of the database, picked with `rng`; `speed` and `height` have no effect."""
+        from motionenv.models.motion_tree.synthesis.generator import start_window
+
+        self.check()
+        return Walker(self.kind, start=start_window(self, None, rng))
+
+    def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
+        """Generate motion at 30 frames/s from the window of `walker` with `rng`, and resample it to the `request`."""
+        own = self.body().height
+        wanted = None if request.speed is None else request.speed * own / (request.height or own)
+        growth = self.generator(walker.start, seed=rng, target=Target(speed=wanted))
+        motion = growth.motion(request.seconds + 2 / FPS)
+        if request.fps != FPS:
+            motion = Motion(resample(motion, request.fps)[0], motion.skeleton, request.fps, motion.name)
+        motion = Motion(motion.poses[: request.frames], motion.skeleton, request.fps, motion.name)
+        return motion if request.height is None else scaled(motion, request.height)
+
+    def generator(
+        self, start=None, *, seed=None, upper: "MotionTree | None" = None, target: Target | None = None, **options: Any
+    ) -> "MotionGenerator":
+        """A generator of motion from this tree: `step(frames)` returns the next poses, `motion(seconds)` a `Motion`.
+
+        Args:
+            start: poses, a `Motion`, an activity, a window or None; see `MotionGenerator`.
+            seed: int or Generator.
+            upper: tree of the "upper" body, if this one is of the "lower".
+            target: activity, heading and speed to steer to.
+            options: `temperature` and others of `motionenv.models.motion_tree.Options`.
+
+        Raises:
+            MotionError: an option out of range; see also `MotionGenerator`.
+        """
+        from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options
+
+        return MotionGenerator(self, start, seed=seed, upper=upper, options=Options(**options), target=target)
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and settings from which `from_arrays` restores the tree."""
+        self.check()
+        return pack(self)
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "MotionTree":
+        """Restore a tree from `arrays` and `meta` as returned by `to_arrays`; keeps the arrays without a copy.
+
+        Raises:
+            ModelError: arrays of inconsistent shapes.
+        """
+        tree = cls(splits=meta["splits"], part=meta["part"])
+        unpack(tree, arrays, meta)
+        tree.activities = tuple(sorted(set(tree.database_.activities)))
+        return tree
+
+    def source(self, windows) -> np.ndarray:
+        """Index (...) of the database's sequence of each of `windows` (...)."""
+        self.check()
+        return self.database_.sequence_of(self.frames_[windows])
+
+    def leaf(self, windows) -> np.ndarray:
+        """Index (...) of the leaf of the paper's tree that holds each of `windows` (...)."""
+        self.check()
+        return self.descent_.leaf_of(windows)
+
+    def recent(self, history) -> Recent:
+        """Parameters of a history's last frames, scaled to the database's body.
+
+        Args:
+            history: see `coefficients`.
+
+        Raises:
+            MotionError: see `coefficients`.
+        """
+        return recent_frames(history, self.database_)
+
+    def _poses(self, recent: Recent, after: np.ndarray) -> np.ndarray:
+        """Next poses (..., n, 25) in the world of the history, from their local parameters `after` (..., n, 25)."""
+        poses = placed(recent.last, after)
+        if self.part != "body":
+            others = [i for i in range(25) if i not in PARTS[self.part]]
+            poses[..., others] = recent.last[..., None, others]
+        if recent.scale != 1.0:
+            poses[..., :3] /= recent.scale
+        return poses
+
+    def __reduce__(self):
+        return super().__reduce__() if self.mapping_ is None else self.mapping_.reduced(load)
+
+    def check(self) -> None:
+        """Check that the tree can be used.
+
+        Raises:
+            ModelError: not fitted, or its file was changed in place.
+        """
+        if not hasattr(self, "index_"):
+            raise ModelError("this MotionTree is not fitted: call fit(motions) first, or motionenv.load")
+        if self.mapping_ is not None:
+            self.mapping_.check()
+
+
+def _checked_options(n, noise) -> int:
+    checked_number(noise, "noise", 0)
+    return checked_whole(n, "n", 1, unit="draws")

@@ -1,0 +1,176 @@
+"""The low-dimensional basis of windows (paper C, section 4, eq. 4 and 5), computed without storing the windows.
+
+A window is ten frames of p parameters. The covariance of all windows consists of lag covariances: the block of the
+frames i and i + k before the last is the sum of f(t - i) f(t - i - k)ᵀ over the windows' last frames t. From i - 1 to i
+this sum changes only at the ends of the sequences. So ten products of the frames with shifted copies of themselves give
+all 100 blocks.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from motionenv.models.motion_tree.database import Database
+from motionenv.models.motion_tree.feature_kernels import parameters_of, projected
+from motionenv.models.motion_tree.features import FPS, WINDOW
+
+_CHUNK = 16384
+_NEGLIGIBLE = 1e-6  # variances below this share of the largest are rounding errors of single-precision sums
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Principal components of standardised windows.
+
+    Attributes:
+        channels: (p,) indices of the parameters used, of the 50 of a frame.
+        mean, scale: (p,) mean and standard deviation of each parameter, in its unit, which standardise frames.
+        components: (b, 10, p) orthonormal axes Ũ; the last frame of the window first.
+        centre: (10, p) mean Ψ̄ of the standardised windows.
+        deviation: (b,) standard deviation σ_l of the coefficients along each axis.
+        share: share of the windows' variance explained by the axes.
+    """
+
+    channels: np.ndarray
+    mean: np.ndarray
+    scale: np.ndarray
+    components: np.ndarray
+    centre: np.ndarray
+    deviation: np.ndarray
+    share: float
+
+    @cached_property
+    def filter(self) -> tuple[np.ndarray, np.ndarray]:
+        """Weights (10, p, b) and offsets (b,) that map ten frames of parameters to standardised coefficients c / σ."""
+        weights = np.moveaxis(self.components, 0, -1) / self.scale[:, None] / self.deviation
+        offset = np.einsum("bdp,dp->b", self.components, self.centre + self.mean / self.scale) / self.deviation
+        return np.ascontiguousarray(weights), offset
+
+    def coefficients(self, parameters) -> np.ndarray:
+        """Standardised coefficients c / σ (..., b) of the last ten frames of `parameters` (..., frames, 50)."""
+        weights, offset = self.filter
+        last = np.ascontiguousarray(parameters[..., -WINDOW:, :])
+        out = np.empty((*last.shape[:-2], len(offset)))
+        projected(last.reshape(-1, WINDOW, 50), self.channels, weights, offset, out.reshape(-1, len(offset)))
+        return out
+
+
+def fit_basis(database: Database, channels: np.ndarray) -> Basis:
+    """The basis of a database's windows: b = ⌊log₂ n⌋ components (paper C).
+
+    Parameters are divided by their standard deviations first, as by Σ in paper C's eq. 3. Otherwise the approximation
+    of its Observation 1 doesn't hold.
+
+    Args:
+        database: the database of n windows.
+        channels: (p,) indices of the parameters to use, of the 50 of a frame.
+    """
+    n = len(database.windows)
+    middle, unit = _rough(database, channels)
+    sums, products = _window_moments(database, channels, middle, unit)
+    mean = sums[0] / n
+    scale = _positive(np.sqrt(np.maximum(np.diag(products[0, :, 0]) / n - mean**2, 0.0)))
+    average = sums / n
+    covariance = (products / n - average[:, :, None, None] * average) / (scale[:, None, None] * scale)
+    size = WINDOW * len(channels)
+    values, axes = np.linalg.eigh(covariance.reshape(size, size))
+    values, axes = values[::-1], axes[:, ::-1].T
+    b = max(1, min(int(np.log2(n)), int((values > _NEGLIGIBLE * values[0]).sum())))
+    kept = axes[:b] * np.sign(axes[np.arange(b), np.abs(axes[:b]).argmax(1)])[:, None]  # solvers differ in sign
+    return Basis(
+        channels=channels,
+        mean=middle + unit * mean,
+        scale=unit * scale,
+        components=np.ascontiguousarray(kept).reshape(b, WINDOW, -1),
+        centre=(average - mean) / scale,
+        deviation=_positive(np.sqrt(np.maximum(values[:b], 0.0))),
+        share=float(values[:b].sum() / values[values > 0].sum()) if values[0] > 0 else 1.0,
+    )
+
+
+def project(database: Database, basis: Basis, out: np.ndarray) -> None:
+    """Write the standardised coefficients c / σ of all windows to `out` (n, b), float32.
+
+    Args:
+        database: the database of n windows.
+        basis: the basis of b components.
+        out: an array-like of that shape that supports writing slices.
+    """
+    weights, offset = basis.filter
+    weights = np.ascontiguousarray(weights.transpose(1, 0, 2).reshape(len(basis.channels), -1), dtype=np.float32)
+    weights *= basis.scale[:, None].astype(np.float32)
+    offset = offset - np.einsum("dpb,p->b", basis.filter[0], basis.mean)
+    b, done = len(basis.deviation), 0
+    for first, now, frames in _chunks(database, basis.channels, basis.mean, basis.scale):
+        parts = (frames @ weights).reshape(len(frames), WINDOW, b)
+        ends = now - first + WINDOW - 1
+        whole = np.zeros((len(ends), b), dtype=np.float32)
+        for lag in range(WINDOW):
+            whole += parts[ends - lag, lag]
+        out[done : done + len(ends)] = whole - offset.astype(np.float32)
+        done += len(ends)
+
+
+def _window_moments(database, channels, middle, unit) -> tuple[np.ndarray, np.ndarray]:
+    """Sum (10, p) and sum of outer products (10, p, 10, p) of all windows of frames (f - middle) / unit."""
+    p = len(channels)
+    sums, products = np.zeros((WINDOW, p)), np.zeros((WINDOW, p, WINDOW, p))
+    for first, now, frames in _chunks(database, channels, middle, unit):
+        ends = now - first + WINDOW - 1
+        current = np.zeros((len(frames), p), dtype=np.float32)
+        current[ends] = frames[ends]
+        sums[0] += current.sum(0, dtype=np.float64)
+        for lag in range(WINDOW):
+            products[0, :, lag] += current[WINDOW - 1 :].T @ frames[WINDOW - 1 - lag : len(frames) - lag]
+    heads = _edges(database, channels, middle, unit, database.starts[:-1])
+    tails = _edges(database, channels, middle, unit, database.starts[1:] - WINDOW)
+    for i in range(1, WINDOW):
+        entering, leaving = heads[:, WINDOW - 1 - i], tails[:, WINDOW - 1 - i]
+        sums[i] = sums[i - 1] + entering.sum(0) - leaving.sum(0)
+        for j in range(i, WINDOW):
+            change = entering.T @ heads[:, WINDOW - 1 - j] - leaving.T @ tails[:, WINDOW - 1 - j]
+            products[i, :, j] = products[i - 1, :, j - 1] + change
+    for i in range(WINDOW):
+        for j in range(i):
+            products[i, :, j] = products[j, :, i].T
+    return sums, products
+
+
+def _chunks(database, channels, middle, unit) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """Yield chunks: the first new frame, the windows that end in the chunk, and its standardised parameters.
+
+    The parameters (9 + frames, p) begin nine frames earlier, padded with zeros at the start of the database.
+    """
+    bounds = np.searchsorted(database.windows, np.arange(0, len(database.poses) + _CHUNK, _CHUNK))
+    for i, first in enumerate(range(0, len(database.poses), _CHUNK)):
+        lead = min(first, WINDOW - 1)
+        last = min(first + _CHUNK, len(database.poses))
+        frames = np.zeros((WINDOW - 1 + last - first, len(channels)), dtype=np.float32)
+        frames[WINDOW - 1 - lead :] = _standardised(database, channels, middle, unit, first - lead, last)
+        yield first, database.windows[bounds[i] : bounds[i + 1]], frames
+
+
+def _edges(database, channels, middle, unit, firsts) -> np.ndarray:
+    """Standardised parameters (sequences, 10, p) of the ten frames that begin at each of `firsts`."""
+    return np.stack([_standardised(database, channels, middle, unit, f, f + WINDOW) for f in firsts])
+
+
+def _standardised(database, channels, middle, unit, first, last) -> np.ndarray:
+    """Standardised parameters (last - first, p) of frames: (f - middle) / unit."""
+    raw = np.empty((last - first, 50))
+    parameters_of(database.poses, database.starts[:-1], first, last, FPS, raw)
+    return (raw[:, channels] - middle) / unit
+
+
+def _rough(database, channels) -> tuple[np.ndarray, np.ndarray]:
+    """Approximate mean and standard deviation (p,) from a sample, so that single precision suffices for the sums."""
+    firsts = np.linspace(0, len(database.poses) - WINDOW, 500).astype(int)
+    some = _edges(database, channels, 0.0, 1.0, np.unique(firsts)).reshape(-1, len(channels))
+    return some.mean(0), _positive(some.std(0))
+
+
+def _positive(scale: np.ndarray) -> np.ndarray:
+    """`scale` with 1 for constant parameters."""
+    return np.where(scale > 1e-6, scale, 1.0)

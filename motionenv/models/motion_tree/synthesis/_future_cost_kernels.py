@@ -1,0 +1,132 @@
+"""Compiled loops of `future_cost`: the future cost of each window of a database."""
+
+import numpy as np
+
+from motionenv._core.compilation import kernel
+from motionenv.models.motion_tree.search.kernel_index_kernels import (
+    BLOCK,
+    FAN,
+    box_distances,
+    first_groups,
+    leaf_excess,
+    scratch,
+)
+
+_HOPELESS = 1e3  # cost of a dead end
+
+
+@kernel
+def future_cost(starts, frames, place, tails, exits, distances, toll, discount, sweeps, cost, way_out):
+    """Write the future cost (n,) of windows by position, and the best exit of each window near a sequence's end.
+
+    Args:
+        starts: (sequences + 1,) first frames of the sequences.
+        frames, place: maps from positions to frames and back.
+        tails: (m,) positions of the windows near the end of their sequences, the last of each first.
+        exits, distances: (m, k) similar windows elsewhere, and squared distances to them, infinite if there are fewer.
+        toll: (n,) immediate cost of each window.
+        discount: γ, per frame.
+        sweeps: greatest number of value iterations.
+        cost, way_out: output.
+    """
+    for _ in range(sweeps):
+        changed = 0.0
+        for t in range(len(tails)):
+            i = tails[t]
+            after = place[frames[i] + 1]
+            leaving, way_out[i] = _leave(exits[t], distances[t], discount, cost)
+            best = toll[i] + min(leaving, discount * cost[after] if after >= 0 else np.inf, _HOPELESS)
+            changed = max(changed, abs(best - cost[i]))
+            cost[i] = best
+        _carry_back(starts, place, way_out, toll, discount, cost)
+        if changed < 1e-6:
+            return
+
+
+@kernel
+def _leave(exits, distances, discount, cost):
+    """Lowest cost of an exit and its window; infinite and -1 without exits."""
+    best, way = np.inf, -1
+    for k in range(len(exits)):
+        if distances[k] + discount * cost[exits[k]] < best:
+            best, way = distances[k] + discount * cost[exits[k]], exits[k]
+    return best, way
+
+
+@kernel
+def _carry_back(starts, place, way_out, toll, discount, cost):
+    """Propagate costs from the tails of sequences back to their beginnings."""
+    for s in range(len(starts) - 1):
+        for f in range(starts[s + 1] - 3, starts[s] + 8, -1):
+            if way_out[place[f]] < 0:
+                cost[place[f]] = toll[place[f]] + discount * cost[place[f + 1]]
+
+
+@kernel
+def ahead(poses, starts, frames, horizon, fps, turn, speed):
+    """Write turn (n,) [rad] and mean speed (n,) [m/s] over the next `horizon` frames, or up to the sequence's end."""
+    for i in range(len(frames)):
+        f = frames[i]
+        g = min(f + horizon, starts[np.searchsorted(starts, f, side="right")] - 1)
+        turn[i] = poses[g, 5] - poses[f, 5]
+        speed[i] = np.hypot(poses[g, 0] - poses[f, 0], poses[g, 1] - poses[f, 1]) * fps / (g - f)
+
+
+@kernel
+def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
+    """Find the nearest windows elsewhere for each of the positions `asked` (m,): `found` (m, k), nearest first.
+
+    Windows elsewhere are more than `apart` frames away. Of windows within `apart` frames of each other, only the
+    nearest is kept. `distances` (m, k) are squared, and infinite if there are fewer than k.
+    """
+    work = scratch(n, boxes.shape[3])
+    for a in range(len(asked)):
+        found[a], distances[a] = 0, np.inf
+        _search(blocks, boxes, n, frames, asked[a], apart, found[a], distances[a], work)
+
+
+@kernel
+def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
+    probe, row, stack = work[2], work[3], work[6]
+    levels, first = first_groups(n)
+    probe[: blocks.shape[1]] = blocks[here // BLOCK, :, here % BLOCK]
+    stack[0, 0], stack[0, 1] = levels - 1, 0
+    top = 1
+    while top > 0:
+        top -= 1
+        level, node = stack[top]
+        if level < 0:
+            leaf_excess(blocks, node, probe, 0.0, False, row)
+            _take(FAN * node, n, row, frames, here, apart, found, distances)
+            continue
+        box_distances(boxes, first[level] + node, probe, row)
+        nearest = row.argmin()
+        for i in range(FAN + 1):  # the nearest child is pushed last, so that it is visited first
+            k = nearest if i == FAN else i
+            if (i == FAN or i != nearest) and row[k] < distances[-1]:
+                stack[top, 0], stack[top, 1] = level - 1, FAN * node + k
+                top += 1
+
+
+@kernel
+def _take(first, n, row, frames, here, apart, found, distances):
+    """Insert the points of a leaf from position `first` on, at squared distances `row` (16,), that are near enough."""
+    for i in range(min(FAN, n - first)):
+        if row[i] < distances[-1] and abs(frames[first + i] - frames[here]) > apart:
+            _insert(first + i, row[i], frames, apart, found, distances)
+
+
+@kernel
+def _insert(position, distance, frames, apart, found, distances):
+    """Insert a window into the sorted nearest ones, replacing one within `apart` frames of it, or else the last."""
+    k = len(found) - 1
+    for other in range(len(found)):
+        if distances[other] < np.inf and abs(frames[found[other]] - frames[position]) <= apart:
+            if distances[other] <= distance:
+                return
+            k = other
+            break
+    while k > 0 and distances[k - 1] > distance:
+        found[k], distances[k] = found[k - 1], distances[k - 1]
+        k -= 1
+    found[k], distances[k] = position, distance

@@ -1,0 +1,141 @@
+"""What synthesis asks of a database beyond nearness: where windows lead, and which feet stand.
+
+The future cost of a window, after the video textures of Schödl et al. (2000, section 3.1): going on costs nothing, a
+jump the squared distance to the window jumped to, and what lies ahead counts less the further away it is,
+
+    V(i) = a(i) + min(γ V(i + 1), min over j elsewhere of |z_i - z_j|² + γ V(j))
+
+so that a window near the end of its sequence is good only when there is a near way out that itself leads on. Where one
+activity is wanted, each window of another costs a(i) = 0.1, else nothing. As p(i | t) is a kernel of squared distances
+too, exp(-V / 2β) is the weight that the future gives a window.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from motionenv.body.kinematics import FOOT_BALL, feet
+from motionenv.body.skeleton import ANKLE_HEIGHT
+from motionenv.models.motion_tree.database import Database
+from motionenv.models.motion_tree.features import FPS, WINDOW
+from motionenv.models.motion_tree.synthesis._future_cost_kernels import ahead, future_cost, nearest_elsewhere
+from motionenv.models.motion_tree.synthesis._generator_kernels import HERE
+
+#: Height of the ball's centre on the ground [shares of the body's height].
+BALL_HEIGHT = ANKLE_HEIGHT + FOOT_BALL[2]
+
+_TAIL = 30  # frames before the end of a sequence from which it may be left
+_EXITS = 32  # nearest windows elsewhere that are looked at
+_TOLL = 0.1  # a(i), squared distance per frame
+_DISCOUNT, _FARSIGHTED = 0.97, 0.99  # γ, per frame, and where an activity is wanted
+_SWEEPS = 50
+_HORIZON = 30  # frames over which turns and speeds are looked ahead
+_STANDING_SPEED = 0.5  # [m/s] of the ball of a foot, below which it may stand
+_LOWEST, _FLAT = 5, 10  # percentiles of height that stand for the balls of feet, and the ankles, on the ground
+_STANDING_HEIGHT = 0.03  # [shares of the body's height] above the lowest of the sequence
+
+
+@dataclass(frozen=True, eq=False)
+class FutureCost:
+    """What comes after each window, by position in the tree.
+
+    Attributes:
+        place: (frames,) position of the window that ends at each frame of the database, or -1.
+        exits: what `towards` works with: positions of windows near the ends of sequences (m,), the nearest windows
+            elsewhere (m, k), and squared distances to them (m, k).
+        starts, frames: of the sequences, and of the windows by position.
+        turn: (n,) [rad] by which the heading changes in the next second.
+        speed: (n,) [m/s] mean over the next second.
+        activity: (n,) index of the activity in `activities`.
+        activities: names.
+        stands: (frames, 2) whether the left and the right foot stand.
+        ground: (n, 3) [m] of the window's sequence: by how much to move the root so that the soles of feet that stand
+            are on the ground z = 0; how high such ankles are in the sequence; and how much less the root would have
+            to be moved for the balls of feet whose heel has risen.
+    """
+
+    starts: np.ndarray
+    frames: np.ndarray
+    place: np.ndarray
+    exits: tuple[np.ndarray, np.ndarray, np.ndarray]
+    turn: np.ndarray
+    speed: np.ndarray
+    activity: np.ndarray
+    activities: tuple[str, ...]
+    stands: np.ndarray
+    ground: np.ndarray
+
+    @cached_property
+    def _known(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        return {}
+
+    def towards(self, activity: int = -1) -> tuple[np.ndarray, np.ndarray]:
+        """Future cost V (n,) of each window, and the best window to jump to (n,) where its sequence ends, else -1.
+
+        Args:
+            activity: index of the one that is wanted, or -1 for any; each is worked out once.
+        """
+        if activity not in self._known:
+            n = len(self.frames)
+            toll = (_TOLL * (self.activity != activity) if activity >= 0 else np.zeros(n)).astype(np.float32)
+            cost, way_out = np.zeros(n, dtype=np.float32), np.full(n, -1, dtype=np.int32)
+            discount = _DISCOUNT if activity < 0 else _FARSIGHTED
+            future_cost(self.starts, self.frames, self.place, *self.exits, toll, discount, _SWEEPS, cost, way_out)
+            self._known[activity] = cost, way_out
+        return self._known[activity]
+
+
+def fit_future_cost(database: Database, frames, blocks, boxes) -> FutureCost:
+    """The outlook of windows.
+
+    Args:
+        database: of n windows.
+        frames: (n,) last frame of each window, by position.
+        blocks, boxes: of the `KernelIndex` that the positions refer to.
+    """
+    n = len(frames)
+    place = np.full(len(database.poses), -1, dtype=np.int32)
+    place[frames] = np.arange(n, dtype=np.int32)
+    turn, speed = np.empty((2, n), dtype=np.float32)
+    tails = place[_tails(database.starts)]
+    exits = np.empty((len(tails), _EXITS), dtype=np.int32)
+    distances = np.empty(exits.shape, dtype=np.float32)
+    nearest_elsewhere(blocks, boxes, n, frames, tails, HERE, exits, distances)
+    ahead(database.poses, database.starts, frames, _HORIZON, FPS, turn, speed)
+    sequence = database.sequence_of(frames)
+    activities = tuple(sorted(set(database.activities)))
+    label = np.array([activities.index(a) for a in database.activities], dtype=np.int16)
+    stands, ground = _standing(database)
+    near = tails, exits, distances
+    labels = label[sequence]
+    return FutureCost(database.starts, frames, place, near, turn, speed, labels, activities, stands, ground[sequence])
+
+
+def _tails(starts: np.ndarray) -> np.ndarray:
+    """Last frames of the windows near the end of each sequence, the last of each first."""
+    ends = starts[1:, None] - 2 - np.arange(_TAIL)
+    return ends[ends >= starts[:-1, None] + WINDOW - 1]
+
+
+def _standing(database: Database) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each foot (frames, 2) stands, its ball slow and low; and the ground (sequences, 3) of `FutureCost`."""
+    height = database.skeleton.height
+    stands = np.empty((len(database.poses), 2), dtype=bool)
+    ground = np.empty((len(database.clips), 3), dtype=np.float32)
+    for i, (first, last) in enumerate(zip(database.starts[:-1], database.starts[1:], strict=True)):
+        ankles, balls = feet(database.poses[first:last], database.skeleton)
+        speed = np.linalg.norm(np.gradient(balls[..., :2], 1 / FPS, axis=0), axis=-1)
+        lowest = np.percentile(balls[..., 2].min(1), _LOWEST)
+        low = balls[..., 2] < lowest + _STANDING_HEIGHT * height
+        here = stands[first:last] = _steady(low & (speed < _STANDING_SPEED))
+        ankle = np.percentile(ankles[here, 2] if here.any() else ankles[..., 2].min(1), _FLAT)
+        sole, ball = ANKLE_HEIGHT * height - ankle, BALL_HEIGHT * height - lowest
+        ground[i] = sole, ankle, max(ball - sole, 0.0)
+    return stands, ground
+
+
+def _steady(stands: np.ndarray) -> np.ndarray:
+    """`stands` (frames, 2) with single frames that differ from both neighbours set right."""
+    inner = stands[:-2] & stands[2:] | stands[1:-1] & (stands[:-2] | stands[2:])
+    return np.concatenate([stands[:1], inner, stands[-1:]])

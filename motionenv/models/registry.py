@@ -1,0 +1,193 @@
+"""The models of all installed packages, found through the entry-point group `motionenv.models`.
+
+An entry whose name has a slash is a ready-made model. Its value is called without arguments and returns the model: a
+class that needs no fitting, a function, or a `ModelFile` that the package contains. An entry without a slash is a kind;
+its value is the class that reads files of that kind. In the pyproject.toml of a package:
+
+    [project.entry-points."motionenv.models"]
+    "toy/bounce" = "toy:Bounce"
+    bounce = "toy:Bounce"
+
+The value of a ready-made model may have two attributes: `card()`, which returns the model card without making the
+model, and `takes_long`, which makes the service build it in the background.
+"""
+
+import difflib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any
+
+from motionenv.errors import ModelError, MotionError
+from motionenv.models.base import GaitModel
+from motionenv.models.storage.model_file import StoredModel, open_model, read_card
+
+GROUP = "motionenv.models"
+_NAME = re.compile(r"[a-z0-9]+/[a-z0-9][a-z0-9-]{0,62}")
+_OURS = "motionenv"
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A ready-made model in a file.
+
+    Attributes:
+        path: the model file.
+    """
+
+    path: Path
+
+    def __call__(self) -> StoredModel:
+        """Load the model."""
+        return open_model(self.path, class_of)
+
+    def card(self) -> dict:
+        """The model card, read without the model."""
+        return read_card(self.path)
+
+
+def names() -> tuple[str, ...]:
+    """Names of the ready-made models, such as "walk/fpca"; loads none."""
+    return tuple(sorted(name for name in _entries() if "/" in name))
+
+
+def load(name_or_path) -> Any:
+    """Load a fitted model from a file, or a ready-made one by its name, such as "walk/fpca".
+
+    The first call for "mixed/tree" builds it, which takes seconds, and keeps it in the user's cache or in the folder
+    of the environment variable MOTIONENV_CACHE.
+
+    Args:
+        name_or_path: one of `names()`, or a file.
+
+    Raises:
+        ModelError: neither a file nor a known name, a file that is no model, or a package that fails to make its model.
+        MotionError: the cache can't be written.
+    """
+    name = str(name_or_path)
+    if name in names():
+        return _made(name)
+    path = Path(name_or_path)
+    if not path.is_file():
+        raise ModelError(
+            f"{name_or_path!r} is neither a model file nor the name of a model ({', '.join(names())})"
+            + did_you_mean(name, names())
+        )
+    return open_model(path, class_of)
+
+
+def card(name: str) -> dict:
+    """The model card of a ready-made model, if possible without making the model.
+
+    Args:
+        name: one of `names()`.
+
+    Raises:
+        ModelError: there is no such model, or its package fails to make it.
+    """
+    if name not in names():
+        raise ModelError(f"there is no model {name!r}: {', '.join(names())}" + did_you_mean(name, names()))
+    entry = _value(name)
+    return entry.card() if hasattr(entry, "card") else dict(_made(name).card_)
+
+
+def takes_long(name: str) -> bool:
+    """Whether making a ready-made model takes more than about a second.
+
+    Args:
+        name: one of `names()`.
+
+    Raises:
+        ModelError: its package can't be imported.
+    """
+    return bool(getattr(_value(name), "takes_long", False))
+
+
+def version(name: str) -> str:
+    """Version of the package that provides a ready-made model.
+
+    Args:
+        name: one of `names()`.
+    """
+    return _entries()[name].dist.version  # type: ignore[union-attr]
+
+
+def gait_model(model) -> GaitModel:
+    """A gait model, loaded if it is given by name or path.
+
+    Args:
+        model: a name or path for `load`, or a model.
+
+    Raises:
+        MotionError: not a gait model.
+    """
+    loaded = load(model) if isinstance(model, str | Path) else model
+    if not isinstance(loaded, GaitModel):
+        what = getattr(loaded, "kind", type(loaded).__name__)
+        raise MotionError(f"{model!r} is a {what} model, which makes no motion; see `motionenv models`")
+    return loaded
+
+
+def class_of(kind: str) -> type[StoredModel]:
+    """The class of a kind of model.
+
+    Args:
+        kind: the kind in the header of model files.
+
+    Raises:
+        ModelError: no installed package registers this kind.
+    """
+    kinds = [name for name in _entries() if "/" not in name]
+    if kind not in kinds:
+        raise ModelError(f"no installed package has models of kind {kind!r}; known kinds: {', '.join(kinds)}")
+    return _value(kind)
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """Suffix for an error text that suggests the `known` word closest to `given`; empty if none is close."""
+    near = difflib.get_close_matches(given, list(known), n=1, cutoff=0.5)
+    return f": did you mean {near[0]}?" if near else ""
+
+
+@cache
+def _entries() -> dict[str, EntryPoint]:
+    """Entry points by name. If several share a name, motionenv's wins, then the first one found."""
+    found = sorted(entry_points(group=GROUP), key=lambda entry: _package(entry) != _OURS)
+    if not found or _package(found[0]) != _OURS:
+        raise ModelError(f"motionenv's entry points {GROUP!r} are missing: reinstall it with pip install .")
+    return {entry.name: entry for entry in reversed(found)}
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else ""
+
+
+def _value(name: str) -> Any:
+    """The object that an entry refers to."""
+    entry = _entries()[name]
+    if "/" in name and not _NAME.fullmatch(name):
+        raise ModelError(f"model {name!r} of package {_package(entry)} must be named group/name, with a-z, 0-9 and -")
+    try:
+        return entry.load()
+    except Exception as error:
+        raise _unusable(name, error) from error
+
+
+def _made(name: str) -> StoredModel:
+    """Make a ready-made model."""
+    value = _value(name)
+    try:
+        model = value()
+    except MotionError:
+        raise
+    except Exception as error:
+        raise _unusable(name, error) from error
+    return gait_model(model)
+
+
+def _unusable(name: str, error: Exception) -> ModelError:
+    what = f"{type(error).__name__}: {error}"
+    return ModelError(f"model {name!r} of package {_package(_entries()[name])} can't be used: {what}")

@@ -1,0 +1,91 @@
+"""Export of a model's parameters, from which clients such as the page compute its walks themselves."""
+
+from typing import Any
+
+import numpy as np
+
+from motionenv.body.skeleton import (
+    ANKLE_HEIGHT,
+    CLOTHES,
+    COLOURS,
+    EDGES,
+    LIMB_NODES,
+    LIMB_SEGMENT,
+    LIMB_SHIFTS,
+    from_height,
+    limb_radii,
+)
+from motionenv.models.base import GaitModel
+from motionenv.models.registry import gait_model
+from motionenv.types import MARKERS, POSE
+
+_SHOWN = ("name", "low", "high", "mean", "gain", "unit", "share")  # of a trait
+
+
+def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Arrays and a JSON-serialisable description, from which a client can compute the walk in place.
+
+    All models have the body's `offsets` (16, 3), `limb_shifts` (limbs, 2, 3) and `limb_radii` (limbs, 2), in body
+    heights. Models with components add `mean_scores` (q,), `deviations` (q,) and `traits` (n, q): the standard
+    deviations along each component for one step of a trait. The rest depends on the treadmill:
+
+    - "poses": Fourier coefficients `mean` (columns, 24) and `components` (q, columns, 24) of the channels of
+      `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines. The log stride
+      time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations.
+    - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz].
+
+    Args:
+        model: a name or path for `motionenv.load`, or a fitted model.
+
+    Returns:
+        The arrays by name, and the description. Its `treadmill` is None if only the service can make motion; its
+        `activities` are those of a steerable model.
+
+    Raises:
+        MotionError: a model that makes no motion.
+    """
+    walkable = gait_model(model)
+    treadmill = walkable.treadmill()
+    if treadmill is None:
+        body = walkable.body() or from_height()
+        offsets, height, numbers = body.offsets / body.height, body.height, dict[str, np.ndarray]()
+    else:
+        offsets, height, numbers = treadmill.offsets, treadmill.height, treadmill.arrays
+    components, found = walkable.components(), walkable.traits()
+    if len(components):
+        directions = np.array([trait.direction for trait in found])
+        shown = {"mean_scores": components.means, "deviations": components.deviations, "traits": directions}
+        numbers = shown | numbers
+    description = {
+        **_described(walkable, height),
+        "components": len(components),
+        "shares": components.shares.tolist(),
+        "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
+        "activities": list(walkable.activities),
+    }
+    return _body(offsets) | numbers, description
+
+
+def _body(offsets) -> dict[str, np.ndarray]:
+    """The body's shape, in body heights."""
+    return {"offsets": np.asarray(offsets), "limb_shifts": LIMB_SHIFTS, "limb_radii": limb_radii(1.0)}
+
+
+def _described(model: GaitModel, height: float) -> dict[str, Any]:
+    """The model's description, and how to draw its body."""
+    treadmill = model.treadmill()
+    return {
+        "kind": model.kind,
+        "about": model.about,
+        "treadmill": None if treadmill is None else treadmill.frame,
+        "steerable": model.steerable,
+        "height": height,
+        "ankle_height": ANKLE_HEIGHT,
+        "limb_segments": LIMB_SEGMENT.tolist(),
+        "limb_nodes": LIMB_NODES.tolist(),
+        "clothes": CLOTHES,
+        "colours": COLOURS,
+        "edges": EDGES,
+        "markers": MARKERS,
+        "pose": POSE,
+    }

@@ -1,0 +1,139 @@
+"""Types of the gait models' interface: walkers, components, requests, targets."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motionenv._core.validation import checked_number
+from motionenv.errors import MotionError
+from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE
+
+if TYPE_CHECKING:
+    from motionenv.models.treadmill_cycle import InPlace
+
+#: Range of `variation` of `GaitModel.synthesize`.
+VARIATION = (0.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Walker:
+    """One person of a model: comparable, and storable as JSON with `dataclasses.asdict` and `Walker(**stored)`.
+
+    Attributes:
+        kind: kind of the model.
+        scores: scores along the model's components, if it has any.
+        stride_seconds: stride time [s] at the walker's own speed; None takes what the model expects of the scores.
+        start: index of the database window at which the motion starts, in a model that has a database.
+    """
+
+    kind: str
+    scores: tuple[float, ...] = ()
+    stride_seconds: float | None = None
+    start: int | None = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "scores", tuple(float(score) for score in self.scores))
+
+
+@dataclass(frozen=True, eq=False)
+class Components:
+    """The components along which a model's walkers differ; the page shows one slider for each.
+
+    Attributes:
+        means: (q,) scores of the average walker.
+        deviations: (q,) standard deviations of the scores.
+        shares: (q,) share of the variance that each component explains.
+    """
+
+    means: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    deviations: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    shares: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def __len__(self) -> int:
+        return len(self.means)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Display names of the q components."""
+        return tuple(f"component {k + 1}" for k in range(len(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class Treadmill:
+    """One cycle of walking in place in closed form, which the page computes itself while sliders move.
+
+    Attributes:
+        frame: what the Fourier series in `arrays` describe: "poses" or "markers".
+        arrays: see `motionenv.parameters`.
+        offsets: (16, 3) node offsets of the drawn body, in body heights.
+        height: height of the average body [m].
+        cycles: maps scores (n, q) to the cycles, their markers (n, samples, 15, 3) [m] and body heights (n,) [m].
+    """
+
+    frame: str
+    arrays: dict[str, np.ndarray]
+    offsets: np.ndarray
+    height: float
+    cycles: "Callable[[np.ndarray], tuple[InPlace, np.ndarray, np.ndarray]]"
+
+
+@dataclass(frozen=True)
+class Target:
+    """Target to which a steerable model steers its motion; None leaves an attribute free.
+
+    Attributes:
+        activity: one of the model's `activities`, such as "walk".
+        heading: heading of the pelvis in the world [rad], 0 along x.
+        speed: ground speed [m/s].
+
+    Raises:
+        MotionError: a number out of range.
+    """
+
+    activity: str | None = None
+    heading: float | None = None
+    speed: float | None = None
+
+    def __post_init__(self):
+        if self.heading is not None:
+            checked_number(self.heading, "heading", unit="radians")
+        if self.speed is not None:
+            checked_number(self.speed, "speed", 0, unit="m/s")
+
+
+@dataclass(frozen=True)
+class Request:
+    """Validated arguments of `GaitModel.synthesize`.
+
+    Attributes:
+        seconds, fps, speed, height, phase, variation: see `GaitModel.synthesize`.
+
+    Raises:
+        MotionError: a number out of range.
+    """
+
+    seconds: float
+    fps: float
+    speed: float | None = None
+    height: float | None = None
+    phase: float = 0.0
+    variation: float = 1.0
+
+    def __post_init__(self):
+        checked_number(self.fps, "fps", *FPS_RANGE)
+        checked_number(self.seconds, "seconds", high=SECONDS_MOST, above=0)
+        if self.frames < 1:
+            raise MotionError(f"seconds must last one frame at least, got {self.seconds!r} at {self.fps:g} fps")
+        checked_number(self.phase, "phase", unit="cycles")
+        checked_number(self.variation, "variation", *VARIATION)
+        if self.speed is not None:
+            checked_number(self.speed, "speed", *SPEED_RANGE)
+        if self.height is not None:
+            checked_number(self.height, "height", *HEIGHT_RANGE)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the motion."""
+        return round(self.seconds * self.fps)

@@ -1,0 +1,327 @@
+"""Walks of `motionenv.models.walking.model`, one walker at a time.
+
+A block of `LANES` samples lies in rows of one flat array whose row numbers are known to the compiler, so that each loop
+over samples becomes vector instructions; sines, cosines and exponentials are polynomials for the same reason.
+
+Within a segment of the score spline, scores are cubic in u from 0 to 1, so a channel is Σ_h b_h(phase) Σ_j u^j d_hj
+with the Fourier basis b: 92 products instead of 9 · 23.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from motionenv._core.compilation import kernel
+from motionenv.body.simd import hinged, placed, root_rotation, sine_cosine, turned
+from motionenv.body.skeleton import ANKLE_HEIGHT
+from motionenv.models.walking._contact_kernels import (
+    ANKLE,
+    COS_HEADING,
+    LANES,
+    LEG_ROWS,
+    ROWS,
+    SIN_HEADING,
+    TOE_X,
+    TOE_Z,
+    X,
+    carry,
+    decay,
+    plant,
+)
+
+jit = kernel(fastmath={"contract", "arcp"})
+_inline = njit(inline="always", error_model="numpy")
+
+#: Channels of `motionenv.models.walking.preprocessing.CHANNELS` in the order of a block's rows: the root's rotations,
+#: both legs, the ankles' heights, the neck, and the arms, which contact doesn't need. Behind them come sines and
+#: cosines of the first 11 rows, and the rows that contact wants.
+ORDER = (19, 20, 21, *range(11, 19), 22, 23, 0, 1, 2, *range(3, 11))
+_LEFT, _RIGHT, _HEIGHTS, _NECK, _ARMS, _SIN, _COS, _OUT = 3, 7, 11, 13, 16, 24, 35, 46
+_WORK = _OUT + 2 * LEG_ROWS
+
+_STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from bending backwards
+_GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
+_PACINGS = 4
+
+
+@jit
+def soften(values, softness):
+    """Put values (LANES,) through a soft stop at 0: softness · log(1 + exp(value / softness))."""
+    for j in range(LANES):
+        x = values[j] / softness
+        y = decay(x if x > 0.0 else -x)
+        s = y / (2.0 + y)  # log(1 + y) = 2 artanh(s)
+        z = s * s
+        p = 1.0 / 31.0 + z * (1.0 / 33.0)
+        p = 1.0 / 27.0 + z * (1.0 / 29.0 + z * p)
+        p = 1.0 / 23.0 + z * (1.0 / 25.0 + z * p)
+        p = 1.0 / 19.0 + z * (1.0 / 21.0 + z * p)
+        p = 1.0 / 15.0 + z * (1.0 / 17.0 + z * p)
+        p = 1.0 / 11.0 + z * (1.0 / 13.0 + z * p)
+        p = 1.0 / 7.0 + z * (1.0 / 9.0 + z * p)
+        p = 1.0 / 3.0 + z * (1.0 / 5.0 + z * p)
+        values[j] = softness * ((x if x > 0.0 else 0.0) + 2.0 * s * (1.0 + z * p))
+
+
+@jit
+def _columns(turn, columns, first, step, segment, pace):
+    """Write the Fourier columns of samples first, first + step, ... of a block, and where in `segment` each lies.
+
+    Row 2k of `columns` is the sine of harmonic k and row 2k + 1 its cosine; the first row of `turn` is u.
+    """
+    rate, pad, seconds, phase = pace
+    for j in range(LANES):
+        sample = first + step * j
+        cycles = phase + (sample - pad) / rate / seconds
+        sine, cosine = sine_cosine(2.0 * math.pi * (cycles - np.floor(cycles)))
+        turn[j] = sample / rate / seconds - segment
+        turn[LANES + j], turn[2 * LANES + j] = sine, cosine
+    columns[:LANES], columns[LANES : 2 * LANES] = 0.0, 1.0
+    for k in range(2 * LANES, len(columns), 2 * LANES):
+        two = columns[k - 2 * LANES : k + 2 * LANES]  # this harmonic's columns behind those of the one before
+        for j in range(LANES):
+            s, c = turn[LANES + j], turn[2 * LANES + j]
+            before, ahead = two[j], two[LANES + j]
+            two[2 * LANES + j] = s * ahead + c * before
+            two[3 * LANES + j] = c * ahead - s * before
+
+
+@jit
+def _curves(scores, points, terms, out):
+    """Write the Fourier coefficients (k, columns · 24) that scores (q,) plus each of control points (k, q) stand for.
+
+    A B-spline's weights sum to 1, so what all points have in common may be added to each.
+    """
+    for i in range(len(out)):
+        curve, last = out[i], len(scores) - 1
+        curve[:] = terms[0]
+        for k in range(0, last, 2):  # two at a time: half as often in and out of memory
+            a, b = scores[k] + points[i, k], scores[k + 1] + points[i, k + 1]
+            one, other = terms[1 + k], terms[2 + k]
+            for j in range(len(curve)):
+                curve[j] += a * one[j] + b * other[j]
+        if last % 2 == 0:
+            a, one = scores[last] + points[i, last], terms[1 + last]
+            for j in range(len(curve)):
+                curve[j] += a * one[j]
+
+
+@jit
+def _coefficients(curves, d):
+    """Write d, (4, columns · 24), of the uniform cubic B-spline between the first four of `curves`."""
+    c0, c1, c2, c3, d0, d1, d2, d3 = curves[0], curves[1], curves[2], curves[3], d[0], d[1], d[2], d[3]
+    for i in range(len(c0)):
+        d0[i] = (c0[i] + 4.0 * c1[i] + c2[i]) / 6.0
+    for i in range(len(c0)):
+        d1[i] = 0.5 * (c2[i] - c0[i])
+    for i in range(len(c0)):
+        d2[i] = 0.5 * (c0[i] + c2[i]) - c1[i]
+    for i in range(len(c0)):
+        d3[i] = (c3[i] - c0[i]) / 6.0 + 0.5 * (c1[i] - c2[i])
+
+
+@jit
+def _channels(w, turn, columns, d, first, last):
+    """Write the channels in rows `first` to `last` of a block, four at a time."""
+    for c in range(first, last, 4):
+        out = w[c * LANES : (c + 4) * LANES]
+        out[:] = 0.0
+        for k in range(len(columns) // LANES - 1):
+            column, i = columns[(k + 1) * LANES : (k + 2) * LANES], 24 * k + c
+            a0, a1, a2, a3 = d[0, i], d[1, i], d[2, i], d[3, i]
+            b0, b1, b2, b3 = d[0, i + 1], d[1, i + 1], d[2, i + 1], d[3, i + 1]
+            c0, c1, c2, c3 = d[0, i + 2], d[1, i + 2], d[2, i + 2], d[3, i + 2]
+            d0, d1, d2, d3 = d[0, i + 3], d[1, i + 3], d[2, i + 3], d[3, i + 3]
+            for j in range(LANES):
+                u, b = turn[j], column[j]
+                out[j] += b * (a0 + u * (a1 + u * (a2 + u * a3)))
+                out[LANES + j] += b * (b0 + u * (b1 + u * (b2 + u * b3)))
+                out[2 * LANES + j] += b * (c0 + u * (c1 + u * (c2 + u * c3)))
+                out[3 * LANES + j] += b * (d0 + u * (d1 + u * (d2 + u * d3)))
+
+
+@jit
+def _row(w, row):
+    """A row (LANES,) of a block."""
+    return w[row * LANES : (row + 1) * LANES]
+
+
+@_inline
+def _leg(w, j, pose, out, side, hip, knee, ankle):
+    """Write what contact wants of one leg, whose root is at the origin."""
+    torso = root_rotation(
+        w[_SIN * LANES + j], w[_COS * LANES + j], w[(_SIN + 1) * LANES + j], w[(_COS + 1) * LANES + j],
+        w[(_SIN + 2) * LANES + j], w[(_COS + 2) * LANES + j],
+    )  # fmt: skip
+    s, c = (_SIN + pose) * LANES + j, (_COS + pose) * LANES + j
+    thigh = turned(
+        torso, -w[s], w[c], side * w[s + LANES], w[c + LANES], -side * w[s + 2 * LANES], w[c + 2 * LANES]
+    )  # fmt: skip
+    shin = hinged(thigh, w[s + 3 * LANES], w[c + 3 * LANES])
+    x, y, z = placed(placed(placed((0.0, 0.0, 0.0), torso, hip), thigh, knee), shin, ankle)
+    w[out * LANES + j], w[(out + 1) * LANES + j], w[(out + 2) * LANES + j] = x, y, z
+    length = math.sqrt(shin[1] * shin[1] + shin[4] * shin[4])
+    level = length > 1e-3
+    over = 1.0 / (length if level else 1.0)
+    forward_x, forward_y = shin[4] * over, -shin[1] * over
+    c, s = shin[0] * forward_x + shin[3] * forward_y, -shin[6]
+    over = 1.0 / math.sqrt(c * c + s * s + 1e-300)
+    w[(out + 3) * LANES + j] = forward_x if level else shin[0] * TOE_X + shin[2] * TOE_Z
+    w[(out + 4) * LANES + j] = forward_y if level else shin[3] * TOE_X + shin[5] * TOE_Z
+    w[(out + 5) * LANES + j], w[(out + 6) * LANES + j] = (c * over if level else 0.0), (s * over if level else 0.0)
+
+
+@_inline
+def _offset(offsets, node):
+    """A node's offset as a tuple."""
+    return offsets[node, 0], offsets[node, 1], offsets[node, 2]
+
+
+@jit
+def _legs(w, floor, offsets, height):
+    """Write what contact wants of both legs, and bend their knees."""
+    left = _offset(offsets, 9), _offset(offsets, 11), _offset(offsets, 13)
+    right = _offset(offsets, 10), _offset(offsets, 12), _offset(offsets, 14)
+    for side in range(2):
+        soften(_row(w, _LEFT + 4 * side + 3), _STIFFNESS)
+        over, ankle = _row(w, _HEIGHTS + side), _row(w, _OUT + side * LEG_ROWS + ANKLE)
+        ankle[:] = over - floor[side]
+        soften(ankle, _GIVE)
+        ankle[:] = height * (ANKLE_HEIGHT + ankle)
+    for j in range(_HEIGHTS * LANES):
+        w[_SIN * LANES + j], w[_COS * LANES + j] = sine_cosine(w[j])
+    for j in range(LANES):
+        _leg(w, j, _LEFT, _OUT, 1.0, left[0], left[1], left[2])
+    for j in range(LANES):
+        _leg(w, j, _RIGHT, _OUT + LEG_ROWS, -1.0, right[0], right[1], right[2])
+
+
+@jit
+def _show(w, first, pad, finer, stop, poses):
+    """Put the angles of root, neck and legs into those poses (frames, 25) that are samples of this block."""
+    for f in range(_frames_before(first, pad, finer, poses), _frames_before(stop, pad, finer, poses)):
+        j = pad + f * finer - first
+        for i in range(3):
+            poses[f, 3 + i], poses[f, 6 + i] = w[i * LANES + j], w[(_NECK + i) * LANES + j]
+        for i in range(8):
+            poses[f, 17 + i] = w[(_LEFT + i) * LANES + j]
+
+
+@_inline
+def _frames_before(sample, pad, finer, poses):
+    """How many of the poses come before `sample`."""
+    return min(max(0, (sample - pad + finer - 1) // finer), len(poses))
+
+
+@jit
+def _arms(w, first, last, poses):
+    """Put the angles of the arms into poses `first` to `last` (frames, 25), with elbows bent."""
+    soften(_row(w, _ARMS + 3), _STIFFNESS)
+    soften(_row(w, _ARMS + 7), _STIFFNESS)
+    for f in range(first, last):
+        for i in range(8):
+            poses[f, 9 + i] = w[(_ARMS + i) * LANES + f - first]
+
+
+@jit
+def _move(curves, floor, pace, samples, finer, body, rows, poses):
+    """Write what contact wants of all samples to `rows`, and angles to poses (frames, 25), which may be none.
+
+    Args:
+        curves: (k, columns · 24), from `_curves`.
+        floor: what the left and the right ankle's heights are over [body heights].
+        pace: samples per second, sample of the first pose, stride time [s], phase [cycles].
+        samples: how many.
+        finer: samples from pose to pose.
+        body: offsets (16, 3) and height [m].
+        rows: (ROWS, samples + LANES or more).
+        poses: to write.
+    """
+    (rate, pad, seconds, _), (offsets, height), size = pace, body, curves.shape[1]
+    w, turn, d = np.empty(_WORK * LANES), np.empty(3 * LANES), np.empty((4, size))
+    columns = np.empty((size // 24 + 1) * LANES)
+    start = 0
+    while start < samples:
+        segment = int(start / rate / seconds)
+        stop = min(samples, max(start + 1, math.ceil((segment + 1) * seconds * rate)))
+        _coefficients(curves[segment:], d)
+        for first in range(start, stop, LANES):
+            _columns(turn, columns, first, 1, segment, pace)
+            _channels(w, turn, columns, d, 0, _ARMS)
+            _legs(w, floor, offsets, height)
+            for row in range(2 * LEG_ROWS):
+                rows[row, first : first + LANES] = _row(w, _OUT + row)
+            rows[COS_HEADING, first : first + LANES] = _row(w, _COS + 2)
+            rows[SIN_HEADING, first : first + LANES] = _row(w, _SIN + 2)
+            _show(w, first, pad, finer, min(first + LANES, stop), poses)
+        last = _frames_before(stop, pad, finer, poses)
+        for first in range(_frames_before(start, pad, finer, poses), last, LANES):
+            _columns(turn, columns, pad + first * finer, finer, segment, pace)
+            _channels(w, turn, columns, d, _ARMS, 24)
+            _arms(w, first, min(first + LANES, last), poses)
+        start = stop
+
+
+@jit
+def _floor(scores, heights):
+    """The 10th percentile of an ankle's height over a cycle; `heights` (1 + q, P) are of mean and components."""
+    cycle = heights[0].copy()
+    for k in range(len(scores)):
+        factor, component = scores[k], heights[1 + k]
+        for i in range(len(cycle)):
+            cycle[i] += factor * component[i]
+    cycle.sort()
+    at = 0.1 * (len(cycle) - 1)
+    low = int(at)
+    return cycle[low] + (at - low) * (cycle[low + 1] - cycle[low])
+
+
+@jit
+def walk(start, stop, scores, seconds, points, clock, terms, heights, body, poses):
+    """Write the walks of walkers `start` to `stop`.
+
+    Contact decides how far a cycle carries, whatever its pace; but the pace decides which cycles fit, so the steps to
+    a stride time that goes at `speed` are shorter than a fixed stride would ask for, and there are four.
+
+    Args:
+        start, stop: which walkers.
+        scores: (n, q).
+        seconds: (n,) stride times [s].
+        points: (n, k, q) control points of the splines by which scores leave their mean.
+        clock: samples per second; sample of the first pose; samples from pose to pose; where in the cycle to start
+            [cycles]; speed [m/s] to reach by another stride time, 0 for that of `seconds`; the least stride time [s]
+            that `points` are enough for.
+        terms: (1 + q, columns · 24) Fourier coefficients of mean and components, channels as in `ORDER`.
+        heights: (2, 1 + q, P) of the ankles over a cycle, of mean and components [body heights].
+        body: offsets (16, 3) and height [m].
+        poses: (n, frames, 25) to write.
+    """
+    rate, pad, finer, phase, speed, shortest = clock
+    (offsets, height), frames = body, poses.shape[1]
+    samples = (frames - 1) * finer + 1 + 2 * pad
+    rows = np.empty((ROWS, samples + finer + LANES))
+    curves = np.empty((points.shape[1], terms.shape[1]))
+    for i in range(start, stop):
+        most = samples / rate / (shortest if speed > 0.0 else seconds[i])  # strides
+        _curves(scores[i], points[i], terms, curves[: int(most) + 5])
+        floor, stride = (_floor(scores[i], heights[0]), _floor(scores[i], heights[1])), seconds[i]
+        for _ in range(_PACINGS if speed > 0.0 else 0):
+            _move(curves, floor, (rate, pad, stride, phase), samples + finer, finer, body, rows, poses[i, :0])
+            carry(rows, samples + finer, rate, height)
+            reached = (rows[X, pad + frames * finer] - rows[X, pad]) * rate / (finer * frames)
+            stride = max(stride * (max(reached, 0.0) / speed) ** 0.75, shortest)
+        pace = (rate, pad, stride, phase)
+        _move(curves, floor, pace, samples, finer, body, rows, poses[i])
+        carry(rows, samples, rate, height)
+        plant(rows, samples, rate, pad, finer, _phases(pace, samples), offsets[9:11], poses[i])
+
+
+@jit
+def _phases(pace, samples):
+    """Phase (samples,) [cycles] of the samples."""
+    rate, pad, seconds, phase = pace
+    cycles = np.empty(samples)
+    for t in range(samples):
+        cycles[t] = phase + (t - pad) / rate / seconds
+    return cycles

@@ -1,0 +1,380 @@
+r"""Overground walking: the functional PCA of paper A, with a root trajectory from ground contact.
+
+Paper A models the 19 relative joint angles. This model adds five channels to the same components: the three rotations
+of the root and the heights of the two ankles. The root's position follows from contact: the foot that moves backwards
+fastest relative to the body is the stance foot, whose speed gives the body's forward speed and whose ankle height gives
+the root's height.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from motionenv._core.threads import everywhere
+from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.body.skeleton import limb_radii, symmetric
+from motionenv.errors import ModelError, MotionError
+from motionenv.models.base import GaitModel
+from motionenv.models.fpca.model import FunctionalPCA
+from motionenv.models.synthesis import scaled
+from motionenv.models.types import Components, Request, Treadmill, Walker
+from motionenv.models.walking.tables import Tables, root_of, tables_of
+from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
+
+_RATE = 60.0  # least frame rate [Hz] at which contact is integrated
+_PADDING = 0.2  # [s] before and after, so that smoothing has no edge effects
+_TOGETHER = 16  # walkers per thread, enough to pay for it
+_USUAL = 8  # components
+_SHORTEST = 0.5  # stride time [s]
+
+
+@dataclass(frozen=True)
+class Stride:
+    """Walkers as arrays: mean scores (n, q) and stride times (n,) [s]."""
+
+    scores: np.ndarray
+    seconds: np.ndarray
+
+
+class WalkingModel(GaitModel):
+    """Model of straight overground walks.
+
+    A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
+    vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
+    are Fourier series, so that walks are smooth where cycles meet.
+
+    Args:
+        n_components: components of the functional PCA; None takes 8, or one less than the number of cycles if that is
+            fewer.
+        n_harmonics: a constant and n_harmonics - 1 cosine-sine pairs per channel.
+
+    Attributes:
+        fpca_: the fitted `FunctionalPCA` of `motionenv.models.walking.preprocessing.CHANNELS`. At phase 0 the left leg
+            is furthest ahead of the right.
+        proportions_: (16, 3) mean offsets of the body's nodes, left-right symmetric, in body heights.
+        height_: mean body height [m].
+        person_mean_, person_covariance_: mean and covariance over trials of (scores, log stride time [s], log speed
+            [body heights / s]), with equal weight for each person.
+        cycle_covariance_: (q, q) covariance of the scores of one trial's cycles about their mean.
+        card_: the model card.
+    """
+
+    kind = "walking"
+    about = "Joint angles of whole gait cycles as functions: an average and how people differ from it."
+    batch_size: ClassVar[int] = 32
+
+    def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
+        self.n_components = n_components
+        self.n_harmonics = n_harmonics
+        self.card_: dict = {}
+
+    def fit(self, motions, subjects=None) -> "WalkingModel":
+        """Fit the model to straight walks.
+
+        Args:
+            motions: walks (frames, 25), each of at least two strides; gaps allowed.
+            subjects: the person's label for each walk; None takes each walk for a different person.
+
+        Raises:
+            MotionError: no walks, labels that don't match them, or a walk without a period.
+        """
+        # Imported here: it takes two seconds, and synthesis doesn't need it.
+        from motionenv.models.walking.preprocessing import forward_speed, gait_channels, walking_cycles
+
+        motions = list(motions)
+        subjects = [str(s) for s in (range(len(motions)) if subjects is None else subjects)]
+        if len(motions) != len(subjects) or not motions:
+            raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(subjects)}")
+        channels = [gait_channels(m) for m in motions]
+        cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
+        self.__dict__.pop("_tables", None)
+        rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
+        self.fpca_ = FunctionalPCA(rank, self.n_harmonics).fit(cycles)
+        self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
+        self.height_ = float(np.mean([m.skeleton.height for m in motions]))
+        speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
+        self._fit_people(cycles, speeds)
+        return self
+
+    def _fit_people(self, cycles: Cycles, speeds: np.ndarray) -> None:
+        """Fit the Gaussian of trials' mean scores, stride times and speeds, and that of cycles about their trial's."""
+        seen = np.isfinite(cycles.values).mean((1, 2))
+        trials = np.unique(cycles.sequence)
+        rows, people, within = [], [], []
+        for trial in trials:
+            mine = cycles.sequence == trial
+            weight = seen[mine] / seen[mine].sum()
+            mean = weight @ self.fpca_.scores_[mine]
+            rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
+            people.append(cycles.subject[np.flatnonzero(mine)[0]])
+            within.append((self.fpca_.scores_[mine] - mean)[seen[mine] > 0.8])
+        _, which, count = np.unique(people, return_inverse=True, return_counts=True)
+        weight = 1.0 / count[which]
+        self.person_mean_ = np.average(rows, axis=0, weights=weight)
+        # A single walk has no covariance.
+        self.person_covariance_ = (
+            np.cov(np.transpose(rows), aweights=weight) if len(rows) > 1 else np.zeros(2 * [len(rows[0])])
+        )
+        spread = np.concatenate(within)
+        self.cycle_covariance_ = spread.T @ spread / max(len(spread) - len(trials), 1)
+
+    def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
+        """Draw `n` walkers: mean scores (n, q) and stride times (n,) [s].
+
+        Args:
+            n: number of walkers.
+            seed: int or Generator.
+            speed: condition on this walking speed [m/s] of a body of mean height; None doesn't condition.
+
+        Raises:
+            MotionError: `speed` isn't between 0.1 and 3 m/s.
+            ModelError: not fitted.
+        """
+        self._check_fitted()
+        rng = random_generator(seed)
+        mean, root = self.person_mean_[:-1], self._tables.people
+        if speed is not None:
+            checked_number(speed, "speed", *SPEED_RANGE)
+            gain = self.person_covariance_[:-1, -1] / max(self.person_covariance_[-1, -1], np.finfo(float).tiny)
+            mean = mean + gain * (np.log(speed / self.height_) - self.person_mean_[-1])
+            root = root_of(self.person_covariance_[:-1, :-1] - np.outer(gain, self.person_covariance_[-1, :-1]))
+        drawn = mean + rng.standard_normal((n, len(mean))) @ root.T
+        return Stride(drawn[:, :-1], np.exp(drawn[:, -1]))
+
+    def stride_seconds(self, scores) -> np.ndarray:
+        """Stride times (...) [s] of people with `scores` (..., q): exp of the conditional mean of the log."""
+        self._check_fitted()
+        deviations = np.asarray(scores, dtype=np.float64) - self.person_mean_[:-2]
+        return np.exp(self.person_mean_[-2] + deviations @ self._tables.pace)
+
+    def walks(
+        self,
+        seconds: float,
+        fps: float = 60.0,
+        *,
+        n: int,
+        seed=None,
+        stride: Stride | None = None,
+        speed: float | None = None,
+        phase: float = 0.0,
+        variation: float = 1.0,
+        height: float | None = None,
+    ) -> Motion:
+        """Walks (n, frames, 25) of many people with one body, otherwise like `synthesize`.
+
+        Args:
+            seconds: duration [s].
+            fps: frames per second.
+            n: number of walks.
+            seed: int or Generator for the walkers and the variation between cycles.
+            stride: the walkers, from `sample`; None draws them.
+            speed: walking speed along x [m/s]; None takes the walkers' own.
+            phase: phase at the start [cycles]; at 0 the left leg is furthest ahead.
+            variation: factor on the variation between the cycles of one walker; 0 repeats one cycle exactly.
+            height: body height [m]; None takes the mean.
+
+        Raises:
+            MotionError: a number out of range.
+            ModelError: not fitted.
+        """
+        self._check_fitted()
+        request = Request(seconds, fps, speed, height, phase, variation)
+        checked_whole(n, "n", 1)
+        rng = random_generator(seed)
+        if stride is None:
+            stride = self.sample(n, seed=rng, speed=self._relative(speed, height))
+        else:
+            self._check_stride(stride, n)
+        return Motion(self._poses(stride, request, rng), self.skeleton(height), fps, "walk")
+
+    def components(self) -> Components:
+        """The components of `fpca_`, about the average person."""
+        self._check_fitted()
+        deviations = np.sqrt(self.fpca_.explained_variance_)
+        return Components(self.person_mean_[: len(deviations)], deviations, self.fpca_.explained_variance_ratio_)
+
+    def treadmill(self) -> Treadmill:
+        """The walk in place as Fourier series of poses."""
+        from motionenv.models.treadmill_cycle import pose_series, walk_cycles
+
+        return Treadmill("poses", pose_series(self), self.proportions_, self.height_, lambda s: walk_cycles(self, s))
+
+    def body(self, height: float | None = None) -> Skeleton:
+        """The mean body, scaled to `height` [m]."""
+        return self.skeleton(height)
+
+    def dimensions(self) -> dict[str, int]:
+        """Channels and harmonics of the functional PCA."""
+        self._check_fitted()
+        return {"channels": len(self.fpca_.channels_), "harmonics": self.fpca_.n_harmonics}
+
+    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
+        """Draw a walker with `rng`, conditioned on `speed` [m/s] of a body of `height` [m]."""
+        drawn = self.sample(1, seed=rng, speed=self._relative(speed, height))
+        return Walker(self.kind, tuple(drawn.scores[0]), float(drawn.seconds[0]))
+
+    def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
+        """The walk of `walker` for a `request`; `rng` draws the variation between cycles."""
+        self._check_fitted()
+        stride = self._stride(walker)
+        self._check_stride(stride, 1)
+        return Motion(self._poses(stride, request, rng)[0], self.skeleton(request.height), request.fps, "walk")
+
+    def make_motions(
+        self,
+        seconds: float,
+        fps: float,
+        *,
+        heights: Sequence[float] | np.ndarray,
+        speeds: Sequence[float | None],
+        rng: np.random.Generator,
+    ) -> list[Motion]:
+        """Walks of n people, computed together, which takes a fraction of the time of one by one.
+
+        Bodies and speeds are those of the mean body, scaled. The speeds of a first attempt correct the stride times, so
+        that speeds are met within a few percent.
+
+        Args:
+            seconds: duration [s].
+            fps: frames per second.
+            heights: (n,) body heights [m].
+            speeds: (n,) speeds [m/s]; all numbers or all None.
+            rng: draws walkers and the variation between cycles.
+        """
+        scale = np.asarray(heights) / self.height_
+        wanted = [None if v is None else v / s for v, s in zip(speeds, scale, strict=True)]
+        low, high, _ = SPEED_RANGE
+        drawn = [self.sample(1, seed=rng, speed=None if v is None else float(np.clip(v, low, high))) for v in wanted]
+        stride = Stride(*(np.concatenate([getattr(s, name) for s in drawn]) for name in ("scores", "seconds")))
+        seed = int(rng.integers(2**63))
+        make = lambda stride: self.walks(seconds, fps, n=len(scale), seed=seed, stride=stride).poses
+        if wanted[0] is not None:
+            trial = make(stride)
+            fast = (trial[:, -1, 0] - trial[:, 0, 0]) * fps / (trial.shape[1] - 1)
+            stride = Stride(stride.scores, stride.seconds * np.clip(fast / np.array(wanted), 0.5, 2.0))
+        walks = (Motion(poses, self.skeleton(), fps, "walk") for poses in make(stride))
+        return [scaled(walk, float(height)) for walk, height in zip(walks, heights, strict=True)]
+
+    def skeleton(self, height: float | None = None) -> Skeleton:
+        """The mean body, scaled to `height` [m]; None keeps the mean height.
+
+        Raises:
+            MotionError: `height` isn't between 0.5 and 2.5 m.
+        """
+        self._check_fitted()
+        if height is None:
+            return self._tables.body
+        checked_number(height, "height", *HEIGHT_RANGE)
+        return Skeleton(self.proportions_ * height, limb_radii(height), height)
+
+    def score(self, motions) -> float:
+        """Mean log-density of the scores of the cycles of captured walks.
+
+        Args:
+            motions: straight walks (frames, 25).
+        """
+        from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
+
+        self._check_fitted()
+        motions = list(motions)
+        cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
+        return self.fpca_.score(cycles.values)
+
+    def _relative(self, speed: float | None, height: float | None) -> float | None:
+        """The speed [m/s] of a body of mean height that equals `speed` of a body of `height` in body heights/s."""
+        # Fitted speeds are in body heights per second: with equal scores, a tall person walks faster.
+        return None if speed is None else speed * self.height_ / (self.height_ if height is None else height)
+
+    def _stride(self, walker: Walker) -> Stride:
+        scores = np.array([walker.scores])
+        seconds = self.stride_seconds(scores) if walker.stride_seconds is None else np.array([walker.stride_seconds])
+        return Stride(scores, seconds)
+
+    def _poses(self, stride: Stride, request: Request, rng: np.random.Generator) -> np.ndarray:
+        """Walks (n, frames, 25)."""
+        shortest = min(_SHORTEST, *stride.seconds.tolist())  # lower bound of the stride time [s] at any speed
+        wobble = request.variation * self._wobble(stride, request.frames / request.fps, shortest, rng)
+        poses = np.empty((len(stride.seconds), request.frames, 25))
+        body, speed = self.skeleton(request.height), request.speed or 0.0
+        self._walk(stride, wobble, request.fps, request.phase, speed, shortest, body, poses)
+        return poses
+
+    def _wobble(self, stride: Stride, seconds: float, shortest: float, rng) -> np.ndarray:
+        """Control points (n, cycles + 4, q) of the B-splines of the scores' deviations from their mean."""
+        n, q = stride.scores.shape
+        count = math.ceil((seconds + 2 * _PADDING) / shortest) + 5
+        return rng.standard_normal((n, count, q)) @ self._tables.cycles.T
+
+    def _walk(self, stride: Stride, wobble, fps: float, phase: float, speed: float, shortest, body, poses) -> None:
+        """Fill `poses` (n, frames, 25) with walks, on all cores if there are many."""
+        from motionenv.models.walking._walk_kernels import walk
+
+        finer = math.ceil(_RATE / fps)
+        rate = float(fps * finer)
+        scores = np.ascontiguousarray(stride.scores, dtype=np.float64)
+        seconds = np.ascontiguousarray(stride.seconds, dtype=np.float64)
+        clock = rate, math.ceil(_PADDING * rate), finer, float(phase), float(speed), shortest
+        person = body.offsets, body.height
+        terms, heights = self._tables.terms, self._tables.heights
+
+        n = len(poses)
+
+        def fill(first: int, last: int) -> None:
+            for start in range(first * _TOGETHER, min(last * _TOGETHER, n), _TOGETHER):
+                stop = min(start + _TOGETHER, n)
+                walk(start, stop, scores, seconds, wobble, clock, terms, heights, person, poses)
+
+        everywhere.share(fill, -(-n // _TOGETHER))
+
+    @cached_property
+    def _tables(self) -> Tables:
+        """Precomputed tables; `fit` resets them."""
+        return tables_of(self)
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and settings from which `from_arrays` restores the model."""
+        self._check_fitted()
+        arrays, meta = self.fpca_.to_arrays()
+        arrays = {f"fpca_{name}": value for name, value in arrays.items()}
+        arrays |= {name: getattr(self, name) for name in _STORED}
+        return arrays, {"fpca": meta, "height": self.height_}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "WalkingModel":
+        """Restore a model from `arrays` and `meta` as returned by `to_arrays`.
+
+        Raises:
+            ModelError: arrays of inconsistent shapes.
+        """
+        parts = {name.removeprefix("fpca_"): value for name, value in arrays.items() if name.startswith("fpca_")}
+        fpca = FunctionalPCA.from_arrays(parts, meta["fpca"])
+        model = cls(fpca.n_components, fpca.n_harmonics)
+        model.fpca_, model.height_ = fpca, float(meta["height"])
+        q = fpca.n_components
+        shapes = {"proportions_": (16, 3), "person_mean_": (q + 2,), "person_covariance_": (q + 2, q + 2)}
+        for name in _STORED:
+            if arrays[name].shape != shapes.get(name, (q, q)):
+                raise ModelError(f"{name} has shape {arrays[name].shape}: fit the model again")
+            setattr(model, name, arrays[name])
+        return model
+
+    def _check_stride(self, stride: Stride, n: int) -> None:
+        """Check that `stride` holds `n` walkers of this model."""
+        if len(stride.seconds) != n:
+            raise MotionError(f"stride holds {len(stride.seconds)} walkers, but n is {n}: they must agree")
+        seconds, want = np.asarray(stride.seconds), (n, self.fpca_.n_components)
+        if np.shape(stride.scores) != want or not np.isfinite(stride.scores).all() or seconds.shape != (n,):
+            raise MotionError(f"stride must hold finite scores {want} and stride times ({n},), as sample() draws them")
+        if not (0.0 < seconds.min() and seconds.max() < np.inf):
+            raise MotionError(f"stride times must be finite and above 0 s, got {seconds.min()!r} to {seconds.max()!r}")
+
+    def _check_fitted(self) -> None:
+        if not hasattr(self, "fpca_"):
+            raise ModelError("this WalkingModel is not fitted: call fit(motions, subjects) first, or motionenv.load")
+
+
+_STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")

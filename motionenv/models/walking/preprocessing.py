@@ -1,0 +1,149 @@
+"""Turn captured walks into aligned, closed cycles from which a model can learn."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motionenv.body.kinematics import forward
+from motionenv.body.skeleton import ANKLE_HEIGHT, NODES
+from motionenv.cycles import Alignment, align, estimate_period, periodic_basis, to_reference
+from motionenv.errors import MotionError
+from motionenv.types import ANGLES, Cycles, Motion
+
+#: Channels of the cycles: the 19 angles and the root's rotations [rad], the ankles' heights [body heights].
+CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
+
+__all__ = [
+    "CHANNELS",
+    "STRAIGHT",
+    "FoundCycles",
+    "find_cycles",
+    "forward_speed",
+    "gait_channels",
+    "straightness",
+    "walking_cycles",
+]
+
+#: Least `straightness` of the walks that models learn from.
+STRAIGHT = 0.9
+_ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
+
+
+def gait_channels(motion: Motion) -> np.ndarray:
+    """The `CHANNELS` (frames, 24) of a straight walk, independent of its place and direction.
+
+    Heading is relative to the direction of travel. Ankle heights are shifted so that the stance foot is at
+    `ANKLE_HEIGHT`, which makes trials with different floor heights comparable.
+
+    Args:
+        motion: a straight walk (frames, 25).
+
+    Raises:
+        MotionError: more than one sequence.
+    """
+    if motion.poses.ndim != 2:
+        raise MotionError(f"one walk (frames, 25) at a time, got poses of shape {motion.poses.shape}")
+    way = _travel(motion)
+    height = motion.skeleton.height
+    ankles = forward(motion.poses, motion.skeleton)[0][:, _ANKLES, 2] / height
+    known = ankles[np.isfinite(ankles).all(1)]
+    floor = np.percentile(known.min(1), 10) - ANKLE_HEIGHT if len(known) else 0.0
+    turned = motion.poses[:, 5] - np.arctan2(way[1], way[0])
+    mean = np.angle(np.nanmean(np.exp(1j * turned)))
+    turned = turned - 2 * np.pi * np.round((np.nanmean(turned) - mean) / (2 * np.pi))
+    return np.column_stack([motion.poses[:, 6:], motion.poses[:, 3:5], turned, ankles - floor])
+
+
+def walking_cycles(channels, fps, subjects) -> Cycles:
+    """Cycles of walks. At phase 0 the left leg is furthest ahead of the right.
+
+    Args:
+        channels: `CHANNELS` (frames, 24) of each walk; the 19 angles determine period and offset.
+        fps: frames per second of each walk.
+        subjects: the person's label for each walk.
+
+    Raises:
+        MotionError: a walk without a period.
+    """
+    angles = [c[:, :19] for c in channels]
+    periods = [estimate_period(a, f).frames for a, f in zip(angles, fps, strict=True)]
+    in_phase = _in_phase(align(angles, periods))
+    return _closed(to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects))
+
+
+@dataclass(frozen=True, eq=False)
+class FoundCycles:
+    """The cycles of one walk, all of one duration (paper A, section 3).
+
+    Attributes:
+        seconds: duration of a cycle, which is one stride [s].
+        starts: (n,) times in the walk at which the left leg is furthest ahead of the right [s].
+    """
+
+    seconds: float
+    starts: np.ndarray
+
+
+def find_cycles(motion: Motion) -> FoundCycles:
+    """Find the cycles of a straight walk.
+
+    Args:
+        motion: a straight walk (frames, 25).
+
+    Raises:
+        MotionError: more than one sequence, or no period.
+    """
+    angles = gait_channels(motion)[:, :19]
+    period = estimate_period(angles, motion.fps).frames
+    first = np.mod(_in_phase(align([angles], [period])).offsets[0], period)
+    return FoundCycles(period / motion.fps, np.arange(first, len(angles), period) / motion.fps)
+
+
+def _in_phase(found: Alignment) -> Alignment:
+    """The alignment shifted so that the left leg is furthest ahead of the right at phase 0."""
+    grid = np.arange(256) / 256
+    reference = periodic_basis(grid) @ found.reference
+    ahead = reference[:, CHANNELS.index("left_hip_flexion")] - reference[:, CHANNELS.index("right_hip_flexion")]
+    shift = -np.angle((ahead * np.exp(-2j * np.pi * grid)).sum()) / (2 * np.pi)
+    return replace(found, offsets=found.offsets + shift * found.periods)
+
+
+def _closed(cycles: Cycles) -> Cycles:
+    """Remove the linear drift of each channel over a cycle, so that the end meets the beginning.
+
+    Without this, repeated cycles jump where they meet: hips by ten degrees within two frames.
+    """
+    values = cycles.values.copy()
+    drift = np.nan_to_num(2 * values[:, -1] - values[:, -2] - values[:, 0])
+    share = (np.arange(values.shape[1]) + 0.5) / values.shape[1] - 0.5
+    return replace(cycles, values=values - share[:, None] * drift[:, None])
+
+
+def forward_speed(motion: Motion) -> float:
+    """Mean speed [m/s] along the straight line of a walk.
+
+    Args:
+        motion: a straight walk (frames, 25).
+    """
+    return float(np.linalg.norm(_travel(motion)) * motion.fps)
+
+
+def straightness(motion: Motion) -> float:
+    """Ratio of the root's net displacement to the length of its path, from positions half a second apart.
+
+    Args:
+        motion: (frames, 25).
+    """
+    path = motion.poses[:: max(1, round(motion.fps / 2)), :2]
+    path = path[np.isfinite(path).all(1)]
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    return float(np.linalg.norm(path[-1] - path[0]) / max(length, 1e-9)) if len(path) > 1 else 0.0
+
+
+def _travel(motion: Motion) -> np.ndarray:
+    """Mean displacement per frame (2,) [m] by least squares on the frames in which the root is known."""
+    known = np.isfinite(motion.poses[:, :2]).all(1)
+    if known.sum() < 2:
+        raise MotionError("the root is never seen; leave this walk out")
+    time = np.flatnonzero(known)
+    return np.polyfit(time, motion.poses[known, :2], 1)[0]

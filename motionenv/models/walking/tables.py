@@ -1,0 +1,69 @@
+"""Tables that the synthesis of walks needs and that depend on the model alone."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motionenv.body.skeleton import limb_radii
+from motionenv.types import Skeleton
+
+if TYPE_CHECKING:
+    from motionenv.models.walking.model import WalkingModel
+
+_NO_VARIANCE = 1e-9  # eigenvalues below this share of the largest are rounding errors
+
+
+@dataclass(frozen=True)
+class Tables:
+    """Tables for the synthesis of walks.
+
+    Attributes:
+        body: the mean body.
+        people: (q + 1, q + 1) square root of the covariance of scores and log stride times.
+        pace: (q,) regression weights of the log stride time on the scores.
+        cycles: (q, q) square root of the covariance of the control points of score splines.
+        terms, heights: arguments of `motionenv.models.walking._walk_kernels.walk`.
+    """
+
+    body: Skeleton
+    people: np.ndarray
+    pace: np.ndarray
+    cycles: np.ndarray
+    terms: np.ndarray
+    heights: np.ndarray
+
+
+def tables_of(model: "WalkingModel") -> Tables:
+    """The tables of a fitted `model`."""
+    from motionenv.models.walking._walk_kernels import ORDER
+
+    fpca, height = model.fpca_, model.height_
+    samples, harmonics = len(fpca.mean_), fpca.n_harmonics
+    series = np.concatenate([fpca.mean_coefficients_[None], fpca.component_coefficients_])
+    series[:, 0] *= np.sqrt(1 / samples)
+    series[:, 1:] *= np.sqrt(2 / samples)
+    # The constant, then sine and cosine of each harmonic in turn.
+    columns = [0, *np.column_stack([np.arange(harmonics, 2 * harmonics - 1), np.arange(1, harmonics)]).ravel()]
+    ankles = np.concatenate([fpca.mean_[None], fpca.components_])[..., 22:]
+    return Tables(
+        Skeleton(model.proportions_ * height, limb_radii(height), height),
+        root_of(model.person_covariance_[:-1, :-1]),
+        # Singular if fitted to few walks: the pseudo-inverse leaves the undetermined part at the mean.
+        np.linalg.pinv(model.person_covariance_[:-2, :-2], _NO_VARIANCE, hermitian=True)
+        @ model.person_covariance_[:-2, -2],
+        # A uniform cubic B-spline of unit-variance control points has a variance of 0.46 to 0.5.
+        root_of(model.cycle_covariance_) / np.sqrt(0.48),
+        np.ascontiguousarray(series[:, columns][..., ORDER]).reshape(len(series), -1),
+        np.ascontiguousarray(np.moveaxis(ankles, -1, 0)),
+    )
+
+
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """The symmetric square root (k, k) of a `covariance` that may be singular.
+
+    Unlike eigenvectors, whose signs differ between CPUs and libraries, it is unique: a seed gives the same walk on
+    every machine.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T

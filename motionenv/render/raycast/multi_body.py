@@ -1,0 +1,145 @@
+"""Render a batch of different people, each with their own clothes and camera, on black.
+
+`Raycaster` renders one body in many poses; `MultiBodyRaycaster` renders bodies that differ in everything, for vector
+environments, with the same kernels: pixel by pixel the same result as `Raycaster` with a scene without ground.
+"""
+
+import numpy as np
+
+from motionenv._core.threads import Workers
+from motionenv._core.validation import PICTURE_SIZES, checked_whole
+from motionenv.body import LIMBS
+from motionenv.body.skeleton import CLOTHES, COLOURS
+from motionenv.errors import MotionError
+from motionenv.render.raycast._multi_body_kernel import draw_crowd, first_not_finite
+from motionenv.render.raycast._shade_kernel import encoding
+from motionenv.render.scene import Scene, linear
+from motionenv.types import Frame, shape_text
+
+#: Clothes in the order of the colours of `MultiBodyRaycaster.render`.
+WORN = tuple(COLOURS)
+
+_SHAPES: dict[str, tuple[int, ...]] = {
+    "poses": (25,), "offsets": (16, 3), "radii": (len(LIMBS), 2), "heights": (), "colours": (len(WORN), 3),
+    "K": (3, 3), "R": (3, 3), "t": (3,),
+}  # fmt: skip
+_WORN_BY_LIMB = np.array([WORN.index(worn) for worn in CLOTHES])
+_ENCODING = encoding()
+_NOTHING = np.empty((0, 0, 0, 3), np.uint8)
+
+
+class MultiBodyRaycaster:
+    """Renders images of n different bodies.
+
+    Args:
+        width: of every image [pixels].
+        height: of every image [pixels].
+        scene: provides the light; its clothes, ground and sky are ignored.
+        threads: number of threads.
+    """
+
+    def __init__(self, width: int, height: int, *, scene: Scene | None = None, threads: int | None = 1):
+        self.width = checked_whole(width, "width", *PICTURE_SIZES, "pixels")
+        self.height = checked_whole(height, "height", *PICTURE_SIZES, "pixels")
+        self.scene = scene or Scene()
+        self._workers = Workers(threads, "crowd")
+        self._lights = self.scene.lights
+        self._ambient = np.array(self.scene.ambient, np.float32)
+
+    @property
+    def threads(self) -> int:
+        """Number of threads."""
+        return self._workers.threads
+
+    def render(
+        self, poses, offsets, radii, heights, colours, K, R, t, *, rgb: bool = True, out: Frame | None = None
+    ) -> Frame:
+        """Render n bodies, one in each image.
+
+        Args:
+            poses: (n, 25) [m, rad], finite.
+            offsets: (n, 16, 3) [m], `Skeleton.offsets` of each.
+            radii: (n, limbs, 2) [m], `Skeleton.radii` of each.
+            heights: (n,) [m], `Skeleton.height` of each.
+            colours: (n, 4, 3) of `WORN`: skin, shirt, trousers, shoes; sRGB from 0 to 1.
+            K: (n, 3, 3) intrinsics [pixels], invertible, last row (0, 0, 1).
+            R: (n, 3, 3) rotations world → camera.
+            t: (n, 3) translations world → camera [m].
+            rgb: whether to render colours, which takes half of the time.
+            out: a frame of an earlier call with the same n, to be overwritten.
+
+        Returns:
+            Images (n, height, width); background has rgb black, depth infinite and limbs 0. `rgb` is None if not
+            requested.
+
+        Raises:
+            MotionError: an array has another shape or isn't finite, a K isn't invertible, or `out` has a wrong shape.
+        """
+        n = np.shape(poses)[0] if np.ndim(poses) else 0
+        arrays = [
+            _checked(values, name, (n, *tail))
+            for (name, tail), values in zip(
+                _SHAPES.items(), (poses, offsets, radii, heights, colours, K, R, t), strict=True
+            )
+        ]
+        bad = first_not_finite(tuple([array.reshape(-1) for array in arrays]))
+        if bad >= 0:
+            raise MotionError(_complaint(tuple(_SHAPES)[bad], arrays[bad]))
+        frame = self._empty(n, rgb) if out is None else self._fits(out, n, rgb)
+        *body, colours, K, R, t = arrays
+        directed = np.empty((n, 2, 6), np.float32)
+        directed[:, :, :3] = self._lights[:, :3] @ R.transpose(0, 2, 1)
+        directed[:, :, 3:] = self._lights[:, 3:]
+        bodies, looks = tuple(body), (linear(colours).astype(np.float32), _WORN_BY_LIMB)
+        cameras, lights = (K, _inverse(K), R, t), (directed, self._ambient, _ENCODING)
+        pictures = frame.depth, frame.limbs, _NOTHING if frame.rgb is None else frame.rgb
+        self._workers.share(lambda start, stop: draw_crowd(start, stop, bodies, looks, cameras, lights, pictures), n)
+        return frame
+
+    def close(self) -> None:
+        """Stop the threads; they restart when needed."""
+        self._workers.close()
+
+    def _empty(self, n: int, rgb: bool) -> Frame:
+        """An uninitialised frame of n images."""
+        shape = (n, self.height, self.width)
+        picture = np.empty((*shape, 3), np.uint8) if rgb else None
+        return Frame(picture, np.empty(shape, np.float32), np.empty(shape, np.uint8))
+
+    def _fits(self, out: Frame, n: int, rgb: bool) -> Frame:
+        """`out`, validated."""
+        if (out.rgb is not None) != rgb:
+            raise MotionError(f"out.rgb must be {'an array' if rgb else 'None'} if rgb={rgb}")
+        shape = (n, self.height, self.width)
+        for name, dtype, tail in (("rgb", np.uint8, (3,)), ("depth", np.float32, ()), ("limbs", np.uint8, ())):
+            array = getattr(out, name)
+            if array is not None and not (
+                array.shape == shape + tail and array.dtype == dtype and array.flags.c_contiguous
+            ):
+                raise MotionError(
+                    f"out.{name} must be a contiguous {np.dtype(dtype)} array of shape {shape + tail}, "
+                    f"got {array.dtype} {array.shape}"
+                )
+        return out
+
+
+def _checked(values, name: str, shape: tuple) -> np.ndarray:
+    """`values` as contiguous float64, of `shape`."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise MotionError(f"{name} must have shape {shape_text(shape)}, got {array.shape}")
+    return array if array.flags.writeable else array.copy()  # kernels are compiled for writable arrays
+
+
+def _inverse(K: np.ndarray) -> np.ndarray:
+    """Inverse of the intrinsics (n, 3, 3)."""
+    try:
+        return np.linalg.inv(K)
+    except np.linalg.LinAlgError:
+        raise MotionError("K must hold invertible matrices with last row (0, 0, 1)") from None
+
+
+def _complaint(name: str, array: np.ndarray) -> str:
+    """Error text for an `array` that isn't finite."""
+    at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    return f"{name} must be finite; {name}{list(at)} is {array[at]}: fill gaps first"

@@ -1,0 +1,177 @@
+"""Image composition per pixel: background, objects, light and sensor noise."""
+
+import math
+
+import numpy as np
+
+from motionenv._core.compilation import kernel
+from motionenv._core.random import restart, uniform
+
+#: Background depth, and greatest depth [m].
+FAR = 20.0
+
+#: Steps of the table of Gaussian noise per standard deviation.
+STEPS = 32.0
+
+# Columns of the table of objects (float64): first sprite and number of sprites of its cycle, cycles per frame and
+# initial phase; initial left edge [pixels], speed [pixels per frame], period of its path [pixels]; top edge, width and
+# height [pixels]; depth [m]; 1 if mirrored; gain; parallax: panning speed relative to the background's, which is the
+# ratio of their distances.
+SPRITE, PHASES, CYCLES, PHASE, X, SPEED, PERIOD, TOP, WIDE, HIGH, DEPTH, MIRROR, GAIN, PARALLAX, THING = range(15)
+
+_HALF, _MOST, _ZERO, _FAR = np.float32(0.5), np.float32(255), np.float32(0), np.float32(FAR)
+
+
+@kernel
+def compose(start, stop, slots, time, pan, backdrop, things, light, pictures):
+    """Complete images `start` to `stop`, which hold bodies on black.
+
+    Args:
+        start, stop: range of images.
+        slots: (m,) episode of each image; time: (m,) [frames]; pan: (m,) [pixels].
+        backdrop: photographs (b, height, period + width, 3), or none for uniform colours; for each episode its
+            photograph, offset [pixels] and gain, an integer up to 256; and the uniform colour (n, 3), uint8, and its
+            gradient from top to bottom (n,), which must keep colours within 0 to 255.
+        things: sprites (s, rows, columns, 4) and table (n, k, THING).
+        light: relative amplitude of its variation; frequency [rad/frame] and phase of two waves (n, 4); noise [grey
+            levels], its keys (n,) and its table (int8, STEPS per standard deviation, g for g + 1/2).
+        pictures: depth, limbs, rgb; an rgb of length 0 is skipped.
+    """
+    depth, limbs, rgb = pictures
+    sprites, table = things
+    share, waves, noise, keys, gaussian = light
+    width = depth.shape[2]
+    line, columns, state = np.empty(3 * width, np.uint8), np.empty(width, np.int64), np.empty(1, np.uint64)
+    for i in range(start, stop):
+        slot, coloured = slots[i], len(rgb) > 0
+        picture = rgb[i] if coloured else np.empty((0, 0, 3), np.uint8)
+        if coloured:
+            _put_behind(backdrop, slot, pan[i], limbs[i], line, picture)
+        for k in range(table.shape[1]):
+            _put_thing(table[slot, k], time[i], pan[i], sprites, columns, depth[i], limbs[i], picture)
+        if coloured and (noise > 0.0 or share > 0.0):
+            gain = np.float32(1.0 + share * _wave(waves[slot], time[i]))
+            restart(state, keys[slot], np.int64(time[i]))
+            _develop(gain, np.float32(noise / STEPS), gaussian, state, picture)
+        _limit(depth[i])
+
+
+@kernel
+def _wave(wave, time):
+    """Sum of two sines, from -1 to 1."""
+    return 0.6 * math.sin(wave[0] * time + wave[1]) + 0.4 * math.sin(wave[2] * time + wave[3])
+
+
+@kernel
+def _put_behind(backdrop, slot, pan, limbs, line, rgb):
+    """Draw the background where there is no limb; `line` (3 · width,) is scratch."""
+    photographs, which, offset, gain, colours, rise = backdrop
+    height, width = limbs.shape
+    even = len(photographs) == 0
+    if even:
+        base = np.empty(3 * width, np.uint8)
+        for j in range(3 * width):
+            base[j] = colours[slot, j % 3]
+    else:
+        period = photographs.shape[2] - width
+        at = (offset[slot] + pan) % period
+        first = min(int(at), period - 1)
+        right = np.uint32((at - first) * gain[slot] + 0.5)
+        left = np.uint32(gain[slot] - right)
+        photograph = photographs[which[slot]]
+    for v in range(height):
+        row = rgb[v].reshape(-1)
+        body = _any(limbs[v])
+        to = line if body else row
+        if even:
+            _fade(base, np.uint8(math.floor(rise[slot] * ((v + 0.5) / height - 0.5) + 0.5) % 256), to)
+        else:
+            _slide(photograph[v].reshape(-1)[3 * first :], left, right, to)
+        if body:
+            _put_around(limbs[v], line, row)
+
+
+@kernel
+def _any(limbs):
+    """Whether a row shows any part of the body."""
+    seen = np.uint8(0)
+    for u in range(len(limbs)):
+        seen |= limbs[u]
+    return seen > 0
+
+
+@kernel
+def _fade(base, rise, row):
+    """Write `base` plus `rise` (negative modulo 256) as uint8, which compiles to 32-byte SIMD."""
+    for j in range(len(row)):
+        row[j] = base[j] + rise
+
+
+@kernel
+def _slide(photograph, left, right, row):
+    """Write a row of a photograph, shifted by subpixels: `left` / 256 of each pixel, `right` / 256 of the next."""
+    here, next_ = photograph[: len(row)], photograph[3 : len(row) + 3]
+    half, bits = np.uint32(128), np.uint32(8)  # unsigned, so that the compiler can use 16-bit SIMD
+    for j in range(len(row)):
+        row[j] = (np.uint32(here[j]) * left + np.uint32(next_[j]) * right + half) >> bits
+
+
+@kernel
+def _put_around(limbs, line, row):
+    """Copy `line` (3 · width,) to `row` where there is no limb."""
+    for u in range(len(limbs)):
+        if limbs[u] == 0:
+            row[3 * u], row[3 * u + 1], row[3 * u + 2] = line[3 * u], line[3 * u + 1], line[3 * u + 2]
+
+
+@kernel
+def _put_thing(thing, time, pan, sprites, columns, depth, limbs, rgb):
+    """Draw an object in front of everything farther away; `columns` (width,) is scratch."""
+    height, width = depth.shape
+    sprite = sprites[int(thing[SPRITE]) + int((thing[PHASE] + thing[CYCLES] * time) % 1.0 * thing[PHASES])]
+    left = (thing[X] + thing[SPEED] * time - thing[PARALLAX] * pan) % thing[PERIOD] - thing[WIDE]
+    first, last = max(math.ceil(left - 0.5), 0), min(math.ceil(left + thing[WIDE] - 0.5), width)
+    top, bottom = max(math.ceil(thing[TOP] - 0.5), 0), min(math.ceil(thing[TOP] + thing[HIGH] - 0.5), height)
+    across, down = sprite.shape[1] / thing[WIDE], sprite.shape[0] / thing[HIGH]
+    for u in range(first, last):
+        column = min(max(int((u + 0.5 - left) * across), 0), sprite.shape[1] - 1)
+        columns[u] = sprite.shape[1] - 1 - column if thing[MIRROR] > 0.0 else column
+    z, gain = np.float32(thing[DEPTH]), np.float32(thing[GAIN])
+    for v in range(top, bottom):
+        pixels = sprite[min(max(int((v + 0.5 - thing[TOP]) * down), 0), sprite.shape[0] - 1)]
+        for u in range(first, last):
+            pixel = pixels[columns[u]]
+            if pixel[3] > 0 and z < depth[v, u]:
+                depth[v, u], limbs[v, u] = z, 0
+                for c in range(3 if len(rgb) > 0 else 0):
+                    rgb[v, u, c] = np.uint8(np.float32(pixel[c]) * gain)
+
+
+@kernel
+def _develop(gain, noise, gaussian, state, rgb):
+    """Apply gain and sensor noise, which is read from a random offset of its table for each row.
+
+    Args:
+        gain: of the light.
+        noise: grey levels per step of `gaussian`.
+        gaussian: table (n,), int8.
+        state: (1,) of the random stream.
+        rgb: the image.
+    """
+    middle = _HALF + _HALF * noise  # half a grey level plus half a table step, for unbiased rounding
+    places = len(gaussian) - 3 * rgb.shape[1]
+    for v in range(len(rgb)):
+        place = int(uniform(state) * places) if noise > _ZERO else 0
+        row, grain = rgb[v].reshape(-1), gaussian[place:]
+        for j in range(len(row)):
+            x = np.float32(row[j]) * gain + np.float32(grain[j]) * noise + middle
+            x = x if x > _ZERO else _ZERO
+            row[j] = np.uint8(np.int32(x if x < _MOST else _MOST))
+
+
+@kernel
+def _limit(depth):
+    """Clip depth to FAR."""
+    flat = depth.reshape(-1)
+    for i in range(len(flat)):
+        flat[i] = flat[i] if flat[i] < _FAR else _FAR

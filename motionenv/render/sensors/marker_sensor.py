@@ -1,0 +1,98 @@
+"""A camera with a 2D marker tracker: noisy points with gaps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv._core.validation import checked_number
+from motionenv.errors import MotionError
+from motionenv.types import MARKERS
+
+#: Height of the camera of a perspective view [m].
+EYE_HEIGHT = 0.95
+
+_NEAREST = 2.0  # [m] least distance, so that limbs stay away from the camera
+
+
+@dataclass(frozen=True)
+class MarkerSensor:
+    """Settings of a marker sensor. Image lengths are metres at the walker's distance, and so is the noise.
+
+    Attributes:
+        noise: standard deviation [m] of each coordinate.
+        dropout: fraction of markers missing independently in each frame.
+        gaps: fraction of the time that a marker is in a longer gap.
+        gap_seconds: mean gap duration [s]; durations are geometric (a Markov chain per marker; Gilbert 1960).
+        distance: of the camera [m]; None is paper B's orthographic view.
+        fps: frame rate [Hz].
+    """
+
+    noise: float
+    dropout: float
+    gaps: float
+    gap_seconds: float
+    distance: float | None
+    fps: float
+
+    def __post_init__(self):
+        checked_number(self.noise, "noise", 0, 1, "metres")
+        checked_number(self.dropout, "dropout", 0, 1)
+        checked_number(self.gaps, "gaps", 0, 0.9)
+        checked_number(self.gap_seconds, "gap_seconds", above=0, unit="seconds")
+        if self.distance is not None:  # an orthographic view
+            checked_number(self.distance, "distance", _NEAREST, unit="metres")
+        if self.chances[0] > 1:
+            raise MotionError(
+                f"gaps={self.gaps!r} is impossible with gap_seconds={self.gap_seconds!r} at {self.fps:g} frames per "
+                "second: increase gap_seconds or reduce gaps"
+            )
+
+    @property
+    def chances(self) -> tuple[float, float]:
+        """Probabilities that a visible marker is hidden in the next frame, and that a hidden one remains hidden."""
+        ends = 1.0 / max(self.gap_seconds * self.fps, 1.0)
+        return ends * self.gaps / (1.0 - self.gaps), 1.0 - ends
+
+    def view(self, n: int) -> "MarkerView":
+        """A view of `n` bodies."""
+        return MarkerView(self, n)
+
+
+class MarkerView:
+    """Observations of n bodies by a `MarkerSensor`, frame by frame.
+
+    Coordinates: the camera is at α = 0, the side view of a walker along x; x right, y away from the camera, z up.
+
+    Args:
+        sensor: settings.
+        n: number of bodies.
+
+    Attributes:
+        joints: (n, 15, 3) [m], true marker positions.
+        points: (n, 15, 2) float32 [m], right and up in the image; 0 if missing.
+        seen: (n, 15) int8, 1 if visible.
+    """
+
+    def __init__(self, sensor: MarkerSensor, n: int):
+        size = (n, len(MARKERS))
+        self.joints = np.zeros((*size, 3))
+        self.points = np.zeros((*size, 2), dtype=np.float32)
+        self.seen = np.zeros(size, dtype=np.int8)
+        self._hidden = np.zeros(size, dtype=bool)
+        distance = np.inf if sensor.distance is None else float(sensor.distance)
+        shares = float(sensor.noise), float(sensor.dropout), float(sensor.gaps)
+        self._setting = (*shares, *sensor.chances, distance, EYE_HEIGHT)
+
+    def look(self, slots, walkers, alphas, keys, time) -> None:
+        """Observe the bodies in `slots`. The frame number of a body counts up from 0, which starts a new sequence.
+
+        Args:
+            slots: (k,) indices of bodies.
+            walkers: (k, 15, 3) [m] their markers, walking along x.
+            alphas: (n,) paper B's view angle [rad] of all bodies.
+            keys: (n,) uint64, random keys of noise and gaps.
+            time: (n,) frame number of all bodies.
+        """
+        from motionenv.render.sensors._marker_kernel import look
+
+        look(slots, walkers, alphas, keys, time, self._setting, self.joints, self._hidden, self.points, self.seen)

@@ -1,0 +1,170 @@
+"""Render the frames of a film from a motion: camera, size, body or point lights."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from motionenv.body import markers
+from motionenv.errors import GapError, MotionError
+from motionenv.render.api import ENGINES, render
+from motionenv.render.cameras import fit_view
+from motionenv.render.cameras import follow as follow_path
+from motionenv.render.draw2d.point_lights import render_points
+from motionenv.render.raycast.engine import Raycaster
+from motionenv.render.scene import Colour, Scene
+from motionenv.types import Camera, Motion
+
+_CHUNK = 32  # most frames rendered in one batch
+_PIXELS = 32 * 640 * 480  # most pixels of a batch, so that a film can be stopped quickly
+_BEGIN = 8  # frames of the first batch, so that a film starts quickly
+_LEVEL = 0.06  # [rad] default elevation of cameras
+_PLAIN = (0.0, 0.0, 0.0)  # background of point lights
+_EASE = 0.5  # [s] standard deviation of the low-pass filter of a following camera's path
+
+
+def film(
+    motion: Motion,
+    alpha: float = 0.0,
+    *,
+    width: int = 640,
+    height: int = 480,
+    elevation: float = _LEVEL,
+    points: bool = False,
+    colour: Colour = (1.0, 1.0, 1.0),
+    background: Colour | None = None,
+    engine: str = "raycast",
+    follow: bool = True,
+    scene: Scene | None = None,
+) -> Iterator[np.ndarray]:
+    """Frames (height, width, 3) uint8 of a motion, one at a time.
+
+    Args:
+        motion: (frames, 25), without gaps.
+        alpha: view angle [rad].
+        width: of the image [pixels].
+        height: of the image [pixels].
+        elevation: angle [rad] by which the camera looks down, within ±π/2.
+        points: point lights (paper B, fig. 1) instead of a body.
+        colour: (red, green, blue; 0 to 1) of the point lights.
+        background: one colour (red, green, blue; 0 to 1) instead of ground and sky, or of the black behind the points.
+        engine: "raycast" or "pyrender".
+        follow: whether the camera follows the walker, or is static and shows the whole walk.
+        scene: light, clothes, ground and sky; None uses the defaults with 2 × 2 rays per pixel.
+
+    Raises:
+        GapError: the motion has gaps.
+        MotionError: a batch of motions, no such engine, or a colour or an elevation out of range.
+        EngineError: the engine can't run here.
+    """
+    cameras, draw = _prepared(
+        motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
+    )
+    return _frames(motion, cameras, draw)
+
+
+def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640, height: int = 480,
+            elevation: float = _LEVEL, points: bool = False, colour: Colour = (1.0, 1.0, 1.0),
+            background: Colour | None = None, engine: str = "raycast", follow: bool = True,
+            scene: Scene | None = None) -> np.ndarray:  # fmt: skip
+    """One frame (height, width, 3) uint8 of the `film` with the same arguments, without rendering the others.
+
+    Args:
+        motion: (frames, 25).
+        frame: frame index.
+        alpha, width, height, elevation, points, colour, background, engine, follow, scene: as in `film`.
+
+    Raises:
+        MotionError: as in `film`, or there is no such frame.
+    """
+    if not 0 <= frame < len(motion.poses):
+        raise MotionError(f"frame must be from 0 to {len(motion.poses) - 1}, got {frame!r}")
+    cameras, draw = _prepared(
+        motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
+    )
+    return draw(motion.poses[frame : frame + 1], cameras[frame : frame + 1])[0]
+
+
+def cameras_for(
+    motion: Motion, alpha: float, width: int, height: int, *, follow: bool, elevation: float = _LEVEL
+) -> list[Camera]:
+    """One camera per frame, at view angle `alpha` [rad].
+
+    Args:
+        motion: (frames, 25).
+        alpha: view angle [rad].
+        width: of the image [pixels].
+        height: of the image [pixels].
+        follow: whether they follow the walker.
+        elevation: angle [rad] by which they look down.
+    """
+    seen = markers(motion.poses, motion.skeleton)
+    margin = 0.14  # head, hands and feet extend beyond the markers
+    if not follow:
+        return [fit_view(seen, alpha, width=width, height=height, margin=margin, elevation=elevation)] * len(seen)
+    still = seen - motion.poses[:, None, :3] * [1, 1, 0]
+    camera = fit_view(still, alpha, width=width, height=height, margin=margin, elevation=elevation)
+    return list(follow_path(motion, camera, smooth=_EASE * motion.fps))
+
+
+Draw = Callable[[np.ndarray, Sequence[Camera]], np.ndarray]
+
+
+def _prepared(
+    motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
+) -> tuple[list[Camera], Draw]:
+    """A camera per frame, and the function that renders poses (n, 25) from n of them.
+
+    Raises:
+        MotionError: invalid arguments of `film`.
+    """
+    if motion.poses.ndim != 2:
+        raise MotionError(
+            f"motion must be one motion (frames, 25), got poses of shape {motion.poses.shape}: use poses[0]"
+        )
+    if engine not in ENGINES:
+        raise MotionError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
+    for name, value in (("colour", colour), ("background", background)):
+        if value is not None and not (len(value) == 3 and all(0 <= c <= 1 for c in value)):
+            raise MotionError(f"{name} must be (red, green, blue) from 0 to 1, got {value!r}")
+    if not np.isfinite(motion.poses).all():
+        known = np.isfinite(motion.poses).all(1)
+        raise GapError(f"{(~known).sum()} of {len(known)} frames have gaps: cut or fill them before rendering")
+    cameras = cameras_for(motion, alpha, width, height, follow=follow, elevation=elevation)
+    if points:
+        return cameras, _of_points(motion, colour, background or _PLAIN, cameras[0].height / 90)
+    scene = scene or Scene(samples=2)
+    if background is not None:
+        scene = replace(scene, ground=False, horizon=tuple(background), zenith=tuple(background))
+    return cameras, _of_body(motion, engine, scene)
+
+
+def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float) -> Draw:
+    """Renders dots of `radius` [pixels]."""
+    dots, behind = (np.round(np.multiply(c, 255)) for c in (colour, background))
+
+    def draw(poses: np.ndarray, cameras: Sequence[Camera]) -> np.ndarray:
+        seen = markers(poses, motion.skeleton)
+        return render_points(seen, cameras, radius=radius, colour=dots, background=behind)
+
+    return draw
+
+
+def _of_body(motion: Motion, engine: str, scene: Scene) -> Draw:
+    """Renders the body with an engine."""
+    if engine == "raycast":
+        raycaster = Raycaster(scene, threads=None)
+        return lambda poses, cameras: cast(np.ndarray, raycaster.render(poses, motion.skeleton, cameras).rgb)
+    return lambda poses, cameras: cast(
+        np.ndarray, render(poses, motion.skeleton, cameras, scene=scene, engine=engine).rgb
+    )
+
+
+def _frames(motion: Motion, cameras: list[Camera], draw: Draw) -> Iterator[np.ndarray]:
+    """Render in batches, so that threads are busy and memory stays small."""
+    most = max(1, min(_CHUNK, _PIXELS // (cameras[0].width * cameras[0].height)))
+    start, count = 0, min(most, _BEGIN)
+    while start < len(motion.poses):
+        yield from draw(motion.poses[start : start + count], cameras[start : start + count])
+        start, count = start + count, most

@@ -1,0 +1,254 @@
+"""Automatic initialisation: find the first pose of a track by annealed particle search over the first images.
+
+Hypotheses are walkers of the functional model (Ormoneit et al. 2005, section 5, set the first pose by hand): a gait
+from a bank, at any phase and heading. Each is placed on the ground so that its outline matches the height and centre of
+the foreground of the first image, and then walks through all images. The likelihood of the images, tempered so that a
+fixed fraction of hypotheses is effective, resamples them; noise that decreases from round to round perturbs them
+(Deutscher & Reid 2005). The remaining hypotheses are the candidates. If left and right are ambiguous, both remain.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from motionenv._core.validation import checked_fps, checked_whole, random_generator
+from motionenv.body import limb_segments
+from motionenv.errors import MotionError
+from motionenv.likelihoods.protocols import CameraLikelihood
+from motionenv.models.registry import load
+from motionenv.models.walking.model import WalkingModel
+from motionenv.tracking.priors.base import Start, systematic
+from motionenv.types import Camera, Skeleton
+
+_GAITS = 48  # walkers in the bank
+_BANK_FPS = 60.0
+_SPARE = 3.0  # [s] extra length of the gaits, so that the first image can have any phase
+_MOST_PICTURES = 8  # most images that are scored, equally spaced
+_LARGE = 0.15  # least area of a foreground component, relative to the largest, that counts as part of the body
+_SETTLED = 5  # iterations that place a walker at the outline
+_STEP = 0.25  # largest step of one iteration, relative to the distance from the camera
+_NEAREST = 1.0  # [m] least distance from the camera
+_ROUNDS = 7
+_COOLING = 0.7  # factor on the noise from round to round
+_KEPT = 0.02  # effective fraction of the hypotheses
+_OTHER_GAIT = 0.3  # probability of switching the gait in each round
+_EXCHANGED = 0.1  # probability of swapping left and right, and of reflecting in depth
+# Standard deviations of the first round's noise: time [s], heading [rad], forward and sideways position [m].
+_MOMENT, _HEADING, _PLACE = 0.06, 0.25, 0.06
+#: Standard deviations (25,) of a candidate's pose: positions [m], then angles [rad].
+SPREAD = np.concatenate([np.full(3, 0.03), np.full(3, 0.05), np.full(19, 0.08)])
+
+
+@dataclass(frozen=True, eq=False)
+class _Hypotheses:
+    """N hypotheses: gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m] at the start."""
+
+    gait: np.ndarray
+    moment: np.ndarray
+    heading: np.ndarray
+    place: np.ndarray
+
+    def take(self, which: np.ndarray) -> "_Hypotheses":
+        return _Hypotheses(*(getattr(self, f.name)[which] for f in fields(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Bank:
+    """Gaits (gaits, frames, 25) that start at the origin along x, and their cycle durations (gaits,) [s]."""
+
+    poses: np.ndarray
+    cycles: np.ndarray
+
+
+def automatic_start(
+    likelihood: CameraLikelihood,
+    observations: Sequence[Mapping[str, Any]],
+    *,
+    fps: float = 30.0,
+    n: int = 10_000,
+    candidates: int = 64,
+    model: WalkingModel | str = "walk/fpca",
+    seed=None,
+) -> Start:
+    """Estimate candidates for the first pose from the first images.
+
+    Args:
+        likelihood: observation model that knows the camera and the body, such as a `SilhouetteLikelihood`. It is
+            copied: repeated observations must not update its background model.
+        observations: arguments of its `observe`, one per frame from the first; about ten determine heading and phase.
+        fps: frame rate of the observations [Hz].
+        n: number of hypotheses, at least 100.
+        candidates: number of poses to return, equally weighted; likelier poses are repeated.
+        model: `WalkingModel` of the hypotheses, or its name or path.
+        seed: int or Generator.
+
+    Returns:
+        Candidate poses of the first frame, each with the pose one frame earlier.
+
+    Raises:
+        MotionError: no observations, no foreground in the first image, or an argument out of range.
+    """
+    observations = list(observations)
+    if not observations:
+        raise MotionError("automatic_start needs at least one observation; about ten are better")
+    n, candidates = checked_whole(n, "n", 100), checked_whole(candidates, "candidates", 1)
+    fps, rng = checked_fps(fps), random_generator(seed)
+    chosen = np.unique(np.linspace(0, len(observations) - 1, _MOST_PICTURES).round().astype(int))
+    pictures = [(i / fps, seen) for i, seen in enumerate(_observed(likelihood, observations)) if i in chosen]
+    box = bounding_box(pictures[0][1].foreground)
+    bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
+    walkers = _random_hypotheses(bank, likelihood, box, n, rng)
+    for i in range(_ROUNDS):
+        some = pictures[:: max(1, len(pictures) >> i)]
+        drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some), _KEPT * n, n, rng))
+        walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, rng)
+    scores = _scores(bank, walkers, pictures)
+    best = walkers.take(_tempered_draw(scores, max(2.0, 0.5 * _KEPT * n), candidates, rng))
+    poses = _poses(bank, best, 0.0)
+    return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD)
+
+
+def bounding_box(foreground: np.ndarray) -> np.ndarray:
+    """First and last column, first and last row (4,) of the large foreground components.
+
+    Args:
+        foreground: (height, width) probabilities.
+
+    Raises:
+        MotionError: no foreground.
+    """
+    from scipy.ndimage import find_objects, label
+
+    parts, count = label(foreground > 0.5, structure=np.ones((3, 3)))
+    sizes = np.bincount(parts.ravel(), minlength=count + 1)[1:]
+    if not count or sizes.max() < 8:
+        raise MotionError("the first image has no foreground: start with a frame that shows the person")
+    large = [s for s, k in zip(find_objects(parts), sizes, strict=True) if k > _LARGE * sizes.max()]
+    rows, columns = zip(*large, strict=True)
+    return np.array(
+        [
+            min(c.start for c in columns), max(c.stop for c in columns) - 1,
+            min(r.start for r in rows), max(r.stop for r in rows) - 1,
+        ],
+        dtype=np.float64,
+    )  # fmt: skip
+
+
+def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, rng: np.random.Generator) -> _Bank:
+    """Gaits of random walkers with the body's height, for `seconds` of images."""
+    walking = load(model) if isinstance(model, str) else model
+    if not isinstance(walking, WalkingModel):
+        raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(walking).__name__}")
+    strides = walking.sample(_GAITS, seed=rng)
+    walks = walking.walks(
+        seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0, height=skeleton.height
+    )
+    return _Bank(np.asarray(walks.poses), strides.seconds)
+
+
+def _random_hypotheses(
+    bank: _Bank, likelihood: CameraLikelihood, box: np.ndarray, n: int, rng: np.random.Generator
+) -> _Hypotheses:
+    """`n` hypotheses with random gait, phase and heading, placed to match the bounding box."""
+    moment = 0.1 + rng.random(n) * (_SPARE - 1.0)
+    heading = 2 * np.pi * (np.arange(n) + rng.random(n)) / n
+    walkers = _Hypotheses(rng.integers(len(bank.cycles), size=n), moment, heading, np.zeros((n, 2)))
+    camera = likelihood.camera
+    place = np.broadcast_to(_initial_position(camera, likelihood.skeleton, box), (n, 2))
+    for _ in range(_SETTLED):
+        walkers = replace(walkers, place=place)
+        place = place + _placement_shift(camera, limb_segments(_poses(bank, walkers, 0.0), likelihood.skeleton), box)
+    away = (place - camera.centre[:2]) @ _horizontal_unit(camera.R[2, :2])
+    return replace(walkers, place=place + np.maximum(_NEAREST - away, 0.0)[:, None] * _horizontal_unit(camera.R[2, :2]))
+
+
+def _initial_position(camera: Camera, skeleton: Skeleton, box: np.ndarray) -> np.ndarray:
+    """Position (2,) on the ray through the box's centre at which a standing body has the box's height."""
+    pixel = np.array([box[:2].mean(), box[2:].mean(), 1.0])
+    focal = np.sqrt(abs(np.linalg.det(camera.K[:2, :2])))
+    depth = focal * skeleton.height / max(box[3] - box[2] + 1, 1.0)
+    return (camera.R.T @ (depth * np.linalg.solve(camera.K, pixel) - camera.t))[:2]
+
+
+def _placement_shift(camera: Camera, ends: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Ground shift (n, 2) [m] that moves limbs with end points (n, limbs, 2, 3) towards filling the box."""
+    pixels, depth = camera.project(ends.reshape(len(ends), -1, 3))
+    sides = np.array([camera.width, camera.height]) - 1.0
+    low, high = np.clip(pixels.min(axis=1), 0, sides), np.clip(pixels.max(axis=1), 0, sides)
+    far = np.maximum(depth.mean(axis=1), _NEAREST)
+    aside = (box[:2].mean() - 0.5 * (low[:, 0] + high[:, 0])) * far / abs(camera.K[0, 0])
+    # Moving away shrinks the outline and, if the camera looks down, moves it up: least squares of both.
+    down, focal = -camera.R[2, 2], abs(camera.K[1, 1])
+    tall = high[:, 1] - low[:, 1] + 1
+    grows, moves = -tall * np.sqrt(1 - down**2) / far, -focal * down / far
+    missing, above = box[3] - box[2] + 1 - tall, 0.5 * (box[2] + box[3] - low[:, 1] - high[:, 1])
+    deeper = (grows * missing + moves * above) / (grows**2 + moves**2)
+    deeper = np.clip(deeper, -_STEP * far, _STEP * far)
+    return aside[:, None] * _horizontal_unit(camera.R[0, :2]) + deeper[:, None] * _horizontal_unit(camera.R[2, :2])
+
+
+def _horizontal_unit(direction: np.ndarray) -> np.ndarray:
+    """`direction` (2,) on the ground, normalised unless it is 0."""
+    length = float(np.linalg.norm(direction))
+    return direction / length if length > 1e-6 else direction
+
+
+def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
+    """Poses (n, 25) of the hypotheses `seconds` after the first image."""
+    at = np.clip((walkers.moment + seconds) * _BANK_FPS, 0, bank.poses.shape[1] - 1.001)
+    began = bank.poses[walkers.gait, np.floor(walkers.moment * _BANK_FPS).astype(int), :2]
+    first = at.astype(int)
+    share = (at - first)[:, None]
+    poses = (1 - share) * bank.poses[walkers.gait, first] + share * bank.poses[walkers.gait, first + 1]
+    x, y = (poses[:, :2] - began).T
+    c, s = np.cos(walkers.heading), np.sin(walkers.heading)
+    poses[:, 0], poses[:, 1] = walkers.place[:, 0] + c * x - s * y, walkers.place[:, 1] + s * x + c * y
+    poses[:, 5] += walkers.heading
+    return poses
+
+
+def _observed(likelihood: CameraLikelihood, observations: Sequence[Mapping[str, Any]]) -> Iterator[CameraLikelihood]:
+    """A copy of the likelihood after each observation."""
+    seeing = deepcopy(likelihood)
+    for observation in observations:
+        seeing.observe(**observation)
+        yield deepcopy(seeing)
+
+
+def _scores(bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]]) -> np.ndarray:
+    """Log-likelihood (n,) of the images, given as (seconds after the first, likelihood that has observed it)."""
+    total = np.zeros(len(walkers.moment))
+    for seconds, likelihood in pictures:
+        total += np.nan_to_num(likelihood.log_likelihood(_poses(bank, walkers, seconds)), nan=-1e9, neginf=-1e9)
+    return total
+
+
+def _tempered_draw(scores: np.ndarray, effective: float, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Indices (n,), drawn with scores tempered to an effective sample size of about `effective`."""
+    scores = scores - scores.max()
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        power = 0.5 * (low + high)
+        weights = np.exp(power * scores)
+        low, high = (power, high) if weights.sum() ** 2 / (weights**2).sum() > effective else (low, power)
+    return systematic(np.exp(low * scores), n, rng)
+
+
+def _perturbed(
+    bank: _Bank, walkers: _Hypotheses, camera: Camera, share: float, rng: np.random.Generator
+) -> _Hypotheses:
+    """Hypotheses with `share` of the first round's noise; some jump to ambiguous alternatives."""
+    n = len(walkers.moment)
+    gait = np.where(rng.random(n) < _OTHER_GAIT, rng.integers(len(bank.cycles), size=n), walkers.gait)
+    what = rng.random(n)
+    half = np.where(what < 2 * _EXCHANGED, 0.5 * bank.cycles[gait], 0.0)
+    moment = walkers.moment + half + share * _MOMENT * rng.standard_normal(n)
+    moment = np.where(moment > _SPARE - 0.5, moment - bank.cycles[gait], moment)
+    across = np.arctan2(camera.R[0, 1], camera.R[0, 0])
+    heading = np.where(what < _EXCHANGED, 2 * across - walkers.heading, walkers.heading)
+    heading += share * _HEADING * rng.standard_normal(n)
+    place = walkers.place + share * _PLACE * rng.standard_normal((n, 2))
+    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place)

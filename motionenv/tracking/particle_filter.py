@@ -1,0 +1,297 @@
+"""Particle filters: the posterior p(φ_t | J_1 ... J_t) of paper A (eqs. 6, 7) and paper C (eq. 1) as weighted poses."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.body import markers
+from motionenv.errors import MotionError
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, Likelihood, log_nobody
+from motionenv.tracking.priors.base import Prior, Start, State, systematic
+from motionenv.types import Skeleton
+
+_BISECTIONS = 30
+_COOLING = 0.5  # ratio of the noise of successive annealing layers (Deutscher & Reid 2005, section 3.3)
+_WIDER, _PATIENCE = 0.25, 0.5  # [s] time lost before noise is increased, and before a restart is requested
+_WIDENING = (0.3, 0.6, 1.0)  # fractions of the process noise that are added when no particle can be scored
+_ALIKE = 0.01  # relative tolerance for equal body heights
+_NEGLIGIBLE = 30.0  # particles with a log weight this far below the highest are ignored
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """Posterior of the current frame, as weighted particles.
+
+    Attributes:
+        state: the particles, in the prior's representation.
+        log_weights: (N,), normalised.
+        effective: effective sample size 1 / Σ w², from 1 to N; with annealing, that of the last layer.
+        log_evidence: log p(J_t | J_1 ... J_t-1), up to the likelihood's normalisation; minus infinity if no particle
+            could be scored.
+        lost: whether "nobody visible" is likelier than all particles, or no particle could be scored; the posterior is
+            then close to the prediction.
+        recovered: whether the filter was restarted at this frame.
+    """
+
+    state: State
+    log_weights: np.ndarray
+    effective: float
+    log_evidence: float
+    lost: bool
+    recovered: bool = False
+
+    @property
+    def poses(self) -> np.ndarray:
+        """(N, 25) [m, rad]."""
+        return self.state.poses
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """Expected pose (25,) [m, rad]; angles are averaged on the circle, unwrapped near the most probable pose."""
+        weights, poses = np.exp(self.log_weights), self.poses
+        mean = weights @ poses
+        angles = poses[:, 3:]
+        turn = np.arctan2(weights @ np.sin(angles), weights @ np.cos(angles))
+        near = angles[np.argmax(weights)]
+        mean[3:] = near + np.remainder(turn - near + np.pi, 2 * np.pi) - np.pi
+        return mean
+
+    def expected_joints(self, skeleton: Skeleton) -> np.ndarray:
+        """Expected marker positions (15, 3) [m]; more accurate than the markers of the mean pose.
+
+        Args:
+            skeleton: the body.
+        """
+        some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
+        weights = np.exp(self.log_weights[some])
+        return np.einsum("n,nij->ij", weights / weights.sum(), markers(self.poses[some], skeleton))
+
+
+class ParticleFilter:
+    """Particle filter: a prior proposes poses, a likelihood weights them (Isard & Blake 1998).
+
+    With one layer this is the bootstrap filter of papers A and C, with systematic resampling when the effective sample
+    size is low. With more layers, each frame is annealed (Deutscher & Reid 2005): the likelihood is first tempered by
+    the power that keeps the fraction `resample` of particles effective; between layers, particles are resampled and
+    diffused with decreasing noise. Annealing concentrates particles at the likelihood's highest peaks. It needs fewer
+    particles, but the result is no longer the exact posterior.
+
+    **Occlusion.** In the fraction `hidden` of frames the person is occluded, and the image doesn't depend on the pose:
+    p(J | φ) = (1 - hidden) p(J | φ, seen) + hidden p(J | nobody). An occluder therefore leaves the prediction
+    unchanged.
+
+    **Lost track.** A frame that is more probably occluded than seen counts as lost. After a quarter of a second, noise
+    is increased; after half a second, `restart` is called. If no particle can be scored (NaN or minus infinity), noise
+    is increased at once and the frame is scored again; if that fails, the posterior is the prediction.
+
+    **Adaptation.** A likelihood with a `learn` method receives the weighted particles of each frame (to update colours
+    of limbs or the background), except in frames that are lost or restarted.
+
+    Args:
+        prior: motion prior.
+        likelihood: observation model.
+        n: number of particles.
+        resample: effective sample size, as a fraction of n, below which particles are resampled.
+        layers: number of annealing layers; 1 disables annealing.
+        hidden: prior probability that the person is occluded in a frame; 0 disables the occlusion model.
+        restart: called with an observation when the track is lost; returns a new start, or None to continue.
+        seed: int or Generator; the result doesn't depend on the number of threads.
+
+    Raises:
+        MotionError: an argument out of range, or a prior and a likelihood for bodies of different heights.
+    """
+
+    def __init__(
+        self,
+        prior: Prior,
+        likelihood: Likelihood,
+        n: int = 1000,
+        *,
+        resample: float = 0.5,
+        layers: int = 1,
+        hidden: float = 0.02,
+        restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
+        seed=None,
+    ):
+        check_options(n, resample=resample, layers=layers, hidden=hidden)
+        scored = getattr(likelihood, "skeleton", prior.skeleton)  # likelihoods without a body are allowed
+        if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:
+            raise MotionError(
+                f"prior and likelihood must have the same skeleton, got bodies of {prior.skeleton.height:.2f} m and "
+                f"{scored.height:.2f} m"
+            )
+        self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
+        self.resample, self.layers, self.hidden = resample, int(layers), hidden
+        self._rng = random_generator(seed)
+        self._state: Any = None
+
+    def start(self, start: Start) -> None:
+        """Draw particles for the first frame, before it is observed.
+
+        Args:
+            start: what is known of the first frame.
+        """
+        self._state = self.prior.initial(start, self.n, self._rng)
+        self._log_weights = np.full(self.n, -np.log(self.n))
+        self._began, self._lost = False, 0
+
+    def step(self, **observation: Any) -> Belief:
+        """Process one frame and return its posterior.
+
+        Args:
+            observation: arguments of the likelihood's `observe`.
+
+        Raises:
+            MotionError: not started, an observation that the likelihood rejects, or a prior that proposes non-finite
+                poses.
+        """
+        if self._state is None:
+            raise MotionError("the filter is not started: call start(Start.at(pose)) first")
+        self.likelihood.observe(**observation)
+        recovered = self._lost >= _PATIENCE * self.prior.fps and self._restarted(observation)
+        if self._began:
+            self._resample_if_low()
+            self._state = self.prior.propagate(self._state, self._rng)
+            if self._lost >= _WIDER * self.prior.fps:
+                self._state = self.prior.diffuse(self._state, 1.0, self._rng)
+        self._began = True
+        evidence, lost = self._updated()
+        self._lost = self._lost + 1 if lost else 0
+        if isinstance(self.likelihood, AdaptiveLikelihood) and not (lost or recovered):
+            self.likelihood.learn(self._state.poses, self._log_weights)
+        effective = float(1 / np.exp(2 * self._log_weights).sum())
+        return Belief(self._state, self._log_weights.copy(), effective, evidence, lost, recovered)
+
+    def _restarted(self, observation: Mapping[str, Any]) -> bool:
+        """Restart if `restart` returns a start; called once per period of patience."""
+        start = None if self.restart is None else self.restart(observation)
+        self._lost = 0 if start is not None else int(_WIDER * self.prior.fps)
+        if start is None:
+            return False
+        self.start(start)
+        self.likelihood.observe(**observation)
+        return True
+
+    def _updated(self) -> tuple[float, bool]:
+        """Weight the predicted particles; returns the log evidence and whether the track is lost."""
+        before, self._floor = self._state, self._unseen()
+        scores = self._scored()
+        for share in _WIDENING:
+            if np.isfinite(scores).any():
+                break
+            self._state = self.prior.diffuse(self._state, share, self._rng)
+            scores = self._scored()
+        if not np.isfinite(scores).any():
+            self._state = before
+            return -np.inf, True
+        evidence = self._anneal(scores)
+        return evidence, bool(self._floor - evidence > np.log(0.5))
+
+    def _unseen(self) -> float:
+        """Log of hidden · p(J | nobody); minus infinity if the likelihood doesn't define it."""
+        if not self.hidden:
+            return -np.inf
+        return float(np.log(self.hidden)) + log_nobody(self.likelihood, self._state.poses[0])
+
+    def _scored(self) -> np.ndarray:
+        """Log-likelihoods (N,) of the particles, or of `state`; minus infinity instead of NaN."""
+        poses = self._state.poses
+        if not np.isfinite(poses).all():
+            raise MotionError(
+                f"{type(self.prior).__name__} proposed a pose that isn't finite: check its model and the start"
+            )
+        scores = np.asarray(self.likelihood.log_likelihood(poses), dtype=np.float64)
+        scores = np.where(np.isnan(scores) | (scores == np.inf), -np.inf, scores)
+        return np.logaddexp(np.log1p(-self.hidden) + scores, self._floor) if np.isfinite(self._floor) else scores
+
+    def _weigh(self, log_likelihood: np.ndarray) -> float:
+        """Multiply the weights by the likelihood (N,); returns the log evidence."""
+        joint = self._log_weights + log_likelihood
+        evidence = float(_log_sum(joint))
+        self._log_weights = joint - evidence
+        return evidence
+
+    def _anneal(self, scores: np.ndarray) -> float:
+        """Weight by log-likelihoods (N,) in `layers` steps, resampling and diffusing in between.
+
+        Returns the log evidence, and the log-likelihoods (N,) of the final particles.
+        """
+        done, evidence = 0.0, 0.0
+        for layer in range(1, self.layers):
+            power = self._annealing_power(scores, 1.0 - done)
+            evidence += self._weigh(_tempered(scores, power))
+            done += power
+            if done >= 1.0:
+                return evidence
+            scores = self._diffused(scores, _COOLING**layer)
+        return evidence + self._weigh(_tempered(scores, 1.0 - done))
+
+    def _diffused(self, scores: np.ndarray, share: float) -> np.ndarray:
+        """Resample and diffuse the particles, whose log-likelihoods are `scores` (N,); returns the new ones."""
+        which = self._resample()
+        kept = self._state
+        self._state = self.prior.diffuse(kept, share, self._rng)
+        after = self._scored()
+        if np.isfinite(after).any():
+            return after
+        self._state = kept
+        return scores[which]
+
+    def _annealing_power(self, log_likelihood: np.ndarray, most: float) -> float:
+        """The highest power, up to `most`, that keeps the fraction `resample` of particles effective."""
+        low, high = 0.0, most
+        if self._effective(log_likelihood, most) >= self.resample * self.n:
+            return most
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (
+                (middle, high) if self._effective(log_likelihood, middle) > self.resample * self.n else (low, middle)
+            )
+        return low
+
+    def _effective(self, log_likelihood: np.ndarray, power: float) -> float:
+        """Effective sample size after weighting by the likelihood (N,) to a power."""
+        joint = self._log_weights + _tempered(log_likelihood, power)
+        weights = np.exp(joint - joint.max())
+        return float(weights.sum() ** 2 / (weights**2).sum())
+
+    def _resample_if_low(self) -> None:
+        if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
+            self._resample()
+
+    def _resample(self) -> np.ndarray:
+        """Systematic resampling to equal weights; returns the drawn indices (N,)."""
+        which = systematic(np.exp(self._log_weights), self.n, self._rng)
+        self._state = self._state.take(which)
+        self._log_weights = np.full(self.n, -np.log(self.n))
+        return which
+
+
+def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, restart: Any = None) -> None:
+    """Validate options of a `ParticleFilter`.
+
+    Args:
+        n, resample, layers, hidden, restart: as in `ParticleFilter`.
+
+    Raises:
+        MotionError: an option is out of range.
+    """
+    checked_whole(n, "n", 2, 10_000_000)
+    checked_whole(layers, "layers", 1, 50)
+    checked_number(resample, "resample", high=1, above=0)
+    checked_number(hidden, "hidden", 0, below=1)
+
+
+def _tempered(scores: np.ndarray, power: float) -> np.ndarray:
+    """Log-likelihoods (N,) of the tempered likelihood; impossible stays impossible, even with power 0."""
+    return np.where(np.isfinite(scores), power * np.nan_to_num(scores, neginf=0.0), -np.inf)
+
+
+def _log_sum(values: np.ndarray) -> float:
+    """Log Σ exp of values (N,), at least one of which is finite."""
+    most = values.max()
+    return float(most + np.log(np.exp(values - most).sum()))

@@ -1,0 +1,105 @@
+"""Compiled loops of the functional prior: many walkers, each with its own phase, one frame forward."""
+
+import math
+
+import numpy as np
+
+from motionenv._core.compilation import kernel
+from motionenv._core.random import gaussian, restart
+
+#: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle].
+PHASE, PACE, HEADING, X, Y, FORWARD, LEFT = range(7)
+
+
+@kernel
+def add_noise(gait, scores, rest, key, noise, mean_pace, root, deviation, gait_out, scores_out, rest_out) -> None:
+    """Write walkers with one step of noise to the arrays `_out`; `advance` then moves them.
+
+    Walker i uses random stream i of `key`.
+
+    Args:
+        gait: (n, 7).
+        scores: (n, q), minus their mean.
+        rest: (n, 25).
+        key: integer from 0 to 2⁶⁴ - 1.
+        noise: (11,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
+            relative to the stationary ones; deviations of phase, heading, forward and left position.
+        mean_pace: mean of the log pace.
+        root: (q, q) Cholesky factor of the scores' covariance.
+        deviation: (26,) stationary, of rest and of the log pace.
+        gait_out, scores_out, rest_out: outputs, shaped like the first three; phase is that after the step.
+    """
+    n, q = scores.shape
+    drawn = np.empty(q)
+    state = np.empty(1, dtype=np.uint64)
+    seconds, keep_pace, keep_scores, keep_rest = noise[0], noise[1], noise[2], noise[3]
+    for i in range(n):
+        restart(state, key, i)
+        way, out = gait[i], gait_out[i]
+        out[PACE] = mean_pace + keep_pace * (way[PACE] - mean_pace) + noise[4] * deviation[25] * gaussian(state)
+        out[PHASE] = way[PHASE] + math.exp(out[PACE]) * seconds + noise[7] * gaussian(state)
+        out[HEADING] = way[HEADING] + noise[8] * gaussian(state)
+        c, s = math.cos(out[HEADING]), math.sin(out[HEADING])
+        ahead, left = noise[9] * gaussian(state), noise[10] * gaussian(state)
+        out[X] = way[X] + c * ahead - s * left
+        out[Y] = way[Y] + s * ahead + c * left
+        out[FORWARD], out[LEFT] = way[FORWARD], way[LEFT]
+        for k in range(q):
+            drawn[k] = gaussian(state)
+        for k in range(q):
+            total = 0.0
+            for m in range(k + 1):
+                total += root[k, m] * drawn[m]
+            scores_out[i, k] = keep_scores * scores[i, k] + noise[5] * total
+        for j in range(25):
+            rest_out[i, j] = 0.0
+            if deviation[j] > 0.0:
+                rest_out[i, j] = keep_rest * rest[i, j] + noise[6] * deviation[j] * gaussian(state)
+
+
+@kernel
+def advance(table, gait, before, scores, rest, moves, poses) -> None:
+    """Write poses (n, 25), and move the walkers by the flow (trapezoidal rule) from the gaits `before`.
+
+    Args:
+        table: (phases, 1 + q, 25), mean first.
+        gait: (n, 7), updated in place.
+        before: (n, 7) gaits one frame earlier.
+        scores: (n, q), minus their mean.
+        rest: (n, 25) to add.
+        moves: whether the flow moves the walkers.
+        poses: (n, 25), output.
+    """
+    for i in range(len(gait)):
+        row, way = poses[i], gait[i]
+        _channels(table, way[PHASE], scores[i], row)
+        forward, left = row[0], row[1]
+        if moves:
+            turned = way[PHASE] - before[i, PHASE]
+            ahead, aside = 0.5 * (forward + way[FORWARD]) * turned, 0.5 * (left + way[LEFT]) * turned
+            c, s = math.cos(before[i, HEADING]), math.sin(before[i, HEADING])
+            way[X] += c * ahead - s * aside
+            way[Y] += s * ahead + c * aside
+        way[FORWARD], way[LEFT] = forward, left
+        for j in range(2, 25):
+            row[j] += rest[i, j]
+        row[0], row[1] = way[X], way[Y]
+        row[5] += way[HEADING]
+
+
+@kernel
+def _channels(table, phase, scores, row) -> None:
+    """Write mean + Σ_k scores_k · component_k to `row` (25,), interpolated linearly in phase."""
+    phases, rows, width = table.shape
+    at = (phase - math.floor(phase)) * phases
+    first = int(at)
+    u = at - first
+    first = first if first < phases else 0
+    second = first + 1 if first + 1 < phases else 0
+    a, b = table[first], table[second]
+    for j in range(width):
+        row[j] = (1.0 - u) * a[0, j] + u * b[0, j]
+    for k in range(1, rows):
+        p, q = (1.0 - u) * scores[k - 1], u * scores[k - 1]
+        for j in range(width):
+            row[j] += p * a[k, j] + q * b[k, j]

@@ -1,0 +1,120 @@
+"""The motion prior protocol of particle filters: initial distribution and transition."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.types import POSE, Skeleton, frozen
+
+#: Default standard deviations (25,) of a given pose: positions [m], then angles [rad].
+SPREAD = np.concatenate([np.full(3, 0.02), np.full(22, 0.03)])
+
+
+class State(Protocol):
+    """N particles: a frozen dataclass of arrays with leading axis N."""
+
+    @property
+    def poses(self) -> np.ndarray:
+        """(N, 25) [m, rad]."""
+
+    def take(self, which: np.ndarray) -> Any:
+        """The particles with indices `which` (n,), repetitions allowed."""
+
+
+class Prior(Protocol):
+    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles.
+
+    Attributes:
+        skeleton: the body.
+        fps: frame rate [Hz].
+    """
+
+    skeleton: Skeleton
+    fps: float
+
+    def initial(self, start: "Start", n: int, rng: np.random.Generator) -> Any:
+        """Draw `n` particles of the first frame from `start`, with `rng`."""
+
+    def propagate(self, state: Any, rng: np.random.Generator) -> Any:
+        """Draw the next frame of each particle of `state`, with `rng`."""
+
+    def diffuse(self, state: Any, share: float, rng: np.random.Generator) -> Any:
+        """Perturb the particles of `state` within a frame by a fraction `share` of the process noise from `rng`."""
+
+    def moved(self, state: Any, poses: np.ndarray) -> Any:
+        """The particles of `state` with `poses` (N, 25) instead of their own; other variables are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """What is known of the first frame: weighted candidate poses and their uncertainty.
+
+    Attributes:
+        poses: (n, 25) [m, rad], candidates.
+        log_weights: (n,), up to a constant.
+        previous: (n, 25) one frame earlier; NaN if unknown.
+        spread: (25,) standard deviation of each pose entry [m, rad].
+    """
+
+    poses: np.ndarray
+    log_weights: np.ndarray
+    previous: np.ndarray
+    spread: np.ndarray
+
+    def __post_init__(self):
+        poses = frozen(self.poses, (None, len(POSE)), "Start.poses")
+        weights = frozen(self.log_weights, (len(poses),), "Start.log_weights")
+        previous = frozen(self.previous, poses.shape, "Start.previous")
+        spread = frozen(self.spread, (len(POSE),), "Start.spread")
+        if not len(poses) or not np.isfinite(poses).all() or not np.isfinite(weights).any() or np.isnan(weights).any():
+            raise MotionError("Start.poses must be finite, and at least one of Start.log_weights too")
+        if not ((spread >= 0) & np.isfinite(spread)).all() or np.isinf(previous).any():
+            raise MotionError("Start.spread must be finite and at least 0, and Start.previous finite or NaN")
+        for name, value in (("poses", poses), ("log_weights", weights), ("previous", previous), ("spread", spread)):
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def at(cls, pose, previous=None, spread=SPREAD) -> "Start":
+        """A start at one given pose.
+
+        Args:
+            pose: (25,) [m, rad].
+            previous: (25,) one frame earlier, or None.
+            spread: (25,), or a number for all entries.
+
+        Raises:
+            MotionError: wrong shapes, or NaN in the pose.
+        """
+        pose = frozen(pose, (len(POSE),), "pose")
+        previous = np.full(len(POSE), np.nan) if previous is None else frozen(previous, (len(POSE),), "previous")
+        spread = np.broadcast_to(np.asarray(spread, dtype=np.float64), (len(POSE),))
+        return cls(pose[None], np.zeros(1), previous[None], spread)
+
+    def draw(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Draw candidate indices (n,), poses (n, 25) and previous poses (n, 25), by weight and spread.
+
+        Args:
+            n: number of draws.
+            rng: random generator.
+        """
+        weights = np.exp(self.log_weights - self.log_weights.max())
+        which = systematic(weights, n, rng)
+        noise = self.spread * rng.standard_normal((n, len(POSE)))
+        return which, self.poses[which] + noise, self.previous[which] + noise
+
+
+def systematic(weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Systematic resampling (Kitagawa 1996): indices (n,) drawn by `weights` (N,) with one random number.
+
+    Each index occurs n times its normalised weight, rounded up or down.
+
+    Args:
+        weights: (N,) at least 0, not all 0.
+        n: number of draws.
+        rng: random generator.
+    """
+    edges = np.cumsum(weights)
+    points = (rng.random() + np.arange(n)) * (edges[-1] / n)
+    return np.minimum(np.searchsorted(edges, points, side="right"), len(weights) - 1)

@@ -1,0 +1,302 @@
+r"""Walking prior of paper A (Ormoneit et al. 2005, section 5): a state space model on functional principal components.
+
+A particle is φ = (c, ψ, ρ, τ, θ): scores, phase, pace, position and heading. Its pose is
+
+    θ(t) = μ(ψ_t) + Σ_k c_t,k v_k(ψ_t) + δ_t
+
+δ is the person's deviation from the components; people outside of the training data deviate by some degrees. The paper
+derives the transition noise from the singular values and gives no details. Here c, log ρ and δ are Ornstein-Uhlenbeck
+processes, so that their distribution stays stationary during long occlusions; c has the model's own covariance, so
+components with large singular values change most. Joint limits are not enforced. The components also drive the root:
+its velocity per cycle and its height are tabulated from the model's foot contact.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv._core.validation import checked_fps
+from motionenv.errors import MotionError
+from motionenv.models.motion_tree.features import turned_towards
+from motionenv.models.registry import load
+from motionenv.models.walking.model import Stride, WalkingModel
+from motionenv.tracking.priors._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, X, Y, add_noise, advance
+from motionenv.tracking.priors.base import Start
+from motionenv.types import Skeleton
+
+_PHASES = 256  # phases per cycle at which the model is tabulated
+_MEMORY, _PACE_MEMORY, _REST_MEMORY = 1.5, 2.0, 0.5  # [s] correlation times of scores, pace and δ
+_PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
+_JITTER = 0.003  # [cycles] per frame at 30 frames/s
+_WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
+_TURNING = 0.01  # [rad] per frame at 30 frames/s
+_SHAPED = np.array([2, 3, 4, *range(6, 25)])  # pose entries that components and δ determine
+# Standard deviations of δ [m, rad]: about the residuals of held-out people with eight components.
+_REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
+_FLOW = 1.5  # [rad/s] standard deviation of a given start's joint velocities from the model's
+_SPEED = 0.1  # [m/s] standard deviation of a given start's speed from the walker's
+_SLOWEST = 0.1  # [m/s] least speed that is informative about the pace
+_SHAPED_ANGLES = _SHAPED[1:]
+
+
+@dataclass(frozen=True, eq=False)
+class WalkState:
+    """N walkers.
+
+    Attributes:
+        poses: (N, 25) [m, rad].
+        scores: (N, q), minus the model's mean.
+        rest: (N, 25) δ; 0 for position and heading.
+        gait: (N, 7), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
+            heading [rad], position x, y [m], and root velocity forward and left [m per cycle].
+    """
+
+    poses: np.ndarray
+    scores: np.ndarray
+    rest: np.ndarray
+    gait: np.ndarray
+
+    def take(self, which: np.ndarray) -> "WalkState":
+        """The walkers with indices `which` (n,)."""
+        return WalkState(*(a.take(which, axis=0) for a in (self.poses, self.scores, self.rest, self.gait)))
+
+
+class FPCAPrior:
+    """Walkers whose scores, phase and pace drift over time.
+
+    Args:
+        model: a `WalkingModel`, or its name or path.
+        skeleton: the body; None uses the model's mean body.
+        fps: frame rate [Hz].
+        backwards: whether frames come in reverse order.
+
+    Raises:
+        MotionError: another model, or `fps` out of range.
+
+    Attributes:
+        table: (phases, 1 + q, 25) mean and components at each phase: root velocity forward and left [m per cycle], and
+            pose entries [m, rad].
+        root: (q, q) Cholesky factor of the scores' covariance.
+        log_pace: mean of log ρ, paces in cycles/s.
+        deviation: (26,) stationary standard deviations of δ [m, rad] and of log ρ.
+    """
+
+    def __init__(
+        self,
+        model: WalkingModel | str = "walk/fpca",
+        *,
+        skeleton: Skeleton | None = None,
+        fps: float = 30.0,
+        backwards: bool = False,
+    ):
+        model = load(model) if isinstance(model, str) else model
+        if not isinstance(model, WalkingModel):
+            raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(model).__name__}")
+        self.fps = checked_fps(fps)
+        self.skeleton = model.skeleton() if skeleton is None else skeleton
+        q = model.fpca_.n_components
+        self._covariance = model.person_covariance_[:q, :q] + model.cycle_covariance_
+        self.root = np.linalg.cholesky(self._covariance)
+        self.log_pace = -float(model.person_mean_[q])
+        self.table = _tabulated(model, self.skeleton.height)
+        self.deviation = np.append(_REST, _PACE)
+        memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY])
+        keep = np.exp(-1 / (self.fps * memories))
+        wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
+        self._step = np.concatenate([[(-1 if backwards else 1) / self.fps], keep, np.sqrt(1 - keep**2), wander])
+
+    def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
+        """Draw `n` walkers whose poses match `start`: phase and scores by their posterior, the remainder is δ.
+
+        If the previous pose is known, joint velocities inform the phase, and the speed informs the pace.
+
+        Args:
+            start: the first frame.
+            n: number of walkers.
+            rng: random generator.
+        """
+        row, poses, _ = start.draw(n, rng)
+        weights, means, roots = self._explained(start)
+        which = (weights.cumsum(axis=1)[row] < rng.random((n, 1))).sum(axis=1)
+        which = np.minimum(which, _PHASES - 1)
+        scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self.root))))
+        gait = np.zeros((n, 7))
+        gait[:, PHASE] = (which + rng.random(n)) / _PHASES
+        state = self._with_poses(gait, scores, np.zeros((n, 25)))
+        gait[:, PACE] = self._paces(state, start, row, rng)
+        return self.moved(state, poses)
+
+    def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
+        """The walkers one frame later; see `motionenv.tracking.priors.base.Prior`.
+
+        Args:
+            state: N walkers.
+            rng: random generator.
+        """
+        return self._advanced(state, self._step, rng)
+
+    def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
+        """The walkers within the same frame, with the fraction `share` of the process noise.
+
+        Args:
+            state: N walkers.
+            share: from 0 to 1.
+            rng: random generator.
+        """
+        noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
+        noise[1:4] = np.sqrt(1 - noise[4:7] ** 2)  # keeps the autoregressive processes stationary
+        return self._advanced(state, noise, rng)
+
+    def moved(self, state: WalkState, poses: np.ndarray) -> WalkState:
+        """The walkers with other `poses` (N, 25): the deviation from the components becomes δ.
+
+        Angles are unwrapped to within half a turn of the components' angles.
+
+        Args:
+            state: N walkers.
+            poses: (N, 25) [m, rad].
+        """
+        said = state.poses - state.rest
+        poses = np.array(poses, dtype=np.float64)
+        poses[:, _SHAPED_ANGLES] = turned_towards(poses, said)[:, _SHAPED_ANGLES]
+        rest = np.zeros_like(poses)
+        rest[:, _SHAPED] = (poses - said)[:, _SHAPED]
+        gait = state.gait.copy()
+        gait[:, HEADING] += poses[:, 5] - state.poses[:, 5]
+        gait[:, [X, Y]] = poses[:, :2]
+        return WalkState(poses, state.scores, rest, gait)
+
+    def log_transition(self, before: WalkState, after: WalkState, later: WalkState | None = None) -> np.ndarray:
+        """Log transition density (N, M) from each walker of `before` to each of `after`.
+
+        The density is that of the Gaussian step in (c, ψ, log ρ, heading, position, δ). The flow, which moves the
+        position, is a deterministic function of the state.
+
+        Args:
+            before: N walkers, one frame earlier.
+            after: M walkers.
+            later: unused, because the state is Markov.
+        """
+        step, a, b = self._step, before.gait[:, None], after.gait[None]
+        total = self.log_gait(before, after)
+        total += _gaussian(b[..., HEADING], a[..., HEADING], step[8])
+        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * _phase_difference(a, b)[..., None]
+        rest = b[..., [X, Y]] - a[..., [X, Y]] - _rotated(flow, a[..., HEADING])
+        total += _gaussian(_rotated(rest, -b[..., HEADING]), 0.0, step[9:11]).sum(axis=-1)
+        free = _REST > 0
+        return total + _ornstein_uhlenbeck(
+            before.rest[:, free], after.rest[:, free], np.diag(_REST[free]), step[3], step[6]
+        )
+
+    def log_gait(self, before: WalkState, after: WalkState) -> np.ndarray:
+        """Like `log_transition`, for the variables that `moved` keeps: scores, phase and pace.
+
+        Args:
+            before: N walkers, one frame earlier.
+            after: M walkers.
+        """
+        step, a, b = self._step, before.gait[:, None], after.gait[None]
+        total = _gaussian(b[..., PACE], self.log_pace + step[1] * (a[..., PACE] - self.log_pace), step[4] * _PACE)
+        total += _gaussian(_phase_difference(a, b), np.exp(b[..., PACE]) * step[0], step[7])
+        return total + _ornstein_uhlenbeck(before.scores, after.scores, self.root, step[2], step[5])
+
+    def _advanced(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:
+        """The walkers after the `noise` of `_walk_kernel.add_noise`, moved by the flow of that time step."""
+        key = rng.integers(2**64, dtype=np.uint64)
+        gait, scores, rest = (np.empty_like(a) for a in (state.gait, state.scores, state.rest))
+        given = np.ascontiguousarray(state.gait), np.ascontiguousarray(state.scores), np.ascontiguousarray(state.rest)
+        add_noise(*given, key, noise, self.log_pace, self.root, self.deviation, gait, scores, rest)
+        poses = np.empty_like(rest)
+        advance(self.table, gait, given[0], scores, rest, noise[0] != 0, poses)
+        return WalkState(poses, scores, rest, gait)
+
+    def _with_poses(self, gait: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
+        """The walkers with the poses that these variables determine."""
+        poses = np.empty((len(gait), 25))
+        advance(self.table, gait, gait, scores, rest, False, poses)
+        return WalkState(poses, scores, rest, gait)
+
+    def _paces(self, state: WalkState, start: Start, row: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Log paces (n,) of walkers at the candidates `row` (n,) of `start`, from the candidates' speeds."""
+        speed = np.hypot(*(start.poses - start.previous)[row, :2].T) * self.fps
+        flow = np.maximum(np.hypot(state.gait[:, FORWARD], state.gait[:, LEFT]), 1e-3)
+        seen = np.log(np.maximum(speed, _SLOWEST) / flow)
+        uncertain = np.where(np.isnan(speed), np.inf, _SPEED / np.maximum(speed, _SLOWEST))
+        precision = _PACE**-2 + uncertain**-2
+        mean = (self.log_pace * _PACE**-2 + np.nan_to_num(seen) * uncertain**-2) / precision
+        return mean + rng.standard_normal(len(row)) / np.sqrt(precision)
+
+    def _explained(self, start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Log posterior of each phase for each of start's poses (m, phases), scores (m, phases, q), their roots."""
+        precision = 1 / (_REST[_SHAPED] ** 2 + start.spread[_SHAPED] ** 2)
+        loadings = np.swapaxes(self.table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
+        normal = np.swapaxes(loadings, 1, 2) @ (precision[:, None] * loadings) + np.linalg.inv(self._covariance)
+        inverse = np.linalg.inv(normal)
+        means = self.table[:, 0]
+        off = turned_towards(start.poses[:, None] - means, np.zeros(25))[..., _SHAPED]
+        scores = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off, optimize=True)
+        cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", scores, normal, scores, optimize=True)
+        cost += np.linalg.slogdet(normal)[1] + self._against_flow(start)
+        weights = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
+        return weights / weights.sum(axis=1, keepdims=True), scores, np.linalg.cholesky(inverse)
+
+    def _against_flow(self, start: Start) -> np.ndarray:
+        """Squared misfit (m, phases) of start's velocities against the mean walker's; 0 if unknown."""
+        mean = self.table[:, 0, _SHAPED]
+        model = 0.5 * (np.roll(mean, -1, axis=0) - np.roll(mean, 1, axis=0)) * _PHASES * np.exp(self.log_pace)
+        moved = turned_towards(start.poses - start.previous, np.zeros(25))
+        seen = moved[:, None, _SHAPED] * self.fps
+        return np.nan_to_num((seen - model) ** 2 / _FLOW**2).sum(-1)
+
+
+def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
+    """Mean and components at each phase (phases, 1 + q, 25): root velocity [m per cycle] and pose entries.
+
+    Foot contact makes the root's motion a nonlinear function of the angles; its components are central differences.
+    """
+    q = model.fpca_.n_components
+    mean, deviation = model.person_mean_[:q], np.sqrt(np.diag(model.person_covariance_)[:q])
+    scores = mean + np.concatenate([np.zeros((1, q)), np.diag(deviation), -np.diag(deviation)])
+    seconds = np.full(len(scores), np.exp(model.person_mean_[q]))
+    fps = _PHASES / seconds[0]
+    walks = model.walks(
+        2 * seconds[0], fps, n=len(scores), stride=Stride(scores, seconds), variation=0.0, height=height, seed=0
+    ).poses
+    channels = np.concatenate([np.gradient(walks[..., :2], axis=1) * _PHASES, walks[..., 2:]], axis=-1)
+    cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)
+    components = (cycle[1 : 1 + q] - cycle[1 + q :]) / (2 * deviation[:, None, None])
+    return np.ascontiguousarray(np.concatenate([cycle[:1], components]).swapaxes(0, 1))
+
+
+def _phase_difference(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Phase difference (...) [cycles] between gaits (..., 7), modulo whole cycles."""
+    turned = after[..., PHASE] - before[..., PHASE]
+    return turned - np.round(turned)
+
+
+def _gaussian(x, mean, deviation) -> np.ndarray:
+    """Log of the normal density."""
+    return -0.5 * ((x - mean) / deviation) ** 2 - np.log(deviation) - 0.5 * np.log(2 * np.pi)
+
+
+def _ornstein_uhlenbeck(before: np.ndarray, after: np.ndarray, root: np.ndarray, keep: float, noise: float):
+    """Log density (N, M) of one step of an Ornstein-Uhlenbeck process about 0.
+
+    Args:
+        before: (N, d).
+        after: (M, d).
+        root: (d, d) Cholesky factor of the stationary covariance.
+        keep: autoregressive coefficient of the step.
+        noise: innovation deviation, relative to the stationary one.
+    """
+    d = len(root)
+    a, b = (np.linalg.solve(root, x.T).T / noise for x in (keep * before, after))
+    # einsum, because the rounding of matrix products depends on the number of threads
+    squared = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * np.einsum("nd,md->nm", a, b)
+    return -0.5 * squared - np.log(np.diag(root)).sum() - d * (np.log(noise) + 0.5 * np.log(2 * np.pi))
+
+
+def _rotated(vectors: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """Vectors (..., 2) rotated by `heading` (...) [rad]."""
+    c, s = np.cos(heading), np.sin(heading)
+    return np.stack([c * vectors[..., 0] - s * vectors[..., 1], s * vectors[..., 0] + c * vectors[..., 1]], axis=-1)

@@ -1,0 +1,72 @@
+"""Background subtraction for a static camera: a background model of a whole video, and foreground probabilities.
+
+The background is the median over the video at each pixel, and its noise the median absolute deviation; both are correct
+where the person covers the pixel in fewer than half of the frames. Noise of compression and sensors varies over the
+image (edges, leaves, screens), hence a deviation per pixel. A shadow darkens all colours of a pixel by the same factor,
+which a body seldom does (Horprasert, Harwood & Davis 1999): changes that a gain below one explains count as background,
+with a penalty.
+"""
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.likelihoods.background import picture
+
+_DARK = 24.0  # grey levels; darker pixels don't determine the gain
+_LEAST_NOISE, _MOST_NOISE = 3.0, 4.0  # grey levels; factor on the image's median noise
+_TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
+_SHADOW = 0.6  # gain of the darkest shadow
+_SHADOW_COST = 3.0  # prior log-odds of background without shadow against shadow
+_MOST_FRAMES = 90  # most frames of a video for the median
+_SURE = 6.0  # cap on one pixel's log-odds before smoothing over its neighbours
+_PRIOR = 2.0  # prior log-odds of background
+
+
+class FilmBackground:
+    """Background model of a video by a static camera.
+
+    Args:
+        frames: uint8 (T, height, width, 3), all frames of the video or equally spaced ones.
+
+    Raises:
+        MotionError: fewer than three frames, or arrays of another kind.
+
+    Attributes:
+        median: (height, width, 3), 0 to 255.
+        noise: (height, width, 1) standard deviation [grey levels].
+    """
+
+    def __init__(self, frames):
+        if len(frames) < 3:
+            raise MotionError(f"a background needs at least 3 frames, got {len(frames)}")
+        chosen = np.linspace(0, len(frames) - 1, min(len(frames), _MOST_FRAMES)).round().astype(int)
+        some = np.stack([picture(frames[i]) for i in chosen])
+        self.median = np.median(some, axis=0).astype(np.float32)
+        deviation = np.median(np.abs(some - self.median).max(axis=-1), axis=0) * _TO_DEVIATION
+        most = _MOST_NOISE * max(float(np.median(deviation)), _LEAST_NOISE)
+        self.noise = np.clip(deviation, _LEAST_NOISE, most)[..., None]
+
+    def foreground(self, rgb) -> np.ndarray:
+        """Probability (height, width) that a pixel of `rgb` (height, width, 3) is foreground.
+
+        Raises:
+            MotionError: an image of another size.
+        """
+        from scipy.ndimage import uniform_filter
+
+        rgb = picture(rgb).astype(np.float32)
+        if rgb.shape != self.median.shape:
+            raise MotionError(f"rgb must have the video's shape {self.median.shape}, got {rgb.shape}")
+        bright = self.median > _DARK
+        gain = float(np.median(rgb[bright] / self.median[bright])) if bright.any() else 1.0
+        expected = gain * self.median
+        # Separate background images may be less noisy than the video, most of which is background: use its noise.
+        noise = np.maximum(self.noise, _TO_DEVIATION * float(np.median(np.abs(rgb - expected))))
+        spread = np.log(256 / (noise[..., 0] * np.sqrt(2 * np.pi)))
+        plain = 0.5 * (((rgb - expected) / noise) ** 2).sum(axis=-1)
+        darker = (rgb * expected).sum(axis=-1) / np.maximum((expected**2).sum(axis=-1), 1.0)
+        shade = np.clip(darker, _SHADOW, 1.0)[..., None]
+        shadow = 0.5 * (((rgb - shade * expected) / noise) ** 2).sum(axis=-1) + _SHADOW_COST
+        log_odds = np.minimum(plain, shadow) - 3 * spread - _PRIOR
+        smooth = uniform_filter(np.clip(log_odds, -_SURE, _SURE), 3, mode="nearest")
+        return 1.0 / (1.0 + np.exp(-smooth.astype(np.float64)))

@@ -1,0 +1,198 @@
+"""Track a video several times from different starts, and keep the best track.
+
+A track starts where the person begins to walk, continues to the end, and then backwards from the start to the
+beginning. Where the expected body loses the foreground, it restarts. Outlines from the side hardly distinguish left
+from right: apart from perspective, a walker and the mirror image in the sagittal plane look the same. Each track is
+therefore repeated from the mirrored start, and silhouettes and colours over the whole video select the better one.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from motionenv.body import mirror
+from motionenv.errors import MotionError
+from motionenv.likelihoods.silhouette import SilhouetteLikelihood
+from motionenv.tracking.initialization import SPREAD, automatic_start
+from motionenv.tracking.particle_filter import Belief, ParticleFilter
+from motionenv.tracking.priors.base import Prior, Start, systematic
+from motionenv.tracking.video.model_selection import advantage
+from motionenv.types import Camera, Skeleton
+
+_START = 1.0  # [s] duration of the images used for initialisation
+_WIDE = 6000  # hypotheses of each initialisation
+_CANDIDATES = 64  # poses of the posterior from which backward tracking starts
+_SHOWN = 30  # particles kept of each frame
+_LOST, _PATIENCE = 0.35, 0.4  # the track is lost if the overlap stays below _LOST for _PATIENCE seconds
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One track of a video.
+
+    Attributes:
+        poses: expected poses (T, 25).
+        particles: (T, particles, 25), equally weighted.
+        effective: (T,) effective sample sizes.
+        overlap: (T,) intersection over union of the expected silhouette and the foreground.
+        starts: start and restarts, by frame.
+    """
+
+    poses: np.ndarray
+    particles: np.ndarray
+    effective: np.ndarray
+    overlap: np.ndarray
+    starts: Mapping[int, Start]
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStart:
+    """Tracks the person in the foregrounds of a video.
+
+    Attributes:
+        prior: motion prior.
+        back: the same for reversed time.
+        likelihood: of masks.
+        film: (T, height, width) foreground probabilities.
+        colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
+        begin: frame to start at.
+        particles: number of particles of the filter.
+        layers: annealing layers.
+        rng: random generator.
+    """
+
+    prior: Prior
+    back: Prior
+    likelihood: SilhouetteLikelihood
+    film: np.ndarray
+    colours: np.ndarray
+    begin: int
+    particles: int
+    layers: int
+    rng: np.random.Generator
+
+    def best(self, attempts: int, tick: Callable[[int], None]) -> Attempt:
+        """The best of several tracks; every second one starts from the mirror image of the best so far.
+
+        Args:
+            attempts: number of tracks.
+            tick: called with the number of frames processed so far, over all tracks.
+        """
+        best: Attempt | None = None
+        for k in range(attempts):
+            given = {} if best is None or k % 2 == 0 else {i: exchanged(s) for i, s in best.starts.items()}
+            found = self._attempt(given, partial(_after, tick, k * len(self.film)))
+            best = found if best is None or self._better(found, best) else best
+        assert best is not None
+        return best
+
+    def _better(self, one: Attempt, other: Attempt) -> bool:
+        return advantage(one.poses, other.poses, self.likelihood, self.film, self.colours) > 0
+
+    def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None]) -> Attempt:
+        """Track forwards from `begin`, and backwards from there."""
+        record = _Record(len(self.film), self.likelihood, self.film, self.rng)
+        tracker, starts, lost = self._tracker(self.prior), {}, 0
+        for i in range(self.begin, len(self.film)):
+            if i == self.begin or i in given or lost >= _PATIENCE * self.prior.fps:
+                start = given[i] if i in given else self._start(i)
+                lost = 0
+                if start is not None:
+                    starts[i] = start
+                    tracker.start(start)
+            belief = tracker.step(mask=self.film[i])
+            lost = lost + 1 if record.keep(i, belief) < _LOST else 0
+            tick(i - self.begin + 1)
+            if i == self.begin:
+                there = belief
+        tracker = self._tracker(self.back)
+        tracker.start(_from_here(there, self.rng))
+        for i in range(self.begin - 1, -1, -1):
+            record.keep(i, tracker.step(mask=self.film[i]))
+            tick(len(self.film) - i)
+        return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
+
+    def _tracker(self, prior: Prior) -> ParticleFilter:
+        return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
+
+    def _start(self, frame: int) -> Start | None:
+        """Initialise at a frame; None if no person is found.
+
+        Raises:
+            MotionError: no person is found at the frame where the track begins.
+        """
+        looked = self.film[frame : frame + max(1, round(_START * self.prior.fps))]
+        try:
+            return automatic_start(
+                self.likelihood, [{"mask": f} for f in looked], fps=self.prior.fps, n=_WIDE, seed=self.rng
+            )
+        except MotionError:
+            if frame == self.begin:
+                raise
+            return None
+
+
+def _after(tick: Callable[[int], None], done: int, more: int) -> None:
+    tick(done + more)
+
+
+class _Record:
+    """Collects each frame's results.
+
+    Args:
+        frames: number of frames.
+        likelihood: provides body and camera.
+        film: (T, height, width) foreground probabilities.
+        rng: random generator for the choice of particles.
+    """
+
+    def __init__(self, frames: int, likelihood: SilhouetteLikelihood, film: np.ndarray, rng: np.random.Generator):
+        self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
+        self.effective, self.overlap = np.empty(frames), np.empty(frames)
+        self._likelihood, self._film, self._rng = likelihood, film, rng
+
+    def keep(self, i: int, belief: Belief) -> float:
+        """Store the posterior of frame `i`; returns the overlap."""
+        self.poses[i], self.effective[i] = belief.mean, belief.effective
+        self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
+        self.overlap[i] = overlap(self.poses[i], self._likelihood.skeleton, self._likelihood.camera, self._film[i])
+        return float(self.overlap[i])
+
+
+def exchanged(start: Start) -> Start:
+    """Mirror a start in the walker's sagittal plane: left and right limbs swap roles.
+
+    Args:
+        start: any.
+    """
+    return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread)
+
+
+def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> float:
+    """Intersection over union of a pose's silhouette and a foreground (height, width).
+
+    Args:
+        pose: (25,) [m, rad].
+        skeleton: the body.
+        camera: of the foreground.
+        foreground: probabilities.
+    """
+    from motionenv.render import render
+
+    body, seen = render(pose, skeleton, camera).limbs > 0, foreground > 0.5
+    return float((body & seen).sum() / max((body | seen).sum(), 1))
+
+
+def _reflected(poses: np.ndarray) -> np.ndarray:
+    """Poses (n, 25) reflected in the sagittal plane, with the same position and heading."""
+    other = mirror(poses)
+    other[:, [1, 5]] = poses[:, [1, 5]]
+    return other
+
+
+def _from_here(belief: Belief, rng: np.random.Generator) -> Start:
+    """A start at a posterior, with unknown velocity."""
+    poses = belief.poses[systematic(np.exp(belief.log_weights), _CANDIDATES, rng)]
+    return Start(poses, np.zeros(len(poses)), np.full(poses.shape, np.nan), SPREAD)

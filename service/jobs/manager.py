@@ -1,0 +1,159 @@
+"""The interface between routes and jobs."""
+
+import hashlib
+import secrets
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from service.errors import Problem, busy
+from service.jobs.file_store import FileStore
+from service.jobs.store import WAITING, Full, Job, Store, Taken, Waiting
+from service.jobs.supervisor import Supervisor
+from service.jobs.uploads import Received
+from service.metrics import Metrics
+from service.model_registry import ModelRegistry
+from service.settings import Settings
+
+
+class JobManager:
+    """The jobs of one data folder.
+
+    Args:
+        settings: of the service.
+        model_registry: receives fitted models.
+        metrics: of the service.
+
+    Attributes:
+        store: database of the jobs.
+        file_store: their files.
+    """
+
+    def __init__(self, settings: Settings, model_registry: ModelRegistry, metrics: Metrics):
+        self.settings, self.model_registry, self.metrics = settings, model_registry, metrics
+
+    def open(self) -> None:
+        """Start, in an event loop."""
+        self.model_registry.folder.mkdir(parents=True, exist_ok=True)
+        self.file_store = FileStore(self.settings.data, self.settings.reserve)
+        self.store = Store(self.settings.data / "jobs.sqlite", self.file_store.drop_ballast)
+        self.supervisor = Supervisor(self.settings, self.store, self.file_store, self.model_registry, self.metrics)
+        self.supervisor.start()
+
+    async def close(self) -> None:
+        """Stop; running jobs are queued again."""
+        await self.supervisor.stop()
+        self.store.close()
+
+    def check_open(self) -> None:
+        """Refuse jobs before their body is read, if they would be refused afterwards.
+
+        Raises:
+            Problem: 503, too many jobs are queued; 507, the disk is full.
+        """
+        if self.store.count("queued") >= self.settings.job_waiting:
+            raise busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
+        try:
+            self.file_store.check_room()
+        except Full:
+            raise no_room() from None
+
+    def add(
+        self, kind: str, settings: dict[str, Any], files: Sequence[Received], *, media_type: str, filename: str,
+        model: str | None = None, key: str | None = None,
+    ) -> Job:  # fmt: skip
+        """Queue a job, or find the one of an equal request with the same key.
+
+        Args:
+            kind: of `service.jobs.tasks.KINDS`.
+            settings: of the job.
+            files: input files.
+            media_type: of its result.
+            filename: of its result.
+            model: name of the model to fit.
+            key: the client's Idempotency-Key.
+
+        Raises:
+            Problem: 409, the model exists or is being fitted; 422, the key was used for another request; 503, too many
+                jobs are queued; 507, the disk is full.
+        """
+        job = Job(secrets.token_urlsafe(16), kind, settings, model, media_type, filename, time.time())
+        inputs = [(file.name, file.sha) for file in files]
+        unique = None if key is None else hashlib.sha256(f"{kind}\n{key}".encode()).hexdigest()
+        if unique and (same := self.store.same(unique)):
+            if same.settings != settings or self.store.inputs(same.id) != inputs:
+                raise Problem(422, "this Idempotency-Key was used for another request", field="Idempotency-Key")
+            return same
+        if model is not None and self.model_registry.path(model).exists():
+            raise Problem(409, f"model {model} exists already: remove it first, or choose another name", field="/name")
+        try:
+            most = self.settings.job_waiting
+            self.store.add(job, inputs, most=most, idempotency=unique, place=lambda: self._place(files))
+        except Full:
+            self.store.sweep([sha for _, sha in inputs], self.file_store.remove)
+            raise no_room() from None
+        except Waiting:
+            raise busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10) from None
+        except Taken:
+            raise Problem(409, f"a job is fitting {model} already: wait, cancel it, or choose another name") from None
+        self.supervisor.wake()
+        return job
+
+    def _place(self, files: Sequence[Received]) -> None:
+        for file in files:
+            self.file_store.place(file.file.path, file.sha)
+
+    def get(self, job: str) -> Job:
+        """The job with an id.
+
+        Raises:
+            Problem: 404, there is none.
+        """
+        found = self.store.get(job)
+        if found is None:
+            raise Problem(404, "there is no such job: GET /v1/jobs lists them")
+        return found
+
+    def result(self, job: Job) -> Path:
+        """The file of a result.
+
+        Raises:
+            Problem: 409, the job isn't done.
+        """
+        if job.result is None:
+            waits = job.status in WAITING
+            headers = {"Retry-After": "1"} if waits else {}
+            raise Problem(409, f"the job is {job.status} and has no result", headers=headers)
+        return self.file_store.path(job.result)
+
+    def cancel(self, job: Job) -> None:
+        """Cancel a queued or running job; does nothing to others."""
+        self.store.end(job.id, "cancelled", "cancelled")
+        self.supervisor.wake()
+
+    def remove(self, job: Job) -> None:
+        """Remove a job that has ended, with files that no other job uses."""
+        shas = {sha for _, sha in self.store.inputs(job.id)} | {job.result or ""} - {""}
+        self.store.remove(job.id)
+        self.store.sweep(shas, self.file_store.remove)
+
+    def remove_model(self, name: str) -> None:
+        """Remove a fitted model.
+
+        Args:
+            name: "fitted/<name>".
+
+        Raises:
+            Problem: 404, there is none.
+        """
+        try:
+            self.model_registry.path(name).unlink()
+        except FileNotFoundError:
+            raise Problem(404, f"there is no model {name!r}: GET /v1/models lists them") from None
+        self.store.forget(name)
+
+
+def no_room() -> Problem:
+    """507: the disk is full."""
+    return Problem(507, "the service's disk is full: remove jobs or models, or contact its operator")

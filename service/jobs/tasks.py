@@ -1,0 +1,213 @@
+"""The work of each kind of job, run in its process: function(settings, folder, progress).
+
+`folder` holds the files in `input` and receives `result`, and `model.npz` for a fit. Invalid input raises MotionError.
+Imports that only one kind needs are local, since every job starts by importing this module.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+
+import motionenv
+from motionenv import Motion, MotionError
+from motionenv.types import POSE
+
+Progress = Callable[[float, str], None]
+_SHOWN_FPS, _SHOWN_FRAMES = 30.0, 3600  # of a preview, at most
+_READING = 0.8  # share of reading files in the progress of a fit
+
+
+def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Fit a model to all files.
+
+    Args:
+        settings: of `service.schemas.jobs.FitFields`.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    files = _captures(folder)
+    left_out: dict[str, str] = {}
+    begun: list[str] = []
+
+    def reading(name: str) -> None:
+        begun.append(name)
+        progress(_READING * (len(begun) - 1) / len(files), f"reading {name}, {len(begun)} of {len(files)}")
+        if len(begun) == len(files):
+            progress(_READING, "fitting")
+
+    command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
+    options = {"fps": settings["fps"], "unit": settings["unit"], "on_file": reading}
+    model: Any
+    if settings["kind"] == "tree":
+        from motionenv.models.motion_tree.training import fit_tree
+
+        model = fit_tree(
+            folder / "input", activity=settings["activity"] or "motion", mirrored=settings["mirrored"], command=command,
+            on_left_out=left_out.__setitem__, **options,
+        )  # fmt: skip
+    else:
+        from motionenv.models.training import fit, read_walks
+
+        walks = read_walks(folder / "input", **options)
+        left_out = walks.left_out
+        model = fit(f"walk/{settings['kind']}", walks, command)
+    model.save(folder / "model.npz")
+    motionenv.load(folder / "model.npz")
+    _write_result(folder, {
+        "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_,
+        "used": [path.name for path in files if path.name not in left_out],
+        "left_out": {name: _plain(why) for name, why in left_out.items()},
+    })  # fmt: skip
+
+
+def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Describe the content of each file, with a preview.
+
+    Args:
+        settings: of `service.schemas.jobs.ReadFields`.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    files, found = _captures(folder), []
+    for i, path in enumerate(files):
+        progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
+        try:
+            found.append(_inspected(path, **_how(path, settings)))
+        except MotionError as error:
+            found.append({"name": path.name, "problem": _plain(str(error))})
+    _write_result(folder, {"pose": POSE, "files": found})
+
+
+def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Convert one file to another format.
+
+    Args:
+        settings: of `service.schemas.jobs.ConvertFields`, and the `suffix` of its format.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    from motionenv.mocap import read_motion
+
+    files = _captures(folder)
+    if len(files) != 1:
+        raise MotionError(f"one capture file is converted at a time, got {len(files)}")
+    progress(0.0, f"reading {files[0].name}")
+    motion = read_motion(files[0], **_how(files[0], settings))
+    if motion.poses.ndim != 2:
+        raise MotionError(f"{files[0].name} holds several motions: save one to a file")
+    progress(0.8, "writing")
+    if settings["suffix"] == ".json":
+        _write_result(folder, {"name": files[0].name, "pose": POSE, **_shown(motion, motion.fps, len(motion.poses))})
+        return
+    path = folder / f"converted{settings['suffix']}"
+    motionenv.write(motion, path)
+    path.rename(folder / "result")
+
+
+def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Render a walk as a video.
+
+    Args:
+        settings: `request`, of `SynthesisRequest`; `model`, a name or file; `suffix` of the video.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    from service.formats.films import arguments
+    from service.schemas.synthesis import SynthesisRequest
+
+    asked = SynthesisRequest.model_validate(settings["request"])
+    progress(0.0, "synthesizing the walk")
+    motion = motionenv.synthesize(
+        settings["model"], asked.seconds, asked.fps, seed=asked.seed, speed=asked.speed, height=asked.height,
+        phase=asked.phase, variation=asked.variation, deviations=asked.deviations, scores=asked.scores,
+    )  # fmt: skip
+    many = len(motion.poses)
+    words = max(1, many // 100)  # frames between words
+
+    def drawn(n: int) -> None:
+        if n % words == 0:
+            progress(0.99 * n / many, f"frame {n} of {many}")
+
+    path = folder / f"film{settings['suffix']}"
+    motionenv.write_video(path, motionenv.film(motion, **arguments(asked.picture)), motion.fps, progress=drawn)
+    path.rename(folder / "result")
+
+
+#: Functions by kind of job.
+KINDS = {"fit": fit_model, "inspect": inspect, "convert": convert, "render": render}
+
+
+def _captures(folder: Path) -> list[Path]:
+    """The files that contain motion, sorted by name."""
+    files = sorted(path for path in (folder / "input").iterdir() if path.suffix != ".asf")
+    if not files:
+        raise MotionError("the files contain only skeletons (ASF): add the motion (AMC)")
+    return files
+
+
+def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
+    """Frame rate and unit, for the files that don't say."""
+    return {
+        "fps": None if path.suffix in (".c3d", ".npz") else settings["fps"],
+        "unit": None if path.suffix == ".npz" else settings["unit"],
+    }
+
+
+def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any]:
+    """What one file holds."""
+    from motionenv.models.walking.preprocessing import straightness
+
+    held = motionenv.read(path, fps=fps, unit=unit)
+    ours = isinstance(held, Motion)
+    values = held.poses if isinstance(held, Motion) else held.positions
+    told: dict[str, Any] = {
+        "name": path.name, "format": path.suffix[1:], "points": POSE if isinstance(held, Motion) else held.names,
+        "frames": values.shape[0], "fps": held.fps, "seconds": values.shape[0] / held.fps,
+        "gaps": float(np.isnan(values).mean()),
+    }  # fmt: skip
+    try:
+        if values.ndim != (2 if ours else 3):
+            raise MotionError("holds several motions: save one to a file")
+        motion = held if isinstance(held, Motion) else motionenv.retarget(held)
+        told |= {"motion": _shown(motion), "straightness": straightness(motion), "walk": None}
+        told["walk"] = _walk(motion)
+    except MotionError as error:
+        told["problem"] = _plain(str(error))
+    return told
+
+
+def _walk(motion: Motion) -> dict[str, Any]:
+    """The cycles of a straight walk.
+
+    Raises:
+        MotionError: it turns, or has no period.
+    """
+    from motionenv.models.walking.preprocessing import STRAIGHT, find_cycles, forward_speed, straightness
+
+    straight = straightness(motion)
+    if straight < STRAIGHT:
+        raise MotionError(f"no straight walk: it gets {straight:.0%} of its path's length ahead")
+    found = find_cycles(motion)
+    return {"stride": found.seconds, "starts": found.starts, "speed": forward_speed(motion)}
+
+
+def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:
+    """A preview of a motion, with a reduced frame rate."""
+    every = max(1, round(motion.fps / fps))
+    body = motion.skeleton
+    return {
+        "fps": motion.fps / every, "height": body.height, "offsets": body.offsets, "radii": body.radii,
+        "poses": np.ascontiguousarray(motion.poses[::every][:most]),
+    }  # fmt: skip
+
+
+def _write_result(folder: Path, what: dict[str, Any]) -> None:
+    (folder / "result").write_bytes(orjson.dumps(what, option=orjson.OPT_SERIALIZE_NUMPY))
+
+
+def _plain(problem: str) -> str:
+    """A message without paths of this machine."""
+    return problem.replace(f"{Path.cwd()}/", "").replace("input/", "")

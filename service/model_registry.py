@@ -1,0 +1,105 @@
+"""The models that can be asked for: the ready-made ones, and those that jobs have fitted, files in the data folder."""
+
+import re
+import threading
+from functools import lru_cache
+from pathlib import Path
+
+import structlog
+
+from motionenv import MotionError
+from motionenv.models import GaitModel, did_you_mean, gait_model, names, takes_long, version
+from service.errors import Problem, busy
+
+_log = structlog.get_logger("motionenv.service")
+_KEPT = 16  # fitted models in memory
+_FITTED = re.compile(r"fitted/([a-z0-9][a-z0-9-]{0,62})")
+
+
+class ModelRegistry:
+    """Models by name.
+
+    Args:
+        folder: of the fitted ones, `<name>.npz` each, called `fitted/<name>`.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._ready: dict[str, GaitModel] = {}
+        self._failed: dict[str, str] = {}
+
+    def load(self) -> None:
+        """Load the ready-made models; those that take up to a minute come later, in a thread of their own."""
+        later = [name for name in names() if not self._load(name, unless_long=True)]
+        threading.Thread(target=lambda: list(map(self._load, later)), name="models", daemon=True).start()
+
+    def _load(self, name: str, unless_long: bool = False) -> bool:
+        """Load a ready-made model, or keep why it can't be; whether that is done now."""
+        try:
+            if unless_long and takes_long(name):
+                return False
+            self._ready[name] = gait_model(name)
+        except MotionError as error:
+            _log.error("model can't be made", model=name, problem=str(error))
+            self._failed[name] = str(error)
+        return True
+
+    def get(self, name: str) -> GaitModel:
+        """The model called `name`.
+
+        Raises:
+            Problem: 404, there is none; 503, it isn't loaded yet, or can't be.
+        """
+        model, problem = self.find(name)
+        if model is not None:
+            return model
+        if problem is not None:
+            raise Problem(503, f"{name} can't be used here: {problem}")
+        raise busy(f"{name} is still being loaded", seconds=5)
+
+    def find(self, name: str) -> tuple[GaitModel | None, str | None]:
+        """The model called `name`, or None and why it can't be loaded; both are None while it is being loaded.
+
+        Raises:
+            Problem: 404, there is none.
+        """
+        if name in names():
+            return self._ready.get(name), self._failed.get(name)
+        path = self.path(name)
+        try:
+            return _loaded(path, path.stat().st_mtime_ns), None
+        except FileNotFoundError:
+            raise _missing(name) from None
+        except MotionError as error:
+            return None, str(error)
+
+    def path(self, name: str) -> Path:
+        """The file of the fitted model called `name`, which need not exist.
+
+        Raises:
+            Problem: 404, not the name of a fitted model.
+        """
+        match = _FITTED.fullmatch(name)
+        if match is None:
+            raise _missing(name)
+        return self.folder / f"{match[1]}.npz"
+
+    def names(self) -> list[str]:
+        """Names of all models, the ready-made ones first."""
+        return [*names(), *sorted(f"fitted/{path.stem}" for path in self.folder.glob("[a-z0-9]*.npz"))]
+
+    def version(self, name: str) -> str:
+        """What changes when the model called `name` does."""
+        return version(name) if name in names() else str(self.path(name).stat().st_mtime_ns)
+
+
+def _missing(name: str) -> Problem:
+    return Problem(
+        404, f"there is no model {name!r}: GET /v1/models lists them" + did_you_mean(name, names()), field="/model"
+    )
+
+
+@lru_cache(maxsize=_KEPT)
+def _loaded(path: Path, _changed: int) -> GaitModel:
+    """The model in a file; read again when the file has changed."""
+    return gait_model(path)

@@ -1,0 +1,1 @@
+"""Answers: motions in every format, JSON, caching, and answers made in threads."""

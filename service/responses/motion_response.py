@@ -1,0 +1,146 @@
+"""A motion as an HTTP response: content negotiation, caching, and where it is computed.
+
+Used by all routes that synthesize motion. With a seed, the request determines the response byte for byte.
+"""
+
+import secrets
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
+
+from fastapi import Request
+from starlette.responses import Response
+
+import motionenv
+from motionenv.types import Motion
+from service.errors import Problem, at_most, documented
+from service.formats import BVH, CSV, FILES, FILMS, GIF, JSON, MOTION, MP4, NPY, NPZ, PNG, films, motion, negotiated
+from service.responses import caching
+from service.responses.threaded_response import ThreadedResponse
+from service.schemas.synthesis import MotionResponse, Picture
+from service.settings import Settings
+
+_INLINE = 600  # frames that are synthesized in less time than passing them to a thread takes
+_INSTANT = (JSON, NPY, NPZ)
+_CHUNKED = (JSON, CSV, BVH)  # if they are long; MP4 always
+_GIF_FPS = 50  # players slow faster ones down
+_C3D_FRAMES = 65_535
+_SEED_BITS = 32  # of a seed that the service draws
+_BINARY = {"schema": {"type": "string", "format": "binary"}}
+_HEADERS = {
+    "ETag": {"description": "Only with a seed: the same request gives the same bytes.", "schema": {"type": "string"}},
+    "Motion-Seed": {"description": "The seed of the motion.", "schema": {"type": "integer"}},
+}  # fmt: skip
+#: OpenAPI of the responses.
+RESPONSES: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "The motion, in the format that `Accept` selects.",
+        "headers": _HEADERS,
+        "model": MotionResponse,
+        "content": dict.fromkeys((NPY, *FILES, *FILMS), _BINARY) | {CSV: {"schema": {"type": "string"}}},
+    },
+    304: {"description": "The motion has not changed (`If-None-Match`).", "headers": _HEADERS},
+    **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 501, 503, 504),
+}
+
+
+class MotionRequest(Protocol):
+    """A request for motion."""
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+
+    @property
+    def seed(self) -> int | None:
+        """Seed of the random generator."""
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+
+    @property
+    def fps(self) -> float:
+        """Frames per second."""
+
+    @property
+    def picture(self) -> Picture:
+        """Camera and style of videos and pictures."""
+
+
+async def answer(request: Request, asked: MotionRequest, make: Callable[[int], Motion], *, quick: bool) -> Response:
+    """The motion `make(seed)` as a response, in the format that the client accepts.
+
+    Args:
+        request: the HTTP request.
+        asked: its body.
+        make: from a seed to a motion of `asked.frames` frames.
+        quick: whether a short motion takes less time than passing it to a thread.
+
+    Raises:
+        Problem: 406, unknown format; 422, too large.
+    """
+    service = request.app.state.service
+    media_type = negotiated(request.headers.get("accept"), MOTION)
+    _check_limits(asked, media_type, service.settings)
+    etag = None
+    if asked.seed is not None:
+        version = service.model_registry.version(asked.model)
+        etag = caching.make_etag(request.scope["path"], version, media_type, await request.body())
+    seed = secrets.randbits(_SEED_BITS) if asked.seed is None else asked.seed
+    headers = {"Motion-Seed": str(seed), **caching.cache_headers(etag)}
+    if caching.etag_matches(request, etag):
+        return caching.not_modified(headers)
+    if quick and media_type in _INSTANT and asked.frames <= _INLINE:
+        body = b"".join(motion.parts(make(seed), media_type, asked.model, seed))
+        return Response(body, headers=headers, media_type=media_type)
+    opengl = media_type in FILMS and asked.picture.engine == "pyrender"
+    whole = media_type != MP4 and not (media_type in _CHUNKED and asked.frames > _INLINE)
+    produce = lambda gone: _chunks(make, asked, media_type, seed, gone)
+    return ThreadedResponse(
+        service.opengl_pool if opengl else service.worker_pool, produce, media_type, headers, whole=whole
+    )
+
+
+def _chunks(
+    make: Callable[[int], Motion], asked: MotionRequest, media_type: str, seed: int, gone: threading.Event
+) -> Iterator[bytes]:
+    """The chunks of a response that takes long.
+
+    Raises:
+        Problem: 501, the engine isn't available.
+    """
+    made = make(seed)
+    yield b""  # lets the response stop here if the client has disconnected
+    if media_type not in FILMS:
+        yield from motion.parts(made, media_type, asked.model, seed)
+        return
+    try:
+        yield from films.parts(made, asked.picture, media_type, gone)
+    except motionenv.EngineError as error:
+        raise Problem(501, str(error), field="/picture/engine") from None
+    except films.Disconnected:
+        return
+
+
+def _check_limits(asked: MotionRequest, media_type: str, settings: Settings) -> None:
+    """Reject, before any work, what is larger than this service or the format allows.
+
+    Raises:
+        Problem: 422 with the field and its bound.
+    """
+    seconds = "/seconds", "seconds · fps"
+    at_most(asked.frames, settings.max_frames, *seconds, "frames", each=asked.fps)
+    if media_type == "application/x-c3d":
+        at_most(asked.frames, _C3D_FRAMES, *seconds, "frames of a C3D file", each=asked.fps)
+    if media_type not in FILMS:
+        return
+    shown = asked.picture
+    pixels = shown.width * shown.height
+    at_most(pixels, settings.max_pixels, "/picture/width", "width · height", "pixels", each=shown.height)
+    if media_type == PNG:
+        at_most(shown.frame, asked.frames - 1, "/picture/frame", "frame", "(the last one)")
+        return
+    at_most(asked.frames, settings.max_video_frames, *seconds, "frames of a video", each=asked.fps)
+    if media_type == GIF:
+        at_most(asked.fps, _GIF_FPS, "/fps", "fps", "for GIF")

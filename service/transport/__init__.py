@@ -1,0 +1,1 @@
+"""Between socket and route: protocol limits, access control, time-outs, worker threads."""

@@ -1,0 +1,290 @@
+"""ASGI middleware for every request.
+
+`ObservabilityMiddleware`: request id, time-out, log and metrics. `AccessMiddleware`: API keys, protection against
+cross-site requests, rate limits and size limits.
+"""
+
+import asyncio
+import base64
+import binascii
+import hashlib
+import hmac
+import itertools
+import re
+import secrets
+import time
+from typing import Any
+
+import structlog
+from limits import RateLimitItemPerMinute
+from limits.storage import MemoryStorage
+from limits.strategies import FixedWindowRateLimiter
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.errors import problem_response
+from service.metrics import Metrics
+from service.settings import Settings
+
+_ID = re.compile(rb"[A-Za-z0-9_.-]{1,64}")
+_PROCESS, _NUMBER = secrets.token_hex(4), itertools.count(1)
+#: Paths without access control, for load balancers.
+FREE = ("/health/", "/v2/health/")
+_log = structlog.get_logger("motionenv.service")
+
+
+class ObservabilityMiddleware:
+    """Id, time-out, log and metrics of each request; unexpected exceptions become status 500.
+
+    Args:
+        app: the inner application.
+        settings: of the service.
+        metrics: of the service.
+    """
+
+    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics):
+        self.app, self.metrics, self.seconds = app, metrics, settings.request_seconds
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle a request."""
+        if scope["type"] == "websocket":
+            await self._websocket(scope, receive, send)
+            return
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        response = _Response(send, _request_id(scope))
+        scope["request_id"] = response.request_id
+        self.metrics.running.inc()
+        try:
+            await self._http(scope, receive, response)
+        finally:
+            self.metrics.running.dec()
+            self._note(scope, response)
+
+    async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle a WebSocket, and log it at its end."""
+        scope["request_id"], begun, client = _request_id(scope), time.perf_counter(), scope.get("client")
+        try:
+            await self.app(scope, receive, send)
+        finally:
+            _log.info(
+                "websocket", request_id=scope["request_id"], path=scope["path"],
+                seconds=round(time.perf_counter() - begun, 6), client=client[0] if client else None,
+                key=scope.get("key"),
+            )  # fmt: skip
+
+    async def _http(self, scope: Scope, receive: Receive, response: "_Response") -> None:
+        """Handle an HTTP request; the time-out starts again with each chunk of its body."""
+
+        async def receive_chunk() -> Message:
+            message = await receive()
+            if message.get("more_body") and response.deadline is not None:
+                response.deadline.reschedule(asyncio.get_running_loop().time() + self.seconds)
+            return message
+
+        try:
+            async with asyncio.timeout(self.seconds) as response.deadline:
+                await self.app(scope, receive_chunk, response.send)
+        except TimeoutError:
+            if response.status:
+                raise
+            response.deadline = None
+            await _send_problem(
+                scope, receive, response.send, 504, f"no response within {self.seconds:g} s: request less"
+            )
+        except Exception:  # the client gets an error response, the log the details
+            _log.exception("request failed", request_id=response.request_id, path=scope["path"])
+            if response.status:
+                raise
+            response.deadline = None
+            detail = "internal error: please report it"
+            await _send_problem(scope, receive, response.send, 500, detail)
+
+    def _note(self, scope: Scope, response: "_Response") -> None:
+        """Count and log the request."""
+        seconds, route, client = time.perf_counter() - response.begun, _route(scope), scope.get("client")
+        self.metrics.count(scope["method"], route, response.status, seconds)
+        _log.info(
+            "request", request_id=response.request_id, method=scope["method"], path=scope["path"], route=route,
+            status=response.status, seconds=round(seconds, 6), bytes=response.size,
+            client=client[0] if client else None, key=scope.get("key"),
+        )  # fmt: skip
+
+
+class _Response:
+    """Status and size of a response while it is sent.
+
+    Args:
+        send: of ASGI.
+        request_id: sent to the client.
+    """
+
+    def __init__(self, send: Send, request_id: str):
+        self.begun, self.status, self.size = time.perf_counter(), 0, 0
+        self.request_id, self._send = request_id, send
+        self.deadline: asyncio.Timeout | None = None
+
+    async def send(self, message: Message) -> None:
+        """Send a message; the first one ends the time-out."""
+        if message["type"] == "http.response.start":
+            self.status = message["status"]
+            if self.deadline is not None:
+                self.deadline.reschedule(None)
+            message["headers"] = [*message.get("headers", ()), (b"x-request-id", self.request_id.encode())]
+        else:
+            self.size += len(message.get("body", b""))
+        await self._send(message)
+
+
+class AccessMiddleware:
+    """API keys, cross-site protection, rate and size limits.
+
+    Args:
+        app: the inner application.
+        settings: of the service.
+    """
+
+    def __init__(self, app: ASGIApp, settings: Settings):
+        self.app = app
+        self.digests = [hashlib.sha256(key.get_secret_value().encode()).digest() for key in settings.keys]
+        self.origins = frozenset(origin.encode() for origin in settings.cors)
+        self.max_json, self.max_upload = settings.max_json, settings.max_upload
+        self.rate = RateLimitItemPerMinute(settings.rate) if settings.rate else None
+        self.limiter = FixedWindowRateLimiter(MemoryStorage())
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it."""
+        if scope["type"] not in ("http", "websocket") or scope["path"].startswith(FREE):
+            await self.app(scope, receive, send)
+            return
+        headers = dict(scope["headers"])
+        if self.digests and not self._known(headers, scope):
+            challenge = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
+            await _refuse(scope, receive, send, 401, "an API key is required: Authorization: Bearer <key>", challenge)
+            return
+        if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
+            await _refuse(scope, receive, send, 403, "cross-site requests are allowed only from origins in cors", None)
+            return
+        wait = self._wait(scope)
+        if wait:
+            retry = {"Retry-After": str(wait)}
+            await _refuse(scope, receive, send, 429, f"rate limit exceeded: retry in {wait} s", retry)
+            return
+        form = headers.get(b"content-type", b"").lower().startswith(b"multipart/form-data")
+        most = self.max_upload if form else self.max_json
+        if int(headers.get(b"content-length", b"0")) > most:
+            await _refuse(
+                scope, receive, send, 413, f"the body must have at most {most} bytes", {"Connection": "close"}
+            )
+            return
+        chunked = b"transfer-encoding" in headers
+        await self.app(scope, _limited(receive, most) if chunked else receive, send)
+
+    def _known(self, headers: dict[bytes, bytes], scope: Scope) -> bool:
+        """Whether the request has a valid key; part of its digest goes to the scope, for log and rate limit."""
+        given = _key(headers)
+        if given is None:
+            return False
+        digest = hashlib.sha256(given).digest()
+        matches = [
+            hmac.compare_digest(digest, known) for known in self.digests
+        ]  # compare with all of them: constant time
+        scope["key"] = digest.hex()[:8] if any(matches) else None
+        return any(matches)
+
+    def _wait(self, scope: Scope) -> int:
+        """Seconds until the next request is allowed; 0: now."""
+        if self.rate is None:
+            return 0
+        client = scope.get("client")
+        who = scope.get("key") or (client[0] if client else "?")
+        if self.limiter.hit(self.rate, who):
+            return 0
+        return max(1, round(self.limiter.get_window_stats(self.rate, who).reset_time - time.time()))
+
+
+def trusted_hosts(settings: Settings) -> list[str]:
+    """Host names by which the service may be addressed: any with keys or `open`, otherwise its own and `hosts`.
+
+    Otherwise another site could let its own name resolve to this machine (DNS rebinding): to the browser, its pages
+    and the service would then be of one origin.
+
+    Args:
+        settings: of the service.
+    """
+    if settings.keys or settings.open:
+        return ["*"]
+    host = f"[{settings.host}]" if ":" in settings.host else settings.host
+    return ["localhost", "127.0.0.1", "[::1]", host, *settings.hosts]
+
+
+def _is_cross_site(scope: Scope, headers: dict[bytes, bytes]) -> bool:
+    """Whether a browser sends a request that changes something for a page of another site (CSRF).
+
+    Browsers send forms to other sites without a preflight, even to localhost, and with stored passwords. The rules are
+    those of Go's http.CrossOriginProtection.
+    """
+    if scope["type"] == "http" and scope["method"] in ("GET", "HEAD", "OPTIONS"):
+        return False
+    site, origin = headers.get(b"sec-fetch-site"), headers.get(b"origin")
+    if site is not None:
+        return site not in (b"same-origin", b"none")
+    return origin is not None and origin.partition(b"://")[2] != headers.get(b"host")
+
+
+def _key(headers: dict[bytes, bytes]) -> bytes | None:
+    """The key of a request: a bearer token, X-API-Key, or the password of Basic authentication (for browsers)."""
+    kind, _, value = headers.get(b"authorization", b"").partition(b" ")
+    if kind.lower() == b"bearer":
+        return value.strip()
+    if kind.lower() == b"basic":
+        try:
+            return base64.b64decode(value, validate=True).partition(b":")[2]
+        except binascii.Error:
+            return None
+    return headers.get(b"x-api-key")
+
+
+def _request_id(scope: Scope) -> str:
+    """The client's X-Request-ID if it is well-formed, otherwise process id and request number."""
+    for name, value in scope["headers"]:
+        if name == b"x-request-id" and _ID.fullmatch(value):
+            return value.decode()
+    return f"{_PROCESS}{next(_NUMBER):08x}"
+
+
+def _route(scope: Scope) -> str:
+    """The template of the path: metrics must not grow with arbitrary paths."""
+    route = scope.get("route")
+    return getattr(route, "path", "unknown")
+
+
+def _limited(receive: Receive, most: int) -> Receive:
+    """`receive` that raises 413 after `most` bytes."""
+    size = 0
+
+    async def limited() -> Message:
+        nonlocal size
+        message = await receive()
+        size += len(message.get("body", b""))
+        if size > most:
+            raise HTTPException(413, f"the body must have at most {most} bytes")
+        return message
+
+    return limited
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any) -> None:
+    """Send an error response; a WebSocket is closed (403) if the server doesn't support responses to its handshake."""
+    if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
+        await send({"type": "websocket.close", "code": 1008, "reason": detail[:120]})
+        return
+    await _send_problem(scope, receive, send, status, detail, headers)
+
+
+async def _send_problem(
+    scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any = None
+) -> None:
+    """Send an error response."""
+    await problem_response(status, detail, request_id=scope.get("request_id"), headers=headers)(scope, receive, send)

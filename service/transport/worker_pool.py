@@ -1,0 +1,111 @@
+"""A bounded thread pool for blocking work.
+
+A request takes a slot after its body has arrived, so that slow uploads hold none; if too many wait, it gets 503.
+"""
+
+import asyncio
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from typing import TypeVar
+
+from prometheus_client import Gauge
+
+from service.errors import busy
+
+T = TypeVar("T")
+_END = object()
+
+
+class Slot:
+    """The right to use one thread, which can be released while there is nothing to compute.
+
+    Args:
+        free: counts the free threads.
+    """
+
+    def __init__(self, free: asyncio.Semaphore):
+        self._free, self._held = free, False
+
+    async def acquire(self) -> None:
+        """Wait for a thread."""
+        await self._free.acquire()
+        self._held = True
+
+    def release(self) -> None:
+        """Release the thread, if it is held."""
+        if self._held:
+            self._held = False
+            self._free.release()
+
+
+class WorkerPool:
+    """Threads for requests.
+
+    Args:
+        threads: number of threads.
+        waiting: maximum number of requests that wait for one.
+        gauge: number of requests that hold or await a thread.
+        name: prefix of the threads' names.
+    """
+
+    def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute"):
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
+        self._free = asyncio.Semaphore(threads)
+        self._most = threads + waiting
+        self.held, self._gauge = 0, gauge or Gauge("held", "Slots that are held.", registry=None)
+
+    @asynccontextmanager
+    async def slot(self) -> AsyncIterator["Slot"]:
+        """A thread, held for the duration of the block.
+
+        Raises:
+            Problem: 503, too many requests wait.
+        """
+        if self.held >= self._most:
+            raise busy("too many requests wait for a worker thread")
+        self.held += 1
+        self._gauge.inc()
+        slot = Slot(self._free)
+        try:
+            await slot.acquire()
+            yield slot
+        finally:
+            slot.release()
+            self.held -= 1
+            self._gauge.dec()
+
+    async def run(self, work: Callable[[], T]) -> T:
+        """Run `work()` in a thread and return its result.
+
+        Raises:
+            Problem: 503, too many requests wait.
+        """
+        async with self.slot():
+            return await self.step(work)
+
+    async def step(self, work: Callable[[], T]) -> T:
+        """Run `work()` in the thread of a `slot()` that the caller holds."""
+        return await asyncio.get_running_loop().run_in_executor(self._pool, work)
+
+    async def stream(self, chunks: Iterator[bytes]) -> AsyncGenerator[bytes, None]:
+        """Iterate over `chunks` in the thread of a `slot()` that the caller holds, and close it in the end.
+
+        On cancellation the current chunk isn't awaited; the iterator is closed after it, as a running one can't be.
+        """
+        step: Future | None = None
+        try:
+            while True:
+                step = self._pool.submit(next, chunks, _END)
+                chunk = await asyncio.wrap_future(step)
+                if chunk is _END:
+                    return
+                yield chunk
+        finally:
+            close = getattr(chunks, "close", None)
+            if close is not None and step is not None:
+                step.add_done_callback(lambda _: self._pool.submit(close))
+
+    def close(self) -> None:
+        """Finish running work and accept no more."""
+        self._pool.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,55 @@
+// Event handlers of buttons, boxes and fields.
+
+import { capturePanel } from "./capture_panel.js";
+import { downloads, synthesisRequest } from "./download.js";
+import { keys } from "./keyboard.js";
+
+const $ = (id) => document.getElementById(id);
+const on = (id, event, then) => $(id).addEventListener(event, then);
+
+/** Install the handlers. */
+export function bind(app) {
+  keys(app);
+  bindLooks(app);
+  bindWalkers(app);
+  bindDownloads(app);
+  capturePanel($("capture-panel"), app);
+  addEventListener("hashchange", () => app.follow());
+}
+
+function bindLooks(app) {
+  on("figure", "change", ({ target }) => app.look("figure", target.value));
+  for (const id of ["lines", "inverted", "scattered"]) on(id, "change", ({ target }) => app.look(id, target.checked));
+  on("pause", "click", () => app.pause());
+  on("scrub", "input", ({ target }) => app.scrub(target.valueAsNumber));
+  for (const button of document.querySelectorAll("[data-view]")) {
+    button.addEventListener("click", () => app.view({ around: Number(button.dataset.view), up: 8 }));
+  }
+  app.stage.controls.addEventListener("end", () => app.view({}));
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  dark.addEventListener("change", () => app.stage.theme(dark.matches));
+  app.stage.theme(dark.matches);
+}
+
+function bindWalkers(app) {
+  on("chosen", "change", ({ target }) => app.look("chosen", Number(target.value)));
+  on("randomise", "click", () => app.draw(Math.floor(Math.random() * 1e6)));
+  on("seed", "change", ({ target }) => app.draw(Math.max(0, Math.round(target.valueAsNumber || 0))));
+  on("reset", "click", () => app.reset());
+  on("compare", "click", () => app.compare());
+  on("link", "click", async ({ target }) => {
+    target.textContent = (await app.copyLink()) ? "Copied" : "See the address bar";
+    setTimeout(() => (target.textContent = "Copy link"), 2000);
+  });
+}
+
+function bindDownloads(app) {
+  const wanted = () => {
+    const seconds = Math.min(60, Math.max(1, $("seconds").valueAsNumber || 4));
+    return synthesisRequest(app.state, app.one, app.parameters, { seconds, view: app.stage.view[0] });
+  };
+  downloads($("downloads").children, wanted, (words, bad) => {
+    $("download-note").textContent = words;
+    $("download-note").classList.toggle("bad", bad);
+  });
+}

@@ -1,0 +1,169 @@
+// The sliders of the selected walker.
+
+import { Choice, Slider } from "./widgets.js";
+import { LIMIT } from "../state.js";
+
+const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
+const WALKING = {
+  "pace-title": "Speed and size",
+  "angles-span": "over one cycle",
+  randomise: "Random walker",
+  reset: "Average",
+};
+const GROWING = {
+  "pace-title": "Temperature and steering",
+  "angles-span": "over the last seconds",
+  randomise: "New motion",
+  reset: "Reset",
+};
+const sum = (a, b) => a.reduce((total, x, k) => total + x * (b[k] ?? 0), 0);
+
+/** The sliders of a model; they call `app.change(person => …)`. */
+export class Controls {
+  constructor(app, parameters) {
+    this.app = app;
+    this.parameters = parameters;
+    const { steerable } = parameters;
+    this.fill("traits", this.traits());
+    this.fill("pace", steerable ? this.steering() : this.pacing());
+    this.fill("components", this.components());
+    document.getElementById("traits-section").hidden = !this.traitsSliders.length;
+    document.getElementById("components-section").hidden = !this.componentsSliders.length;
+    for (const [id, words] of Object.entries(steerable ? GROWING : WALKING)) document.getElementById(id).textContent = words;
+  }
+
+  fill(id, sliders) {
+    document.getElementById(id).replaceChildren(...sliders.map((slider) => slider.row));
+    this[`${id}Sliders`] = sliders;
+  }
+
+  traits() {
+    const { traits, arrays, components } = this.parameters;
+    this.directions = traits.map((_, i) => arrays.traits.subarray(i * components, (i + 1) * components));
+    return traits.map(
+      ({ name, low, high }, i) =>
+        new Slider({
+          label: `${capital(name)}: from ${low} to ${high}, in standard deviations`,
+          low: capital(low),
+          high: capital(high),
+          min: -LIMIT,
+          max: LIMIT,
+          step: 0.05,
+          text: deviation,
+          changed: (value) => this.app.change((one) => this.along(one, this.directions[i], value)),
+        }),
+    );
+  }
+
+  /** Move a person along a direction to `value`, with components clamped to their limits. */
+  along(one, direction, value) {
+    const now = sum(direction, one.deviations);
+    const within = (d) => Math.min(LIMIT, Math.max(-LIMIT, d));
+    one.deviations = Array.from(direction, (share, k) => within((one.deviations[k] ?? 0) + (value - now) * share));
+  }
+
+  pacing() {
+    const speed = new Slider({
+      label: "Speed in metres per second",
+      named: "Speed",
+      min: 0.3,
+      max: 2.6,
+      step: 0.01,
+      own: "use the walker's own",
+      text: (value) => `${value.toFixed(2)} m/s`,
+      changed: (value) => this.app.change((one) => (one.speed = value)),
+    });
+    const height = new Slider({
+      label: "Body height in metres",
+      named: "Height",
+      min: 1,
+      max: 2.2,
+      step: 0.01,
+      own: "use the walker's own",
+      text: (value) => `${value.toFixed(2)} m`,
+      changed: (value) => this.app.change((one) => (one.height = value)),
+    });
+    return [speed, height];
+  }
+
+  steering() {
+    const temperature = new Slider({
+      label: "Temperature: how far the motion may deviate from the captured clips",
+      low: "Like the clips",
+      high: "Free",
+      min: -2,
+      max: 0,
+      step: 0.05,
+      home: Math.log10(0.05),
+      text: (value) => (10 ** value).toFixed(2),
+      changed: (value) => this.app.change((one) => (one.temperature = 10 ** value)),
+    });
+    const activity = new Choice({
+      label: "Activity",
+      choices: this.parameters.activities,
+      none: "any",
+      changed: (value) => this.app.change((one) => (one.activity = value)),
+    });
+    const speed = new Slider({
+      label: "Target speed in metres per second",
+      named: "Target speed",
+      min: 0.3,
+      max: 2.6,
+      step: 0.01,
+      own: "no target",
+      text: (value) => `${value.toFixed(2)} m/s`,
+      changed: (value) => this.app.change((one) => (one.speed = value)),
+    });
+    const heading = new Slider({
+      label: "Target heading in degrees, positive to the left",
+      named: "Target heading",
+      min: -180,
+      max: 180,
+      step: 5,
+      own: "no target",
+      text: (value) => (value ? `${Math.abs(value)}° ${value > 0 ? "left" : "right"}` : "straight ahead"),
+      changed: (value) => this.app.change((one) => (one.heading = value)),
+    });
+    return [temperature, activity, speed, heading];
+  }
+
+  components() {
+    const { components, shares } = this.parameters;
+    const percent = (share) => `${(100 * share).toFixed(share < 0.095 ? 1 : 0)} %`;
+    return Array.from(
+      { length: components },
+      (_, k) =>
+        new Slider({
+          label: `Component ${k + 1}, in standard deviations; it explains ${percent(shares[k])} of the variance`,
+          named: `${k + 1}  ·  ${percent(shares[k])}`,
+          min: -LIMIT,
+          max: LIMIT,
+          step: 0.05,
+          text: deviation,
+          changed: (value) =>
+            this.app.change((one) => {
+              one.deviations = Array.from({ length: components }, (_, i) => (i === k ? value : (one.deviations[i] ?? 0)));
+            }),
+        }),
+    );
+  }
+
+  /** Show the settings of a person. */
+  show(one, walker) {
+    if (this.parameters.steerable) {
+      const [temperature, activity, speed, heading] = this.paceSliders;
+      temperature.show(Math.log10(one.temperature));
+      activity.show(one.activity);
+      speed.show(one.speed ?? 1.2, one.speed !== null, "none");
+      heading.show(one.heading ?? 0, one.heading !== null, "none");
+      return;
+    }
+    this.traitsSliders.forEach((slider, i) => slider.show(sum(this.directions[i], one.deviations)));
+    this.componentsSliders.forEach((slider, k) => slider.show(one.deviations[k] ?? 0));
+    const [speed, height] = this.paceSliders;
+    speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");
+    height.show(walker.body.height, one.height !== null);
+  }
+}
+
+const capital = (word) => word[0].toUpperCase() + word.slice(1);

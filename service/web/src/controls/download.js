@@ -1,0 +1,42 @@
+// Download of motion as files, made by the service.
+
+import { motion, ServiceError } from "../api/requests.js";
+import { steering } from "../walkers/recorded.js";
+
+/** The request for what the page shows of one walker; for a tree, the motion from its start. */
+export function synthesisRequest(state, one, parameters, { seconds, view }) {
+  const picture = { width: 640, height: 480, view, style: state.figure === "points" ? "points" : "body" };
+  const body = { model: state.model, seconds, seed: one.seed, picture };
+  if (parameters.steerable) return { path: "/v1/tree/synthesis", body: { ...body, start: one.activity, ...steering(one) } };
+  const { speed, height } = one;
+  const given = Array.from({ length: parameters.components }, (_, k) => one.deviations[k] ?? 0);
+  const deviations = given.length ? given : null;
+  return { path: "/v1/synthesis", body: { ...body, fps: 30, speed, height, deviations, variation: 0 } };
+}
+
+/** Save a blob as a file. */
+export function save(blob, name) {
+  const address = URL.createObjectURL(blob);
+  const anchor = Object.assign(document.createElement("a"), { href: address, download: name });
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}
+
+/** Install the download buttons; `wanted()` returns the request, `say(message, bad)` shows progress. */
+export function downloads(buttons, wanted, say) {
+  for (const button of buttons) {
+    button.addEventListener("click", async () => {
+      button.disabled = true;
+      say(`Creating the ${button.textContent} …`, false);
+      try {
+        const request = wanted();
+        const blob = await motion(request, button.dataset.type);
+        save(blob, `${request.body.model.replace("/", "-")}.${button.dataset.suffix}`);
+        say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`, false);
+      } catch (error) {
+        say(error instanceof ServiceError ? error.message : `Download failed: ${error.message}`, true);
+      }
+      button.disabled = false;
+    });
+  }
+}

@@ -1,0 +1,73 @@
+// Form widgets: slider and choice.
+
+const part = (tag, properties, ...inside) => {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...inside);
+  return element;
+};
+
+/** Create an element with properties and children. */
+export const make = part;
+
+/** Colour the track between a slider's default and its value. */
+function fill(input, home) {
+  const share = (value) => (100 * (value - input.min)) / (input.max - input.min);
+  const ends = [share(home), share(input.value)].sort((a, b) => a - b);
+  input.style.setProperty("--from", `${ends[0]}%`);
+  input.style.setProperty("--to", `${ends[1]}%`);
+}
+
+/**
+ * A slider.
+ *
+ * `label`: accessible name; `low` and `high`: words at its ends, or `named`: a name in front; `text`: formats a value;
+ * `home`: default, restored by a double click; `own`: label of a button that restores the walker's own value.
+ * `changed(value)` is called on each change, with null from that button.
+ */
+export class Slider {
+  constructor({ label, low, high, named, min, max, step, home = 0, text, own, changed }) {
+    this.home = home;
+    this.text = text;
+    this.input = part("input", { type: "range", min, max, step, value: home });
+    this.input.setAttribute("aria-label", label);
+    this.output = part("output", {});
+    const words = named
+      ? [part("span", { className: "named", textContent: named })]
+      : [part("span", { className: "low", textContent: low })];
+    this.row = part("div", { className: "slider" }, ...words, this.output);
+    if (!named) this.row.append(part("span", { className: "high", textContent: high }));
+    this.row.append(this.input);
+    if (own) {
+      this.own = part("button", { type: "button", className: "own", textContent: own, hidden: true });
+      this.own.addEventListener("click", () => changed(null));
+      this.row.append(this.own);
+    }
+    this.input.addEventListener("input", () => changed(this.input.valueAsNumber));
+    this.input.addEventListener("dblclick", () => changed(own ? null : this.home));
+    this.show(home);
+  }
+
+  /** Show `value`; `given`: whether the user chose it; `free`: text if not. */
+  show(value, given = false, free = null) {
+    this.input.value = value;
+    const words = given || free === null ? this.text(value) : free;
+    this.output.textContent = words;
+    this.input.setAttribute("aria-valuetext", words);
+    if (this.own) this.own.hidden = !given;
+    fill(this.input, this.own && !given ? value : this.home);
+  }
+}
+
+/** A drop-down list; its first option `none` is null. */
+export class Choice {
+  constructor({ label, choices, none, changed }) {
+    const options = [none, ...choices].map((textContent, i) => part("option", { textContent, value: i ? textContent : "" }));
+    this.select = part("select", {}, ...options);
+    this.select.addEventListener("change", () => changed(this.select.value || null));
+    this.row = part("label", { className: "field" }, label, this.select);
+  }
+
+  show(value) {
+    this.select.value = value ?? "";
+  }
+}

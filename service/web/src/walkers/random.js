@@ -1,0 +1,18 @@
+// Seeded random numbers.
+
+/** Uniform numbers from 0 to 1 (mulberry32). */
+export function uniform(seed) {
+  let state = seed >>> 0;
+  return () => {
+    state = (state + 0x6d2b79f5) >>> 0;
+    let t = Math.imul(state ^ (state >>> 15), state | 1);
+    t ^= t + Math.imul(t ^ (t >>> 7), t | 61);
+    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+  };
+}
+
+/** `count` standard normal numbers (Box-Muller). */
+export function normals(seed, count) {
+  const next = uniform(seed);
+  return Array.from({ length: count }, () => Math.sqrt(-2 * Math.log(1 - next())) * Math.cos(2 * Math.PI * next()));
+}

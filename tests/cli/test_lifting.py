@@ -1,0 +1,87 @@
+"""`motionenv lift` as people type it."""
+
+import json
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.body import markers
+from motionenv.lifting import project_markers
+from motionenv.mocap.keypoints.points2d import write_points
+from motionenv.models.synthesis import synthesize
+from motionenv.types import MARKERS, Markers
+
+COCO = ("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
+        "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def walked():
+    motion = synthesize("walk/fpca", 3, 30, seed=7)
+    return motion, Markers(MARKERS, markers(motion.poses, motion.skeleton), 30.0)
+
+
+def test_a_table_becomes_motion_and_a_picture(run, walked, tmp_path):
+    write_points(project_markers(walked[1], np.radians(35)), tmp_path / "points.csv")
+    result = run("lift", "points.csv", "--out", "walk.npz", "--plot", "walk.png")
+    assert result.code == 0, result.err
+    assert "view 3" in result.out
+    assert "truth" not in result.out
+    motion = motionenv.read(tmp_path / "walk.npz")
+    assert motion.poses.shape == (90, 25)
+    assert (tmp_path / "walk.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_coco_keypoints_in_pixels(run, walked, tmp_path):
+    shown = 300 * project_markers(walked[1], np.radians(60)).positions * [1, -1] + [900, 700]
+    people = []
+    for i, frame in enumerate(shown):
+        at = dict(zip(MARKERS, frame, strict=True))
+        head = at["head"].tolist()
+        keypoints = [*head, 0.9, *([0, 0, 0] * 2), *head, 0.9, *head, 0.9]
+        keypoints += [n for name in COCO for n in (*at[name].tolist(), 0.9)]
+        people.append({"image_id": i, "category_id": 1, "score": 0.9, "keypoints": keypoints})
+    (tmp_path / "people.json").write_text(json.dumps(people))
+    result = run("lift", "people.json", "--fps", "30", "--elevation", "unknown", "--out", "walk.bvh")
+    assert result.code == 0, result.err
+    view = float(result.out.split("view ")[1].split(" ")[0])
+    assert view == pytest.approx(60, abs=8)
+    assert (tmp_path / "walk.bvh").stat().st_size > 1000
+
+
+def test_capture_is_projected_and_compared(run, walked, tmp_path):
+    motionenv.write(walked[0], tmp_path / "walk.c3d")
+    result = run("lift", "walk.c3d", "--project", "30", "--view", "unknown", "--out", "again.glb")
+    assert result.code == 0, result.err
+    error = float(result.out.split("against the truth: ")[1].split(" mm")[0])
+    assert error < 40
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (("points.csv", "--out", "walk.xyz"), "walk.xyz"),
+        (("points.csv", "--out", "walk.npz", "--view", "above"), "above"),
+        (("points.csv", "--out", "walk.npz", "--elevation", "much"), "elevation"),
+        (("points.csv", "--out", "walk.npz", "--project", "30"), "--project"),
+        (("walk.npz", "--out", "again.npz", "--project", "30"), "poses"),
+        (("walk.npz", "--out", "again.npz"), "--project"),
+        (("people.json", "--out", "walk.npz"), "fps"),
+        (("points.csv", "--out", "again.npz", "--plot", "walk.xyz"), "plot"),
+        (("points.csv", "--out", "again.npz", "--plot", "walk"), "plot"),
+        (("points.csv", "--out", "again.npz", "--person", "1"), "person"),
+        (("none.json", "--out", "again.npz", "--fps", "30"), "motionenv: none.json: can't be read"),
+        (("walk.npz", "--out", "again.npz", "--person", "1"), "--person"),
+    ],
+)
+def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, walked, tmp_path, args, says):
+    motionenv.write(walked[0], tmp_path / "walk.npz")
+    write_points(project_markers(walked[1], 0.5), tmp_path / "points.csv")
+    (tmp_path / "people.json").write_text("[]")
+    before = set(tmp_path.iterdir())
+    result = run("lift", *args)
+    assert result.code == 2
+    assert result.err.count("\n") == 1
+    assert says in result.err
+    assert set(tmp_path.iterdir()) == before

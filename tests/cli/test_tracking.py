@@ -1,0 +1,112 @@
+"""`motionenv track` as people type it."""
+
+import json
+
+import av
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.models.motion_tree import Clip, MotionTree, build_database
+from motionenv.models.synthesis import synthesize
+from motionenv.render import render
+from motionenv.render.cameras import view
+from motionenv.render.video.encode import write_video
+
+FAST = ("--particles", "60")
+
+
+def pictures_in(path) -> tuple[int, tuple]:
+    with av.open(str(path)) as container:
+        shapes = [frame.to_ndarray(format="rgb24").shape for frame in container.decode(video=0)]
+    return len(shapes), shapes[0]
+
+
+@pytest.mark.parametrize("tracker", ["fpca", "constant-velocity", "mixture"])
+def test_an_environment_is_filmed_and_the_motion_written(run, tmp_path, tracker):
+    result = run("track", "--env", "walker", "--tracker", tracker, "--start", "given", "--frames", 6, *FAST,
+                 "--out", "track.mp4", "--motion", "walk.npz")  # fmt: skip
+    assert result.code == 0, result.err
+    assert float(result.out.split("frames, ")[1].split(" mm")[0]) < 250
+    frames, shape = pictures_in(tmp_path / "track.mp4")
+    assert frames == 6
+    assert shape[1] == 2 * 384 + 4
+    assert motionenv.read(tmp_path / "walk.npz").poses.shape == (6, 25)
+
+
+def test_a_tree_out_of_a_file(run, tmp_path):
+    walks = [synthesize("walk/fpca", 4, 30, seed=i, height=1.75) for i in range(8)]
+    clips = [Clip(w, f"walk {i}", "walk", str(i)) for i, w in enumerate(walks)]
+    MotionTree().fit_database(build_database(clips)).save(tmp_path / "walks.npz")
+    result = run("track", "--env", "walker", "--tracker", "tree", "--model", "walks.npz", "--start", "given",
+                 "--frames", 6, *FAST, "--out", "track.mp4")  # fmt: skip
+    assert result.code == 0, result.err
+    assert float(result.out.split("frames, ")[1].split(" mm")[0]) < 250
+
+
+def test_an_arm_and_the_same_bytes_again(run, tmp_path):
+    for name in ("one.gif", "two.gif"):
+        result = run("track", "--env", "arm", "--tracker", "constant-velocity", "--start", "given", "--frames", 3,
+                     *FAST, "--seed", 4, "--out", name)  # fmt: skip
+        assert result.code == 0, result.err
+    assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
+
+
+def test_a_video_with_its_camera(run, tmp_path):
+    walk = synthesize("walk/fpca", 1.5, 30, seed=3, height=1.75)
+    poses = walk.poses - np.eye(25)[0] * walk.poses[:, :1].mean()
+    camera = view(0.0, width=160, height=120, distance=4.5)
+    write_video(tmp_path / "walk.mp4", render(poses, walk.skeleton, camera).rgb, 30)
+    table = {"K": camera.K, "R": camera.R, "t": camera.t}
+    (tmp_path / "camera.json").write_text(
+        json.dumps({k: v.tolist() for k, v in table.items()} | {"width": 160, "height": 120})
+    )
+    result = run("track", "--video", "walk.mp4", "--camera", "camera.json", "--particles", "200",
+                 "--out", "track.mp4", "--motion", "walk.npz")  # fmt: skip
+    assert result.code == 0, result.err
+    assert "guessed" not in result.out
+    assert float(result.out.split("foreground ")[1].split(" ")[0]) > 0.5
+    assert pictures_in(tmp_path / "track.mp4") == (45, (480 + 96, 640 + 4 + 480, 3))  # four times as large
+    motion = motionenv.read(tmp_path / "walk.npz")
+    assert np.abs(np.median(motion.poses[:, 0] - poses[: len(motion.poses), 0])) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (("--out", "t.mp4"), "--env"),
+        (("--env", "walker", "--video", "empty.mp4", "--out", "t.mp4"), "one of them"),
+        (("--env", "walker", "--out", "t.xyz"), "out must end in"),
+        (("--env", "walker", "--out", "t.mp4", "--motion", "t.xyz"), "t.xyz"),
+        (("--env", "walker", "--out", "none/t.mp4"), "folder"),
+        (("--env", "walker", "--tracker", "magic", "--out", "t.mp4"), "magic"),
+        (("--env", "walker", "--start", "late", "--out", "t.mp4"), "late"),
+        (("--env", "walker", "--camera", "c.json", "--out", "t.mp4"), "--camera"),
+        (("--env", "walker", "--seconds", "2", "--fps", "30", "--out", "t.mp4"), "--seconds, --fps: for --video"),
+        (("--env", "walker", "--height", "1.8", "--out", "t.mp4"), "--height"),
+        (("--video", "still.mp4", "--start", "given", "--frames", "5", "--out", "t.mp4"), "--start, --frames"),
+        (("--video", "still.mp4", "--which", "1", "--out", "t.mp4"), "--which: needs --camera"),
+        (("--video", "still.mp4", "--fps", "0", "--out", "t.mp4"), "fps"),
+        (("--env", "Nowhere-v0", "--out", "t.mp4"), "Nowhere-v0"),
+        (("--env", "motionenv/MarkerTracking-v0", "--out", "t.mp4"), "MarkerTracking"),
+        (("--env", "arm", "--out", "t.mp4"), "arm"),
+        (("--env", "arm", "--tracker", "tree", "--out", "t.mp4"), "--model"),
+        (("--env", "walker", "--model", "nothing/there", "--out", "t.mp4"), "nothing/there"),
+        (("--video", "empty.mp4", "--out", "t.mp4"), "empty.mp4"),
+        (("--video", "none.mp4", "--out", "t.mp4"), "no such file"),
+        (("--video", "text.mp4", "--out", "t.mp4"), "isn't a video"),
+        (("--video", "still.mp4", "--out", "t.mp4"), "no foreground"),
+        (("--video", "still.mp4", "--camera", "none.json", "--out", "t.mp4"), "none.json"),
+        (("--video", "still.mp4", "--height", "9", "--out", "t.mp4"), "height"),
+    ],
+)
+def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, tmp_path, args, says):
+    (tmp_path / "empty.mp4").touch()
+    (tmp_path / "text.mp4").write_text("no film at all\n" * 100)
+    write_video(tmp_path / "still.mp4", np.full((12, 48, 64, 3), 90, dtype=np.uint8), 30)
+    before = set(tmp_path.iterdir())
+    result = run("track", *args)
+    assert result.code == 2, result.out
+    assert result.err.count("\n") == 1, result.err
+    assert says in result.err
+    assert set(tmp_path.iterdir()) == before

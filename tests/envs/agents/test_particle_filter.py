@@ -1,0 +1,145 @@
+"""The agent with a particle filter in the real environments."""
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from motionenv.body import markers
+from motionenv.body.arm_reaching import RIGHT_ARM
+from motionenv.envs.agents import ConstantVelocity, MeanPose, TrackingAgent, evaluate, truth_start
+from motionenv.envs.arm import ArmTracking
+from motionenv.envs.markers import MarkerTracking
+from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
+from motionenv.errors import MotionError
+from motionenv.likelihoods import SilhouetteLikelihood
+from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior, smooth
+
+SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{}, {"estimate": "joints"}, {"estimate": "belief", "n_belief": 32}, {"observation": "depth"},
+     {"observation": ["rgb", "mask"]}],
+)  # fmt: skip
+def test_tracks_walkers_better_than_constant_velocity(arguments):
+    env = WalkerTracking(**{**SMALL, **arguments})
+    ours = evaluate(env, TrackingAgent(env, n=300, start=truth_start, seed=0), 3, seed=1)
+    theirs = evaluate(env, ConstantVelocity(env), 3, seed=1)
+    assert ours.errors.mean() < 0.6 * theirs.errors.mean()
+    assert ours.errors.max() < 0.07
+    assert ours.returns.mean() > theirs.returns.mean()
+
+
+def test_same_seed_same_estimates_with_any_number_of_threads():
+    env = WalkerTracking(**SMALL)
+    errors = [
+        evaluate(env, TrackingAgent(env, n=200, start=truth_start, seed=5, threads=threads), 2, seed=3).errors
+        for threads in (1, 2)
+    ]
+    assert errors[0].tobytes() == errors[1].tobytes()
+
+
+@pytest.mark.parametrize("mode", ["NEXT_STEP", "SAME_STEP", "DISABLED"])
+def test_plays_vectors_in_every_mode(mode):
+    env = WalkerTrackingVector(2, autoreset_mode=AutoresetMode[mode], **SMALL)
+    scores = evaluate(env, TrackingAgent(env, n=200, start=truth_start, seed=0), 4, seed=1)
+    assert scores.errors.max() < 0.08
+
+
+def test_finds_the_start_itself():
+    env = WalkerTracking(**{**SMALL, "horizon": 20})
+    agent = TrackingAgent(env, n=300, seed=0)
+    observation, _ = env.reset(seed=1)
+    agent.reset(observation)
+    errors = []
+    for _ in range(20):
+        observation, _, _, _, info = env.step(agent.act(observation))
+        errors.append(info["error"])
+    assert np.mean(errors[10:]) < 0.12
+    assert len(agent.beliefs) == 1
+    assert not agent.beliefs[0].lost
+
+
+def test_goes_on_where_the_background_must_be_learned():
+    env = WalkerTracking(**{**SMALL, "observation": "rgb", "size": 64})
+    agent = TrackingAgent(env, n=300, seed=0)
+    observation, _ = env.reset(seed=1)
+    agent.reset(observation)
+    errors = []
+    for _ in range(15):
+        observation, _, _, _, info = env.step(agent.act(observation))
+        errors.append(info["error"])
+    assert max(errors) < 0.3
+    assert not agent.beliefs[0].lost
+
+
+def test_takes_priors_and_likelihoods_of_its_own():
+    env = WalkerTracking(**SMALL)
+    made = []
+
+    def prior(env, slot):
+        made.append(slot)
+        return FPCAPrior(skeleton=env.truth()["skeleton"])
+
+    def likelihood(camera, skeleton):
+        assert skeleton.height == env.truth()["skeleton"].height
+        return SilhouetteLikelihood(camera, skeleton, effective=12, threads=1)
+
+    agent = TrackingAgent(env, prior, 300, likelihood=likelihood, start=truth_start, layers=2, seed=0)
+    assert evaluate(env, agent, 2, seed=1).errors.max() < 0.06
+    assert made == [0, 0]
+
+
+def test_follows_an_arm():
+    env = ArmTracking(size=48, observation="depth", horizon=15)
+    agent = TrackingAgent(env, VelocityPrior(part="right_arm"), 500, start=truth_start, seed=0)
+    ours, still = evaluate(env, agent, 4, seed=1), evaluate(env, MeanPose(env), 4, seed=1)
+    assert ours.errors.mean() < 0.6 * still.errors.mean()
+    poses = agent.beliefs[0].poses
+    moving = np.flatnonzero(np.ptp(poses, axis=0) > 1e-9)
+    assert set(RIGHT_ARM) <= set(moving.tolist()) <= set(RIGHT_ARM) | set(range(6))
+
+
+def test_refuses_what_it_cannot_play():
+    with pytest.raises(MotionError, match="images"):
+        TrackingAgent(MarkerTracking())
+    with pytest.raises(MotionError, match="start"):
+        TrackingAgent(ArmTracking())
+    with pytest.raises(MotionError, match="begun"):
+        TrackingAgent(WalkerTracking(**SMALL)).act(np.zeros((48, 48, 1), np.uint8))
+    with pytest.raises(MotionError, match="prior"):
+        TrackingAgent(ArmTracking(), start=truth_start)
+    with pytest.raises(MotionError, match="60 fps"):
+        TrackingAgent(WalkerTracking(**SMALL), FPCAPrior(fps=60), start=truth_start).reset(None)
+    with pytest.raises(MotionError, match="layers"):
+        TrackingAgent(WalkerTracking(**SMALL), layers=0, start=truth_start)
+
+
+@pytest.mark.parametrize("make", [FPCAPrior, TreePrior, VelocityPrior, None], ids=["fpca", "tree", "velocity", "both"])
+def test_every_prior_tracks(make):
+    env = WalkerTracking(**{**SMALL, "horizon": 5})
+    prior = MixturePrior(FPCAPrior(), VelocityPrior(skeleton=FPCAPrior().skeleton)) if make is None else make()
+    agent = TrackingAgent(env, prior, 300, start=truth_start, layers=2, seed=0)
+    assert evaluate(env, agent, 1, seed=1).errors.max() < 0.1
+
+
+def test_smooths_a_walk():
+    env, prior = WalkerTracking(**SMALL), FPCAPrior()
+    observation, _ = env.reset(seed=1)
+    agent, beliefs, joints, over = TrackingAgent(env, prior, 1000, start=truth_start, seed=0), [], [], False
+    agent.reset(observation)
+    while not over:
+        joints.append(env.truth()["joints"])
+        observation, _, _, over, _ = env.step(agent.act(observation))
+        beliefs.append(agent.beliefs[0])
+    drawn = smooth(beliefs, prior, 100, seed=0)
+    smoothed = markers(drawn.reshape(-1, 25), prior.skeleton).reshape(100, len(beliefs), 15, 3)
+    filtered = np.stack([belief.expected_joints(prior.skeleton) for belief in beliefs])
+    # Bodies are of the wrong height here, and few particles are left of early frames: means are no better for it.
+    errors = [np.linalg.norm(said - joints, axis=-1).mean() for said in (filtered, smoothed.mean(axis=0))]
+    assert errors[1] < 1.5 * errors[0]
+    assert errors[0] < 0.06
+    rng = np.random.default_rng(0)
+    apart = np.stack([b.poses[rng.choice(1000, 100, p=np.exp(b.log_weights))] for b in beliefs], axis=1)
+    assert np.abs(np.diff(drawn, 2, axis=1))[..., 3:].mean() < 0.6 * np.abs(np.diff(apart, 2, axis=1))[..., 3:].mean()

@@ -1,0 +1,251 @@
+"""Refining from raw points: derivatives by differences, a dense linear solve, exact walks, outliers, a camera."""
+
+import numpy as np
+import pytest
+
+from benchmarks.models.eigenwalkers import cmu_markers
+from motionenv.errors import GapError, MotionError
+from motionenv.lifting import view_geometry as geometry
+from motionenv.lifting._camera_models import Parallel, Perspective
+from motionenv.lifting.refinement import _BY_MARKER, Start, _precision, _Problem, _State, refine
+from motionenv.models.eigenwalkers.extraction import fourier_walker, steady_stretch
+from motionenv.models.eigenwalkers.fourier_series import columns, positions_at
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
+from motionenv.models.registry import load
+from motionenv.render.cameras import fit_view, project, view
+from motionenv.types import MARKERS, Points
+
+FPS, FRAMES = 30.0, 90
+
+
+@pytest.fixture(scope="module")
+def model():
+    return load("walk/prior")
+
+
+@pytest.fixture(scope="module")
+def walker(model):
+    """Somebody whom the prior finds likely, (5, 15, 3)."""
+    return model.inverse_transform(0.7 * np.sqrt(model.explained_variance_) * np.random.default_rng(3).standard_normal(
+        len(model.components_)))  # fmt: skip
+
+
+def phases(frequency=0.9, phase=0.4):
+    return phase + 2 * np.pi * frequency * np.arange(FRAMES) / FPS
+
+
+def flat(walker, alpha, elevation=0.0, scale=1.0):
+    """The picture (frames, 15, 2) of a walker who drifts across it."""
+    places = positions_at(walker, phases()) @ geometry.axes(alpha, elevation)[:2].T
+    time = np.linspace(-1, 1, FRAMES)[:, None, None]
+    return scale * (places + [0.3, -0.1] + time * [1.2, 0.05] + time**2 * [0.1, 0.0])
+
+
+def near(model, alpha, **changes):
+    values = {"coefficients": model.mean_, "alpha": alpha + 0.1, "frequency": 0.91, "phase": 0.35} | changes
+    return Start(**values)
+
+
+@pytest.mark.parametrize(
+    ("perspective", "unknown"),
+    [(False, ()), (False, ("elevation",)), (False, ("elevation", "scale")), (True, ()), (True, ("elevation",))],
+)
+def test_derivatives_are_those_of_differences(model, perspective, unknown):
+    rng = np.random.default_rng(0)
+    time = np.linspace(-1, 1, 12)
+    basis = np.polynomial.legendre.legvander(time, 2)
+    picture = Perspective(basis, view(0.4, eye_height=2.5), 2.0, 0.2, unknown) if perspective else Parallel(
+        basis, 0.3, 100.0, unknown)  # fmt: skip
+    own = 0.1 * rng.standard_normal(len(picture.names))
+    if perspective and unknown:
+        own[1], own[7] = 1.4, 5.0  # height, and the distance
+    problem = _Problem(model, rng.standard_normal((12, 15, 2)), np.ones((12, 15), bool), picture, time, True)
+    state = _State(model.mean_.reshape(-1)[_BY_MARKER], np.concatenate([[0.7, 0.3, 5.0], own]))
+    _, metres = problem.residual(state)
+    jacobian = problem.jacobian(state)
+    for k in range(225 + len(state.shared)):
+        step = np.zeros(225 + len(state.shared))
+        step[k] = 1e-6
+        ahead, behind = (problem.residual(state.moved(s * step), metres)[0] for s in (1, -1))
+        expected = np.moveaxis((behind - ahead) / 2e-6, 1, 0)
+        if k < 225:
+            np.testing.assert_allclose(jacobian[k // 15, ..., k % 15], expected[k // 15], atol=1e-7)
+        else:
+            np.testing.assert_allclose(jacobian[..., k - 210], expected, atol=1e-7)
+
+
+def test_precision_is_the_inverse_of_the_dense_covariance(model):
+    e = model.components_.reshape(len(model.components_), -1)
+    size = 0.015 * model.mean_.reshape(-1)
+    covariance = (e.T * model.explained_variance_) @ e + np.outer(size, size)
+    covariance += np.diag(np.repeat(model.noise_.reshape(-1), 3))
+    np.testing.assert_allclose(_precision(model) @ covariance, np.eye(225), atol=1e-6)
+
+
+def test_a_step_of_the_linear_problem_is_the_closed_form(model, walker):
+    """With view, phase and frequency held, the normal equations are those of Bayesian linear regression."""
+    time = np.linspace(-1, 1, FRAMES)
+    picture = Parallel(np.ones((FRAMES, 1)), 0.0, 1.0, ())
+    places = positions_at(walker, phases()) @ geometry.axes(0.5)[:2].T
+    problem = _Problem(model, places, np.ones((FRAMES, 15), bool), picture, time, False)
+    middle, turns = phases().mean(), np.ptp(phases()) / 2
+    state = _State(model.mean_.reshape(-1)[_BY_MARKER], np.array([0.5, middle, turns, 0.0, 0.0]))
+    matrix, slope, _ = problem.normal(state, np.full((FRAMES, 15), 1e4))
+    found = state.walker + np.linalg.solve(matrix[:225, :225], slope[:225])
+    shows = np.einsum("th,ic->tihc", columns(phases()), geometry.axes(0.5)[:2]).reshape(-1, 15)
+    design = np.kron(np.eye(15), shows)
+    y = places.transpose(1, 0, 2).reshape(-1)
+    prior = _precision(model)[np.ix_(_BY_MARKER, _BY_MARKER)]
+    expected = np.linalg.solve(1e4 * design.T @ design + prior, 1e4 * design.T @ y + prior @ state.walker)
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("alpha", [-1.2, 0.3, 1.5, 2.8])
+def test_an_exact_walk_comes_back(model, walker, alpha):
+    posterior = refine(model, Points(flat(walker, alpha), FPS, "m"), near(model, alpha))
+    shown = geometry.project(posterior.coefficients - walker, posterior.alpha)
+    assert posterior.converged
+    assert posterior.alpha == pytest.approx(alpha, abs=4 * posterior.standard_deviation("alpha") + 0.01)
+    assert posterior.frequency == pytest.approx(0.9, rel=1e-3)
+    assert np.abs(shown[1:]).max() < 0.01
+    assert np.sqrt(((posterior.positions - positions_at(walker, phases())) ** 2).mean()) < 0.02
+
+
+def test_elevation_and_scale_come_back_in_pixels(model, walker):
+    points = Points(flat(walker, 0.6, 0.25, 180.0) * [1.0, -1.0], FPS, "px")
+    start = near(model, 0.6, elevation=0.1, scale=200.0)
+    posterior = refine(model, points, start, unknown=("alpha", "elevation", "scale"))
+    assert posterior.elevation == pytest.approx(0.25, abs=0.05)
+    assert posterior.scale == pytest.approx(180.0, rel=0.05)
+    assert posterior.standard_deviation("scale") < 0.06
+
+
+def test_planted_outliers_lose_their_weight_and_their_pull(model, walker):
+    rng = np.random.default_rng(1)
+    positions = flat(walker, 0.6) + 0.005 * rng.standard_normal((FRAMES, 15, 2))
+    clean = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
+    planted = rng.random((FRAMES, 15)) < 0.05
+    positions[planted] += 0.3 + 0.2 * rng.random((planted.sum(), 2))
+    posterior = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
+    plain = refine(model, Points(positions, FPS, "m"), near(model, 0.6), robust=False)
+    assert posterior.weights[planted].max() < 0.1
+    assert np.median(posterior.weights[~planted]) > 0.8
+    away = [np.abs(r.positions - clean.positions).max() for r in (posterior, plain)]
+    assert away[0] < 0.01
+    assert away[0] < 0.3 * away[1]
+
+
+def test_markers_lost_throughout_are_filled_and_less_sure(model, walker):
+    positions = flat(walker, 0.6) + 0.003 * np.random.default_rng(0).standard_normal((FRAMES, 15, 2))
+    lost = [MARKERS.index(n) for n in ("left_wrist", "right_knee", "head")]
+    positions[:, lost] = np.nan
+    posterior = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
+    assert np.abs(posterior.positions - positions_at(walker, phases())).max() < 0.1
+    assert (posterior.weights[:, lost] == 0).all()
+    seen = refine(model, Points(flat(walker, 0.6), FPS, "m"), near(model, 0.6))
+    assert (posterior.deviations[:, lost].mean(axis=0) > seen.deviations[:, lost].mean(axis=0)).all()
+
+
+def over_ground(walker, heading=0.0):
+    places = positions_at(walker, phases())
+    places[..., 0] += np.linspace(-1.8, 1.8, FRAMES)[:, None]
+    s, c = np.sin(heading), np.cos(heading)
+    return places @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.8])
+def test_a_walk_before_a_camera_comes_back_where_it_was(model, walker, heading):
+    world = over_ground(walker, heading)
+    camera = fit_view(world, 0.5, elevation=0.15)
+    pixels, _ = project(world, camera)
+    posterior = refine(model, Points(pixels, FPS, "px"), near(model, 0.5 - heading), camera=camera)
+    assert posterior.heading == pytest.approx(heading, abs=0.02)
+    assert posterior.elevation == pytest.approx(0.15, abs=1e-9)
+    assert np.abs(posterior.positions - world).max() < 0.15
+    back, _ = project(posterior.positions, posterior.camera)
+    assert np.abs(back - pixels).max() < 2.0
+
+
+def test_a_camera_of_unknown_pose(model, walker):
+    world = over_ground(walker)
+    camera = fit_view(world, 0.3, elevation=0.2)
+    pixels, _ = project(world, camera)
+    start = near(model, 0.3, elevation=0.1)
+    posterior = refine(model, Points(pixels, FPS, "px"), start, camera=camera, unknown=("alpha", "elevation"))
+    assert posterior.elevation == pytest.approx(0.2, abs=0.05)
+    assert posterior.alpha == pytest.approx(0.3, abs=0.1)
+    back, _ = project(posterior.positions, posterior.camera)
+    assert np.abs(back - pixels).max() < 2.0
+
+
+def test_deviations_are_those_of_drawn_posteriors(model, walker):
+    positions = flat(walker, 0.6) + 0.01 * np.random.default_rng(2).standard_normal((FRAMES, 15, 2))
+    posterior = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
+    rng = np.random.default_rng(0)
+    order = len(posterior._joint)
+    draws = np.linalg.cholesky(posterior._joint + 1e-15 * np.eye(order)) @ rng.standard_normal((order, 4000))
+    time = np.linspace(-1, 1, FRAMES)[::30]
+    middle, turns = phases().mean(), np.ptp(phases()) / 2
+    moved = [
+        positions_at(posterior.coefficients + d[:225].reshape(5, 15, 3), middle + d[226] + time * (turns + d[227]))
+        for d in draws.T
+    ]
+    variance = np.var(moved, axis=0) * posterior.inflation[:, None] + posterior.deviation[:, None] ** 2
+    np.testing.assert_allclose(posterior.deviations[::30], np.sqrt(variance), rtol=0.1)
+
+
+def test_what_does_not_go_together_is_named(model, walker):
+    points, start = Points(flat(walker, 0.6), FPS, "m"), near(model, 0.6)
+    with pytest.raises(MotionError, match="in pixels"):
+        refine(model, points, start, camera=view(0.0))
+    with pytest.raises(MotionError, match="unknown must be"):
+        refine(model, points, start, unknown=("height",))
+    with pytest.raises(MotionError, match="drift"):
+        refine(model, points, start, drift=-1)
+    with pytest.raises(MotionError, match="Start needs"):
+        near(model, np.nan)
+    with pytest.raises(GapError, match="strides"):
+        refine(model, Points(points.positions[:30], FPS, "m"), start)
+    few = np.array(points.positions)
+    few[:, 2:] = np.nan
+    with pytest.raises(GapError, match="at least three"):
+        refine(model, Points(few, FPS, "m"), start)
+
+
+def test_a_person_left_out_is_told_within_bounds(mocap):
+    """Raw frames at 30 fps of people that the prior has not seen: direction, depth, and how often bands hold it."""
+    markers, people = cmu_markers(mocap)
+    kept = [(m, fourier_walker(m), p) for m, p in zip(markers, people, strict=True) if m.name != "38_02"]
+    others = [(w, p) for _, w, p in kept if p != "16"]
+    prior = WalkerPrior().fit([w for w, _ in others], [p for _, p in others])
+    angles, squares, inside = [], [], []
+    for m, w, _ in [k for k in kept if k[2] == "16"][::3]:
+        still, phase = in_place(m, w)
+        for alpha in np.radians([-60.0, 0.0, 45.0]):
+            axes = geometry.axes(alpha)
+            start = Start(prior.mean_, alpha + 0.1, w.frequency * 1.01, phase + 0.1)
+            posterior = refine(prior, Points(still @ axes[:2].T, 30.0, "m"), start)
+            off = (posterior.positions - still) @ axes[2]
+            deviations = posterior.deviations @ np.abs(axes[2])
+            angles.append(np.degrees(posterior.alpha - alpha))
+            squares.append((off**2).mean())
+            inside.append((np.abs(off) < 1.645 * deviations).mean())
+    assert np.abs(angles).mean() < 3.0
+    assert np.sqrt(np.mean(squares)) < 0.035
+    assert 0.8 < np.mean(inside)
+
+
+def in_place(markers, walker):
+    """Every fourth frame (n, 15, 3) [m] of a walk as on a treadmill, facing x, and the phase of the first of them."""
+    positions = markers.positions[steady_stretch(markers)]
+    time = (np.arange(len(positions)) - (len(positions) - 1) / 2) / markers.fps
+    waves = columns(2 * np.pi * walker.frequency * time)
+    way = (time / time[-1])[:, None] ** np.arange(1, 4)
+    fitted = np.linalg.lstsq(np.hstack([waves, way]), positions[:, MARKERS.index("pelvis")], rcond=None)[0]
+    travel = way @ (fitted[5:] * [1.0, 1.0, 0.0])
+    x, y = (travel[-1] - travel[0])[:2] / np.hypot(*(travel[-1] - travel[0])[:2])
+    still = (positions - travel[:, None]) @ np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]]).T
+    w = np.linalg.lstsq(waves, still.reshape(len(still), -1), rcond=None)[0].reshape(5, 15, 3)
+    lead = w[1:3, MARKERS.index("left_ankle"), 0] - w[1:3, MARKERS.index("right_ankle"), 0]
+    phase = 2 * np.pi * walker.frequency * time[0] - np.arctan2(lead[0], lead[1])
+    return (still + (walker.coefficients[0] - w[0]).mean(axis=0))[::4], phase

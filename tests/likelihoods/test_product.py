@@ -1,0 +1,109 @@
+"""Products of likelihoods: sums of logs, one pass or several, robust part, misuse."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height
+from motionenv.errors import MotionError
+from motionenv.likelihoods import AppearanceLikelihood, SilhouetteLikelihood
+from motionenv.likelihoods.edges import EdgeLikelihood
+from motionenv.likelihoods.product import ProductLikelihood
+from motionenv.likelihoods.protocols import accepted
+from motionenv.render import Raycaster
+from motionenv.render.cameras import look_at, view
+
+
+def walking(n, seed=0):
+    poses = 0.3 * np.random.default_rng(seed).normal(size=(n, 25))
+    poses[:, 2] = 0.93
+    return poses
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize(
+    "camera",
+    [
+        view(0.3, width=64, height=64, distance=4.0),
+        view(1.0, width=150, height=90, distance=4.0),
+        look_at((0.9, 0.3, 1.2), (0, 0, 1.0), width=65, height=64, fov_degrees=70),
+    ],
+)
+def test_one_pass_says_what_each_model_says(camera, threads):
+    poses = walking(301)
+    silhouettes, edges = SilhouetteLikelihood(camera, threads=threads), EdgeLikelihood(camera, threads=threads)
+    product = ProductLikelihood([silhouettes, edges], [0.7, 0.4])
+    product.observe(mask=Raycaster().render(poses[0], from_height(), camera, rgb=False).limbs)
+    apart = 0.7 * silhouettes.log_likelihood(poses) + 0.4 * edges.log_likelihood(poses)
+    np.testing.assert_allclose(product.log_likelihood(poses), apart, atol=1e-9)
+    other_order = ProductLikelihood([edges, silhouettes], [0.4, 0.7])
+    np.testing.assert_allclose(other_order.log_likelihood(poses), apart, atol=1e-9)
+
+
+class Constant:
+    """A likelihood that says what it is told."""
+
+    def observe(self, *, said):
+        self.said = np.asarray(said, dtype=np.float64)
+
+    def log_likelihood(self, poses):
+        return self.said
+
+
+class Place:
+    """A likelihood that is a function of how far ahead a body is; far away it is -3."""
+
+    def observe(self, *, at):
+        self.at = at
+
+    def log_likelihood(self, poses):
+        ahead = np.asarray(poses)[:, 0]
+        return np.where(np.abs(ahead) < 1e3, -0.5 * (ahead - self.at) ** 2, -3.0)
+
+
+def test_the_outlier_part_bounds_what_a_frame_can_rule_out():
+    product = ProductLikelihood([Place()], [2.0], outliers=0.01)
+    product.observe(at=0.0)
+    poses = walking(4)
+    poses[:, 0] = 0.0, 1.0, 10.0, 500.0
+    expected = np.log(0.99 * np.exp([0.0, -1.0, -100.0, -np.inf]) + 0.01 * np.exp(-6.0))
+    np.testing.assert_allclose(product.log_likelihood(poses), expected, atol=1e-12)
+    # Each pose by itself says the same: the level doesn't hang on the company.
+    alone = np.concatenate([product.log_likelihood(pose[None]) for pose in poses])
+    np.testing.assert_array_equal(product.log_likelihood(poses), alone)
+
+
+def test_each_model_gets_the_form_of_the_picture_that_says_most_to_it():
+    camera = view(0.0, width=64, height=64, distance=4.0)
+    frame = Raycaster().render(walking(1)[0], from_height(), camera)
+    observation = {"rgb": frame.rgb, "mask": frame.limbs, "depth": frame.depth}
+    product = ProductLikelihood([SilhouetteLikelihood(camera), AppearanceLikelihood(camera)])
+    product.observe(**observation)
+    alone = SilhouetteLikelihood(camera)
+    alone.observe(mask=frame.limbs)
+    np.testing.assert_array_equal(product.log_likelihood(walking(5)), alone.log_likelihood(walking(5)))
+    product.learn(walking(1))
+    assert not np.array_equal(product.log_likelihood(walking(5)), alone.log_likelihood(walking(5)))
+    np.testing.assert_array_equal(product.foreground, alone.foreground)
+    assert product.camera is camera
+    assert product.skeleton.height == alone.skeleton.height
+    assert accepted(product, ["mask", "rgb", "sound"]) == ["mask", "rgb"]
+    assert accepted(alone, ["rgb", "mask"]) == ["mask"]
+    with pytest.raises(MotionError, match="camera"):
+        _ = ProductLikelihood([Constant()]).camera
+
+
+def test_misuse():
+    with pytest.raises(MotionError, match="no"):
+        ProductLikelihood([])
+    with pytest.raises(MotionError, match="weights"):
+        ProductLikelihood([Constant()], [1.0, 2.0])
+    with pytest.raises(MotionError, match="weights"):
+        ProductLikelihood([Constant()], [-1.0])
+    with pytest.raises(MotionError, match="outliers"):
+        ProductLikelihood([Constant()], outliers=1.0)
+    with pytest.raises(MotionError, match="sound"):
+        ProductLikelihood([Constant()]).observe(sound=1)
+    product = ProductLikelihood([SilhouetteLikelihood(view(0.0)), EdgeLikelihood(view(0.0))])
+    with pytest.raises(MotionError, match="observe"):
+        product.log_likelihood(walking(1))
+    product.forget()

@@ -1,0 +1,326 @@
+"""2D points in files: tables that come back to the last digit, COCO keypoints by their definition, damaged files."""
+
+import json
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motionenv.errors import FormatError, MotionError
+from motionenv.mocap.keypoints.coco import KEYPOINTS
+from motionenv.mocap.keypoints.points2d import read_points, write_points
+from motionenv.types import MARKERS, Points
+
+RATES = st.one_of(
+    st.sampled_from([24.0, 25.0, 29.97, 30.0, 59.94, 60.0, 100.0, 119.88, 120.0, 30000 / 1001, 24000 / 1001]),
+    st.floats(5, 500).map(lambda f: float(f"{f:.6g}")),
+)
+
+
+def at(name) -> int:
+    return MARKERS.index(name)
+
+
+def some_points(seed=0, frames=12, fps=30.0, unit="px", gaps=0.2) -> Points:
+    rng = np.random.default_rng(seed)
+    positions = rng.normal(0, 10.0 ** rng.integers(-3, 4), (frames, 15, 2))
+    positions[rng.random((frames, 15)) < gaps] = np.nan
+    return Points(positions, fps, unit)
+
+
+def person(x=200.0, score=0.9) -> list[float]:
+    """One detection of a standing person."""
+    where = np.array([[x + 3 * i, 100.0 + 10 * i] for i in range(17)])
+    return np.column_stack([where, np.full(17, score)]).ravel().tolist()
+
+
+def results(frames=10, **changes) -> list[dict]:
+    return [
+        {"image_id": i, "category_id": 1, "keypoints": person(200 + i), "score": 0.9, **changes} for i in range(frames)
+    ]
+
+
+def saved(tmp_path, content, name="a.json") -> str:
+    path = tmp_path / name
+    path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+    return str(path)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 1000), st.integers(2, 40), RATES, st.sampled_from(["m", "px"]), st.floats(0, 1))
+def test_tables_come_back_to_the_last_digit(tmp_path_factory, seed, frames, fps, unit, gaps):
+    path = tmp_path_factory.mktemp("table") / "walk.csv"
+    points = some_points(seed, frames, fps, unit, gaps)
+    write_points(points, path)
+    back = read_points(path)
+    np.testing.assert_array_equal(back.positions, points.positions)
+    assert (back.unit, back.name) == (unit, "walk")
+    # More than one rate can give the same times, of a few frames
+    assert back.fps == pytest.approx(fps, rel=1e-12)
+    np.testing.assert_array_equal(np.arange(frames) / back.fps, np.arange(frames) / fps)
+
+
+def test_markers_without_columns_and_rows_left_out_are_gaps(tmp_path):
+    text = "frame,head_y_m,head_x_m,left_knee_x_m,left_knee_y_m\n7,2,1,3,4\n8,,5,6,7\n\n10,9,8,,\n"
+    points = read_points(saved(tmp_path, text, "a.csv"), fps=50)
+    assert (points.fps, points.unit, len(points.positions)) == (50, "m", 4)
+    expected = np.full((4, 15, 2), np.nan)
+    expected[[0, 3], at("head")] = [[1, 2], [8, 9]]
+    expected[[0, 1], at("left_knee")] = [[3, 4], [6, 7]]
+    np.testing.assert_array_equal(points.positions, expected)
+
+
+def test_times_rounded_to_milliseconds_give_the_rate(tmp_path):
+    rows = [f"{i / 30:.3f},1,2" for i in range(300) if i % 7]
+    points = read_points(saved(tmp_path, "\n".join(["time_s,head_x_px,head_y_px", *rows]), "a.csv"))
+    assert points.fps == pytest.approx(30, rel=1e-4)
+    assert len(points.positions) == 299
+    assert np.isnan(points.positions[6::7]).all()
+
+
+def test_a_unit_that_is_said_stands_before_the_columns(tmp_path):
+    path = saved(tmp_path, "time_s,head_x_m,head_y_m\n0,1000,1700\n0.1,1010,1690\n", "a.csv")
+    np.testing.assert_allclose(read_points(path, unit="mm").positions[:, 0], [[1.0, 1.7], [1.01, 1.69]])
+    assert read_points(path, unit="px").unit == "px"
+    with pytest.raises(MotionError, match="unit must be"):
+        read_points(path, unit="furlong")
+
+
+def test_coco_keypoints_become_markers(tmp_path):
+    points = read_points(saved(tmp_path, results()), fps=25)
+    assert (points.unit, points.fps, points.positions.shape) == ("px", 25, (10, 15, 2))
+    k = np.array(person(200)).reshape(17, 3)[:, :2]
+    where = {name: k[KEYPOINTS.index(name)] for name in KEYPOINTS}
+    hips, shoulders = (0.5 * (where[f"left_{n}"] + where[f"right_{n}"]) for n in ("hip", "shoulder"))
+    first = dict(zip(MARKERS, points.positions[0], strict=True))
+    for name in MARKERS[3:]:
+        np.testing.assert_array_equal(first[name], where[name])
+    np.testing.assert_allclose(first["head"], 0.5 * (where["left_ear"] + where["right_ear"]))
+    np.testing.assert_allclose(first["pelvis"], hips)
+    np.testing.assert_allclose(first["sternum"], 0.895 * shoulders + 0.105 * hips)
+
+
+def test_the_sternum_of_coco_is_where_cmu_walkers_have_theirs(mocap):
+    from motionenv.mocap import read, to_markers
+
+    p = to_markers(read(mocap / "cmu_asfamc" / "07" / "07_01.amc", fps=120)).positions
+    shoulders, hips = (0.5 * (p[:, at(f"left_{n}")] + p[:, at(f"right_{n}")]) for n in ("shoulder", "hip"))
+    off = np.linalg.norm(shoulders + 0.105 * (hips - shoulders) - p[:, at("sternum")], axis=-1)
+    assert np.median(off) < 0.03
+
+
+@pytest.mark.parametrize(
+    ("hidden", "lost"),
+    [
+        (("left_knee",), {"left_knee"}),
+        (("left_ear",), set()),
+        (("left_ear", "right_ear"), {"head"}),
+        (("right_hip",), {"right_hip", "pelvis", "sternum"}),
+        (("nose", "left_eye"), set()),
+    ],
+)
+@pytest.mark.parametrize("how", ["score", "zeros"])
+def test_what_is_unsure_is_a_gap(tmp_path, hidden, lost, how):
+    content = results()
+    for name in hidden:
+        i = 3 * KEYPOINTS.index(name)
+        content[4]["keypoints"][i : i + 3] = [7.0, 8.0, 0.29] if how == "score" else [0, 0, 0]
+    points = read_points(saved(tmp_path, content), fps=25)
+    gone = np.isnan(points.positions).all(-1)
+    assert {MARKERS[m] for m in np.flatnonzero(gone[4])} == lost
+    assert gone.sum() == len(lost)
+    assert not np.isnan(read_points(saved(tmp_path, results(1)), fps=25, confidence=0.9).positions).any()
+
+
+def test_frames_are_ordered_and_missing_ones_are_gaps(tmp_path):
+    content = [c for c in results(12) if c["image_id"] not in (3, 4)][::-1]
+    numbered = read_points(saved(tmp_path, content), fps=25)
+    assert np.flatnonzero(np.isnan(numbered.positions).all((1, 2))).tolist() == [3, 4]
+    for entry in content:
+        entry["image_id"] = f"walk2_{entry['image_id']}.jpg"
+    named = read_points(saved(tmp_path, content), fps=25)
+    np.testing.assert_array_equal(named.positions, numbered.positions)
+
+
+def test_a_data_set_has_a_frame_per_image(tmp_path):
+    images = [{"id": 900 - i, "file_name": f"f{i}.png"} for i in range(12)]
+    annotations = [
+        {
+            "image_id": 900 - i,
+            "category_id": 1,
+            "id": i,
+            "keypoints": [v if j % 3 < 2 else 2 for j, v in enumerate(person(200 + i))],
+        }
+        for i in range(12)
+        if i != 5
+    ]
+    annotations[0]["keypoints"][3 * KEYPOINTS.index("left_wrist") + 2] = 0
+    annotations[1]["keypoints"][3 * KEYPOINTS.index("left_wrist") + 2] = 1
+    points = read_points(saved(tmp_path, {"images": images[::-1], "annotations": annotations}), fps=25)
+    gone = np.isnan(points.positions).all(-1)
+    assert gone[5].all()
+    assert np.argwhere(np.delete(gone, 5, 0)).tolist() == [[0, at("left_wrist")]]
+    assert (np.diff(points.positions[6:, at("left_knee"), 0]) == 1).all()
+
+
+def two_people() -> list[dict]:
+    """Two who pass each other, and one who shows up once."""
+    out = [{"image_id": 5, "keypoints": person(900)}]
+    for i in range(40):
+        out.append({"image_id": i, "keypoints": person(100 + 5 * i, 0.8)})
+        if i < 30:
+            other = np.array(person(400 - 5 * i, 0.95))
+            other[1::3] += 150
+            out.append({"image_id": i, "keypoints": other.tolist()})
+    return out
+
+
+def test_several_people_are_asked_about_and_followed(tmp_path):
+    path = saved(tmp_path, two_people())
+    with pytest.raises(FormatError, match=r"shows 2 people.*person=.*0: 40 frames.*1: 30 frames"):
+        read_points(path, fps=25)
+    first, second = (read_points(path, fps=25, person=i).positions for i in (0, 1))
+    assert (np.diff(first[:, at("left_hip"), 0]) == 5).all()
+    assert (np.diff(second[:30, at("left_hip"), 0]) == -5).all()
+    assert np.isnan(second[30:]).all()
+    with pytest.raises(FormatError, match="no person 7"):
+        read_points(path, fps=25, person=7)
+
+
+def test_track_ids_say_who_is_who(tmp_path):
+    content = [
+        {"image_id": i, "keypoints": person(x + 400 * (i % 2)), "track_id": t}
+        for i in range(9)
+        for t, x in ((3, 1.0), (5, 2.0))
+    ]
+    where = read_points(saved(tmp_path, content), fps=25, person=1).positions[:, at("left_hip"), 0]
+    assert sorted(np.abs(np.diff(where)).tolist()) == [400.0] * 8
+
+
+DAMAGED = {
+    "cut off": (json.dumps(results())[:300], "isn't complete JSON"),
+    "empty": ("", "empty"),
+    "nan": (json.dumps(results()).replace("0.9", "NaN", 1), "NaN"),
+    "infinite": (json.dumps(results()).replace("0.9", "1e999", 1), "keypoints must be numbers"),
+    "huge": (json.dumps(results()).replace("0.9", "9" * 5000, 1), "JSON"),
+    "deep": ("[" * 100_000, "nested"),
+    "a number": ("3", "list of results"),
+    "no people": ([], "no person"),
+    "no dicts": ([[1, 2]], "must be an object"),
+    "short": (results(3, keypoints=[1.0, 2.0, 3.0]), "51 numbers"),
+    "texts": (results(3, keypoints=["1"] * 51), "keypoints must be numbers"),
+    "truths": (results(3, keypoints=[True] * 51), "keypoints must be numbers"),
+    "nested": (results(3, keypoints=[[1, 2, 3]] * 17), "51 numbers"),
+    "no keypoints": ([{"image_id": 1}], "51 numbers"),
+    "no image": ([{"keypoints": person()}], "image_id"),
+    "wordy image": (results(3, image_id="frame"), "number of a frame"),
+    "cats": (results(3, category_id=17), "no person"),
+    "bomb": ([*results(3), *results(1, image_id=10**15)], "span"),
+    "long": (results(1) + results(1, image_id=-(10**30)), "span"),
+    "no images": ({"annotations": []}, '"images"'),
+    "images": ({"images": [3], "annotations": []}, r"images\[0\]"),
+    "stranger": ({"images": [{"id": 1}], "annotations": results(3)}, "no image has the id 0"),
+    "twice": ({"images": [{"id": 1}, {"id": 1}], "annotations": results(3)}, "same id"),
+    "crowd": (results(1) * 101, "101 people"),
+    "track": (results(3, track_id=[1]), "track_id"),
+    "track twice": (results(1, track_id=1) * 2, "twice in frame"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+def test_damaged_json_says_what_is_wrong(tmp_path, damage):
+    content, says = DAMAGED[damage]
+    with pytest.raises(FormatError, match=says) as error:
+        read_points(saved(tmp_path, content), fps=25)
+    assert "a.json" in str(error.value)
+    assert len(str(error.value)) < 500
+
+
+HEAD = "time_s,head_x_m,head_y_m\n"
+WRONG = {
+    "empty": ("", "empty"),
+    "no column": ("a,b\n1,2\n", "first column"),
+    "typo": ("time_s,haed_x_m,haed_y_m\n0,1,2\n1,1,2\n", "haed_x_m"),
+    "3D": ("time_s,head_x_m,head_y_m,head_z_m\n0,1,2,3\n", "3D"),
+    "half": ("time_s,head_x_m\n0,1\n1,2\n", "x and y of each"),
+    "units": ("time_s,head_x_m,head_y_px\n0,1,2\n1,2,3\n", "all in m or all in px"),
+    "nothing": ("time_s\n0\n1\n", "all in m or all in px"),
+    "twice": ("time_s,head_x_m,head_x_m\n0,1,2\n", "twice"),
+    "one row": (HEAD + "0,1,2\n", "2 to"),
+    "word": (HEAD + "0,1,2\n1,x,2\n", "line 3: head_x_m must be a number, got 'x'"),
+    "infinite": (HEAD + "0,1,2\n1,inf,2\n", "finite"),
+    "nan": (HEAD + "0,1,2\n1,nan,2\n", "finite"),
+    "ragged": (HEAD + "0,1,2\n1,1\n", "line 3: expected 3 columns"),
+    "no time": (HEAD + "0,1,2\n,1,2\n", "line 3: time_s must be there"),
+    "backwards": (HEAD + "0,1,2\n1,1,2\n0.5,1,2\n", "must grow"),
+    "irregular": (HEAD + "0,1,2\n1,1,2\n2,1,2\n3.5,1,2\n", "regular"),
+    "bomb": (HEAD + "0,1,2\n1,1,2\n2,1,2\n1e6,1,2\n", "more than 100000"),
+    "frames": ("frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n", "give fps="),
+    "quote": (HEAD + '0,"1,2\n', "CSV"),
+    "binary": ("time_s\0", "binary"),
+    "long": (HEAD + "".join(f"{i},1,2\n" for i in range(100_001)), "100000"),
+}
+
+
+@pytest.mark.parametrize("damage", WRONG)
+def test_damaged_tables_say_what_is_wrong(tmp_path, damage):
+    text, says = WRONG[damage]
+    with pytest.raises(FormatError, match=says) as error:
+        read_points(saved(tmp_path, text, "a.csv"))
+    assert "a.csv" in str(error.value)
+
+
+@settings(max_examples=150)
+@given(st.data())
+def test_no_damage_gives_anything_but_a_format_error(tmp_path_factory, data):
+    whole = data.draw(st.sampled_from([json.dumps(results(3)), HEAD + "0,1,2\n1,3,4\n2,5,6\n"]))
+    for _ in range(data.draw(st.integers(1, 4))):
+        i, j = sorted(data.draw(st.tuples(st.integers(0, len(whole)), st.integers(0, len(whole)))))
+        word = data.draw(st.sampled_from(["", "0", "null", "[", "{", '"', "1e400", "-", "\n", ",", "true", "\0", "é"]))
+        whole = whole[:i] + word + (whole[j:] if data.draw(st.booleans()) else whole[i:])
+    path = tmp_path_factory.mktemp("damaged") / data.draw(st.sampled_from(["a.json", "a.csv"]))
+    path.write_text(whole, encoding="utf-8")
+    with suppress(FormatError):
+        read_points(path, fps=30)
+
+
+@settings(max_examples=60)
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats(-1e6, 1e6) | st.integers() | st.text(max_size=3),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(
+                st.sampled_from(
+                    ["image_id", "keypoints", "images", "annotations", "categories", "id", "category_id", "track_id"]
+                ),
+                inner,
+            )
+        ),
+    )
+)
+def test_any_json_gives_a_format_error(tmp_path_factory, content):
+    path = tmp_path_factory.mktemp("any") / "a.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(FormatError):
+        read_points(path, fps=30)
+
+
+def test_settings_are_checked(tmp_path):
+    path = saved(tmp_path, results())
+    with pytest.raises(FormatError, match="frame rate"):
+        read_points(path)
+    with pytest.raises(MotionError, match="fps"):
+        read_points(path, fps=0)
+    with pytest.raises(MotionError, match="confidence"):
+        read_points(path, fps=30, confidence=2)
+    with pytest.raises(FormatError, match="can't be read"):
+        read_points(tmp_path / "none.json", fps=30)
+    with pytest.raises(FormatError, match="must be COCO"):
+        read_points(saved(tmp_path, "x", "a.txt"), fps=30)
+    with pytest.raises(MotionError, match="two frames"):
+        write_points(some_points(frames=1), tmp_path / "b.csv")
+    with pytest.raises(FormatError, match="regular"):
+        read_points(saved(tmp_path, "frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n2.5,1,2\n", "a.csv"), fps=30)

@@ -1,0 +1,136 @@
+import re
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from motionenv import mocap as files
+from motionenv.errors import FormatError
+from motionenv.mocap.formats import npz
+from motionenv.types import Markers, Motion, Skeleton
+
+#: What files of the collection need besides their path, and why.
+NEEDS = {
+    r"\.amc$": {"fps": 120},  # not in the format
+    r"^cmu_bvh_misc/(?!arm)|01_01\.bvh$": {"unit": "cmu"},  # not in the format
+    r"^cmu_bvh_misc/arm\.bvh$|sinusoidal": {"unit": "m"},  # toys of a few units
+    r"sample28/(dynamic|standing)\.C3D$|561xxa01": {"unit": "mm", "up": "y"},  # no POINT:UNITS
+}
+
+#: Files that can't be read, and what is wrong with them.
+FAULTS = {
+    r"sgi_(int|real)\.c3d$|Eb015s[ir]\.c3d$|MACsample\.c3d$": "block 2: is in SGI/MIPS byte order",
+    r"phasespace_sample\.c3d$": "block 1: the header says 40 points over 701 frames, the data hold 0 points",
+    r"Empty\.trc$": "is empty",
+    r"Truncated\.trc$": "line 2: is truncated inside its header",
+    r"AlanBug2/step_width\.trc$": "line 506: 'NumFrames' says 27107, but there are 501",
+}
+
+#: Files of which nothing but gaps is to be had: all points are coded as missing.
+ALL_GAPS = r"parameterOverflow\.c3d$"
+
+
+def found(table, name, default):
+    return next((value for pattern, value in table.items() if re.search(pattern, name)), default)
+
+
+def test_every_file_of_the_collection_reads_right_or_says_what_is_wrong(mocap):
+    every = [p for p in sorted(mocap.rglob("*")) if p.suffix.lower() in (".amc", ".bvh", ".c3d", ".trc")]
+    bandai = [p for p in every if "bandai_namco" in p.parts]
+    paths = [p for p in every if "bandai_namco" not in p.parts] + bandai[::16]
+    assert len(paths) > 150
+
+    def check(path):
+        name = path.relative_to(mocap).as_posix()
+        options = found(NEEDS, name, {})
+        fault = found(FAULTS, name, None)
+        if options:
+            with pytest.raises(FormatError, match=f"pass {'(its )?unit|fps'}"):
+                files.read(path)
+        if fault:
+            with pytest.raises(FormatError, match=re.escape(fault)):
+                files.read(path, **options)
+            return
+        got = files.read(path, **options)
+        assert isinstance(got, Markers)
+        assert len(set(got.names)) == len(got.names) > 0
+        assert 20 <= got.fps <= 500 or path.stem in ("arm", "rest")
+        size = np.abs(got.positions[np.isfinite(got.positions)])
+        if re.search(ALL_GAPS, name):
+            assert np.isnan(got.positions).mean() > 0.5
+        else:
+            assert np.percentile(size, 99) < 20, name  # metres: a person on a stage, or a toy
+            assert np.percentile(size, 99) > 0.1, name
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(check, paths))
+
+
+def test_the_suffix_picks_the_reader_in_any_case(tmp_path):
+    path = tmp_path / "a.NPZ"
+    skeleton = Skeleton(np.zeros((16, 3)), np.zeros((1, 2)), 1.7)
+    npz.write(Motion(np.zeros((3, 25)), skeleton, 100.0), path)
+    assert isinstance(files.read(path), Motion)
+
+
+def test_an_unknown_suffix_lists_what_can_be_read(tmp_path):
+    with pytest.raises(FormatError, match=r"suffix '\.fbx'; supported are \.amc, \.bvh, \.c3d, \.trc, \.npz"):
+        files.read(tmp_path / "a.fbx")
+
+
+@pytest.mark.parametrize(("name", "options"), [("a.npz", {"fps": 3}), ("a.bvh", {"asf": "b"}), ("a.amc", {"up": "z"})])
+def test_options_that_mean_nothing_to_a_format_are_refused(tmp_path, name, options):
+    with pytest.raises(FormatError, match=f"{next(iter(options))} can't be given for a"):
+        files.read(tmp_path / name, **options)
+
+
+SUFFIXES = ["amc", "bvh", "c3d", "trc", "npz"]
+JUNK = {
+    "missing": (None, "can't be read: No such file"),
+    "empty": (b"", "is empty"),
+    "blank": (b" \r\n\t\n", "is empty"),
+    "zeros": (bytes(5000), "is binary|isn't a C3D file|isn't an NPZ file"),
+    "noise": (np.random.default_rng(1).bytes(5000), "is binary|isn't a C3D file|isn't an NPZ file"),
+    "UTF-16": ("HIERARCHY\n".encode("utf-16"), "is UTF-16|isn't a C3D file|isn't an NPZ file"),
+    "Latin-1": (b"HIERARCHY\nROOT H\xfcfte\n", "line 2: is not UTF-8|isn't a C3D file|isn't an NPZ file"),
+    "prose": (
+        b"Once upon a time\nthere was a walk.\n",
+        "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|'Once'",
+    ),
+}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize(("content", "problem"), JUNK.values(), ids=JUNK)
+def test_junk_is_refused_by_every_reader(tmp_path, suffix, content, problem):
+    path = tmp_path / f"a.{suffix}"
+    if content is not None:
+        path.write_bytes(content)
+    (tmp_path / "a.asf").write_text(
+        ":units\nlength 1\n:root\norder\nposition 0 0 0\norientation 0 0 0\n:bonedata\n:hierarchy\n"
+    )
+    options = {"fps": 120} if suffix == "amc" else {}
+    with pytest.raises(FormatError, match=problem) as caught:
+        files.read(path, **options)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_folder_is_no_file(tmp_path, suffix):
+    path = tmp_path / f"a.{suffix}"
+    path.mkdir()
+    with pytest.raises(FormatError, match="can't be read: Is a directory"):
+        files.read(path, **({"fps": 120} if suffix == "amc" else {}))
+
+
+def test_long_captures_read_in_proportion(tmp_path):
+    """A minute of 31 joints at 120 fps takes seconds, not minutes: parsing and kinematics loop over no frames twice."""
+    joints = "".join(f"JOINT j{i} {{\nOFFSET 0 5 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n" for i in range(30))
+    head = "HIERARCHY\nROOT r {\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n" + joints + "}\n" * 31
+    row = " ".join(["1.25"] * 93) + "\n"
+    path = tmp_path / "long.bvh"
+    path.write_text(f"{head}MOTION\nFrames: 7200\nFrame Time: 0.00833333\n" + row * 7200)
+    began = time.perf_counter()
+    assert files.read(path).positions.shape == (7200, 31, 3)
+    assert time.perf_counter() - began < 20

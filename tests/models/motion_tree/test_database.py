@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.body import mirror
+from motionenv.errors import MotionError
+from motionenv.models.motion_tree.clips import read_clips
+from motionenv.models.motion_tree.database import Clip, build_database
+from motionenv.models.motion_tree.features import parameters
+from motionenv.models.synthesis import scaled
+from motionenv.types import Motion
+
+
+@pytest.fixture(scope="module")
+def clips():
+    model = motionenv.load("walk/fpca")
+    seconds = (2.0, 1.0, 11 / 30)
+    return [
+        Clip(model.synthesize(seconds=s, fps=30, seed=i, height=1.75), f"clip {i}", "walk", str(i % 2))
+        for i, s in enumerate(seconds)
+    ]
+
+
+def test_windows_never_cross_sequences_and_have_successors(clips):
+    database = build_database(clips)
+    assert np.diff(database.starts).tolist() == [60, 30, 11]
+    by_hand = [t for a, b in ((0, 60), (60, 90), (90, 101)) for t in range(b) if t - 9 >= a and t + 1 < b]
+    assert database.windows.tolist() == by_hand
+    assert database.sequence_of(database.windows).tolist() == [0] * 50 + [1] * 20 + [2]
+
+
+def test_a_sequence_is_the_clip_from_the_origin(clips):
+    database = build_database(clips)
+    first = database.motion(0)
+    np.testing.assert_allclose(first.poses[0, [0, 1, 5]], 0, atol=1e-7)
+    np.testing.assert_allclose(parameters(first.poses)[:, :25], parameters(clips[0].motion.poses)[:, :25], atol=1e-5)
+    assert (database.clips, database.activities, database.persons) == (
+        ("clip 0", "clip 1", "clip 2"),
+        ("walk",) * 3,
+        ("0", "1", "0"),
+    )
+
+
+def test_mirror_images_follow_their_clips(clips):
+    database = build_database(clips[:2], mirrored=True)
+    assert database.mirrored.tolist() == [False, True, False, True]
+    np.testing.assert_allclose(database.motion(1).poses, mirror(database.motion(0).poses), atol=1e-6)
+
+
+def test_lengths_are_told_on_one_body(clips):
+    tall = Clip(scaled(clips[0].motion, 1.95), "tall")
+    database = build_database([clips[0], tall])
+    np.testing.assert_allclose(database.motion(1).poses, database.motion(0).poses, atol=1e-6)
+    on_tall = build_database([clips[0]], skeleton=tall.motion.skeleton)
+    np.testing.assert_allclose(on_tall.poses[:, :3].max() / database.poses[:60, :3].max(), 1.95 / 1.75, rtol=1e-5)
+
+
+def test_gaps_make_sequences_of_their_own(clips):
+    poses = clips[0].motion.poses.copy()
+    poses[30, 20] = np.nan
+    database = build_database([Clip(Motion(poses, clips[0].motion.skeleton, 30.0), "gap")])
+    assert np.diff(database.starts).tolist() == [30, 29]
+    assert database.clips == ("gap", "gap")
+    assert np.isfinite(database.poses).all()
+
+
+def test_short_clips_are_reported_and_only_short_ones_refused(clips):
+    short = Clip(Motion(clips[0].motion.poses[:10], clips[0].motion.skeleton, 30.0), "brief")
+    told = []
+    assert build_database([short, clips[1]], on_short=told.append).clips == ("clip 1",)
+    assert told == ["brief"]
+    with pytest.raises(MotionError, match=r"at least 11 frames at 30 frames/s .* only shorter ones, the last 'brief'"):
+        build_database([short])
+    with pytest.raises(MotionError, match="no clips at all"):
+        build_database([])
+
+
+def test_there_is_no_such_sequence(clips):
+    with pytest.raises(MotionError, match=r"from 0 to 2, got 3"):
+        build_database(clips).motion(3)
+
+
+def test_capture_is_read_with_tags_from_its_names(mocap):
+    folder = mocap / "bandai_namco" / "Bandai-Namco-Research-Motiondataset-1"
+    names = []
+    clips = []
+    for clip in read_clips(folder, unit="cm", on_file=names.append):
+        clips.append(clip)
+        if len(clips) == 3:
+            break
+    assert len(names) == 3  # one at a time, not all at first
+    assert all(clip.name.split("_")[1:3] == [clip.activity, clip.person] for clip in clips)
+    assert all(clip.motion.fps == pytest.approx(30, rel=1e-4) for clip in clips)
+
+
+def test_files_that_are_no_capture_are_left_out(tmp_path):
+    (tmp_path / "walk").mkdir()
+    (tmp_path / "walk" / "ann_1.bvh").write_text("no hierarchy")
+    motion = motionenv.load("walk/fpca").synthesize(seconds=1, fps=30, seed=1)
+    motionenv.write(motion, tmp_path / "walk" / "bob_2.npz")
+    left_out = {}
+    (clip,) = read_clips(tmp_path, on_left_out=left_out.__setitem__)
+    assert (clip.activity, clip.person) == ("walk", "bob")
+    assert list(left_out) == ["ann_1.bvh"]
+    with pytest.raises(MotionError, match="no AMC, BVH, C3D, NPZ or TRC file below"):
+        next(read_clips(tmp_path / "nowhere"))

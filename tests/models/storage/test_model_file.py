@@ -1,0 +1,123 @@
+"""The model file: same bytes for the same model, and a clear refusal of everything else."""
+
+import io
+import json
+import zipfile
+
+import numpy as np
+import pytest
+
+from motionenv.errors import ModelError
+from motionenv.models import registry
+from motionenv.models.storage import model_file as store
+
+
+@pytest.fixture
+def saved(tmp_path):
+    path = tmp_path / "model.npz"
+    store.save_model(path, "fpca", {"a": np.arange(6.0).reshape(2, 3)}, {"settings": {"x": 1}, "card": {"people": 3}})
+    return path
+
+
+def rewrite(path, **members):
+    """The same zip with members (npy bytes) replaced."""
+    with zipfile.ZipFile(path) as archive:
+        old = {n: archive.read(n) for n in archive.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in {**old, **{f"{k}.npy": v for k, v in members.items()}}.items():
+            archive.writestr(name, data)
+
+
+def npy(array, **kwargs) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, array, **kwargs)
+    return stream.getvalue()
+
+
+def header(**changes) -> bytes:
+    fields = {"format": store.FORMAT, "format_version": 1, "motionenv": "9", "kind": "fpca", "meta": {}} | changes
+    return npy(np.array(json.dumps(fields)))
+
+
+def test_what_is_saved_is_loaded(saved):
+    kind, arrays, meta = store.load_model(saved)
+    assert kind == "fpca"
+    assert meta == {"settings": {"x": 1}, "card": {"people": 3}}
+    np.testing.assert_array_equal(arrays["a"], np.arange(6.0).reshape(2, 3))
+
+
+def test_same_model_same_bytes(saved, tmp_path):
+    kind, arrays, meta = store.load_model(saved)
+    store.save_model(tmp_path / "again.npz", kind, arrays, meta)
+    assert (tmp_path / "again.npz").read_bytes() == saved.read_bytes()
+
+
+def test_every_truncation_is_refused(saved):
+    data = saved.read_bytes()
+    for n in range(0, len(data), 7):
+        saved.write_bytes(data[:n])
+        with pytest.raises(ModelError, match="damaged or not a model file"):
+            store.load_model(saved)
+
+
+def test_flipped_bytes_never_escape_as_another_error(saved):
+    data = saved.read_bytes()
+    for i in range(len(data)):
+        saved.write_bytes(data[:i] + bytes([data[i] ^ 0x55]) + data[i + 1 :])
+        try:
+            store.load_model(saved)
+        except ModelError:
+            continue
+
+
+@pytest.mark.parametrize(
+    ("member", "says"),
+    [
+        ({"header": header(format_version=2)}, "install that version"),
+        ({"header": header(format="other")}, "not a motionenv model"),
+        ({"header": header(kind=7)}, "damaged header"),
+        ({"header": npy(np.array("{"))}, "damaged or not a model file"),
+        ({"a": npy(np.array([1.0, np.nan]))}, "finite"),
+        ({"a": npy(np.array([{}], dtype=object), allow_pickle=True)}, "damaged or not a model file"),
+        ({"a": npy(np.array(["x"]))}, "finite"),
+        ({"a": b"text"}, "damaged or not a model file"),
+    ],
+)
+def test_foreign_contents_are_refused(saved, member, says):
+    rewrite(saved, **member)
+    with pytest.raises(ModelError, match=says):
+        store.load_model(saved)
+
+
+def test_plain_npz_is_refused(tmp_path):
+    np.savez(tmp_path / "x.npz", a=np.zeros(3))
+    with pytest.raises(ModelError, match="not a motionenv model"):
+        registry.load(tmp_path / "x.npz")
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(saved):
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": (10**6, 10**6)})
+    rewrite(saved, a=stream.getvalue())
+    with pytest.raises(ModelError, match="memory"):
+        store.load_model(saved)
+
+
+def test_an_unknown_name_lists_the_shipped_ones():
+    with pytest.raises(ModelError, match="neither a model file nor the name") as error:
+        registry.load("walk/nobody")
+    assert all(name in str(error.value) for name in registry.names())
+
+
+def test_an_unknown_kind_and_missing_arrays_are_refused(saved):
+    with pytest.raises(ModelError, match="lacks data of a model of kind 'fpca'"):
+        registry.load(saved)
+    rewrite(saved, header=header(kind="dance"))
+    with pytest.raises(ModelError, match="of kind 'dance'"):
+        registry.load(saved)
+
+
+def test_nan_is_never_written(tmp_path):
+    with pytest.raises(ModelError, match="finite"):
+        store.save_model(tmp_path / "x.npz", "fpca", {"a": np.array([np.nan])}, {})
+    assert not list(tmp_path.iterdir())

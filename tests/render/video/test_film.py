@@ -1,0 +1,104 @@
+"""Films: the camera sees the whole walker, in the asked style, and frames are those of a single rendering."""
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.body import markers
+from motionenv.errors import GapError, MotionError
+from motionenv.render import Scene, render
+from motionenv.render.video.film import cameras_for, film, picture
+from motionenv.types import Motion
+
+
+@pytest.fixture(scope="module")
+def walk() -> Motion:
+    """35 frames: more than are drawn at a time."""
+    return motionenv.load("walk/fpca").synthesize(3.5, 10, seed=2)
+
+
+@pytest.mark.parametrize("follow", [True, False])
+@pytest.mark.parametrize("alpha", [0.0, np.pi / 4, np.pi / 2, -2.0])
+def test_the_whole_walker_is_in_every_picture(walk, alpha, follow):
+    cameras = cameras_for(walk, alpha, 96, 72, follow=follow)
+    assert len(cameras) == len(walk.poses)
+    assert (len({camera.t.tobytes() for camera in cameras}) > 1) == follow
+    for points, camera in zip(markers(walk.poses, walk.skeleton), cameras, strict=True):
+        pixels, depth = camera.project(points)
+        assert (depth > 0).all()
+        assert (pixels > 0).all()
+        assert (pixels < [96, 72]).all()
+        tall = np.ptp(pixels[:, 1])
+        assert tall > (36 if follow else 4)
+
+
+def test_frames_are_those_of_a_rendering(walk):
+    frames = np.array(list(film(walk, 0.5, width=64, height=48)))
+    assert frames.shape == (35, 48, 64, 3)
+    assert frames.dtype == np.uint8
+    cameras = cameras_for(walk, 0.5, 64, 48, follow=True)
+    expected = render(walk.poses, walk.skeleton, cameras, scene=Scene(samples=2)).rgb
+    np.testing.assert_array_equal(frames, expected)
+
+
+def test_a_following_camera_keeps_the_walker_in_the_middle(walk):
+    for points, camera in zip(
+        markers(walk.poses, walk.skeleton), cameras_for(walk, 0.0, 96, 72, follow=True), strict=True
+    ):
+        assert camera.project(points[2])[0][0] == pytest.approx(48, abs=8)
+
+
+def test_points_are_15_lights_on_dark(walk):
+    frames = np.array(list(film(walk, 0.0, width=160, height=120, points=True)))
+    assert frames.shape == (35, 120, 160, 3)
+    bright = frames.min(-1) > 128
+    assert 15 <= bright[0].sum() < 0.05 * bright[0].size
+    assert np.median(frames) < 60
+
+
+def test_another_scene_is_used(walk):
+    one, other = (next(film(walk, 0.0, width=32, height=32, scene=scene)) for scene in (None, Scene(samples=1)))
+    assert (one != other).any()
+
+
+def test_gaps_and_unknown_engines_are_refused_before_drawing(walk):
+    poses = walk.poses.copy()
+    poses[3:5, 7] = np.nan
+    with pytest.raises(GapError, match="2 of 35 frames"):
+        film(Motion(poses, walk.skeleton, 10), 0.0)
+    with pytest.raises(MotionError, match="raycast, pyrender"):
+        next(film(walk, 0.0, engine="povray"))
+
+
+def test_a_batch_and_an_unknown_engine_are_refused():
+    batch = motionenv.load("walk/fpca").walks(0.2, 30, n=2, seed=1)
+    with pytest.raises(MotionError, match=r"one motion \(frames, 25\), got"):
+        film(batch)
+    one = motionenv.Motion(batch.poses[0], batch.skeleton, 30)
+    with pytest.raises(MotionError, match="engine must be one of raycast, pyrender, got 'foo'"):
+        film(one, points=True, engine="foo")
+
+
+@pytest.mark.parametrize("how", [{}, {"points": True, "colour": (0, 0, 0), "background": (1, 1, 1)}, {"follow": False}])
+def test_one_picture_is_that_of_the_film(walk, how):
+    frames = list(film(walk, 0.5, width=64, height=48, elevation=0.3, **how))
+    np.testing.assert_array_equal(picture(walk, 20, 0.5, width=64, height=48, elevation=0.3, **how), frames[20])
+    with pytest.raises(MotionError, match="from 0 to 34, got 35"):
+        picture(walk, 35)
+
+
+def test_a_plain_background_and_dots_have_the_colours_asked_for(walk):
+    red = next(film(walk, 0.5, width=64, height=48, background=(1.0, 0.0, 0.5)))
+    assert np.abs(red[[0, -1]].astype(int) - [255, 0, 128]).max() <= 1
+    dots = next(film(walk, 0.0, width=160, height=120, points=True, colour=(0, 0, 0), background=(1, 1, 1)))
+    assert (dots[0] == 255).all()
+    assert dots.min() == 0
+    for wrong in ({"background": (2, 0, 0)}, {"colour": (0, 0)}):
+        with pytest.raises(MotionError, match="from 0 to 1"):
+            film(walk, 0.0, **wrong)
+
+
+def test_a_camera_can_look_down(walk):
+    level, steep = (cameras_for(walk, 0.0, 96, 72, follow=True, elevation=e)[0] for e in (0.0, 1.0))
+    assert steep.centre[2] > level.centre[2] + 1.0
+    assert np.arcsin(-steep.R[2, 2]) == pytest.approx(1.0)

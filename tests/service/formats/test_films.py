@@ -1,0 +1,181 @@
+"""Films over HTTP: they begin at once, come while they are drawn, and stop when nobody watches."""
+
+import asyncio
+import contextlib
+import io
+import socket
+import threading
+import time
+
+import av
+import httpx
+import numpy as np
+import pytest
+
+import motionenv
+from service.errors import Problem
+from service.responses.threaded_response import ThreadedResponse
+from service.transport.worker_pool import WorkerPool
+from tests.waiting import until
+
+ASK = {"seed": 5, "seconds": 2.0, "fps": 30, "picture": {"width": 160, "height": 120}}
+LONG = {"seed": 1, "seconds": 60, "fps": 30, "picture": {"width": 640, "height": 480}}
+
+
+def frames(data: bytes) -> np.ndarray:
+    with av.open(io.BytesIO(data)) as container:
+        return np.stack([f.to_ndarray(format="rgb24") for f in container.decode(video=0)])
+
+
+def test_a_film_is_what_python_draws(server):
+    answer = server.http.post("/v1/synthesis", json=ASK, headers={"Accept": "video/mp4"})
+    assert answer.headers["content-type"] == "video/mp4"
+    shown = frames(answer.content)
+    drawn = np.stack(list(motionenv.film(
+        motionenv.synthesize("walk/fpca", 2.0, 30, seed=5), np.pi / 4, width=160, height=120, elevation=np.radians(3.5)
+    )))  # fmt: skip
+    assert shown.shape == drawn.shape
+    assert np.abs(shown.astype(int) - drawn).mean() < 4
+
+
+def test_a_film_begins_before_it_is_drawn(server):
+    ask = ASK | {"seconds": 4.0, "picture": {"width": 320, "height": 240}}
+    server.http.post("/v1/synthesis", json=ASK, headers={"Accept": "video/mp4"})  # the first film loads the encoder
+    begun = time.perf_counter()
+    times, data = [], b""
+    with server.http.stream("POST", "/v1/synthesis", json=ask, headers={"Accept": "video/mp4"}) as answer:
+        for part in answer.iter_raw():
+            times.append(time.perf_counter() - begun)
+            data += part
+    assert len(frames(data)) == 120
+    assert times[0] < 0.5 * times[-1]
+    assert times[0] < 1.5  # 0.05 s on a quiet machine
+    assert len(times) >= 8
+
+
+def cpu(pid: int) -> float:
+    """Seconds of processor time that a process has taken."""
+    with open(f"/proc/{pid}/stat") as file:
+        fields = file.read().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / 100
+
+
+def vanish(url: str, accept: bytes, after: float, ask: bytes) -> None:
+    """Ask for something, and hang up."""
+    host, port = url.removeprefix("http://").split(":")
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\naccept: %b\r\n" % accept
+    with socket.create_connection((host, int(port))) as connection:
+        connection.sendall(head + b"content-type: application/json\r\ncontent-length: %d\r\n\r\n%b" % (len(ask), ask))
+        time.sleep(after)
+
+
+@pytest.mark.parametrize("accept", [b"video/mp4", b"image/gif"])
+def test_who_goes_stops_the_work(server, accept):
+    while server.http.get("/v2/models/mixed/tree/ready").is_error:
+        time.sleep(0.5)  # it is made once, and takes processor time
+    begun = len(asked_for(server))
+    vanish(server.url, accept, 2.0, httpx.Request("POST", "http://x", json=LONG).content)
+    until(lambda: len(asked_for(server)) > begun)
+    until(lambda: idle(server.process.pid))
+    assert server.http.get("/health/live").status_code == 200
+
+
+def idle(pid: int) -> bool:
+    """Whether a process takes less than 0.3 s of processor time in the next second."""
+    before = cpu(pid)
+    time.sleep(1.0)
+    return cpu(pid) - before < 0.3
+
+
+def asked_for(server) -> list[dict]:
+    """Walks that were asked for, and answered or not wanted any more."""
+    return [event for event in server.events("request") if event["path"] == "/v1/synthesis"]
+
+
+async def answered(made: ThreadedResponse, leaves_after: int | None = None) -> list[dict]:
+    """What is sent to a client that leaves after so many messages."""
+    sent: list[dict] = []
+    left = asyncio.Event()
+
+    async def receive() -> dict:
+        await left.wait()
+        return {"type": "http.disconnect"}
+
+    async def send(message: dict) -> None:
+        sent.append(message)
+        if len(sent) == leaves_after:
+            left.set()
+            await asyncio.sleep(0.05)
+
+    await made({"type": "http"}, receive, send)
+    return sent
+
+
+def counted(drawn: list[int], closed: threading.Event):
+    """A film of 100 pictures that says how many were drawn."""
+
+    def making(gone: threading.Event):
+        def pictures():
+            for i in range(100):
+                drawn.append(i)
+                yield np.full((48, 64, 3), i, np.uint8)
+
+        with contextlib.ExitStack() as end:
+            end.callback(closed.set)
+            yield from motionenv.stream_video(pictures(), 30)
+
+    return making
+
+
+@pytest.mark.parametrize("leaves_after", [2, 4])
+def test_no_picture_is_drawn_for_nobody(leaves_after):
+    shop, drawn, closed = WorkerPool(2, 2), [], threading.Event()
+    sent = asyncio.run(
+        answered(ThreadedResponse(shop, counted(drawn, closed), "video/mp4", {}, whole=False), leaves_after)
+    )
+    assert closed.wait(2)
+    assert len(drawn) <= 17 + 15 * leaves_after
+    assert sent[0]["type"] == "http.response.start"
+    assert "more_body" not in sent[-1] or sent[-1]["more_body"]
+    assert shop.held == 0
+
+
+def test_who_stays_gets_all():
+    shop, drawn, closed = WorkerPool(2, 2), [], threading.Event()
+    sent = asyncio.run(answered(ThreadedResponse(shop, counted(drawn, closed), "video/mp4", {}, whole=False)))
+    assert len(drawn) == 100
+    assert len(frames(b"".join(m.get("body", b"") for m in sent))) == 100
+    assert not sent[-1]["more_body"]
+
+
+def test_no_more_films_are_drawn_than_there_are_threads_and_seats():
+    shop = WorkerPool(1, 1)
+
+    async def three() -> list:
+        made = [ThreadedResponse(shop, counted([], threading.Event()), "video/mp4", {}, whole=True) for _ in range(3)]
+        return await asyncio.gather(*map(answered, made), return_exceptions=True)
+
+    results = asyncio.run(three())
+    (refused,) = [r for r in results if isinstance(r, Problem)]
+    assert refused.status_code == 503
+    assert refused.headers["Retry-After"] == "1"
+    assert all(r[0]["status"] == 200 for r in results if isinstance(r, list))
+
+
+def test_a_cancelled_answer_closes_its_film():
+    shop, drawn, closed = WorkerPool(1, 1), [], threading.Event()
+
+    async def cut() -> None:
+        answering = asyncio.create_task(
+            answered(ThreadedResponse(shop, counted(drawn, closed), "video/mp4", {}, whole=True))
+        )
+        while not drawn:
+            await asyncio.sleep(0.001)
+        answering.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await answering
+
+    asyncio.run(cut())
+    assert closed.wait(2)
+    assert len(drawn) < 100
+    assert shop.held == 0

@@ -1,0 +1,192 @@
+"""Jobs on a real service: each kind, and taking it back."""
+
+import io
+import json
+import os
+import shutil
+import signal
+import time
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.models import training
+from motionenv.types import POSE
+from tests.service.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
+from tests.waiting import until
+
+
+@pytest.fixture(scope="module")
+def walks() -> dict[str, bytes]:
+    return some_walks()
+
+
+def test_inspecting_finds_the_body_and_the_cycles(job_server, walks):
+    motion = motionenv.synthesize("walk/fpca", 5, 60, seed=0, variation=0)
+    sent = uploads({"a walk.npz": as_file(motion, ".npz"), "b.bvh": b"no"})
+    asked = job_server.http.post("/v1/jobs/inspect", files=sent)
+    found = result(job_server, ended(job_server, asked)).json()
+    walk, broken = found["files"]
+    assert (walk["name"], walk["format"], walk["frames"], walk["fps"]) == ("a-walk.npz", "npz", 300, 60)
+    assert found["pose"] == list(POSE)
+    assert walk["problem"] is None if "problem" in walk else True
+    np.testing.assert_allclose(walk["motion"]["poses"], motion.poses[::2])
+    assert walk["motion"]["height"] == pytest.approx(motion.skeleton.height)
+    steps = np.diff(walk["walk"]["starts"])
+    np.testing.assert_allclose(steps, walk["walk"]["stride"])
+    ahead = motion.poses[:, POSE.index("left_hip_flexion")] - motion.poses[:, POSE.index("right_hip_flexion")]
+    peaks = [i / 60 for i in range(1, 299) if ahead[i - 1] < ahead[i] >= ahead[i + 1] and ahead[i] > 0.5 * ahead.max()]
+    assert abs(np.mean(np.diff(peaks)) - walk["walk"]["stride"]) < 0.02
+    assert all(min(abs(start - peak) for peak in peaks) < 0.1 for start in walk["walk"]["starts"] if start < peaks[-1])
+    assert broken["name"] == "b.bvh"
+    assert "b.bvh" in broken["problem"]
+    assert str(job_server.data) not in json.dumps(found)
+
+
+def test_models_are_fitted_used_and_removed(job_server, walks):
+    asked = job_server.http.post("/v1/models", files=uploads(walks), data={"kind": "eigenwalkers", "name": "ours"})
+    job = ended(job_server, asked)
+    told = result(job_server, job).json()
+    assert (job["model"], told["model"], told["kind"]) == ("fitted/ours", "fitted/ours", "eigenwalkers")
+    assert told["used"] == sorted(walks)
+    assert (told["card"]["people"], told["card"]["trials"]) == (4, 8)
+    again = job_server.http.post("/v1/models", files=uploads(walks), data={"kind": "eigenwalkers", "name": "ours"})
+    assert again.status_code == 409
+    body = {"model": "fitted/ours", "seed": 3, "seconds": 1}
+    poses = job_server.http.post("/v1/synthesis", json=body).raise_for_status().json()["poses"]
+    model = motionenv.load(job_server.data / "models" / "ours.npz")
+    np.testing.assert_allclose(poses, motionenv.synthesize(model, 1, 30, seed=3).poses)
+    assert "fitted/ours" in job_server.http.get("/v1/models").text
+    assert job_server.http.delete("/v1/models/fitted/ours").status_code == 204
+    assert job_server.http.delete("/v1/models/fitted/ours").status_code == 404
+    assert job_server.http.post("/v1/synthesis", json=body).status_code == 404
+
+
+def test_the_other_kinds_of_models_learn_too(job_server, walks):
+    tree = job_server.http.post(
+        "/v1/models", files=uploads(walks), data={"kind": "tree", "name": "t", "activity": "walk"}
+    )
+    fpca = job_server.http.post("/v1/models", files=uploads(walks), data={"kind": "fpca", "name": "f"})
+    assert result(job_server, ended(job_server, tree)).json()["card"]["activities"] == "walk"
+    assert result(job_server, ended(job_server, fpca)).json()["kind"] == "walking"
+    asked = {"model": "fitted/t", "start": "walk", "n": 3, "seed": 1}
+    assert len(job_server.http.post("/v1/tree/samples", json=asked).raise_for_status().json()["poses"]) == 3
+
+
+def test_real_capture_is_fitted_as_the_command_does(job_server, mocap):
+    trials = ("07_01", "07_02", "35_01", "35_02", "16_15")
+    folder = mocap / "cmu_asfamc"
+    files = {f"{t}.amc": (folder / t[:2] / f"{t}.amc").read_bytes() for t in trials}
+    files |= {f"{s}.asf": (folder / s / f"{s}.asf").read_bytes() for s in ("07", "35", "16")}
+    asked = job_server.http.post("/v1/models", files=uploads(files), data={"kind": "fpca", "name": "cmu", "fps": "120"})
+    told = result(job_server, ended(job_server, asked)).json()
+    assert told["card"]["people"] == 3
+    assert told["card"]["data"].startswith("straight overground walks of the CMU")
+    expected = training.fit("walk/fpca", training.read_walks(_copied(folder, trials, job_server.data), fps=120), "")
+    got = motionenv.load(job_server.data / "models" / "cmu.npz")
+    np.testing.assert_allclose(got.person_mean_, expected.person_mean_, rtol=1e-6, atol=1e-9)
+
+
+def _copied(folder, trials, data):
+    to = data.parent / "copied"
+    for trial in trials:
+        (to / trial[:2]).mkdir(parents=True, exist_ok=True)
+        for name in (f"{trial[:2]}/{trial}.amc", f"{trial[:2]}/{trial[:2]}.asf"):
+            shutil.copy(folder / name, to / name)
+    return to
+
+
+@pytest.mark.parametrize("suffix", [".bvh", ".c3d"])
+def test_conversion_keeps_the_motion(job_server, suffix):
+    motion = motionenv.synthesize("walk/fpca", 2, 60, seed=5)
+    given = uploads({f"walk{suffix}": as_file(motion, suffix)})
+    asked = job_server.http.post("/v1/jobs/convert", files=given, data={"format": "application/x-npz"})
+    answer = result(job_server, ended(job_server, asked))
+    assert answer.headers["Content-Type"] == "application/x-npz"
+    assert answer.headers["Content-Disposition"] == 'attachment; filename="walk.npz"'
+    with np.load(io.BytesIO(answer.content)) as made:
+        hips = [POSE.index("left_hip_flexion"), POSE.index("right_hip_flexion")]
+        assert np.abs(made["poses"][:, hips] - motion.poses[:, hips]).max() < 0.2
+    tag = answer.headers["ETag"]
+    assert job_server.http.get(answer.url, headers={"If-None-Match": tag}).status_code == 304
+
+
+def test_a_rendered_video_is_that_of_python(job_server, tmp_path):
+    body = {"seconds": 1, "seed": 2, "picture": {"width": 64, "height": 48, "view": 0}, "format": "image/gif"}
+    answer = result(job_server, ended(job_server, job_server.http.post("/v1/jobs/render", json=body)))
+    motion = motionenv.synthesize("walk/fpca", 1, 30, seed=2)
+    frames = motionenv.film(motion, 0.0, width=64, height=48, elevation=np.radians(3.5))
+    motionenv.write_video(tmp_path / "f.gif", frames, 30)
+    assert answer.content == (tmp_path / "f.gif").read_bytes()
+
+
+def test_a_running_job_is_cancelled_and_its_process_killed(job_server):
+    asked = job_server.http.post("/v1/jobs/render", json=LONG)
+    until_running(job_server, asked)
+    where = asked.headers["Location"]
+    assert job_server.http.get(f"{where}/result").status_code == 409
+    cancelled = job_server.http.delete(where)
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    until(lambda: not processes(job_server))
+    until(lambda: not list((job_server.data / "work").iterdir()))
+    assert job_server.http.delete(where).status_code == 204
+    assert job_server.http.get(where).status_code == 404
+
+
+def test_what_is_cancelled_is_kept_and_what_has_ended_is_not_cancelled(job_server):
+    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
+    done, running, waiting = (job_server.http.post("/v1/jobs/render", json=asked) for asked in (body, LONG, LONG))
+    until_running(job_server, running)
+    for answer in (waiting, running, running):
+        cancelled = job_server.http.post(f"{answer.headers['Location']}/cancel")
+        assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    assert job_server.http.get(running.headers["Location"]).json() == cancelled.json()
+    late = job_server.http.post(f"{done.headers['Location']}/cancel")
+    assert (late.status_code, "is done" in late.json()["detail"]) == (409, True)
+    assert result(job_server, ended(job_server, done)).content[4:8] == b"ftyp"
+    assert job_server.http.post("/v1/jobs/nothing/cancel").status_code == 404
+
+
+def test_a_full_queue_is_said_and_waiting_jobs_are_listed(job_server):
+    running = job_server.http.post("/v1/jobs/render", json=LONG)
+    until_running(job_server, running)
+    waiting = [job_server.http.post("/v1/jobs/render", json=LONG) for _ in range(3)]
+    refused = job_server.http.post("/v1/jobs/render", json=LONG)
+    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "10")
+    late = job_server.http.post("/v1/jobs/inspect", files=uploads({"a.npz": b"PK"}))
+    assert late.status_code == 503
+    ids = [answer.json()["id"] for answer in waiting]
+    listed = job_server.http.get("/v1/jobs", params={"status": "queued"}).json()
+    assert [job["id"] for job in listed["jobs"]] == ids[::-1]
+    first = job_server.http.get("/v1/jobs", params={"status": "queued", "limit": 2}).json()
+    second = job_server.http.get("/v1/jobs", params={"status": "queued", "limit": 2, "before": first["next"]}).json()
+    assert [job["id"] for job in first["jobs"] + second["jobs"]] == ids[::-1]
+    assert second["next"] is None
+    until(lambda: 'motionenv_jobs{status="queued"} 3.0' in job_server.http.get("/metrics").text)
+    for answer in [*waiting, running]:
+        assert job_server.http.delete(answer.headers["Location"]).json()["status"] == "cancelled"
+
+
+def test_the_same_key_gives_the_same_job(job_server):
+    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
+    headers = {"Idempotency-Key": "one"}
+    first = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
+    second = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
+    assert first.json()["id"] == second.json()["id"]
+    other = job_server.http.post("/v1/jobs/render", json=body | {"seed": 2}, headers=headers)
+    assert other.status_code == 422
+    assert ended(job_server, first)["status"] == "done"
+
+
+def test_a_crash_of_the_process_fails_the_job_and_nothing_else(job_server):
+    """As ezc3d does on some damaged C3D files."""
+    asked = job_server.http.post("/v1/jobs/render", json=LONG)
+    until_running(job_server, asked)
+    while not (found := processes(job_server)):
+        time.sleep(0.05)
+    os.kill(found[0].pid, signal.SIGSEGV)
+    job = ended(job_server, asked)
+    assert (job["status"], job["error"]["status"], job["error"]["title"]) == ("failed", 422, "Unprocessable Entity")
+    assert "crashed (SIGSEGV)" in job["error"]["detail"]
+    assert job_server.http.get(f"{asked.headers['Location']}/result").status_code == 409

@@ -1,0 +1,97 @@
+"""The page computes what Python computes, within 1e-6: its modules are run by Node."""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+import motionenv
+from motionenv.body import forward, limb_segments
+from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
+from service.formats.parameters import packed
+
+HERE = Path(__file__).parent
+SOURCES = HERE.parents[2] / "service" / "web" / "src"
+pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="needs Node: apt-get install nodejs")
+
+PEOPLE = [[0.0] * 8, [3.0] * 8, [-3.0, 3.0] * 4, [1.5, -0.5, 0.25], [], [0, 0, 0, 3, -3, 2, 0.1, 1]]
+OPTIONS = [{}, {"speed": 0.5}, {"speed": 2.4}, {"height": 1.1}, {"speed": 1.4, "height": 2.2}]
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory):
+    """`computed(cases)`: what the page makes of each."""
+    folder = tmp_path_factory.mktemp("parity")
+    names = {"walk/fpca": "walk.bin", "walk/eigenwalkers": "eigenwalkers.bin"}
+    for name, file in names.items():
+        (folder / file).write_bytes(packed(*motionenv.parameters(motionenv.load(name))))
+    parameters = {name: str(folder / file) for name, file in names.items()}
+
+    def compute(cases: list[dict]) -> list:
+        asked = json.dumps({"cases": cases, "parameters": parameters})
+        command = ["node", HERE / "parity.mjs", SOURCES]
+        run = subprocess.run(command, input=asked, capture_output=True, text=True, check=True, timeout=60)
+        return json.loads(run.stdout)
+
+    return compute
+
+
+def scores(model, deviations) -> np.ndarray:
+    mean = model.components().means
+    return mean + model.components().deviations * np.pad(
+        np.array(deviations, dtype=float), (0, len(mean) - len(deviations))
+    )
+
+
+def test_walks_are_the_same(computed):
+    model = motionenv.load("walk/fpca")
+    cases = [{"kind": "walk", "model": "walk/fpca", "deviations": d, "options": o} for d in PEOPLE for o in OPTIONS]
+    for case, found in zip(cases, computed(cases), strict=True):
+        want = walk_in_place(model, scores(model, case["deviations"]), **case["options"])
+        body = model.skeleton(case["options"].get("height"))
+        poses = np.reshape(found["frames"], (-1, 25))
+        np.testing.assert_allclose(poses, want.frames, rtol=0, atol=1e-9)
+        np.testing.assert_allclose([found["stride"], found["seconds"]], [want.strides, want.seconds], rtol=1e-9)
+        nodes = forward(want.frames, body)[0]
+        np.testing.assert_allclose(np.reshape(found["nodes"], nodes.shape), nodes, rtol=0, atol=1e-9)
+        limbs = limb_segments(want.frames, body)
+        np.testing.assert_allclose(np.reshape(found["limbs"], limbs.shape), limbs, rtol=0, atol=1e-9)
+
+
+def test_eigenwalkers_are_the_same(computed):
+    model = motionenv.load("walk/eigenwalkers")
+    cases = [
+        {"kind": "eigenwalkers", "model": "walk/eigenwalkers", "deviations": d, "options": o}
+        for d in PEOPLE
+        for o in OPTIONS[:3]
+    ]
+    for case, found in zip(cases, computed(cases), strict=True):
+        want = markers_in_place(model, scores(model, case["deviations"]), **case["options"])
+        np.testing.assert_allclose(np.reshape(found["frames"], want.frames.shape), want.frames, rtol=0, atol=1e-9)
+        np.testing.assert_allclose([found["stride"], found["seconds"]], [want.strides, want.seconds], rtol=1e-9)
+
+
+def test_any_pose_has_the_same_body(computed):
+    """Of a tree, say: crouched, turned, with heels and toes that must stay over the ground."""
+    rng = np.random.default_rng(4)
+    poses = rng.uniform(-0.9, 0.9, (200, 25))
+    poses[:, :3] = [0.0, 0.0, 0.8] + 0.3 * poses[:, :3]
+    (found,) = computed([{"kind": "poses", "model": "walk/fpca", "poses": poses.tolist()}])
+    body = motionenv.load("walk/fpca").skeleton()
+    limbs = limb_segments(poses, body)
+    np.testing.assert_allclose(np.reshape(found["limbs"], limbs.shape), limbs, rtol=0, atol=1e-9)
+
+
+def test_between_samples_it_is_a_smooth_ring(computed):
+    """Catmull-Rom: the cubic through neighbours with central differences as slopes (SciPy's Hermite spline)."""
+    values = np.random.default_rng(5).standard_normal((12, 3))
+    phases = np.linspace(-1.3, 2.7, 57)
+    (found,) = computed([{"kind": "between", "values": values.tolist(), "phases": phases.tolist()}])
+    ring = np.concatenate([values, values[:1]])
+    slopes = 0.5 * (np.roll(values, -1, 0) - np.roll(values, 1, 0))
+    spline = CubicHermiteSpline(np.arange(13), ring, np.concatenate([slopes, slopes[:1]]))
+    np.testing.assert_allclose(found, spline((phases % 1.0) * 12), rtol=0, atol=1e-12)

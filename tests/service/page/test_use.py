@@ -1,0 +1,219 @@
+"""The page for everybody: by keyboard, with a screen reader's names, without motion, without luck, and with a key."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.types import POSE
+from tests.service.browsing import tab
+
+
+def test_keys_work_where_no_field_is_in_use(shown):
+    shown.open("model=walk/fpca")
+    press = shown.page.keyboard.press
+    press(" ")
+    assert shown.ask("motionenv.paused") is True
+    press(" ")
+    assert shown.ask("motionenv.paused") is False
+    press("3")
+    assert shown.ask("motionenv.state.figure") == "points"
+    press("1")
+    press("n")
+    assert any(shown.ask("motionenv.one.deviations"))
+    press("r")
+    assert shown.ask("motionenv.one.deviations") == []
+    press("c")
+    assert shown.ask("motionenv.walkers.length") == 2
+    shown.page.focus("#view")
+    around, up, away = shown.ask("motionenv.stage.view")
+    for key in ("ArrowRight", "ArrowUp", "+"):
+        press(key)
+    turned, raised, nearer = shown.ask("motionenv.stage.view")
+    assert turned == pytest.approx(around + 6, abs=0.1)
+    assert raised == pytest.approx(up + 6, abs=0.1)
+    assert nearer < away
+
+
+def test_every_control_is_reached_with_tab_and_can_be_seen_to_be(shown):
+    shown.open("model=walk/fpca&figure=points")
+    shown.ask("{ document.querySelectorAll('details').forEach((d) => (d.open = true)); }")
+    reached = []
+    for _ in range(80):
+        shown.page.keyboard.press("Tab")
+        reached.append(
+            shown.ask(
+                "{ const e = document.activeElement; const s = (e.type === 'radio' || e.type === 'checkbox') ?"
+                " e.nextElementSibling : e.type === 'file' ? e.parentElement : e;"
+                " return [e.id || e.getAttribute('aria-label') || e.textContent,"
+                "         getComputedStyle(s).outlineStyle !== 'none' || e.matches('.skip')]; }"
+            )
+        )
+        if reached[-1][0] == "Motion-capture files":
+            break
+    names = {name for name, _ in reached}
+    assert {"view", "pause", "scrub", "randomise", "reset", "compare", "link", "seed", "seconds", "lines"} <= names
+    assert len([name for name in names if "standard deviations" in name]) == 6 + 8
+    assert [name for name, seen in reached if not seen] == []
+
+
+def test_sliders_move_by_keyboard(shown):
+    shown.open("model=walk/fpca")
+    shown.page.focus("#traits input")
+    shown.page.keyboard.press("End")
+    assert shown.ask("document.querySelector('#traits output').textContent").startswith("+")
+    assert shown.ask("document.querySelector('#traits input').getAttribute('aria-valuetext')").startswith("+")
+    fast = shown.ask("motionenv.walkers[0].speed")
+    shown.page.keyboard.press("Home")
+    assert fast > 1.5 > 0.6 > shown.ask("motionenv.walkers[0].speed")
+
+
+def test_everything_has_a_name(shown):
+    shown.open("model=walk/fpca&figure=points&walker=1&walker2=2")
+    nameless = shown.ask(
+        "[...document.querySelectorAll('button, input, select, canvas, svg[role], progress')].filter((e) => "
+        " !(e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.[0]?.textContent.trim()))"
+        ".map((e) => e.outerHTML)"
+    )
+    assert nameless == []
+    assert shown.ask("document.documentElement.lang") == "en"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_words_stand_out_from_what_is_behind_them(browser, server, scheme):
+    """Contrast of the panel's colours: 4.5 to 1 for words (WCAG 2.2, 1.4.3)."""
+    fresh = tab(browser, server.url, color_scheme=scheme).open("model=walk/fpca")
+    ratios = fresh.ask(
+        "{ const c = document.createElement('canvas').getContext('2d', {willReadFrequently: true});"
+        "  const light = (name) => { c.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(name);"
+        "    c.fillRect(0, 0, 1, 1); const [r, g, b] = [...c.getImageData(0, 0, 1, 1).data].map((v) => v / 255)"
+        "    .map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);"
+        "    return 0.2126 * r + 0.7152 * g + 0.0722 * b; };"
+        "  const pairs = [['--ink', '--paper'], ['--soft', '--paper'], ['--soft', '--card'], ['--ink', '--card'],"
+        "    ['--on-accent', '--accent'], ['--accent', '--paper'], ['--bad', '--paper']];"
+        "  return pairs.map(([a, b]) => { const [x, y] = [light(a), light(b)].sort((p, q) => q - p);"
+        "    return (x + 0.05) / (y + 0.05); }); }"
+    )
+    assert min(ratios) >= 4.5
+    fresh.page.context.close()
+
+
+def test_who_wants_no_motion_gets_none(browser, server):
+    calm = tab(browser, server.url, reduced_motion="reduce").open("model=walk/fpca")
+    assert calm.ask("motionenv.paused") is True
+    calm.page.click("#pause")
+    calm.until("motionenv.cycles[0] > 0.05")
+    calm.page.context.close()
+
+
+def test_the_page_says_in_plain_words_what_fails(browser, server):
+    unlucky = tab(browser, server.url)
+    unlucky.open("model=walk/fpca")
+    unlucky.page.route("**/v1/**", lambda route: route.abort())
+    unlucky.page.click("#models label:nth-of-type(2)")
+    unlucky.until("!document.getElementById('note').hidden")
+    assert "doesn't answer" in unlucky.page.text_content("#note")
+    unlucky.page.click("[data-suffix=npz]")
+    unlucky.until("document.getElementById('download-note').textContent.includes(\"doesn't answer\")")
+    unlucky.picture("trouble")
+    assert unlucky.ask("motionenv.state.model") == "walk/fpca", "what is shown goes on"
+    unlucky.page.unroute("**/v1/**")
+    unlucky.page.click("#models label:nth-of-type(2)")
+    unlucky.until("motionenv.parameters.kind === 'eigenwalkers' && document.getElementById('note').hidden")
+    unlucky.page.goto("about:blank")
+    unlucky.page.goto(f"{server.url}/#model=fitted/nobody")
+    unlucky.until("document.getElementById('note')?.textContent.includes('no model')")
+    unlucky.page.context.close()
+
+
+def test_a_busy_service_is_waited_for(browser, server):
+    patient, refused = tab(browser, server.url), []
+
+    def busy(route):
+        if len(refused) < 2:
+            refused.append(1)
+            route.fulfill(status=503, headers={"Retry-After": "1"}, body='{"detail": "being made"}')
+        else:
+            route.continue_()
+
+    patient.page.route("**/parameters", busy)
+    patient.open("model=walk/fpca")
+    assert len(refused) == 2
+    patient.page.context.close()
+
+
+def test_without_webgl_it_says_so(browser, server):
+    blind = tab(browser, server.url)
+    blind.page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    blind.page.goto(server.url)
+    blind.until("!document.getElementById('note').hidden")
+    assert "WebGL" in blind.page.text_content("#note")
+    blind.page.context.close()
+
+
+def test_a_key_that_the_browser_asks_for_opens_everything(browser, locked):
+    """Basic, with the key as the password: the page, its files, its requests and its stream."""
+    keyed = tab(browser, locked.url, http_credentials={"username": "anybody", "password": locked.key})
+    keyed.open("model=walk/fpca")
+    keyed.page.click("#models label:nth-of-type(3)")
+    keyed.until("motionenv.walkers[0]?.ground[0] > 0.1", 90)
+    assert keyed.complaints == []
+    keyed.page.context.close()
+
+
+@pytest.fixture(scope="module")
+def walk_file(tmp_path_factory):
+    """A walk of some strides that the model has never seen; its head is seen a little later than the rest."""
+    path = tmp_path_factory.mktemp("capture") / "me_01.npz"
+    walk = motionenv.synthesize("walk/fpca", 14, 60, seed=11, speed=1.2)
+    poses = walk.poses.copy()
+    poses[:5, POSE.index("neck_flexion") : POSE.index("neck_rotation") + 1] = np.nan
+    motionenv.write(replace(walk, poses=poses), path)
+    return path
+
+
+def test_a_capture_is_shown_cut_and_fitted(shown, walk_file):
+    shown.open("model=walk/fpca")
+    shown.page.set_input_files("#capture-panel input[type=file]", walk_file)
+    shown.until("document.querySelector('.found')?.textContent.includes('strides')", 60)
+    found = shown.page.text_content(".found")
+    assert "me_01.npz" in found
+    assert "840 frames at 60/s" in found
+    shown.until("motionenv.guest", 10)
+    shown.still(0.5)
+    head = shown.ask("Array.from(motionenv.stage.figures[0].limbs[0].geometry.attributes.position.array)")
+    assert None not in head
+    assert min(shown.ask("motionenv.guest.limbs").__getitem__(slice(62, 66, 3))) > -0.05
+    shown.picture("capture-found")
+    shown.until("document.querySelectorAll('.steps .done').length === 4", 120)
+    shown.page.locator("#capture").scroll_into_view_if_needed()
+    shown.picture("capture-fitted")
+    shown.page.click("text=Use model")
+    shown.until("motionenv.state.model.startsWith('fitted/me-01') && motionenv.guest === null", 30)
+    assert shown.ask("motionenv.walkers[0].speed") == pytest.approx(1.2, abs=0.25)
+    assert shown.ask("document.querySelectorAll('#models input').length") == 4
+    shown.page.click("text=Delete model")
+    shown.until("motionenv.state.model === 'walk/fpca'")
+    shown.until("document.querySelectorAll('#models input').length === 3")
+    assert shown.complaints == []
+
+
+def test_a_file_that_is_no_capture_is_told_so(shown, tmp_path):
+    bad = tmp_path / "holiday.bvh"
+    bad.write_text("these are not the joints that you are looking for")
+    shown.open("model=walk/fpca")
+    shown.page.set_input_files("#capture-panel input[type=file]", bad)
+    shown.until("document.querySelector('#capture .hint.bad')", 60)
+    assert "holiday.bvh" in shown.page.text_content("#capture")
+    shown.picture("capture-refused")
+
+
+def test_amc_is_asked_for_its_frame_rate_before_it_is_sent(shown, tmp_path):
+    for name in ("07.asf", "07_01.amc"):
+        (tmp_path / name).write_text(":FULLY-SPECIFIED")
+    shown.open("model=walk/fpca")
+    shown.page.set_input_files("#capture-panel input[type=file]", [tmp_path / "07.asf", tmp_path / "07_01.amc"])
+    shown.until("document.querySelector('#capture .hint.bad')")
+    assert "frames per second" in shown.page.text_content("#capture .hint.bad")
+    assert shown.ask("document.activeElement.placeholder") == "as in the file"

@@ -1,0 +1,98 @@
+"""`WS /v1/stream`: motion without end."""
+
+import json
+import time
+
+import numpy as np
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+import motionenv
+from motionenv.models.motion_tree import MotionGenerator, Options, Target
+from service.responses.streaming import Stream
+from service.schemas.stream import StreamSettings
+
+
+def talk(server, **settings):
+    connection = connect(f"ws{server.url.removeprefix('http')}/v1/stream", **settings)
+    return connection
+
+
+def say(connection, **settings) -> dict:
+    """Send settings; the answer, past frames that come before it."""
+    connection.send(json.dumps(settings))
+    while isinstance(message := connection.recv(timeout=60), bytes):
+        pass
+    return json.loads(message)
+
+
+def frames(connection, n: int) -> np.ndarray:
+    return np.array([np.frombuffer(connection.recv(timeout=10), "<f4") for _ in range(n)], dtype=np.float64)
+
+
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
+def test_motion_comes_at_its_pace_and_goes_on_when_it_changes(server, model):
+    with talk(server) as connection:
+        answer = say(connection, model=model, seed=1, fps=60, speed=1.2)
+        assert (answer["type"], answer["fps"], len(answer["pose"])) == ("settings", 60, 25)
+        begun = time.monotonic()
+        poses = frames(connection, 90)
+        assert 1.2 < time.monotonic() - begun < 4
+        connection.send(json.dumps({"speed": 1.6}))
+        after = []
+        while len(after) < 60:
+            message = connection.recv(timeout=10)
+            if isinstance(message, bytes):
+                after.append(np.frombuffer(message, "<f4"))
+        whole = np.concatenate([poses, np.array(after, dtype=np.float64)])
+    assert np.isfinite(whole).all()
+    assert np.diff(whole[:, 0]).min() > -0.005  # never backwards
+    assert np.abs(np.diff(whole, axis=0))[:, 3:].max() < 0.35  # no jumps: 20 rad/s at most
+    assert np.abs(np.diff(whole, axis=0))[:, :3].max() < 0.06
+
+
+def test_a_tree_is_steered_as_it_goes():
+    tree = motionenv.load("mixed/tree")
+    settings = StreamSettings(model="mixed/tree", seed=3)
+    stream = Stream(lambda _: tree, settings)
+    growth = MotionGenerator(tree, seed=[3, 0], options=Options(temperature=settings.temperature))
+    for change, target in (({}, Target()), ({"heading": 60.0, "speed": 1.5}, Target(None, np.radians(60), 1.5))):
+        stream.change(settings.model_copy(update=change))
+        growth.target = target
+        assert np.array_equal([stream.next() for _ in range(40)], growth.step(40))
+
+
+def test_the_same_seed_gives_the_same_motion(server):
+    runs = []
+    for _ in range(2):
+        with talk(server) as connection:
+            say(connection, seed=4, fps=120)
+            runs.append(frames(connection, 20))
+    np.testing.assert_array_equal(*runs)
+
+
+def test_wrong_settings_are_told_and_the_motion_goes_on(server):
+    with talk(server) as connection:
+        say(connection, seed=1, fps=60)
+        assert say(connection, speed=100)["errors"][0]["field"] == "/speed"
+        assert "no model" in say(connection, model="walk/nobody")["detail"]
+        connection.send("{")
+        frames_came = 0
+        while frames_came < 5:
+            message = connection.recv(timeout=10)
+            frames_came += isinstance(message, bytes)
+
+
+def test_a_key_is_asked_for(locked):
+    with pytest.raises(InvalidStatus, match="401"):
+        talk(locked).close()
+    with talk(locked, additional_headers={"Authorization": f"Bearer {locked.key}"}) as connection:
+        assert say(connection, seed=1)["type"] == "settings"
+
+
+def test_streams_are_bounded(job_server):
+    with talk(job_server) as first:
+        say(first, seed=1)
+        with pytest.raises(InvalidStatus):
+            talk(job_server).close()

@@ -1,0 +1,234 @@
+"""`POST /v1/synthesis`: every format read back, the same bytes each time, and limits before work."""
+
+import io
+import json
+
+import bvh
+import ezc3d
+import numpy as np
+import pygltflib
+import pytest
+from PIL import Image, ImageSequence
+
+import motionenv
+from motionenv.body import markers
+from tests.service.inside import answers
+from tests.waiting import until
+
+ASK = {"seed": 3, "seconds": 1.0, "fps": 30, "deviations": [1.0, -0.5], "speed": 1.2, "height": 1.6, "phase": 0.25}
+SMALL = {"width": 64, "height": 48}
+FILES = {"application/x-npz": ".npz", "text/csv": ".csv", "model/x-bvh": ".bvh", "model/gltf-binary": ".glb",
+         "application/x-c3d": ".c3d"}  # fmt: skip
+
+
+def expected() -> motionenv.Motion:
+    asked = {key: value for key, value in ASK.items() if key not in ("seconds", "fps")}
+    return motionenv.synthesize("walk/fpca", 1.0, 30, **asked)
+
+
+def post(server, accept="application/json", **changed):
+    return server.http.post("/v1/synthesis", json=ASK | changed, headers={"Accept": accept})
+
+
+def refused(answer, field: str, bound: float | None = None) -> None:
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["field"] == field
+    assert bound is None or error["bound"] == {"le": bound}
+
+
+def test_json_is_the_motion_that_python_makes(server):
+    told = post(server).json()
+    motion = expected()
+    np.testing.assert_array_equal(told["poses"], motion.poses)
+    np.testing.assert_array_equal(told["offsets"], motion.skeleton.offsets)
+    np.testing.assert_array_equal(told["radii"], motion.skeleton.radii)
+    assert (told["model"], told["seed"], told["fps"], told["height"]) == ("walk/fpca", 3, 30.0, 1.6)
+    assert tuple(told["pose"]) == motionenv.types.POSE
+
+
+def test_raw_poses_are_read_by_numpy(server):
+    np.testing.assert_array_equal(np.load(io.BytesIO(post(server, "application/x-npy").content)), expected().poses)
+
+
+@pytest.mark.parametrize("media_type", FILES)
+def test_files_are_those_that_python_writes(server, media_type, tmp_path):
+    answer = post(server, media_type)
+    assert answer.headers["content-type"].startswith(media_type)
+    got, wanted = (tmp_path / f"{name}{FILES[media_type]}" for name in ("got", "wanted"))
+    got.write_bytes(answer.content)
+    motionenv.write(expected(), wanted)
+    if media_type == "application/x-npz":
+        assert motionenv.read(got).poses.tobytes() == motionenv.read(wanted).poses.tobytes()
+    else:
+        assert got.read_bytes() == wanted.read_bytes()
+
+
+def test_files_are_read_by_other_readers(server, tmp_path):
+    tree = bvh.Bvh(post(server, "model/x-bvh").text)
+    assert (tree.nframes, round(1 / tree.frame_time)) == (30, 30)
+    assert len(pygltflib.GLTF2.load_from_bytes(post(server, "model/gltf-binary").content).animations) == 1
+    table = np.genfromtxt(io.StringIO(post(server, "text/csv").text), delimiter=",", names=True)
+    np.testing.assert_array_equal(table["root_x_m"], expected().poses[:, 0])
+    (tmp_path / "a.c3d").write_bytes(post(server, "application/x-c3d").content)
+    points = ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"][:3].transpose(2, 1, 0) / 1000
+    np.testing.assert_allclose(points, markers(expected().poses, expected().skeleton), atol=1e-6)
+
+
+@pytest.mark.parametrize("media_type", ["image/gif", "image/webp"])
+def test_animations_are_read_by_pillow(server, media_type):
+    image = Image.open(io.BytesIO(post(server, media_type, seconds=0.5, picture=SMALL).content))
+    assert image.size == (64, 48)
+    frames = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(image)]
+    assert len(frames) == 15
+    assert any((frame != frames[0]).any() for frame in frames)
+
+
+def test_a_picture_is_the_frame_asked_for_in_the_colours_asked_for(server):
+    how = {**SMALL, "frame": 7, "view": 0, "elevation": 10, "follow": False, "background": [1, 0, 0]}
+    image = np.asarray(Image.open(io.BytesIO(post(server, "image/png", picture=how).content)))
+    frames = list(motionenv.film(
+        expected(), 0.0, width=64, height=48, elevation=np.radians(10), follow=False, background=(1, 0, 0)
+    ))  # fmt: skip
+    np.testing.assert_array_equal(image, frames[7])
+    dots = {**SMALL, "style": "points", "colour": [0, 1, 0]}
+    seen = np.asarray(Image.open(io.BytesIO(post(server, "image/png", picture=dots).content)))
+    assert seen[..., 1].max() > 100
+    assert seen[..., [0, 2]].max() == 0
+
+
+def test_pyrender_draws_or_says_that_it_can_not(server):
+    answer = post(server, "image/png", picture={**SMALL, "engine": "pyrender"})
+    if answer.status_code == 501:
+        assert answer.json()["errors"][0]["field"] == "/picture/engine"
+    else:
+        assert Image.open(io.BytesIO(answer.content)).size == (64, 48)
+
+
+@pytest.mark.parametrize("model", ["walk/eigenwalkers", "walk/prior"])
+def test_other_walkers_walk(server, model):
+    told = post(server, model=model, deviations=None, scores=[0.1, 0.2]).json()
+    asked = {k: v for k, v in ASK.items() if k not in ("seconds", "fps", "deviations")}
+    motion = motionenv.synthesize(model, 1.0, 30, scores=[0.1, 0.2], **asked)
+    np.testing.assert_array_equal(told["poses"], motion.poses)
+
+
+def test_a_tree_moves_too_and_refuses_what_it_has_not(server):
+    answers = []
+
+    def answered() -> bool:
+        """Ask; while the tree is being built, the answer is to ask again later."""
+        answers.append(server.http.post("/v1/synthesis", json={"model": "mixed/tree", "seed": 1}))
+        return answers[-1].status_code != 503
+
+    until(answered, seconds=180)
+    assert all(int(answer.headers["retry-after"]) >= 1 for answer in answers[:-1])
+    assert len(answers[-1].json()["poses"]) == 120
+    wrong = post(server, model="mixed/tree", phase=0.0)
+    assert wrong.status_code == 422
+    assert "no components" in wrong.json()["detail"]
+
+
+@pytest.mark.parametrize("media_type", ["application/json", "application/x-npz", "text/csv", "video/mp4", "image/gif"])
+def test_the_same_request_gives_the_same_bytes_and_304(server, media_type):
+    answers = [post(server, media_type, seconds=0.4, picture=SMALL) for _ in range(2)]
+    assert answers[0].content == answers[1].content
+    etag = answers[0].headers["etag"]
+    assert etag == answers[1].headers["etag"]
+    assert answers[0].headers["cache-control"] == "private, max-age=86400"
+    assert answers[0].headers["vary"] == "Accept"
+    ask = ASK | {"seconds": 0.4, "picture": SMALL}
+    for given in (etag, f'"other", W/{etag}'):
+        kept = server.http.post("/v1/synthesis", json=ask, headers={"Accept": media_type, "If-None-Match": given})
+        assert (kept.status_code, kept.content, kept.headers["etag"]) == (304, b"", etag)
+    other = server.http.post("/v1/synthesis", json=ask | {"seed": 4}, headers={"Accept": media_type})
+    assert other.headers["etag"] != etag
+
+
+def test_tags_tell_formats_apart(server):
+    assert len({post(server, a).headers["etag"] for a in ("application/json", "text/csv", "application/x-npy")}) == 3
+
+
+def test_without_a_seed_one_is_drawn_and_told(server):
+    answers = [server.http.post("/v1/synthesis", json={"seconds": 0.5}) for _ in range(2)]
+    assert answers[0].content != answers[1].content
+    assert answers[0].headers["cache-control"] == "no-store"
+    assert "etag" not in answers[0].headers
+    again = server.http.post("/v1/synthesis", json={"seconds": 0.5, "seed": int(answers[0].headers["motion-seed"])})
+    assert again.content == answers[0].content
+
+
+@pytest.mark.parametrize(
+    ("accept", "got"),
+    [
+        (None, "application/json"),
+        ("*/*", "application/json"),
+        ("application/x-npy", "application/x-npy"),
+        ("text/csv;q=0.5, application/x-npz;q=0.9", "application/x-npz"),
+        ("application/*", "application/json"),
+        ("image/*;q=0.1, text/csv;q=0.2", "text/csv"),
+        ("text/html, */*;q=0.8", "application/json"),
+        ("text/html", None),
+        ("application/json;q=0", None),
+        ("nonsense", None),
+    ],
+)
+def test_formats_are_negotiated(server, accept, got):
+    headers = {} if accept is None else {"Accept": accept}
+    answer = server.http.post("/v1/synthesis", json={"seed": 1, "seconds": 0.2}, headers=headers)
+    if got is None:
+        assert answer.status_code == 406
+        assert "application/json" in answer.json()["detail"]
+    else:
+        assert answer.headers["content-type"].split(";")[0] == got
+
+
+def test_what_is_too_large_is_refused_before_any_work(tmp_path):
+    asked = [
+        ("application/json", {"seconds": 4.0}), ("video/mp4", {"picture": SMALL}),
+        ("image/png", {"picture": {"width": 200, "height": 100}}), ("image/png", {"picture": SMALL}),
+    ]  # fmt: skip
+    posts = [("POST", "/v1/synthesis", {"json": ASK | what, "headers": {"Accept": kind}}) for kind, what in asked]
+    long, film, wide, right = answers(tmp_path, posts, max_frames=100, max_pixels=10_000, max_video_frames=20)
+    refused(long, "/seconds", 100 / ASK["fps"])
+    refused(film, "/seconds", 20 / ASK["fps"])
+    refused(wide, "/picture/width", 10_000 / 100)
+    assert right.status_code == 200
+
+
+def test_what_a_format_can_not_hold_is_refused(server):
+    refused(post(server, "image/gif", fps=60, picture=SMALL), "/fps", 50)
+    refused(post(server, "image/png", picture={**SMALL, "frame": 30}), "/picture/frame", 29)
+
+
+def test_who_walks_is_said_once_and_within_the_model(server):
+    both = post(server, scores=[1.0])
+    assert both.status_code == 422
+    assert "not both" in both.json()["detail"]
+    many = post(server, deviations=[0.0] * 9)
+    assert many.status_code == 422
+    assert "8" in many.json()["detail"]
+    refused(post(server, deviations=[9.0]), "/deviations/0", 5.0)
+
+
+@pytest.mark.parametrize("media_type", ["application/json", "text/csv", "model/x-bvh"])
+def test_long_motions_come_in_parts_and_are_whole(server, media_type):
+    ask = {"seed": 1, "seconds": 60, "fps": 60}
+    with server.http.stream("POST", "/v1/synthesis", json=ask, headers={"Accept": media_type}) as answer:
+        assert "content-length" not in answer.headers
+        body = b"".join(answer.iter_raw())
+    motion = motionenv.synthesize("walk/fpca", 60, 60, seed=1)
+    if media_type == "application/json":
+        np.testing.assert_array_equal(json.loads(body)["poses"], motion.poses)
+    elif media_type == "text/csv":
+        table = np.genfromtxt(io.BytesIO(body), delimiter=",", names=True)
+        np.testing.assert_array_equal(table["right_knee_flexion_rad"], motion.poses[:, -1])
+    else:
+        assert body.count(b"\n") > 3600
+
+
+def test_the_document_tells_every_format_and_problem(server):
+    told = server.http.get("/openapi.json").json()["paths"]["/v1/synthesis"]["post"]["responses"]
+    assert {*FILES, "application/json", "application/x-npy", "video/mp4", "image/png"} <= set(told["200"]["content"])
+    assert {"304", "400", "401", "404", "406", "413", "422", "429", "501", "503", "504"} <= set(told)
+    assert told["200"]["content"]["application/json"]["schema"]["$ref"].endswith("MotionResponse")

@@ -1,0 +1,352 @@
+"""Keys, sizes, rates, slow clients, problems: what every request meets."""
+
+import asyncio
+import base64
+import re
+import socket
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+
+import httpx
+import pytest
+from pydantic import ValidationError
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from service.app import create_app
+from service.settings import Settings
+from tests.service.inside import answers
+from tests.waiting import until
+
+ASK = {"seed": 1, "seconds": 0.1}
+_UPGRADE = {
+    "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+}  # fmt: skip
+
+
+def raw(url: str, *parts: bytes, pause: float = 0.0, wait: float = 15.0) -> tuple[bytes, float]:
+    """What a server answers to bytes sent one part after the other, and after how many seconds it hangs up."""
+    host, port = url.removeprefix("http://").split(":")
+    begun = time.monotonic()
+    with socket.create_connection((host, int(port)), timeout=wait) as connection:
+        answer = b""
+        try:
+            for part in parts:
+                connection.sendall(part)
+                time.sleep(pause)
+            while data := connection.recv(65536):
+                answer += data
+        except (ConnectionResetError, BrokenPipeError):
+            pass
+    return answer, time.monotonic() - begun
+
+
+@pytest.mark.parametrize("path", ["/v1/synthesis", "/v1/models", "/docs", "/openapi.json", "/metrics", "/", "/nothing"])
+def test_without_a_key_there_is_no_answer(locked, path):
+    answer = httpx.get(f"{locked.url}{path}")
+    assert answer.status_code == 401
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert "Basic" in answer.headers["www-authenticate"]
+
+
+@pytest.mark.parametrize("path", ["/health/live", "/health/ready"])
+def test_health_is_told_without_a_key(locked, path):
+    assert httpx.get(f"{locked.url}{path}").status_code == 200
+
+
+def test_the_key_comes_in_three_ways(locked):
+    basic = base64.b64encode(f"anybody:{locked.key}".encode()).decode()
+    for headers in (
+        {"Authorization": f"Bearer {locked.key}"},
+        {"X-API-Key": locked.key},
+        {"Authorization": f"Basic {basic}"},
+    ):
+        assert httpx.get(f"{locked.url}/metrics", headers=headers).status_code == 200
+    for headers in ({"Authorization": "Bearer wrong"}, {"X-API-Key": ""}, {"Authorization": "Basic %%%"}):
+        assert httpx.get(f"{locked.url}/metrics", headers=headers).status_code == 401
+
+
+def test_keys_are_never_logged(locked):
+    locked.http.get("/health/live", params={"key": locked.key})
+    locked.http.post("/v1/synthesis", json=ASK | {"model": locked.key})
+    until(lambda: any(event["path"] == "/v1/synthesis" for event in locked.events("request")))
+    assert not any(locked.key in line for line in locked.lines)
+
+
+def test_bodies_have_a_limit(locked):
+    long = locked.http.post("/v1/synthesis", content=b" " * 2001, headers={"Content-Type": "application/json"})
+    assert long.status_code == 413
+    chunked = locked.http.post(
+        "/v1/synthesis", content=iter([b" " * 1000] * 3), headers={"Content-Type": "application/json"}
+    )
+    assert chunked.status_code == 413
+    assert "2000 bytes" in chunked.json()["detail"]
+
+
+def test_rates_are_kept(tmp_path):
+    """Of eleven requests in a row five pass in each minute of the clock that they fall into, two at most."""
+    requests = [("GET", "/metrics", {})] * 11 + [("GET", "/health/live", {})]
+    *told, health = answers(tmp_path, requests, rate=5)
+    assert 5 <= [a.status_code for a in told].count(200) <= 10
+    assert {a.status_code for a in told} == {200, 429}
+    refused = next(a for a in told if a.status_code == 429)
+    assert 1 <= int(refused.headers["retry-after"]) <= 60
+    assert health.status_code == 200
+
+
+def test_a_request_has_an_id(server):
+    assert server.http.get("/health/live", headers={"X-Request-ID": "abc-1"}).headers["x-request-id"] == "abc-1"
+    made = server.http.get("/health/live", headers={"X-Request-ID": "{jndi:ldap}"}).headers["x-request-id"]
+    assert len(made) == 16
+    wrong = server.http.post("/v1/synthesis", json={"seed": -1}, headers={"X-Request-ID": "abc-2"})
+    assert wrong.json()["request_id"] == "abc-2"
+
+
+@pytest.mark.parametrize(
+    ("body", "field", "status"),
+    [
+        (b'{"seed": false}', "/seed", 422),
+        (b'{"fps": NaN}', "/fps", 422),
+        (b'{"fps": 1e999}', "/fps", 422),
+        (b'{"seconds": -1e9}', "/seconds", 422),
+        (b'{"model": "\\ud800"}', None, 400),
+        (b'{"model": "no/such"}', "/model", 404),
+        (b'{"unheard": 1}', "/unheard", 422),
+        (b"[" * 5000, None, 400),
+        (b"{", None, 400),
+        (b"\xff\xfe", None, 400),
+    ],
+)
+def test_what_is_wrong_is_told_by_field(server, body, field, status):
+    answer = server.http.post("/v1/synthesis", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code == status
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert problem["status"] == status
+    assert field is None or field in [error["field"] for error in problem["errors"]]
+
+
+@pytest.mark.parametrize("path", ["/v1/synthesis", "/v1/jobs/render"])
+def test_the_bound_of_a_product_is_what_its_field_may_be(server, path):
+    long, large = {"seconds": 3000, "fps": 30}, {"seconds": 1, "picture": {"width": 4000, "height": 1000}}
+    for asked, field, bound in ((long, "/seconds", 1200.0), (large, "/picture/width", 2073.6)):
+        problem = server.http.post(path, json=asked, headers={"Accept": "video/mp4, application/problem+json"}).json()
+        assert [(e["field"], e["bound"]) for e in problem["errors"]] == [(field, {"le": bound})]
+
+
+def test_a_bound_is_told_as_a_number(server):
+    problem = server.http.post("/v1/synthesis", json={"fps": 1000}).json()
+    assert problem["errors"][0]["bound"] == {"le": 240.0}
+
+
+def test_a_long_path_is_not_sent_back_whole(server):
+    answer = server.http.get(f"/{'x' * 30_000}")
+    assert (answer.status_code, len(answer.content) < 400) == (404, True)
+
+
+def test_a_header_without_end_is_cut_off(server):
+    answer, _ = raw(server.url, b"GET / HTTP/1.1\r\nhost: localhost\r\na: ", *[b"x" * 10_000] * 20)
+    assert answer.startswith(b"HTTP/1.1 431")
+
+
+def goes_on(url: str) -> tuple[bytes, float]:
+    """What is answered to who goes on sending after that, and after how many seconds the server hangs up."""
+    host, port = url.removeprefix("http://").split(":")
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ntransfer-encoding: chunked\r\n\r\n"
+    begun = time.monotonic()
+    with socket.create_connection((host, int(port)), timeout=5) as client:
+        client.sendall(head)
+        answer = client.recv(100)
+        with suppress(ConnectionResetError, BrokenPipeError):
+            while time.monotonic() - begun < 20:
+                client.sendall(b"1000\r\n" + b" " * 4096 + b"\r\n")
+                time.sleep(0.1)
+    return answer, time.monotonic() - begun
+
+
+def test_slow_clients_are_hung_up(server, locked):
+    """All of them at once: each takes as long as a client may."""
+    slow = [b"GET /health/live HTTP/1.1\r\n", *[b"a: b\r\n"] * 30]
+    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n"
+    with ThreadPoolExecutor() as pool:
+        header = pool.submit(raw, server.url, *slow, pause=0.5)  # 15 s of sending
+        body = pool.submit(raw, server.url, head, b"content-length: 500\r\n\r\n{")
+        blank = pool.submit(raw, server.url, b"\r\n\r\n")
+        endless = pool.submit(goes_on, locked.url)
+    answer, seconds = header.result()
+    assert seconds < 16
+    assert not answer.startswith(b"HTTP/1.1 200")
+    answer, seconds = body.result()
+    assert seconds < 13
+    assert answer.startswith(b"HTTP/1.1 408")
+    assert blank.result()[1] < 13
+    answer, seconds = endless.result()
+    assert answer.startswith(b"HTTP/1.1 401")
+    assert seconds < 12
+
+
+def test_open_to_others_only_on_purpose():
+    with pytest.raises(ValidationError, match="is reachable from other machines"):
+        Settings(host="0.0.0.0")
+    assert Settings(host="0.0.0.0", open=True).open
+    with pytest.raises(ValidationError, match="16 characters"):
+        Settings(keys=("short",))
+
+
+def test_settings_survive_the_environment(monkeypatch, tmp_path):
+    made = Settings(keys=("0123456789abcdef",), data=tmp_path, cors=("https://a.example",), rate=7)
+    for name, value in made.environment().items():
+        monkeypatch.setenv(name, value)
+    assert Settings() == made
+
+
+def test_defects_and_delays_end_as_problems(tmp_path):
+    app = create_app(Settings(data=tmp_path, request_seconds=0.2))
+    app.add_api_route("/defect", lambda: 1 / 0)
+    app.add_api_route("/delay", lambda: time.sleep(2))
+
+    async def ask(path: str) -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+            return await client.get(path)
+
+    for path, status in (("/defect", 500), ("/delay", 504)):
+        answer = asyncio.run(ask(path))
+        assert (answer.status_code, answer.json()["status"]) == (status, status)
+        assert "division" not in answer.text
+
+
+FORM = {"files": ("walk.bvh", b"HIERARCHY")}
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "https://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "https://evil.example", "Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_pages_of_other_sites_may_look_but_not_act(server, headers):
+    """Browsers send forms anywhere, in the name of whoever looks at the page, and ask nobody first."""
+    answer = server.http.post("/v1/jobs/inspect", files=FORM, headers=headers)
+    assert (answer.status_code, answer.headers["content-type"]) == (403, "application/problem+json")
+    assert server.http.get("/v1/models", headers=headers).status_code == 200
+    with pytest.raises(InvalidStatus, match="403"), talk(server, headers):
+        pass
+
+
+def test_the_services_own_page_and_programs_may_act(server):
+    own = [{"Origin": server.url}, {"Origin": server.url, "Sec-Fetch-Site": "same-origin"}, {}]
+    for headers in own:
+        assert server.http.post("/v1/synthesis", json=ASK, headers=headers).status_code == 200
+        with talk(server, headers):
+            pass
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example:{}", "localhost.evil.example", "evil.example:@localhost", "0.0.0.0:{}", ""]
+)
+def test_a_name_that_is_made_to_lead_here_gets_nothing(server, host):
+    """DNS rebinding: the page's site has this machine's address, so that its browser lets it read what comes."""
+    host = host.format(server.http.base_url.port)
+    headers = {"Host": host, "Origin": f"http://{host}", "Sec-Fetch-Site": "same-origin"}
+    for method, path in (("GET", "/v1/models"), ("POST", "/v1/synthesis"), ("GET", "/"), ("GET", "/metrics")):
+        answer = server.http.request(method, path, headers=headers)
+        assert (answer.status_code, answer.text) == (400, "Invalid host header")
+    opening = [f"{k}: {v}" for k, v in (headers | _UPGRADE).items()]
+    answer, _ = raw(server.url, "\r\n".join(["GET /v1/stream HTTP/1.1", *opening, "\r\n"]).encode())
+    assert answer.startswith(b"HTTP/1.1 400")
+
+
+@pytest.mark.parametrize("host", ["localhost:{}", "LocalHost", "127.0.0.1", "[::1]:{}", "[::1]"])
+def test_this_machines_names_lead_here(server, host):
+    host = host.format(server.http.base_url.port)
+    assert server.http.get("/v1/models", headers={"Host": host}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("settings", "names"),
+    [
+        ({"hosts": ("motion.lab",)}, {"motion.lab": 200, "motion.lab:80": 200, "motionxlab": 400, "localhost": 200}),
+        ({"host": "127.0.0.5"}, {"127.0.0.5": 200, "127.0.0.6": 400}),
+        ({"keys": ("0123456789abcdef",)}, {"motion.lab": 401}),
+        ({"host": "0.0.0.0", "open": True}, {"motion.lab": 200}),
+    ],
+)
+def test_other_names_lead_here_where_they_are_listed_or_keys_are_asked(tmp_path, settings, names):
+    requests = [("GET", "/v1/models", {"headers": {"Host": host}}) for host in names]
+    told = answers(tmp_path, requests, **settings)
+    assert [answer.status_code for answer in told] == list(names.values())
+
+
+def test_pages_of_origins_in_cors_may_act_and_read_what_they_need(locked):
+    theirs = {"Origin": "https://lab.example", "Sec-Fetch-Site": "cross-site"}
+    answer = locked.http.post("/v1/synthesis", json=ASK, headers=theirs)
+    assert answer.status_code == 200
+    assert answer.headers["access-control-allow-origin"] == "https://lab.example"
+    assert "Motion-Seed" in answer.headers["access-control-expose-headers"]
+    other = {**theirs, "Origin": "https://evil.example"}
+    assert locked.http.post("/v1/synthesis", json=ASK, headers=other).status_code == 403
+
+
+@pytest.mark.parametrize("kind", ["application/json", "Application/JSON", "application/x+json", "text/plain"])
+def test_json_by_any_name_is_as_short_as_json(locked, kind):
+    answer = locked.http.post("/v1/synthesis", content=b" " * 2001, headers={"Content-Type": kind})
+    assert answer.status_code == 413
+
+
+def talk(server, headers):
+    return connect(f"ws{server.url.removeprefix('http')}/v1/stream", additional_headers=headers)
+
+
+def test_the_openapi_says_what_wants_a_key(locked, server):
+    told = locked.http.get("/openapi.json").json()
+    assert set(told["components"]["securitySchemes"]) == {"bearer", "header", "basic"}
+    assert told["paths"]["/v1/synthesis"]["post"]["security"]
+    assert "security" not in told["paths"]["/health/live"]["get"]
+    assert "securitySchemes" not in server.http.get("/openapi.json").json()["components"]
+
+
+def test_threads_in_use_are_counted(server):
+    held = lambda: float(re.search(rb"^motionenv_threads_held (\S+)", server.http.get("/metrics").content, re.M)[1])
+    film = {**ASK, "seconds": 10, "picture": {"width": 640, "height": 480}}
+    with server.http.stream("POST", "/v1/synthesis", json=film, headers={"Accept": "video/mp4"}):
+        assert held() == 1
+    until = time.monotonic() + 10
+    while held() and time.monotonic() < until:
+        time.sleep(0.05)
+    assert held() == 0
+
+
+def test_websockets_are_logged_without_the_key(locked):
+    with talk(locked, {"Authorization": f"Bearer {locked.key}", "X-Request-ID": "a-stream"}) as connection:
+        connection.send("{}")
+        connection.recv(timeout=10)
+    until = time.monotonic() + 10
+    while not (found := [e for e in locked.events("websocket") if e["request_id"] == "a-stream"]):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert (found[0]["path"], len(found[0]["key"])) == ("/v1/stream", 8)
+    assert locked.key not in "".join(locked.lines)
+
+
+def test_slow_uploads_have_their_time(tmp_path):
+    """The deadline counts from the body's last part: ten parts take longer than an answer may."""
+    app = create_app(Settings(data=tmp_path, request_seconds=0.4))
+
+    async def parts():
+        for _ in range(10):
+            await asyncio.sleep(0.1)
+            yield b" "
+        yield b"{}"
+
+    async def ask() -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+            json_body = {"Content-Type": "application/json"}
+            return await client.post("/v1/synthesis", content=parts(), headers=json_body)
+
+    answer = asyncio.run(ask())
+    assert answer.status_code == 503  # all of the body was read; models are loaded when the service starts, not here

@@ -1,0 +1,186 @@
+"""Walkers in the state space of paper A: moments in closed form, and the model's own synthesis."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest, multivariate_normal, norm
+
+from motionenv._core.random import gaussian, stream
+from motionenv.body import markers
+from motionenv.errors import MotionError
+from motionenv.models.registry import load
+from motionenv.models.walking.model import Stride
+from motionenv.tracking import FPCAPrior, Start
+from motionenv.tracking.priors._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, X, Y
+from motionenv.tracking.priors.fpca import _PACE, _REST
+
+SHAPED = _REST > 0
+
+
+@pytest.fixture(scope="module")
+def model():
+    return load("walk/fpca")
+
+
+@pytest.fixture(scope="module")
+def prior(model):
+    return FPCAPrior(model)
+
+
+def mean_walk(model, prior, fps: float, seconds: float = 3.0) -> np.ndarray:
+    """Poses (frames, 25) of the model's mean walker."""
+    stride = Stride(model.person_mean_[None, :-2], np.exp(model.person_mean_[-2:-1]))
+    return model.walks(seconds, fps, n=1, stride=stride, variation=0.0, height=prior.skeleton.height).poses[0]
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0, 12.5])
+def test_the_mean_of_the_particles_follows_the_models_own_synthesis(model, fps):
+    prior = FPCAPrior(model, fps=fps)
+    walk = mean_walk(model, prior, fps)
+    rng = np.random.default_rng(0)
+    state = prior.initial(Start.at(walk[0], spread=0.0), 4000, rng)
+    quiet = state.gait[:1].copy()
+    state.scores[:], state.rest[:], state.gait[:] = 0.0, 0.0, quiet
+    state.gait[:, PACE] = -model.person_mean_[-2]
+    state.gait[:, PHASE] = state.gait[:, X] = state.gait[:, Y] = state.gait[:, HEADING] = 0.0
+    frames = int(0.8 * fps)
+    for _ in range(frames):
+        state = prior.propagate(state, rng)
+    mean = markers(state.poses, prior.skeleton).mean(0)
+    truth = markers(walk[frames], prior.skeleton)
+    assert np.linalg.norm(mean - truth, axis=1).mean() < 0.03
+    assert truth[2, 0] > 0.7
+
+
+def test_the_spread_settles_to_that_of_the_model_whatever_the_frame_rate(model):
+    rng = np.random.default_rng(1)
+    for fps, frames in ((30.0, 250), (10.0, 90)):
+        prior = FPCAPrior(model, fps=fps)
+        state = prior.initial(Start.at(mean_walk(model, prior, 30)[9]), 6000, rng)
+        for _ in range(frames):
+            state = prior.propagate(state, rng)
+        q = model.fpca_.n_components
+        wanted = model.person_covariance_[:q, :q] + model.cycle_covariance_
+        scale = np.sqrt(np.diag(wanted))
+        np.testing.assert_allclose(np.cov(state.scores.T) / np.outer(scale, scale), wanted / np.outer(scale, scale),
+                                   atol=0.08)  # fmt: skip
+        np.testing.assert_allclose(state.rest.std(0)[SHAPED], _REST[SHAPED], rtol=0.05)
+        assert (state.rest[:, ~SHAPED] == 0).all()
+        assert state.gait[:, PACE].std() == pytest.approx(_PACE, rel=0.05)
+        assert state.gait[:, PACE].mean() == pytest.approx(-model.person_mean_[q], abs=0.01)
+
+
+def test_log_transition_is_the_density_of_what_propagate_draws(prior, model):
+    rng = np.random.default_rng(2)
+    walk = mean_walk(model, prior, 30)
+    before = prior.initial(Start.at(walk[4], walk[3]), 3, rng)
+    after = prior.propagate(before.take(np.repeat(np.arange(3), 2)), rng)
+    got = prior.log_transition(before, after)
+    assert got.shape == (3, 6)
+    i, j, dt = 1, 3, 1 / 30
+    a, b = before.gait[i], after.gait[j]
+    keep = np.exp(-dt / np.array([2.0, 1.5, 0.5]))
+    wide = np.sqrt(1 - keep**2)
+    pace = -model.person_mean_[model.fpca_.n_components]
+    turned = b[PHASE] - a[PHASE]
+    wanted = norm.logpdf(b[PACE], pace + keep[0] * (a[PACE] - pace), wide[0] * _PACE)
+    wanted += norm.logpdf(turned, np.exp(b[PACE]) * dt, 0.003) + norm.logpdf(b[HEADING], a[HEADING], 0.01)
+    flow = 0.5 * turned * np.array([a[FORWARD] + b[FORWARD], a[LEFT] + b[LEFT]])
+    c, s = np.cos(a[HEADING]), np.sin(a[HEADING])
+    turn = np.array([[np.cos(b[HEADING]), -np.sin(b[HEADING])], [np.sin(b[HEADING]), np.cos(b[HEADING])]])
+    wanted += multivariate_normal.logpdf(
+        b[[X, Y]], a[[X, Y]] + np.array([[c, -s], [s, c]]) @ flow, turn @ np.diag([0.006, 0.004]) ** 2 @ turn.T
+    )
+    covariance = wide[1] ** 2 * prior._covariance
+    wanted += multivariate_normal.logpdf(after.scores[j], keep[1] * before.scores[i], covariance)
+    wanted += norm.logpdf(after.rest[j], keep[2] * before.rest[i], wide[2] * np.where(SHAPED, _REST, 1))[SHAPED].sum()
+    assert got[i, j] == pytest.approx(wanted, abs=1e-6)
+    before.gait[:, PHASE] += [3.0, -1.0, 0.0]  # whole cycles
+    np.testing.assert_allclose(prior.log_transition(before, after), got, atol=1e-6)
+    own = got[np.repeat(np.arange(3), 2), np.arange(6)]
+    assert (own > np.delete(got, 1, axis=0)[:, 2:4].max()).mean() > 0.5
+
+
+def test_a_start_is_explained_by_its_phase_and_what_is_known_of_the_frame_before_says_the_pace(prior, model):
+    rng = np.random.default_rng(3)
+    walk = mean_walk(model, prior, 30)
+    pace = np.exp(-model.person_mean_[-2])
+    truth = 20 * pace / 30 % 1
+    errors = []
+    for before in (None, walk[19]):
+        state = prior.initial(Start.at(walk[20], before, spread=0.02), 2000, rng)
+        np.testing.assert_allclose(state.poses.mean(0), walk[20], atol=0.003)
+        np.testing.assert_allclose(state.poses.std(0), 0.02, rtol=0.1)
+        off = (state.gait[:, PHASE] - truth + 0.5) % 1 - 0.5
+        errors.append(np.abs(off).mean())
+    assert errors[1] < 0.8 * errors[0] < 0.04
+    slow = walk[20].copy()
+    slow[:2] -= 0.5 * (walk[20] - walk[19])[:2]
+    paces = [np.median(prior.initial(Start.at(walk[20], b), 2000, rng).gait[:, PACE]) for b in (walk[19], slow)]
+    assert paces[1] < paces[0] - 0.12
+
+
+def test_several_candidates_come_by_their_weights_and_whole_turns_do_not_matter(prior, model):
+    walk = mean_walk(model, prior, 30)
+    poses = walk[[5, 20]].copy()
+    poses[1, :2] += [5.0, 1.0]
+    poses[1, 5] += 4 * np.pi + 1.0
+    poses[1, 9] += 2 * np.pi
+    start = Start(poses, np.log([1.0, 3.0]), np.full((2, 25), np.nan), np.full(25, 0.01))
+    rng = np.random.default_rng(4)
+    state = prior.initial(start, 1000, rng)
+    far = state.poses[:, 0] > 3
+    assert far.sum() == 750
+    assert np.abs(state.rest).max() < 1.0
+    np.testing.assert_allclose(state.poses[far, 5].mean(), poses[1, 5], atol=0.01)
+    after = prior.propagate(state, rng)
+    assert np.abs(after.poses - state.poses).max() < 1.0
+
+
+def test_moved_puts_walkers_where_told_and_they_go_on_from_there(prior, model):
+    rng = np.random.default_rng(5)
+    state = prior.initial(Start.at(mean_walk(model, prior, 30)[5]), 50, rng)
+    poses = state.poses + 0.1 * rng.standard_normal((50, 25))
+    moved = prior.moved(state, poses)
+    np.testing.assert_allclose(moved.poses, poses, atol=1e-12)
+    np.testing.assert_array_equal(moved.scores, state.scores)
+    again = prior._with_poses(moved.gait.copy(), moved.scores, moved.rest)
+    np.testing.assert_allclose(again.poses, poses, atol=1e-9)
+    same = prior.moved(state, state.poses)
+    np.testing.assert_allclose(same.rest, state.rest, atol=1e-12)
+
+
+def test_diffusing_stirs_without_a_step_and_takes_nothing_from_the_spread(prior, model):
+    rng = np.random.default_rng(6)
+    one = prior.initial(Start.at(mean_walk(model, prior, 30)[5], spread=0.0), 20, rng).take(np.zeros(4000, dtype=int))
+    still = prior.diffuse(one, 0.0, rng)
+    np.testing.assert_allclose(still.poses, one.poses, atol=1e-9)
+    half, whole = (prior.diffuse(one, share, rng) for share in (0.5, 1.0))
+    np.testing.assert_allclose(half.rest.std(0)[SHAPED] * 2, whole.rest.std(0)[SHAPED], rtol=0.08)
+    np.testing.assert_allclose(whole.poses[:, :2].mean(0), one.poses[0, :2], atol=0.001)
+
+
+def test_the_seed_says_all(prior, model):
+    start = Start.at(mean_walk(model, prior, 30)[5])
+    runs = []
+    for _ in range(2):
+        rng = np.random.default_rng(7)
+        runs.append(prior.diffuse(prior.propagate(prior.initial(start, 40, rng), rng), 0.5, rng))
+    np.testing.assert_array_equal(runs[0].poses, runs[1].poses)
+    taken = runs[0].take(np.array([3, 3, 9]))
+    for name in ("poses", "scores", "rest", "gait"):
+        np.testing.assert_array_equal(getattr(taken, name), getattr(runs[0], name)[[3, 3, 9]])
+
+
+def test_other_models_and_rates_are_refused():
+    with pytest.raises(MotionError, match="WalkingModel"):
+        FPCAPrior("walk/eigenwalkers")
+    with pytest.raises(MotionError, match="fps"):
+        FPCAPrior(fps=0)
+
+
+def test_the_ziggurat_draws_standard_normals():
+    state = stream(1, 2)
+    drawn = np.array([gaussian(state) for _ in range(100_000)])
+    assert kstest(drawn, "norm").pvalue > 0.01
+    assert (np.abs(drawn) > 3.7).mean() == pytest.approx(2 * norm.sf(3.7), rel=0.5)
+    assert np.mean(drawn**4) == pytest.approx(3.0, abs=0.1)

@@ -1,0 +1,95 @@
+"""Where tracks begin without being told: heading, phase and place from the first pictures."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import markers
+from motionenv.errors import MotionError
+from motionenv.likelihoods import SilhouetteLikelihood
+from motionenv.models.registry import load
+from motionenv.models.synthesis import synthesize
+from motionenv.render import render
+from motionenv.render.cameras import view
+from motionenv.tracking.initialization import automatic_start, bounding_box
+
+
+def pictures(alpha: float, seed: int, frames: int = 10):
+    """Masks of somebody who walks along x, his poses and body, and a likelihood that knows the camera."""
+    walk = synthesize("walk/fpca", 1, 30, seed=seed, height=1.7)
+    camera = view(alpha, width=96, height=96, distance=4.5)
+    masks = render(walk.poses[:frames], walk.skeleton, camera).limbs > 0
+    return [{"mask": m} for m in masks], walk, SilhouetteLikelihood(camera, walk.skeleton, threads=1)
+
+
+@pytest.mark.parametrize("degrees", [0, 40, 90, 160, -120])
+def test_the_truth_is_among_the_candidates_whatever_the_view(degrees):
+    observations, walk, likelihood = pictures(np.radians(degrees), seed=degrees + 200)
+    start = automatic_start(likelihood, observations, n=3000, seed=1)
+    off = markers(start.poses, walk.skeleton) - markers(walk.poses[0], walk.skeleton)
+    error = np.linalg.norm(off, axis=-1).mean(axis=-1)
+    assert error.min() < 0.1
+    near = start.poses[error < 0.15]
+    turned = np.degrees(np.angle(np.exp(1j * (near[:, 5] - walk.poses[0, 5]))))
+    assert np.abs(turned).max() < 40
+    assert start.previous[error.argmin(), 0] < start.poses[error.argmin(), 0]
+
+
+def test_somebody_who_walks_to_the_left_is_found_to():
+    walk = synthesize("walk/fpca", 1, 30, seed=9)
+    turned = walk.poses[:10].copy()
+    turned[:, :2] *= -1
+    turned[:, 5] += np.pi
+    camera = view(0.0, width=96, height=96)
+    masks = render(turned, walk.skeleton, camera).limbs > 0
+    start = automatic_start(
+        SilhouetteLikelihood(camera, walk.skeleton, threads=1), [{"mask": m} for m in masks], seed=0
+    )
+    assert (np.cos(start.poses[:, 5]) < -0.8).mean() > 0.9
+
+
+def test_the_seed_says_all_whatever_the_threads():
+    observations, walk, likelihood = pictures(0.3, seed=4, frames=3)
+    other = SilhouetteLikelihood(likelihood.camera, walk.skeleton, threads=3)
+    one, two = (automatic_start(m, observations, n=500, candidates=7, seed=5) for m in (likelihood, other))
+    assert one.poses.shape == (7, 25)
+    np.testing.assert_array_equal(one.poses, two.poses)
+    np.testing.assert_array_equal(one.previous, two.previous)
+
+
+def test_a_likelihood_that_learns_the_background_learns_nothing_from_the_search():
+    _, walk, _ = pictures(0.3, seed=4)
+    camera = view(0.3, width=96, height=96, distance=4.5)
+    films = [{"rgb": p} for p in render(walk.poses[:3], walk.skeleton, camera).rgb]
+    likelihood, other = (SilhouetteLikelihood(camera, walk.skeleton, threads=1) for _ in range(2))
+    for model in (likelihood, other):
+        model.observe(**films[0])
+    automatic_start(likelihood, films, n=300, candidates=7, seed=5)
+    for picture in films[1:] * 4:
+        likelihood.observe(**picture)
+        other.observe(**picture)
+    np.testing.assert_array_equal(likelihood.foreground, other.foreground)
+
+
+def test_the_box_leaves_specks_out_and_keeps_what_an_occluder_parts():
+    mask = np.zeros((40, 30))
+    mask[5:15, 10:14] = mask[20:35, 11:16] = 1
+    mask[38, 28] = 1
+    np.testing.assert_array_equal(bounding_box(mask), [10, 15, 5, 34])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"observations": []}, "at least one"),
+        ({"observations": [{"mask": np.zeros((96, 96), dtype=bool)}]}, "no foreground"),
+        ({"n": 10}, "whole number from 100"),
+        ({"candidates": 0}, "candidates"),
+        ({"fps": -1}, "fps"),
+        ({"model": load("walk/prior")}, "WalkingModel"),
+    ],
+)
+def test_what_can_not_be_is_refused(change, says):
+    observations, _, likelihood = pictures(0.0, seed=1, frames=1)
+    arguments = {"likelihood": likelihood, "observations": observations} | change
+    with pytest.raises(MotionError, match=says):
+        automatic_start(arguments.pop("likelihood"), arguments.pop("observations"), **arguments)
