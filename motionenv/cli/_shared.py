@@ -54,7 +54,7 @@ def parsed_numbers(text: str | None, name: str) -> list[float] | None:
     """Numbers from "1,0,-2"; None from None.
 
     Raises:
-        MotionError: another format; `name` is the option.
+        MotionError: another format; `name` is the option, with its dashes.
     """
     try:
         return None if text is None else [float(part) for part in text.split(",")]

@@ -67,7 +67,7 @@ def synth(
     check_suffix(out)
     motion = synthesize(
         model, seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation,
-        deviations=parsed_numbers(deviations, "deviations"),
+        deviations=parsed_numbers(deviations, "--deviations"),
     )  # fmt: skip
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames, {motion.seconds:g} s at {motion.fps:g} fps")

@@ -49,6 +49,6 @@ class Window(HumanRendering):
             return super().step(action)
         except RuntimeError as error:  # pygame.error is one
             raise EngineError(
-                f'render_mode="human" cannot open a window ({error}): without a display, use render_mode="rgb_array" '
+                f'render_mode="human" has no window to open ({error}): without a display, use render_mode="rgb_array" '
                 "or set SDL_VIDEODRIVER=dummy"
             ) from None

@@ -39,7 +39,7 @@ def project_markers(
 
     Raises:
         MotionError: other markers, or an angle out of range.
-        GapError: no heading is given, and it cannot be estimated.
+        GapError: no heading is given, and it can't be estimated.
     """
     if not isinstance(markers, Markers) or markers.names != MARKERS or markers.positions.ndim != 3:
         raise MotionError(
@@ -68,7 +68,7 @@ def turned_to_x(markers: Markers, heading: float | None = None) -> Markers:
 
     Raises:
         MotionError: `heading` isn't finite.
-        GapError: no heading is given, and it cannot be estimated.
+        GapError: no heading is given, and it can't be estimated.
     """
     heading = fourier_walker(markers).heading if heading is None else heading
     if not math.isfinite(heading):

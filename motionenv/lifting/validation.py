@@ -28,7 +28,7 @@ _LEGS = tuple([MARKERS.index(f"{side}_{n}") for n in GROUPS["legs"]] for side in
 
 
 def check_points(points: Points, scale: float | None = None) -> None:
-    """Reject points that cannot be lifted, before any expensive work.
+    """Reject points that can't be lifted, before any expensive work.
 
     The unit is checked by regressing the markers' mean heights on those of a standing body.
 
@@ -117,8 +117,8 @@ def swapped_frames(points: Points) -> np.ndarray:
     finds the most probable labels of all frames under autoregressive noise about a periodic difference; labels and
     periodic difference are estimated alternately.
 
-    Labels that are swapped throughout cannot be detected: apart from asymmetries, that is the same walker at view -α.
-    Frames in which left and right coincide cannot be decided, and do not matter.
+    Labels that are swapped throughout can't be detected: apart from asymmetries, that is the same walker at view -α.
+    Frames in which left and right coincide can't be decided, and do not matter.
 
     Args:
         points: image points of one camera, swapped in fewer than half of the frames.

@@ -6,7 +6,7 @@ Histograms have 8³ bins: one per limb, and one for everything that isn't body. 
 
 The log-likelihood, up to a constant, is the sum over a dozen points on each limb, each weighted by its share of the
 limb's pixels; points that a nearer limb occludes don't count. A dark arm in front of a bright torso is thereby located,
-which silhouettes cannot do. `learn` updates the histograms slowly from a posterior: clothes keep their colours, light
+which silhouettes can't do. `learn` updates the histograms slowly from a posterior: clothes keep their colours, light
 changes. Only pixels about which the posterior is certain are used, so an undecided posterior doesn't mix left and
 right; occluded limbs keep their colours. Before the first update, all poses are equally likely.
 """

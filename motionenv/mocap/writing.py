@@ -28,7 +28,7 @@ def write(motion: Motion, path) -> None:
         path: the file.
 
     Raises:
-        GapError: the motion has gaps, which the format cannot represent.
+        GapError: the motion has gaps, which the format can't represent.
         MotionError: another suffix, not one sequence, or the file can't be written.
     """
     _check_motion(motion)

@@ -32,7 +32,7 @@ def read_camera(path, name: str | None = None) -> Camera:
         text = path.read_text(encoding="utf-8")
         found = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except (OSError, ValueError) as error:
-        raise FormatError(path, f"cannot be read as a camera: {getattr(error, 'strerror', None) or error}") from error
+        raise FormatError(path, f"can't be read as a camera: {getattr(error, 'strerror', None) or error}") from error
     if not isinstance(found, dict):
         raise FormatError(path, "must hold an object with K, R, t, width and height")
     try:

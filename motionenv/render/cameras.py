@@ -158,7 +158,8 @@ def follow(path, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, .
     """
     from scipy.ndimage import gaussian_filter1d
 
-    checked_number(smooth, "smooth", above=0, unit="frames")
+    if smooth != math.inf:
+        checked_number(smooth, "smooth", above=0, unit="frames")
     path = path.poses[..., :3] if isinstance(path, Motion) else path
     ground = frozen(path, (None, 3), "path")[:, :2]
     frames = np.arange(len(ground))

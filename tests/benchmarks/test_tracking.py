@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-SCRIPT = Path(__file__).parents[1] / "benchmarks" / "tracking.py"
 TRIALS = ("02_01", "05_01", "06_01", "07_03", "12_01", "16_15")
 
 
@@ -21,7 +20,8 @@ def test_bench_tracking_compares_trackers(mocap, tmp_path):
         (folder / f"{trial[:2]}.asf").symlink_to((person / f"{trial[:2]}.asf").resolve())
     asked = ["--mocap", folder, "--out", tmp_path, "--only", "body", "--episodes", "2", "--processes", "2", "--quick"]
     done = subprocess.run(
-        [sys.executable, SCRIPT, *map(str, asked)],
+        [sys.executable, "-m", "benchmarks.tracking", *map(str, asked)],
+        cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,
         env={**os.environ, "OMP_NUM_THREADS": "1"},

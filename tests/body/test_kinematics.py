@@ -148,7 +148,7 @@ def test_height_is_from_sole_to_crown():
 
 @pytest.mark.parametrize("height", [0, -1, np.nan, 3])
 def test_impossible_heights_are_refused(height):
-    with pytest.raises(MotionError, match="height must be metres from 0.5 to 2.5"):
+    with pytest.raises(MotionError, match="height must be a number of metres from 0.5 to 2.5"):
         body.from_height(height)
 
 

@@ -128,7 +128,7 @@ def test_synth_takes_who_walks_as_deviations(run, tmp_path):
     run("synth", "walk/fpca", "--seconds", 1, "--fps", 30, "--deviations", "1,0,-2", "--out", "w.npz")
     expected = synthesize("walk/fpca", 1.0, 30.0, seed=0, deviations=[1.0, 0.0, -2.0])
     assert motionenv.read(tmp_path / "w.npz").poses.tobytes() == expected.poses.tobytes()
-    refused(run("synth", "walk/fpca", "--deviations", "1;2", "--out", "w.npz"), "commas between")
+    refused(run("synth", "walk/fpca", "--deviations", "1;2", "--out", "w.npz"), "separated by commas")
 
 
 def test_as_a_program_it_makes_the_same_bytes(run, tmp_path):
@@ -283,7 +283,7 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
         ("render WALK --size 16x16 --out nowhere/w.mp4", "nowhere"),
         ("render missing.npz --out w.mp4", "missing.npz"),
         ("render WALK --fps 30 --out w.mp4", "fps"),
-        ("fit walk/other --mocap . --out m.npz", "tree, walk/fpca, walk/eigenwalkers or walk/prior"),
+        ("fit walk/other --mocap . --out m.npz", "must be one of tree, walk/fpca, walk/eigenwalkers, walk/prior"),
         ("fit walk/fpca --mocap . --out m.npz", "no AMC, BVH, C3D, NPZ or TRC"),
         ("fit walk/fpca --mocap nowhere --out m.npz", "nowhere"),
         ("fit walk/fpca --mocap . --out nowhere/m.npz", "nowhere"),
@@ -368,7 +368,7 @@ def test_a_closed_pipe_and_ctrl_c_end_without_a_traceback(run, monkeypatch):
     def interrupt():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("motionenv.models.storage.model_file.names", interrupt)
+    monkeypatch.setattr("motionenv.models.names", interrupt)
     result = run("models")
     assert result.code in (1, 130)
     assert "Traceback" not in result.err

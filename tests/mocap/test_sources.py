@@ -136,7 +136,7 @@ def test_trouble_that_stays_is_told_and_a_new_run_goes_on_from_there(server, sou
     with pytest.raises(MotionError, match=says) as caught:
         download(source, tmp_path)
     assert f"{server.url}/02/02_01.amc" in str(caught.value)
-    assert "again" in str(caught.value)
+    assert "repeat the download" in str(caught.value)
     assert everything_below(tmp_path) == {"02/02.asf": CONTENT["02/02.asf"]}
     server.requests.clear()
     download(source, tmp_path)

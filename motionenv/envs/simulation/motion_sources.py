@@ -209,7 +209,7 @@ def _read_folder(source: Source) -> list[tuple[str, Motion]]:
     from motionenv.models.motion_tree.clips import read_clips
 
     def refuse(name: str, why: str) -> None:
-        raise MotionError(f"{name} in {source.motion} cannot be used: {why}")
+        raise MotionError(f"{name} in {source.motion} can't be used: {why}")
 
     clips = list(read_clips(source.motion, fps=source.file_fps, unit=source.unit, on_left_out=refuse))
     chosen = [(c.name, c.motion) for c in clips if is_evaluated(c.person) == (source.split == "eval")]

@@ -52,7 +52,7 @@ class _Thread:
             self._process = os.getpid()
         if self._process != os.getpid():
             raise EngineError(
-                "OpenGL cannot be used in this process, because its parent used it before forking: start processes "
+                "OpenGL can't be used in this process, because its parent used it before forking: start processes "
                 "with multiprocessing's 'spawn' or 'forkserver', or use engine='raycast'"
             )
         return self._pool.submit(call, *arguments)
@@ -86,7 +86,7 @@ def load():
                 handler.check.append("_ctypes.CArgObject")  # its name since Python 3.12
         import pyrender
     except BROKEN as error:
-        raise EngineError(f"pyrender cannot start ({error}): {_INSTALL}") from error
+        raise EngineError(f"pyrender can't start ({error}): {_INSTALL}") from error
     return pyrender
 
 
@@ -119,7 +119,7 @@ def offscreen(width: int, height: int):
     try:
         return _offscreen_class()(width, height)
     except (*BROKEN, _gl_error()) as error:
-        raise EngineError(f"OpenGL cannot create a context ({error!r}): {_INSTALL}") from error
+        raise EngineError(f"OpenGL can't create a context ({error!r}): {_INSTALL}") from error
 
 
 def _gl_error() -> type[Exception]:

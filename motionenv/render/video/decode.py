@@ -112,7 +112,7 @@ def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
         FormatError: not a video, or a damaged one.
     """
     if not path.is_file():
-        raise FormatError(path, "cannot be read: there is no such file")
+        raise FormatError(path, "can't be read: there is no such file")
     number = 0
     try:
         with av.open(str(path)) as container:

@@ -71,7 +71,7 @@ def write_video(
         except OSError:
             raise  # `atomic_write` reports disk errors
         except av.FFmpegError as error:
-            raise MotionError(f"cannot encode {path}: {error.strerror}; try another size or another format") from error
+            raise MotionError(f"can't encode {path}: {error.strerror}; try another size or another format") from error
 
 
 def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[bytes]:
@@ -105,7 +105,7 @@ def _streamed(frames: Iterator[av.VideoFrame], rate: Fraction, crf: int) -> Iter
                 yield sink.taken()
         yield sink.taken()
     except av.FFmpegError as error:
-        raise MotionError(f"cannot encode this video: {error.strerror}; try another size") from error
+        raise MotionError(f"can't encode this video: {error.strerror}; try another size") from error
 
 
 class _Sink:
@@ -151,7 +151,7 @@ def write_image(path, rgb) -> None:
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
-        raise MotionError(f"cannot write an image to {path}: the suffix must be .png")
+        raise MotionError(f"can't write an image to {path}: the suffix must be .png")
     data = png(rgb)
     with atomic_write(path) as part:
         part.write_bytes(data)
@@ -165,11 +165,11 @@ def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
     """
     if suffix not in _MOST_FPS:
         raise MotionError(
-            f"cannot write a video to {path}: the suffix must be .mp4, .gif or .webp, or none for a folder of PNGs"
+            f"can't write a video to {path}: the suffix must be .mp4, .gif or .webp, or none for a folder of PNGs"
         )
     rate = _checked_rate(suffix, fps, crf)
     if suffix and path.is_dir():
-        raise MotionError(f"cannot write {path}: a folder has that name; choose another")
+        raise MotionError(f"can't write {path}: a folder has that name; choose another")
     return rate
 
 
@@ -351,7 +351,7 @@ def _write_folder(path: Path, frames: Iterator[av.VideoFrame]) -> None:
         MotionError: `path` exists, or the disk is full or read-only.
     """
     if path.exists() and not (path.is_dir() and not any(path.iterdir())):
-        raise MotionError(f"cannot write frames to {path}: it exists and isn't an empty folder; choose another")
+        raise MotionError(f"can't write frames to {path}: it exists and isn't an empty folder; choose another")
     try:
         with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as beside:
             folder = Path(beside) / path.name
@@ -360,7 +360,7 @@ def _write_folder(path: Path, frames: Iterator[av.VideoFrame]) -> None:
             _in_background(numbered, lambda item: item[0].write_bytes(_png(item[1])))
             folder.replace(path)
     except OSError as error:
-        raise MotionError(f"cannot write frames to {path}: {error.strerror or error}; nothing was left") from error
+        raise MotionError(f"can't write frames to {path}: {error.strerror or error}; nothing was left") from error
 
 
 def _png(frame: av.VideoFrame) -> bytes:

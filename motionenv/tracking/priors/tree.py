@@ -237,7 +237,7 @@ def reaching_tree(clips: int = 300, seconds: float = 8.0, *, seed: int = 0) -> M
         poses[:, RIGHT_ARM] = angles
         return Clip(Motion(poses, body, FPS), f"reach {number}", "reach", str(number))
 
-    return MotionTree(part="right_arm").fit(build_database(arm(number) for number in range(clips)))
+    return MotionTree(part="right_arm").fit_database(build_database(arm(number) for number in range(clips)))
 
 
 def _filter(tree: MotionTree) -> tuple[np.ndarray, np.ndarray]:

@@ -93,7 +93,7 @@ def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) 
     """
     boxes = boxes[np.isfinite(boxes).all(axis=-1)]
     if not len(boxes):
-        raise MotionError("no person was detected, so the camera cannot be guessed: give a camera")
+        raise MotionError("no person was detected, so the camera can't be guessed: give a camera")
     tall, feet = np.median(boxes[:, 3] - boxes[:, 2] + 1), np.median(boxes[:, 3])
     focal = _FOCAL * max(width, height)
     distance = focal * skeleton.height / tall

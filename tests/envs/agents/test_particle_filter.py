@@ -102,7 +102,7 @@ def test_follows_an_arm():
 
 
 def test_refuses_what_it_cannot_play():
-    with pytest.raises(MotionError, match="images"):
+    with pytest.raises(MotionError, match="use WalkerTracking or ArmTracking"):
         TrackingAgent(MarkerTracking())
     with pytest.raises(MotionError, match="start"):
         TrackingAgent(ArmTracking())

@@ -169,7 +169,7 @@ def test_a_folder_without_anyone_to_evaluate_says_so(folder):
 
 def test_files_that_are_no_motion_are_named(tmp_path):
     (tmp_path / "05_01.bvh").write_text("HIERARCHY\nnonsense")
-    with pytest.raises(MotionError, match=r"05_01.bvh in .* cannot be used"):
+    with pytest.raises(MotionError, match=r"05_01.bvh in .* can't be used"):
         WalkerTracking(motion=str(tmp_path))
     np.savez(tmp_path / "x.npz", header=np.array("{}"))
     with pytest.raises(ModelError, match="model"):

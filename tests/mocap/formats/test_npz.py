@@ -51,9 +51,9 @@ BAD = {
     "newer": ({"version": np.array(99)}, "is of version 99; this motionenv reads version 1"),
     "no poses": ({"poses": None}, "has no poses"),
     "other pose vector": ({"pose": np.array(["x"] * 25)}, "pose: its pose vector has other entries than root_x"),
-    "poses of another shape": ({"poses": np.zeros((3, 24))}, "holds no motion: .*must have shape"),
-    "no frame rate": ({"fps": np.array(np.nan)}, "holds no motion: fps must be a number of frames"),
-    "frame rate a list": ({"fps": np.zeros(3)}, "holds no motion"),
+    "poses of another shape": ({"poses": np.zeros((3, 24))}, "has no valid motion: .*must have shape"),
+    "no frame rate": ({"fps": np.array(np.nan)}, "has no valid motion: fps must be a number of frames"),
+    "frame rate a list": ({"fps": np.zeros(3)}, "has no valid motion"),
     "NaN skeleton": ({"offsets": np.full((16, 3), np.nan)}, "needs finite offsets"),
 }
 

@@ -257,7 +257,7 @@ WRONG = {
     "backwards": (HEAD + "0,1,2\n1,1,2\n0.5,1,2\n", "must grow"),
     "irregular": (HEAD + "0,1,2\n1,1,2\n2,1,2\n3.5,1,2\n", "regular"),
     "bomb": (HEAD + "0,1,2\n1,1,2\n2,1,2\n1e6,1,2\n", "more than 100000"),
-    "frames": ("frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n", "give fps="),
+    "frames": ("frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n", "pass fps="),
     "quote": (HEAD + '0,"1,2\n', "CSV"),
     "binary": ("time_s\0", "binary"),
     "long": (HEAD + "".join(f"{i},1,2\n" for i in range(100_001)), "100000"),

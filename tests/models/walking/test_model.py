@@ -313,7 +313,7 @@ def test_memory_order_of_the_input_does_not_matter(model):
 
 def test_given_walkers_and_requests_must_agree(model):
     three = model.sample(3, seed=0)
-    with pytest.raises(MotionError, match="stride holds 3 walkers and n asks for 5"):
+    with pytest.raises(MotionError, match="stride holds 3 walkers, but n is 5"):
         model.walks(2, 30, stride=three, n=5)
     with pytest.raises(MotionError, match=r"speed must be a number of m/s from 0\.1 to 3, got 99\.0"):
         model.walks(2, 30, stride=three, n=3, speed=99.0)

@@ -131,7 +131,7 @@ def test_a_used_crowd_survives_a_fork(walking):
         (3, np.array([1.7, np.inf, 1.8]), r"heights\[1\] is inf"),
         (4, np.zeros((3, 3, 3)), r"colours must have shape \(3, 4, 3\)"),
         (5, np.full((3, 3, 3), np.nan), r"K\[0, 0, 0\] is nan"),
-        (5, np.zeros((3, 3, 3)), "K must be invertible"),
+        (5, np.zeros((3, 3, 3)), "K must hold invertible matrices"),
         (6, np.zeros((3, 3)), r"R must have shape \(3, 3, 3\)"),
         (7, np.zeros((3, 4)), r"t must have shape \(3, 3\)"),
     ],

@@ -190,7 +190,7 @@ def test_bad_frames_say_which_and_leave_nothing(tmp_path, suffix, frames, match)
         ("a.mp4", float("nan"), 20, "fps"),
         ("a.mp4", "30", 20, "fps"),
         ("a.mp4", 1001, 20, "0.01 to 1000"),
-        ("a.gif", 60, 20, "0.01 to 50 for .gif"),
+        ("a.gif", 60, 20, "fps of .gif must be a number from 0.01 to 50"),
         ("a.mp4", 30, 52, "crf"),
         ("missing/a.mp4", 30, 20, "can(no|')t write"),
         ("missing/a", 30, 20, "can(no|')t write"),
@@ -212,7 +212,7 @@ def test_bad_requests_fail_before_the_first_frame(tmp_path, name, fps, crf, matc
 
 
 def test_too_large_for_the_format_is_an_error(tmp_path):
-    with pytest.raises(MotionError, match="cannot encode"):
+    with pytest.raises(MotionError, match="can't encode"):
         write_video(tmp_path / "a.webp", np.zeros((1, 2, 17000, 3), dtype=np.uint8), 10)
     assert not list(tmp_path.iterdir())
 
@@ -231,7 +231,7 @@ FULL_DISK = """
             try:
                 write_video(f"{sys.argv[1]}/a{suffix}", noise, 10)
             except MotionError as error:
-                assert "can(no|')t write" in str(error), error
+                assert "can't write" in str(error), error
             else:
                 assert (limit, suffix) == (30_000, ""), (limit, suffix)
     try:
