@@ -16,7 +16,7 @@ import motionenv
 from service.errors import Problem
 from service.responses.threaded_response import ThreadedResponse
 from service.transport.worker_pool import WorkerPool
-from tests.waiting import until
+from tests.service.waiting import until
 
 ASK = {"seed": 5, "seconds": 2.0, "fps": 30, "picture": {"width": 160, "height": 120}}
 LONG = {"seed": 1, "seconds": 60, "fps": 30, "picture": {"width": 640, "height": 480}}

@@ -15,7 +15,7 @@ import pytest
 import motionenv
 from service.jobs.store import Job, Store
 from service.schemas.jobs import RenderRequest
-from tests.service.handing import LONG, as_file, ended, result, uploads
+from tests.service.jobs.handing import LONG, as_file, ended, result, uploads
 
 HALF = b"--x\r\nContent-Disposition: form-data; name=files; filename=a.bvh\r\n\r\nhalf"
 

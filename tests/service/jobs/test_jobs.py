@@ -13,8 +13,8 @@ import pytest
 import motionenv
 from motionenv.models import training
 from motionenv.types import POSE
-from tests.service.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
-from tests.waiting import until
+from tests.service.jobs.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
+from tests.service.waiting import until
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,8 @@ import pytest
 
 import motionenv
 from service.jobs.store import Store
-from tests.service.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
-from tests.waiting import requests_running, until
+from tests.service.jobs.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
+from tests.service.waiting import requests_running, until
 
 ROOT = Path(__file__).parents[3]
 SHORT = {"seconds": 1, "seed": 3, "picture": {"width": 160, "height": 120}}

@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 import motionenv
 from motionenv.body import markers
 from tests.service.inside import answers
-from tests.waiting import until
+from tests.service.waiting import until
 
 ASK = {"seed": 3, "seconds": 1.0, "fps": 30, "deviations": [1.0, -0.5], "speed": 1.2, "height": 1.6, "phase": 0.25}
 SMALL = {"width": 64, "height": 48}

@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 from service.app import create_app
 from service.settings import Settings
 from tests.service.inside import answers
-from tests.waiting import until
+from tests.service.waiting import until
 
 ASK = {"seed": 1, "seconds": 0.1}
 _UPGRADE = {
