@@ -102,12 +102,12 @@ def test_what_episodes_are_cut_from_is_the_motion_to_the_last_bit(python, asked)
 
 def test_what_one_motion_cant_be_made_with_is_refused(tmp_path):
     make = lambda **how: gymnasium.make("motionenv/WalkerTracking-v0", motion_seed=1, **how)
-    with pytest.raises(MotionError, match="speed must be one"):
+    with pytest.raises(MotionError, match="speed must be a single value with motion_seed"):
         make(speed=(1.0, 1.5))
     with pytest.raises(MotionError, match="motion_seed must be a whole number"):
         gymnasium.make("motionenv/WalkerTracking-v0", motion_seed=-1)
     motionenv.write(motionenv.synthesize("walk/fpca", 5, 30, seed=1), tmp_path / "walk.npz")
-    with pytest.raises(MotionError, match="motion_seed is for models"):
+    with pytest.raises(MotionError, match="motion_seed needs a model as motion"):
         make(motion=str(tmp_path / "walk.npz"))
-    with pytest.raises(MotionError, match="motion_seed is for models"):
+    with pytest.raises(MotionError, match="motion_seed needs a model as motion"):
         ArmTracking(motion_seed=1)
