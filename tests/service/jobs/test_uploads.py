@@ -1,14 +1,21 @@
 """Multipart bodies: what is refused, under which names files are kept, and in how little memory."""
 
+import re
 import socket
 import threading
 import time
+from pathlib import Path
 
 import httpx
 import psutil
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import motionenv
+from service.errors import Problem
+from service.jobs.uploads import SUFFIXES, as_fields, safe_name
+from service.schemas.jobs import FitFields
 from tests.service.jobs.handing import as_file, ended, uploads
 from tests.service.waiting import until
 
@@ -125,3 +132,47 @@ def test_who_goes_in_the_middle_of_an_upload_leaves_nothing(job_server):
         until(lambda: list((job_server.data / "incoming").iterdir()))
     until(lambda: not list((job_server.data / "incoming").iterdir()))
     assert not job_server.events("request failed")
+
+
+@given(st.text(max_size=200), st.sampled_from(SUFFIXES))
+def test_every_name_becomes_one_of_a_file_in_this_folder(stem, suffix):
+    name = safe_name(stem + suffix.upper())
+    assert re.fullmatch(r"[A-Za-z0-9_-]{1,80}\.[a-z0-9]{3}", name)
+    assert name.endswith(suffix)
+    assert not name.startswith("-")
+    assert safe_name(name) == name
+    assert Path("folder", name).parent == Path("folder")
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"),
+    [
+        ("07_01.amc", "07_01.amc"),
+        ("Ein Gänger (2).BVH", "Ein-Ganger-2.bvh"),
+        ("C:\\walks\\a.c3d", "a.c3d"),
+        ("../../a.npz", "a.npz"),
+        ("走る.trc", "capture.trc"),
+        ("a.b.c.npz", "a-b-c.npz"),
+    ],
+)
+def test_people_find_their_names_again(name, kept):
+    assert safe_name(name) == kept
+
+
+@pytest.mark.parametrize("name", ["a.exe", "bvh", "a.bvh.zip", "", "a."])
+def test_other_files_are_refused_and_the_suffixes_named(name):
+    with pytest.raises(Problem, match=r"file names must end in one of \.amc, \.bvh, \.c3d, \.npz, \.trc, \.asf") as no:
+        safe_name(name)
+    (error,) = no.value.errors
+    assert (no.value.status_code, error["field"]) == (422, "/files")
+    assert error["bound"] == {"expected": ".amc .bvh .c3d .npz .trc .asf"}
+
+
+@pytest.mark.parametrize(("few", "most"), [(True, 2), (False, 500)])
+def test_the_document_tells_the_fields_and_how_many_files(few, most):
+    (content,) = as_fields(FitFields.model_json_schema(), few)["requestBody"]["content"].values()
+    told = content["schema"]
+    assert set(told["properties"]) == {*FitFields.model_fields, "files"}
+    assert set(told["required"]) == {"kind", "name", "files"}
+    files = told["properties"]["files"]
+    assert (files["minItems"], files["maxItems"], files["items"]["format"]) == (1, most, "binary")
