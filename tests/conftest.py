@@ -1,13 +1,17 @@
-"""What the tests share: where the real motion capture is, whether OpenGL works here, and running commands."""
+"""What the tests share: real motion capture, whether OpenGL works here, running commands, and services that run."""
 
 import os
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from hypothesis import settings
+
+from tests.service.running import Server, run_service
 
 # The same examples in every run, and no deadline: the first call of a kernel compiles it.
 settings.register_profile("motionenv", deadline=None, derandomize=True, database=None)
@@ -69,3 +73,24 @@ def run(monkeypatch, capsys, tmp_path):
         return SimpleNamespace(code=ended.value.code or 0, out=out, err=err)
 
     return command
+
+
+@pytest.fixture(scope="session")
+def serving() -> Callable[..., AbstractContextManager[Server]]:
+    """`with serving(folder, **settings) as server:` runs a service with settings of its own."""
+    return run_service
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory) -> Iterator[Server]:
+    """A service that asks for no key."""
+    with run_service(tmp_path_factory.mktemp("service")) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def locked(tmp_path_factory) -> Iterator[Server]:
+    """A service that asks for a key, takes JSON of 2,000 bytes at most, and lets a lab's pages ask."""
+    settings = {"keys": ["a-key-that-only-tests-know"], "max_json": 2000, "cors": ["https://lab.example"]}
+    with run_service(tmp_path_factory.mktemp("locked"), **settings) as running:
+        yield running

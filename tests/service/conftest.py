@@ -1,98 +1,11 @@
-"""A real service on a real port, in a process of its own."""
+"""What the tests of the service share: one that takes jobs, and the page in a browser."""
 
-import json
-import os
-import re
-import signal
-import subprocess
-import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator
 
-import httpx
 import pytest
 
-from tests.service.browsing import Tab, launched, tab
-
-ROOT = Path(__file__).parents[2]
-
-
-@dataclass
-class Server:
-    """A running service: address, files, process, the lines that it logged, and a client with its key, if any."""
-
-    url: str
-    data: Path
-    process: subprocess.Popen
-    lines: list[str]
-    http: httpx.Client
-    key: str | None
-
-    def events(self, event: str) -> list[dict]:
-        """What was logged as `event`."""
-        return [logged for line in self.lines if (logged := json.loads(line)).get("event") == event]
-
-
-@contextmanager
-def run_service(data: Path, **settings: object) -> Iterator[Server]:
-    """A service with `settings` and its files in `data`, stopped at the end as an operator would."""
-    values = {"port": 0, "data": data} | settings
-    names = {f"MOTIONENV_SERVICE_{name.upper()}": v if isinstance(v, str) else json.dumps(v, default=str)
-             for name, v in values.items()}  # fmt: skip
-    names["MOTIONENV_SERVICE_DATA"] = str(data)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "service"], cwd=ROOT, env=os.environ | names, stderr=subprocess.PIPE, text=True
-    )
-    lines: list[str] = []
-    started = threading.Event()
-    address: list[str] = []
-
-    def read() -> None:
-        for line in process.stderr:  # type: ignore[union-attr]
-            lines.append(line)
-            if found := re.search(r"running on (http://[^\s\"]+)", line):
-                address.append(found[1])
-                started.set()
-        started.set()
-
-    reader = threading.Thread(target=read, daemon=True)
-    reader.start()
-    started.wait(180)  # kernels are compiled where no cache has them
-    assert address, "".join(lines)
-    try:
-        key = next(iter(values.get("keys", ())), None)
-        headers = {} if key is None else {"Authorization": f"Bearer {key}"}
-        with httpx.Client(base_url=address[0], timeout=30, headers=headers) as client:
-            yield Server(address[0], data, process, lines, client, key)
-    finally:
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(40) in (0, -signal.SIGTERM)
-        reader.join(5)
-        process.stderr.close()  # type: ignore[union-attr]
-
-
-@pytest.fixture(scope="session")
-def serving() -> Callable[..., AbstractContextManager[Server]]:
-    """`with serving(folder, **settings) as server:` runs a service with settings of its own."""
-    return run_service
-
-
-@pytest.fixture(scope="session")
-def server(tmp_path_factory) -> Iterator[Server]:
-    """A service that asks for no key."""
-    with run_service(tmp_path_factory.mktemp("service")) as running:
-        yield running
-
-
-@pytest.fixture(scope="session")
-def locked(tmp_path_factory) -> Iterator[Server]:
-    """A service that asks for a key, takes JSON of 2,000 bytes at most, and lets a lab's pages ask."""
-    settings = {"keys": ["a-key-that-only-tests-know"], "max_json": 2000, "cors": ["https://lab.example"]}
-    with run_service(tmp_path_factory.mktemp("locked"), **settings) as running:
-        yield running
+from tests.service.page.browsing import Tab, launched, tab
+from tests.service.running import Server, run_service
 
 
 @pytest.fixture(scope="session")

@@ -12,8 +12,8 @@ import pytest
 
 import motionenv
 from tests.mocap.formats.test_asfamc import AMC, ASF
-from tests.service.handing import as_file, ended, result, uploads
-from tests.service.mutating import mutated
+from tests.service.hostile.mutating import mutated
+from tests.service.jobs.handing import as_file, ended, result, uploads
 
 
 def originals() -> dict[str, bytes]:

@@ -19,7 +19,7 @@ import numpy as np
 import psutil
 import pytest
 
-from tests.waiting import until
+from tests.service.waiting import until
 
 FILM = {"seed": 1, "seconds": 1, "fps": 30, "picture": {"width": 320, "height": 240}}
 MP4 = {"Accept": "video/mp4"}

@@ -1,13 +1,10 @@
 """What SQLite remembers of jobs, and the files beside it."""
 
-import hashlib
-import os
 import secrets
 import time
 
 import pytest
 
-from service.jobs.file_store import FileStore
 from service.jobs.store import ATTEMPTS, Full, Job, Store, Taken, Waiting
 
 
@@ -112,32 +109,3 @@ def test_a_full_disk_refuses_new_jobs_and_lets_old_ones_end(tmp_path):
     assert made_room
     assert store.counts() == {"failed": 20, **({"queued": before["queued"] - 20} if before["queued"] > 20 else {})}
     store.close()
-
-
-def test_files_are_called_by_their_content_and_swept_when_stale(tmp_path):
-    file_store = FileStore(tmp_path, reserve=0)
-    for _ in range(2):
-        file = file_store.receive()
-        file.write(b"ab")
-        file.write(b"c")
-        sha = file.close()
-        file_store.place(file.path, sha)
-    assert sha == hashlib.sha256(b"abc").hexdigest()
-    assert (file_store.path(sha).read_bytes(), file_store.all()) == (b"abc", [sha])
-    left = file_store.receive()
-    left.close()
-    file_store.sweep_incoming()
-    assert left.path.exists()
-    os.utime(left.path, (0, 0))
-    file_store.sweep_incoming()
-    assert not left.path.exists()
-
-
-def test_some_disk_is_kept_to_be_freed(tmp_path):
-    file_store = FileStore(tmp_path, reserve=0)
-    file_store.load_ballast()
-    assert (tmp_path / "ballast").stat().st_blocks * 512 >= 4 << 20
-    assert file_store.drop_ballast()
-    assert not file_store.drop_ballast()
-    with pytest.raises(Full):
-        FileStore(tmp_path, reserve=10**18).check_room()

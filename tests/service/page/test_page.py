@@ -11,7 +11,7 @@ from PIL import Image, ImageChops
 
 import motionenv
 from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
-from tests.service.browsing import DESK, PHONE, tab
+from tests.service.page.browsing import DESK, PHONE, tab
 
 MODELS = ["walk/fpca", "walk/eigenwalkers"]
 CURVES = {"Hip": (17, 21), "Knee": (20, 24), "Shoulder": (9, 13), "Elbow": (12, 16)}  # columns of POSE

@@ -7,7 +7,7 @@ import pytest
 
 import motionenv
 from motionenv.types import POSE
-from tests.service.browsing import tab
+from tests.service.page.browsing import tab
 
 
 def test_keys_work_where_no_field_is_in_use(shown):

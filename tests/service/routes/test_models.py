@@ -44,24 +44,6 @@ def test_what_a_tree_is_told_to_know_it_grows(server):
         assert server.http.post("/v1/tree/synthesis", json=asked).status_code == 200
 
 
-def test_a_fitted_model_is_served(server):
-    path = server.data / "models" / "mine.npz"
-    motionenv.load("walk/fpca").save(path, {"data": "ours", "model licence": "CC0"})
-    told = server.http.get("/v1/models/fitted/mine").json()
-    assert (told["kind"], told["licence"], told["summary"]) == ("walking", "CC0", "ours")
-    assert "fitted/mine" in [model["name"] for model in server.http.get("/v1/models").json()["models"]]
-    asked = {"model": "fitted/mine", "seed": 1, "seconds": 0.5}
-    first = server.http.post("/v1/synthesis", json=asked)
-    shipped = server.http.post("/v1/synthesis", json=asked | {"model": "walk/fpca"})
-    assert first.json()["poses"] == shipped.json()["poses"]
-    motionenv.load("walk/eigenwalkers").save(path)
-    second = server.http.post("/v1/synthesis", json=asked)
-    assert second.headers["etag"] != first.headers["etag"]
-    assert second.json()["poses"] != first.json()["poses"]
-    path.unlink()
-    assert server.http.post("/v1/synthesis", json=asked).status_code == 404
-
-
 @pytest.mark.parametrize("path", ["/v1/models", "/v1/models/walk/fpca", "/v2/models/walk/fpca"])
 def test_descriptions_are_kept(server, path):
     first = server.http.get(path)

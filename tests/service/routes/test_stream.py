@@ -8,11 +8,6 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-import motionenv
-from motionenv.models.motion_tree import MotionGenerator, Options, Target
-from service.responses.streaming import Stream
-from service.schemas.stream import StreamSettings
-
 
 def talk(server, **settings):
     connection = connect(f"ws{server.url.removeprefix('http')}/v1/stream", **settings)
@@ -50,17 +45,6 @@ def test_motion_comes_at_its_pace_and_goes_on_when_it_changes(server, model):
     assert np.diff(whole[:, 0]).min() > -0.005  # never backwards
     assert np.abs(np.diff(whole, axis=0))[:, 3:].max() < 0.35  # no jumps: 20 rad/s at most
     assert np.abs(np.diff(whole, axis=0))[:, :3].max() < 0.06
-
-
-def test_a_tree_is_steered_as_it_goes():
-    tree = motionenv.load("mixed/tree")
-    settings = StreamSettings(model="mixed/tree", seed=3)
-    stream = Stream(lambda _: tree, settings)
-    growth = MotionGenerator(tree, seed=[3, 0], options=Options(temperature=settings.temperature))
-    for change, target in (({}, Target()), ({"heading": 60.0, "speed": 1.5}, Target(None, np.radians(60), 1.5))):
-        stream.change(settings.model_copy(update=change))
-        growth.target = target
-        assert np.array_equal([stream.next() for _ in range(40)], growth.step(40))
 
 
 def test_the_same_seed_gives_the_same_motion(server):

@@ -12,6 +12,8 @@ import motionenv
 
 #: A job that takes minutes.
 LONG = {"seconds": 600, "fps": 60, "seed": 1, "picture": {"width": 640, "height": 480}}
+#: One that takes seconds.
+SHORT = {"seconds": 1, "seed": 3, "picture": {"width": 160, "height": 120}}
 
 
 def some_walks() -> dict[str, bytes]:

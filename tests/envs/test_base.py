@@ -1,4 +1,4 @@
-"""What Gymnasium expects of an environment, and what it says when misused."""
+"""A tracking environment is what Gymnasium expects of one, and says when it is misused."""
 
 import json
 import multiprocessing
@@ -18,6 +18,7 @@ from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, Reco
 
 import motionenv.envs
 from motionenv.envs import TrackingVectorEnv, WalkerTracking
+from motionenv.envs.base import checked_actions, checked_lost_after, checked_render_mode
 from motionenv.errors import MotionError
 
 pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environments are new in Gymnasium 1.4")
@@ -25,13 +26,6 @@ pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environ
 from gymnasium.utils.env_checker import check_env, data_equivalence, data_shares_objects
 
 IDS = ["motionenv/WalkerTracking-v0", "motionenv/ArmTracking-v0"]
-
-
-@pytest.fixture
-def no_display(monkeypatch) -> None:
-    """Windows open in SDL's dummy driver."""
-    pytest.importorskip("pygame", reason="pygame is missing: pip install -e '.[test]'")
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
 
 
 def numbers(env, steps: int = 3):
@@ -265,23 +259,6 @@ def test_gymnasiums_wrappers_work():
     assert infos["episode"]["l"].tolist() == [3, 3]
 
 
-def test_a_window_shows_it(no_display):
-    env = WalkerTracking(size=36, render_mode="human", fps=1000, horizon=5)
-    env.reset(seed=0)
-    env.step(np.zeros(25))
-    assert env.render() is None
-    env.close()
-    env.close()
-
-
-def test_a_window_that_cant_open_says_so(monkeypatch):
-    pytest.importorskip("pygame", reason="pygame is missing: pip install -e '.[test]'")
-    monkeypatch.setenv("SDL_VIDEODRIVER", "nonesuch")
-    env = WalkerTracking(size=36, render_mode="human")
-    with pytest.raises(motionenv.errors.EngineError, match='use render_mode="rgb_array"'):
-        env.reset(seed=0)
-
-
 def test_misuse_is_named_and_changes_nothing(kind):
     env, twin = kind.single(), kind.single()
     good = 0 * env.action_space.sample()
@@ -312,3 +289,30 @@ def test_misuse_is_named_and_changes_nothing(kind):
     with pytest.raises(ResetNeeded, match="reset"):
         env.step(good)
     assert env.truth()["pose"].shape == (25,)
+
+
+def test_actions_are_checked_where_they_are_read():
+    space = gymnasium.spaces.Box(-2, 3, (2,), np.float32)
+    bad = np.array([[1.0, 2.0], [np.nan, 9.0]])
+    read = checked_actions(bad, space, np.array([True, False]))
+    assert read.dtype == np.float64
+    assert read.tolist() == [[1.0, 2.0], [0.0, 0.0]]
+    with pytest.raises(MotionError, match=r"action\[0\] of environment 1 must be finite and from -2 to 3, got nan"):
+        checked_actions(bad, space)
+    with pytest.raises(MotionError, match=r"action\[1\] must be finite and from -2 to 3, got 3.5"):
+        checked_actions([[1.0, 3.5]], space)
+    with pytest.raises(MotionError, match=r"numbers of shape \(3, ...\) of \(2,\), got float64 of shape \(2, 2\)"):
+        checked_actions(bad, space, np.ones(3, bool))
+    with pytest.raises(MotionError, match=r"an array of shape \(2,\), got lists of different lengths"):
+        checked_actions([[1.0, 2.0], [1.0]], space)
+
+
+def test_modes_and_limits_that_can_not_be_are_refused():
+    assert checked_render_mode("human", ["human", "rgb_array"]) == "human"
+    assert checked_render_mode(None, []) is None
+    with pytest.raises(MotionError, match="render_mode must be None or one of human, rgb_array, got 'ansi'"):
+        checked_render_mode("ansi", ["human", "rgb_array"])
+    assert checked_lost_after(0.5) == 0.5
+    assert checked_lost_after(None) is None
+    with pytest.raises(MotionError, match="lost_after must be a number of metres above 0, got 0"):
+        checked_lost_after(0)

@@ -1,11 +1,8 @@
-"""Jobs on a real service: each kind, and taking it back."""
+"""The work of jobs on a real service: fitting, inspecting, converting, rendering."""
 
 import io
 import json
-import os
 import shutil
-import signal
-import time
 
 import numpy as np
 import pytest
@@ -13,8 +10,7 @@ import pytest
 import motionenv
 from motionenv.models import training
 from motionenv.types import POSE
-from tests.service.handing import LONG, as_file, ended, processes, result, some_walks, until_running, uploads
-from tests.waiting import until
+from tests.service.jobs.handing import as_file, ended, result, some_walks, uploads
 
 
 @pytest.fixture(scope="module")
@@ -119,74 +115,3 @@ def test_a_rendered_video_is_that_of_python(job_server, tmp_path):
     frames = motionenv.film(motion, 0.0, width=64, height=48, elevation=np.radians(3.5))
     motionenv.write_video(tmp_path / "f.gif", frames, 30)
     assert answer.content == (tmp_path / "f.gif").read_bytes()
-
-
-def test_a_running_job_is_cancelled_and_its_process_killed(job_server):
-    asked = job_server.http.post("/v1/jobs/render", json=LONG)
-    until_running(job_server, asked)
-    where = asked.headers["Location"]
-    assert job_server.http.get(f"{where}/result").status_code == 409
-    cancelled = job_server.http.delete(where)
-    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
-    until(lambda: not processes(job_server))
-    until(lambda: not list((job_server.data / "work").iterdir()))
-    assert job_server.http.delete(where).status_code == 204
-    assert job_server.http.get(where).status_code == 404
-
-
-def test_what_is_cancelled_is_kept_and_what_has_ended_is_not_cancelled(job_server):
-    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
-    done, running, waiting = (job_server.http.post("/v1/jobs/render", json=asked) for asked in (body, LONG, LONG))
-    until_running(job_server, running)
-    for answer in (waiting, running, running):
-        cancelled = job_server.http.post(f"{answer.headers['Location']}/cancel")
-        assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
-    assert job_server.http.get(running.headers["Location"]).json() == cancelled.json()
-    late = job_server.http.post(f"{done.headers['Location']}/cancel")
-    assert (late.status_code, "is done" in late.json()["detail"]) == (409, True)
-    assert result(job_server, ended(job_server, done)).content[4:8] == b"ftyp"
-    assert job_server.http.post("/v1/jobs/nothing/cancel").status_code == 404
-
-
-def test_a_full_queue_is_said_and_waiting_jobs_are_listed(job_server):
-    running = job_server.http.post("/v1/jobs/render", json=LONG)
-    until_running(job_server, running)
-    waiting = [job_server.http.post("/v1/jobs/render", json=LONG) for _ in range(3)]
-    refused = job_server.http.post("/v1/jobs/render", json=LONG)
-    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "10")
-    late = job_server.http.post("/v1/jobs/inspect", files=uploads({"a.npz": b"PK"}))
-    assert late.status_code == 503
-    ids = [answer.json()["id"] for answer in waiting]
-    listed = job_server.http.get("/v1/jobs", params={"status": "queued"}).json()
-    assert [job["id"] for job in listed["jobs"]] == ids[::-1]
-    first = job_server.http.get("/v1/jobs", params={"status": "queued", "limit": 2}).json()
-    second = job_server.http.get("/v1/jobs", params={"status": "queued", "limit": 2, "before": first["next"]}).json()
-    assert [job["id"] for job in first["jobs"] + second["jobs"]] == ids[::-1]
-    assert second["next"] is None
-    until(lambda: 'motionenv_jobs{status="queued"} 3.0' in job_server.http.get("/metrics").text)
-    for answer in [*waiting, running]:
-        assert job_server.http.delete(answer.headers["Location"]).json()["status"] == "cancelled"
-
-
-def test_the_same_key_gives_the_same_job(job_server):
-    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
-    headers = {"Idempotency-Key": "one"}
-    first = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
-    second = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
-    assert first.json()["id"] == second.json()["id"]
-    other = job_server.http.post("/v1/jobs/render", json=body | {"seed": 2}, headers=headers)
-    assert other.status_code == 422
-    assert ended(job_server, first)["status"] == "done"
-
-
-def test_a_crash_of_the_process_fails_the_job_and_nothing_else(job_server):
-    """As ezc3d does on some damaged C3D files."""
-    asked = job_server.http.post("/v1/jobs/render", json=LONG)
-    until_running(job_server, asked)
-    while not (found := processes(job_server)):
-        time.sleep(0.05)
-    os.kill(found[0].pid, signal.SIGSEGV)
-    job = ended(job_server, asked)
-    assert (job["status"], job["error"]["status"], job["error"]["title"]) == ("failed", 422, "Unprocessable Entity")
-    assert "crashed (SIGSEGV)" in job["error"]["detail"]
-    assert job_server.http.get(f"{asked.headers['Location']}/result").status_code == 409

@@ -1,4 +1,4 @@
-"""The files of the page: complete, compressed, cacheable, and under a strict content security policy."""
+"""The page and its files: complete, compressed, cacheable, and under a strict content security policy."""
 
 import gzip
 import hashlib
@@ -7,7 +7,6 @@ import re
 import httpx
 import pytest
 
-import motionenv
 from service.routes.page import FOLDER
 
 WEB = FOLDER.parent
@@ -76,22 +75,3 @@ def test_nothing_else_is_sent(server, path):
     answer = server.http.get(path)
     assert answer.status_code == 404
     assert answer.headers["content-type"] == "application/problem+json"
-
-
-@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
-def test_parameters_are_bytes_that_are_kept(server, model):
-    answer = server.http.get(f"/v1/models/{model}/parameters")
-    assert answer.status_code == 200
-    header = int.from_bytes(answer.content[:4], "little")
-    assert (4 + header) % 8 == 0
-    arrays, _ = motionenv.parameters(motionenv.load(model))
-    assert len(answer.content) == 4 + header + 8 * sum(array.size for array in arrays.values())
-    again = server.http.get(f"/v1/models/{model}/parameters", headers={"If-None-Match": answer.headers["etag"]})
-    assert (again.status_code, again.content) == (304, b"")
-
-
-@pytest.mark.parametrize(("model", "status"), [("walk/nobody", 404), ("fitted/nobody", 404), ("Walk/fpca", 422)])
-def test_parameters_of_what_there_is_not(server, model, status):
-    answer = server.http.get(f"/v1/models/{model}/parameters")
-    assert answer.status_code == status
-    assert answer.json()["status"] == status

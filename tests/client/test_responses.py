@@ -1,0 +1,36 @@
+"""What the service's JSON becomes: samples and lifted points are those of Python."""
+
+import math
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.lifting import project_markers
+
+
+def test_samples_are_those_of_the_tree(client):
+    tree = motionenv.load("mixed/tree")
+    before = motionenv.synthesize("walk/fpca", 1, 30, seed=3)
+    drawn = client.tree_samples(before, 20, seed=7, temperature=0.2, method="exact")
+    expected = tree.sample(before.poses, 20, seed=7, temperature=0.2, method="exact", probability=True)
+    np.testing.assert_array_equal(drawn.poses, expected.poses)
+    np.testing.assert_array_equal(drawn.windows, expected.windows)
+    assert type(drawn) is type(expected)
+    np.testing.assert_allclose(drawn.log_probability, expected.log_probability, atol=1e-12)
+    assert client.tree_samples(tree.database_.activities[0], 3, seed=1).poses.shape == (3, 25)
+
+
+def test_points_are_lifted_as_in_python(client):
+    points = project_markers(
+        motionenv.load("walk/eigenwalkers").synthesize_markers(3.0, 30, seed=5), math.radians(40.0)
+    )
+    positions = points.positions.copy()
+    positions[::4, 7] = np.nan
+    points = motionenv.Points(positions, points.fps, points.unit)
+    told, found = client.lift(points), motionenv.lift(points)
+    np.testing.assert_allclose(told.markers.positions, found.markers().positions, atol=1e-9)
+    assert told.alpha == pytest.approx(found.posterior.alpha, abs=1e-9)
+    assert [o.alpha for o in told.others] == pytest.approx([o.alpha for o in found.others], abs=1e-9)
+    assert told.swapped.shape == (90, 2)
+    assert client.lift(points, math.radians(40), elevation=None).plausible in (True, False)

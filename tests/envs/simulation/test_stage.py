@@ -1,0 +1,126 @@
+"""Pictures of a stage are those of its truth, drawn by itself."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import markers
+from motionenv.envs import WalkerTracking, WalkerTrackingVector
+from motionenv.envs.simulation.motion_sources import Source
+from motionenv.envs.simulation.stage import PictureSettings, Stage
+from motionenv.envs.simulation.views import WalkingView
+from motionenv.errors import MotionError
+from motionenv.render import render
+from motionenv.render.sensors.augmentation import FAR, Augmentation
+from motionenv.types import Frame
+
+
+def begun(seed: int = 0, **arguments):
+    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
+    return env, env.reset(seed=seed)[0]
+
+
+@pytest.mark.parametrize("camera", ["side", "front", 45, -120.5, "random", "follow"])
+def test_pictures_show_the_truth(camera):
+    env, seen = begun(camera=camera, seed=3)
+    for _ in range(20):
+        truth = env.truth()
+        np.testing.assert_array_equal(truth["joints"], markers(truth["pose"], truth["skeleton"]))
+        frame = render(truth["pose"], truth["skeleton"], truth["camera"])
+        np.testing.assert_array_equal(seen["mask"][..., 0], np.where(frame.limbs > 0, 255, 0))
+        body = frame.limbs > 0
+        np.testing.assert_array_equal(seen["depth"][body, 0], frame.depth[body])
+        assert (seen["depth"][~body] == FAR).all()
+        seen, *_ = env.step(truth["pose"])
+
+
+def test_randomised_looks():
+    envs = WalkerTrackingVector(12, clothes=True, horizon=5)
+    first, _ = envs.reset(seed=0)
+    assert len({truth["skeleton"].height for truth in envs.truth()}) > 8
+    plain = WalkerTrackingVector(2, clothes=False, horizon=5)
+    plain.reset(seed=0)
+    stage = plain.world.stage
+    np.testing.assert_array_equal(stage.colours[0], stage.colours[1])
+    assert len(np.unique(envs.world.stage.colours[:, 1], axis=0)) == 12
+    assert len(np.unique(first.reshape(12, -1), axis=0)) == 12
+
+
+def made(n: int, **changed) -> Stage:
+    how = {"size": 36, "scenery": Augmentation("plain", 0, 0, 0.0, 0.0), "clothes": True, "threads": 1, **changed}
+    return Stage(n, Source("walk/fpca", "train", 11, 30.0), WalkingView("side", 30.0), **how)
+
+
+def test_a_slots_episode_depends_on_its_generator_alone():
+    many, one = made(3), made(1)
+    many.begin(np.arange(3), [np.random.default_rng(seed) for seed in (5, 6, 7)])
+    one.begin(np.array([0]), [np.random.default_rng(6)])
+    many.time[1], one.time[0] = 4, 4
+    np.testing.assert_array_equal(many.now()[1], one.now()[0])
+    np.testing.assert_array_equal(many.draw(np.array([1])).rgb, one.draw(np.array([0])).rgb)
+    many.begin(np.array([0, 2]), [np.random.default_rng(seed) for seed in (8, 9)])
+    np.testing.assert_array_equal(many.now()[1], one.now()[0])  # others begin again, this one goes on
+    assert many.time.tolist() == [0, 4, 0]
+
+
+def test_a_frame_back_is_the_one_before():
+    stage = made(2)
+    stage.begin(np.arange(2), [np.random.default_rng(seed) for seed in (1, 2)])
+    stage.time[:] = 3
+    before = np.array(stage.draw(np.arange(2)).rgb)
+    stage.time[:] = 4
+    np.testing.assert_array_equal(stage.draw(np.arange(2), back=1).rgb, before)
+    assert (np.array(stage.draw(np.arange(2)).rgb) != before).any()
+
+
+def test_people_wear_colours_that_skin_and_clothes_have():
+    stage = made(40)
+    stage.begin(np.arange(40), [np.random.default_rng(seed) for seed in range(40)])
+    assert ((stage.colours >= 0) & (stage.colours <= 1)).all()
+    skin = stage.colours[:, 0]
+    assert (np.diff(skin, axis=1) < 0).all()  # more red than green than blue
+    assert skin[:, 0].min() < 0.45
+    assert skin[:, 0].max() > 0.8
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"n": 0}, "num_envs must be a whole number from 1, got 0"),
+        ({"clothes": "yes"}, "clothes must be True or False, got 'yes'"),
+    ],
+)
+def test_a_stage_that_can_not_be_is_refused(changed, says):
+    with pytest.raises(MotionError, match=says):
+        made(**{"n": 2, **changed})
+
+
+def test_settings_select_what_is_observed():
+    rgb, limbs = np.arange(36 * 36 * 3, dtype=np.uint8).reshape(1, 36, 36, 3), np.zeros((1, 36, 36), np.uint8)
+    limbs[0, 3, 4] = 9
+    depth = np.where(limbs > 0, 2.5, FAR).astype(np.float32)
+    frame = Frame(rgb, depth, limbs)
+    for names in (["rgb"], ["depth", "mask"], ["mask", "rgb", "depth"]):
+        settings = PictureSettings(names, 36)
+        seen = settings.of(frame)
+        assert list(seen) == names
+        assert settings.rgb == ("rgb" in names)
+        assert all(settings.space[name].contains(seen[name][0]) for name in names)
+    assert np.argwhere(seen["mask"][0, ..., 0]).tolist() == [[3, 4]]
+    assert seen["mask"].max() == 255
+    assert np.isinf(PictureSettings("depth", 36).evidence(frame)["depth"][0, 0])
+    assert list(PictureSettings(["rgb", "mask"], 36).evidence(frame)) == ["mask"]
+    assert list(PictureSettings("rgb", 36).evidence(frame)) == ["rgb"]
+
+
+@pytest.mark.parametrize("observation", ["sound", (), None, 5, [["rgb"]], ("rgb", "rgb")])
+def test_what_can_not_be_observed_is_refused(observation):
+    with pytest.raises(
+        MotionError, match="observation must be one of rgb, mask, depth, or several different ones, got"
+    ):
+        PictureSettings(observation, 36)
+
+
+@pytest.mark.parametrize("size", [35, 257, 64.5, "large"])
+def test_sides_that_can_not_be_are_refused(size):
+    with pytest.raises(MotionError, match="size must be a whole number of pixels from 36 to 256, got"):
+        PictureSettings("rgb", size)

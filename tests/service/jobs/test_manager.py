@@ -1,0 +1,152 @@
+"""What lies between requests and jobs: refusals before any work, and jobs found again."""
+
+import asyncio
+import fcntl
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import motionenv
+from service.errors import Problem
+from service.jobs.manager import JobManager
+from service.jobs.store import Job, Store
+from service.jobs.uploads import Received
+from service.metrics import Metrics
+from service.model_registry import ModelRegistry
+from service.schemas.jobs import RenderRequest
+from service.settings import Settings
+from tests.service.jobs.handing import LONG, as_file, ended, uploads
+
+
+def test_the_disk_reserve_is_kept(serving, tmp_path):
+    motion = as_file(motionenv.synthesize("walk/fpca", 0.5, 60, seed=77), ".npz")
+    store = Store(tmp_path / "jobs.sqlite", lambda: False)
+    settings = {"request": RenderRequest(**LONG).model_dump(exclude={"format"}), "suffix": ".mp4"}
+    kept = Job("kept", "render", settings, None, "video/mp4", "walk.mp4", time.time())
+    store.add(kept, [], most=1, idempotency=None, place=lambda: None)
+    store.close()
+    with serving(tmp_path, reserve=10**15) as server:
+        for answer in (
+            server.http.post("/v1/jobs/inspect", files=uploads({"a.npz": motion})),
+            server.http.post("/v1/jobs/render", json=LONG),
+        ):
+            assert (answer.status_code, "disk is full" in answer.text) == (507, True)
+        assert not list((tmp_path / "incoming").iterdir())
+        assert server.http.delete("/v1/jobs/kept").json()["status"] == "cancelled"
+        assert server.http.delete("/v1/jobs/kept").status_code == 204
+
+
+def test_the_same_key_gives_the_same_job(job_server):
+    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
+    headers = {"Idempotency-Key": "one"}
+    first = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
+    second = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
+    assert first.json()["id"] == second.json()["id"]
+    other = job_server.http.post("/v1/jobs/render", json=body | {"seed": 2}, headers=headers)
+    assert other.status_code == 422
+    assert ended(job_server, first)["status"] == "done"
+
+
+@contextmanager
+def managing(data: Path, **settings) -> Iterator[JobManager]:
+    """A manager whose jobs stay queued: the lock of the folder is held here, as if by another server process."""
+    data.mkdir(exist_ok=True)
+    given = Settings(data=data, **{"reserve": 0} | settings)
+    manager = JobManager(given, ModelRegistry(data / "models"), Metrics())
+    with (data / "jobs.lock").open("wb") as lock, asyncio.Runner() as runner:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+
+        async def opened() -> None:
+            manager.open()
+
+        runner.run(opened())
+        yield manager
+        runner.run(manager.close())
+
+
+def add(manager: JobManager, *files: Received, **how) -> Job:
+    given = {"media_type": "application/json", "filename": "a.json", **how}
+    return manager.add(given.pop("kind", "inspect"), given.pop("settings", {"fps": None}), files, **given)
+
+
+def received_file(manager: JobManager, name: str, content: bytes) -> Received:
+    file = manager.file_store.receive()
+    file.write(content)
+    return Received(name, file.close(), file)
+
+
+def test_files_of_a_job_are_placed_with_it_and_go_with_it(tmp_path):
+    with managing(tmp_path) as manager:
+        first = add(manager, received_file(manager, "a.bvh", b"same"))
+        second = add(manager, received_file(manager, "b.bvh", b"same"))
+        (sha,) = manager.file_store.all()
+        assert manager.file_store.path(sha).read_bytes() == b"same"
+        for job, left in ((first, [sha]), (second, [])):
+            manager.cancel(job)
+            assert manager.get(job.id).status == "cancelled"
+            manager.remove(manager.get(job.id))
+            assert manager.file_store.all() == left
+        with pytest.raises(Problem, match="there is no such job: GET /v1/jobs lists them") as missing:
+            manager.get(first.id)
+        assert missing.value.status_code == 404
+
+
+def test_a_job_that_is_not_done_has_no_result(tmp_path):
+    with managing(tmp_path) as manager:
+        job = add(manager)
+        with pytest.raises(Problem, match="the job is queued and has no result") as early:
+            manager.result(manager.get(job.id))
+        assert (early.value.status_code, early.value.headers) == (409, {"Retry-After": "1"})
+        manager.cancel(job)
+        manager.cancel(job)
+        with pytest.raises(Problem, match="the job is cancelled and has no result") as never:
+            manager.result(manager.get(job.id))
+        assert (never.value.status_code, never.value.headers) == (409, {})
+
+
+def test_more_jobs_than_may_wait_are_refused_before_and_after_their_body(tmp_path):
+    with managing(tmp_path, job_waiting=2) as manager:
+        manager.check_open()
+        add(manager)
+        add(manager)
+        for refusing in (manager.check_open, lambda: add(manager)):
+            with pytest.raises(Problem, match="2 jobs are queued already; retry in 10 s") as busy:
+                refusing()
+            assert (busy.value.status_code, busy.value.headers["Retry-After"]) == (503, "10")
+
+
+def test_a_request_that_is_repeated_with_its_key_is_the_same_job(tmp_path):
+    with managing(tmp_path) as manager:
+        job = add(manager, received_file(manager, "a.bvh", b"x"), key="one")
+        assert add(manager, received_file(manager, "a.bvh", b"x"), key="one").id == job.id
+        assert add(manager, kind="convert", key="one").id != job.id  # a key is of one kind
+        for files, how in (((received_file(manager, "a.bvh", b"y"),), {}), ((), {"settings": {"fps": 30.0}})):
+            with pytest.raises(Problem, match="this Idempotency-Key was used for another request") as refused:
+                add(manager, *files, key="one", **how)
+            assert (refused.value.status_code, refused.value.errors[0]["field"]) == (422, "Idempotency-Key")
+
+
+def test_a_model_is_fitted_once_at_a_time_and_under_a_free_name(tmp_path):
+    with managing(tmp_path) as manager:
+        add(manager, kind="fit", model="fitted/mine")
+        with pytest.raises(Problem, match="a job is fitting fitted/mine already: wait, cancel it, or choose") as taken:
+            add(manager, kind="fit", model="fitted/mine")
+        manager.model_registry.path("fitted/there").touch()
+        with pytest.raises(Problem, match="model fitted/there exists already: remove it first, or choose") as there:
+            add(manager, kind="fit", model="fitted/there")
+        assert taken.value.status_code == there.value.status_code == 409
+        manager.remove_model("fitted/there")
+        assert add(manager, kind="fit", model="fitted/there").status == "queued"
+        with pytest.raises(Problem, match="there is no model 'fitted/there'") as gone:
+            manager.remove_model("fitted/there")
+        assert gone.value.status_code == 404
+
+
+def test_a_disk_without_room_refuses_before_the_body(tmp_path):
+    with managing(tmp_path, reserve=10**18) as manager:
+        with pytest.raises(Problem, match="the service's disk is full: remove jobs or models") as full:
+            manager.check_open()
+        assert full.value.status_code == 507

@@ -1,0 +1,70 @@
+"""`/v1/jobs`: listing, waiting, cancelling and removing."""
+
+from tests.service.jobs.handing import LONG, ended, processes, result, until_running, uploads
+from tests.service.waiting import until
+
+
+def test_a_running_job_is_cancelled_and_its_process_killed(job_server):
+    asked = job_server.http.post("/v1/jobs/render", json=LONG)
+    until_running(job_server, asked)
+    where = asked.headers["Location"]
+    assert job_server.http.get(f"{where}/result").status_code == 409
+    cancelled = job_server.http.delete(where)
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    until(lambda: not processes(job_server))
+    until(lambda: not list((job_server.data / "work").iterdir()))
+    assert job_server.http.delete(where).status_code == 204
+    assert job_server.http.get(where).status_code == 404
+
+
+def test_what_is_cancelled_is_kept_and_what_has_ended_is_not_cancelled(job_server):
+    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
+    done, running, waiting = (job_server.http.post("/v1/jobs/render", json=asked) for asked in (body, LONG, LONG))
+    until_running(job_server, running)
+    for answer in (waiting, running, running):
+        cancelled = job_server.http.post(f"{answer.headers['Location']}/cancel")
+        assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    assert job_server.http.get(running.headers["Location"]).json() == cancelled.json()
+    late = job_server.http.post(f"{done.headers['Location']}/cancel")
+    assert (late.status_code, "is done" in late.json()["detail"]) == (409, True)
+    assert result(job_server, ended(job_server, done)).content[4:8] == b"ftyp"
+    assert job_server.http.post("/v1/jobs/nothing/cancel").status_code == 404
+
+
+def test_a_full_queue_is_said_and_waiting_jobs_are_listed(job_server):
+    running = job_server.http.post("/v1/jobs/render", json=LONG)
+    until_running(job_server, running)
+    waiting = [job_server.http.post("/v1/jobs/render", json=LONG) for _ in range(3)]
+    refused = job_server.http.post("/v1/jobs/render", json=LONG)
+    assert (refused.status_code, refused.headers["Retry-After"]) == (503, "10")
+    late = job_server.http.post("/v1/jobs/inspect", files=uploads({"a.npz": b"PK"}))
+    assert late.status_code == 503
+    ids = [answer.json()["id"] for answer in waiting]
+    listed = job_server.http.get("/v1/jobs", params={"status": "queued"}).json()
+    assert [job["id"] for job in listed["jobs"]] == ids[::-1]
+    first = job_server.http.get("/v1/jobs", params={"status": "queued", "limit": 2}).json()
+    second = job_server.http.get("/v1/jobs", params={"status": "queued", "limit": 2, "before": first["next"]}).json()
+    assert [job["id"] for job in first["jobs"] + second["jobs"]] == ids[::-1]
+    assert second["next"] is None
+    until(lambda: 'motionenv_jobs{status="queued"} 3.0' in job_server.http.get("/metrics").text)
+    for answer in [*waiting, running]:
+        assert job_server.http.delete(answer.headers["Location"]).json()["status"] == "cancelled"
+
+
+def test_unknown_models_and_too_much_are_refused(job_server):
+    assert job_server.http.post("/v1/jobs/render", json={"model": "fitted/nothing"}).status_code == 404
+    wide = {"picture": {"width": 4096, "height": 4096}}
+    assert job_server.http.post("/v1/jobs/render", json=wide).status_code == 422
+    assert job_server.http.post("/v1/jobs/render", json={"seconds": 3600, "fps": 240}).status_code == 422
+    assert job_server.http.get("/v1/jobs/nothing").status_code == 404
+    assert job_server.http.delete("/v1/jobs/nothing").status_code == 404
+    assert job_server.http.get("/v1/jobs/nothing/result").status_code == 404
+    assert job_server.http.get("/v1/jobs/nothing", params={"wait": 31}).status_code == 422
+
+
+def test_models_are_not_asked_for_under_names_that_are_paths(job_server):
+    for name in ("..%2f..%2fjobs", "%2e%2e", "A", "a" * 64, "-x"):
+        assert job_server.http.delete(f"/v1/models/fitted/{name}").status_code in (404, 422)
+    for name in ("../x", "x/y", "X", "", "a" * 64, ".hidden"):
+        answer = job_server.http.post("/v1/models", files=uploads({"a.bvh": b"x"}), data={"kind": "tree", "name": name})
+        assert answer.status_code == 422
