@@ -19,8 +19,8 @@ def test_a_linear_problem_is_solved_in_as_many_steps_as_it_has_unknowns():
     for _ in range(4):
         x = ahead.propose(x, step(x))
         errors.append(np.abs(x - solution).max())
-    assert errors[-1] < 1e-6
-    assert errors[-2] > 1e-3
+    assert errors[-1] < 1e-4
+    assert errors[-2] > 1e-2
 
 
 def test_larger_problems_take_far_fewer_steps_than_plain_iteration():
