@@ -42,8 +42,6 @@ def read_camera(path, name: str | None = None) -> Camera:
         return _of_table(table)
     except KeyError as error:
         raise FormatError(path, f"lacks {error.args[0]!r}") from None
-    except MotionError as error:
-        raise FormatError(path, str(error)) from None
     except (TypeError, IndexError, ValueError) as error:
         raise FormatError(path, f"isn't a valid camera: {error}") from error
 
@@ -53,7 +51,7 @@ def _chosen(path: Path, tables: dict, name: str | None) -> dict:
     cameras = {k: t for k, t in tables.items() if isinstance(t, dict) and "matrix" in t}
     if not cameras:
         raise FormatError(path, "has no camera: no table with a matrix")
-    names = [n for k, t in cameras.items() for n in (k, t.get("name")) if n]
+    names = [str(n) for k, t in cameras.items() for n in (k, t.get("name")) if n]
     if name is None and len(cameras) > 1:
         raise MotionError(f"{path} has {len(cameras)} cameras; select one by name: {', '.join(cameras)}")
     for key, table in cameras.items():

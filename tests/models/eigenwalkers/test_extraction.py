@@ -1,51 +1,25 @@
 """Fourier walkers against signals built from known coefficients, and against numpy's least squares."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motionenv.body.skeleton import ANKLE_HEIGHT, from_height
-from motionenv.errors import GapError, MotionError
+from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.extraction import fourier_walker, steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import (
     LEFT_ANKLE,
     PELVIS,
-    RIGHT_ANKLE,
-    FourierWalker,
     centred,
-    columns,
     grounded,
     harmonic_power,
     in_phase,
-    later,
     positions_at,
 )
 from motionenv.types import MARKERS, Markers
+from tests.models.eigenwalkers.walks import random_walker
 
 TURNS = st.floats(-np.pi, np.pi)
-
-
-def random_walker(seed=0) -> np.ndarray:
-    """Coefficients (5, 15, 3) of something that goes forward: a body with waves, its legs in opposite phase."""
-    rng = np.random.default_rng(seed)
-    w = np.concatenate([np.zeros((1, 15, 3)), 0.03 * rng.standard_normal((4, 15, 3))])
-    w[0] = np.random.default_rng(seed + 1).normal(0, 0.02, (15, 3)) + standing()
-    w[2, [LEFT_ANKLE, RIGHT_ANKLE], 0] += [0.3, -0.3]
-    return w
-
-
-def standing() -> np.ndarray:
-    """Where the markers of a standing body are (15, 3) [m], the pelvis 0.9 m high."""
-    offsets = from_height(1.75).offsets[:15].copy()
-    for side in ("left", "right"):
-        for chain in (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle")):
-            for near, far in pairwise(chain):
-                offsets[MARKERS.index(f"{side}_{far}")] += offsets[MARKERS.index(f"{side}_{near}")]
-    offsets[MARKERS.index("head")] += [0, 0, 0.525]
-    return offsets + np.array([0, 0, 0.93])
 
 
 def rotated(positions, heading):
@@ -60,59 +34,6 @@ def captured(w, frequency, *, start=0.0, speed=1.2, side=0.0, heading=0.0, secon
     positions[..., 0] += speed * t[:, None]
     positions[..., 1] += side * t[:, None]
     return Markers(MARKERS, rotated(positions, heading) + np.array([3.0, -2.0, 0.0]), fps)
-
-
-def test_columns_are_equation_3_1_and_its_derivatives():
-    phase = np.linspace(-4, 9, 300)
-    expected = np.stack([phase**0, np.sin(phase), np.cos(phase), np.sin(2 * phase), np.cos(2 * phase)], axis=-1)
-    np.testing.assert_allclose(columns(phase), expected)
-    step = 1e-5
-    for d in (1, 2):
-        slope = (columns(phase + step, d - 1) - columns(phase - step, d - 1)) / (2 * step)
-        np.testing.assert_allclose(columns(phase, d), slope, atol=1e-8)
-
-
-@given(TURNS, st.integers(0, 20))
-def test_a_later_start_is_the_same_motion(turn, seed):
-    w, phase = random_walker(seed), np.linspace(0, 7, 40)
-    np.testing.assert_allclose(positions_at(later(w, turn), phase), positions_at(w, phase + turn), atol=1e-12)
-    np.testing.assert_allclose(harmonic_power(later(w, turn)), harmonic_power(w))
-
-
-@given(TURNS)
-def test_zero_phase_is_where_the_left_ankle_leads_most(start):
-    w = in_phase(later(random_walker(), start))
-    np.testing.assert_allclose(w, in_phase(random_walker()), atol=1e-12)
-    fundamental = np.where(np.arange(5)[:, None, None] < 3, w, 0)
-    cycle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
-    x = positions_at(fundamental, cycle)[..., 0]
-    assert (x[:, LEFT_ANKLE] - x[:, RIGHT_ANKLE]).argmax() == 0
-
-
-def test_one_ankle_is_enough_for_the_phase_and_none_is_not():
-    w = random_walker()
-    w[1:3, RIGHT_ANKLE] = -w[1:3, LEFT_ANKLE]
-    known = in_phase(w)
-    for missing in (LEFT_ANKLE, RIGHT_ANKLE):
-        part = w.copy()
-        part[:, missing] = np.nan
-        kept = [m for m in range(15) if m != missing]
-        np.testing.assert_allclose(in_phase(part)[:, kept], known[:, kept], atol=1e-12)
-    w[:, [LEFT_ANKLE, RIGHT_ANKLE]] = np.nan
-    with pytest.raises(GapError, match="ankle"):
-        in_phase(w)
-
-
-def test_grounded_stands_on_the_ground_and_changes_nothing_else():
-    w = random_walker()
-    w[0, :, 2] += 5.0
-    g = grounded(w)
-    np.testing.assert_allclose(g, grounded(g), atol=1e-12)
-    np.testing.assert_array_equal(g[1:], w[1:])
-    np.testing.assert_allclose(np.ptp(g[0] - w[0], axis=0), 0, atol=1e-12)
-    lowest = positions_at(g, np.linspace(0, 6.3, 500))[:, [LEFT_ANKLE, RIGHT_ANKLE], 2].min()
-    # 0.491 of a standing height from ankle to pelvis, the ankle at 0.039 of it
-    assert lowest == pytest.approx(ANKLE_HEIGHT / 0.491 * (g[0, PELVIS, 2] - lowest), abs=1e-4)
 
 
 @settings(max_examples=40)
@@ -223,12 +144,3 @@ def test_only_the_15_markers_make_a_walker():
         fourier_walker(Markers(("a", "b"), np.zeros((300, 2, 3)), 100.0))
     with pytest.raises(MotionError, match="ndarray"):
         fourier_walker(np.zeros((300, 15, 3)))
-
-
-def test_a_walker_needs_a_frequency_and_no_infinity():
-    with pytest.raises(MotionError, match="frequency"):
-        FourierWalker(random_walker(), 0.0)
-    with pytest.raises(MotionError, match="infinity"):
-        FourierWalker(random_walker() * np.inf, 1.0)
-    with pytest.raises(MotionError, match=r"\(5, 15, 3\)"):
-        FourierWalker(np.zeros((5, 45)), 1.0)

@@ -16,7 +16,6 @@ from motionenv.models.eigenwalkers.fourier_series import (
     in_phase,
     later,
     mirrored,
-    positions_at,
 )
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
@@ -67,19 +66,6 @@ def people():
 @pytest.fixture(scope="module")
 def model(people) -> WalkerPrior:
     return WalkerPrior(8).fit(*people)
-
-
-def test_a_mirror_image_is_the_walk_seen_in_a_mirror():
-    """Of the positions over time: y negated, sides changed, half a stride later; twice it is the walk again."""
-    w = np.random.default_rng(0).standard_normal((4, 5, 15, 3))
-    phase = np.linspace(0, 6, 17)
-    seen = positions_at(w, phase + np.pi) * [1, -1, 1]
-    for i, name in enumerate(MARKERS):
-        other = MARKERS.index(name.replace("left", "?").replace("right", "left").replace("?", "right"))
-        np.testing.assert_allclose(positions_at(mirrored(w), phase)[..., i, :], seen[..., other, :], atol=1e-12)
-    np.testing.assert_array_equal(mirrored(mirrored(w)), w)
-    there = centred(in_phase(w))
-    np.testing.assert_allclose(centred(in_phase(mirrored(there))), mirrored(there), atol=1e-12)
 
 
 def covariance(model: WalkerPrior) -> np.ndarray:

@@ -4,76 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import norm
 
 from benchmarks.models.imputation import hide_blocks, imputation_error
 from motionenv.errors import GapError, ModelError, MotionError
-from motionenv.models.fpca.em_fit import Parameters, e_step, log_likelihood
-from motionenv.models.fpca.fourier_basis import fourier_basis, sampled_basis
+from motionenv.models.fpca.fourier_basis import sampled_basis
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.fpca.observations import Observations, functions
-from motionenv.models.fpca.residual import expected_residual, residual_model
 from motionenv.models.registry import load
-from motionenv.types import Cycles
-
-
-def as_cycles(values, subject=None) -> Cycles:
-    k, _, m = values.shape
-    channels = tuple(f"angle_{a}" for a in range(m))
-    return Cycles(values, channels, np.ones(k), np.arange(k), subject or ("one",) * k)
-
-
-def low_rank(k=60, p=64, m=4, q=3, noise=0.05, seed=0, n_harmonics=6):
-    """Cycles (k, p, m) of q smooth components with falling variance, and the components."""
-    rng = np.random.default_rng(seed)
-    basis = sampled_basis(p, n_harmonics)
-    w = np.linalg.qr(rng.standard_normal((basis.shape[1] * m, q)))[0].T.reshape(q, -1, m)
-    scores = rng.standard_normal((k, q)) * 8 * 0.6 ** np.arange(q)
-    mean = basis @ rng.standard_normal((basis.shape[1], m))
-    components = basis @ w
-    return mean + np.tensordot(scores, components, axes=1) + noise * rng.standard_normal((k, p, m)), components
-
-
-def with_gaps(values, share=0.2, seed=1):
-    hidden = hide_blocks(values, share, seed=seed)
-    return np.where(hidden, np.nan, values), hidden
-
-
-@pytest.fixture(scope="module")
-def gappy():
-    truth, components = low_rank()
-    values, hidden = with_gaps(truth)
-    return truth, components, values, hidden
-
-
-def test_without_gaps_fig_8_is_the_svd_of_the_smoothed_cycles():
-    values = np.random.default_rng(0).standard_normal((12, 48, 3))
-    model = FunctionalPCA(4, n_harmonics=6, method="svd").fit(as_cycles(values))
-    spectrum = np.fft.rfft(values - values.mean(axis=0), axis=1)
-    spectrum[:, 6:] = 0
-    smooth = np.fft.irfft(spectrum, 48, axis=1).reshape(12, -1)
-    _, s, vt = np.linalg.svd(smooth)
-    np.testing.assert_allclose(model.singular_values_, s[:4])
-    np.testing.assert_allclose(np.abs(np.sum(model.components_.reshape(4, -1) * vt[:4], axis=1)), 1)
-
-
-def test_fig_8_ends_where_its_literal_steps_end(gappy):
-    """Impute, project, truncate the SVD, repeat (real basis): the same error and components, in fewer iterations."""
-    values = gappy[2]
-    seen, basis = np.isfinite(values), sampled_basis(64, 10)
-    x2 = np.where(seen, values - basis @ (basis.T @ np.nanmean(values, axis=0)), 0.0)
-    errors = [np.inf]
-    while len(errors) < 3 or errors[-2] - errors[-1] > 1e-9 * errors[-1]:
-        u, s, vt = np.linalg.svd((basis.T @ x2).reshape(60, -1), full_matrices=False)
-        x5 = basis @ ((u[:, :3] * s[:3]) @ vt[:3]).reshape(60, -1, 4)
-        errors.append(np.linalg.norm(x2 - x5))
-        x2 = np.where(seen, x2, x5)
-    model = FunctionalPCA(3, n_harmonics=10, method="svd", tol=1e-9).fit(as_cycles(values))
-    assert model.errors_[-1] <= errors[-1] * (1 + 1e-6)
-    assert len(model.errors_) < len(errors)
-    np.testing.assert_allclose(model.singular_values_, s[:3], rtol=1e-4)
-    components = (basis @ vt[:3].reshape(3, -1, 4)).reshape(3, -1)
-    np.testing.assert_allclose(np.abs(np.sum(model.components_.reshape(3, -1) * components, axis=1)), 1, rtol=1e-6)
+from tests.models.fpca.made_cycles import as_cycles, low_rank, with_gaps
 
 
 @pytest.mark.parametrize("method", ["svd", "ppca"])
@@ -83,38 +21,6 @@ def test_directions_without_variance_do_not_count(method):
     model.explained_variance_[2:] = 0.0
     expected = norm(0, np.sqrt(model.explained_variance_[:2])).logpdf(model.scores_[:, :2]).sum(axis=1)
     np.testing.assert_allclose(model.score_samples(model.scores_), expected)
-
-
-def test_posterior_and_likelihood_are_those_of_the_dense_gaussian():
-    rng = np.random.default_rng(3)
-    values = with_gaps(rng.standard_normal((5, 12, 3)), 0.3)[0]
-    basis = sampled_basis(12, 3)
-    w, mean, centre = rng.standard_normal((15, 2)), rng.standard_normal((1, 15)), rng.standard_normal((1, 5, 3))
-    parameters = Parameters(w, mean, np.array([0.3, 0.5, 0.8]))
-    data = Observations(values, basis, centre, np.zeros(5, int))
-    found = e_step(data, parameters)
-    z, covariance = found.z, found.covariance
-    loglik = 0.5 * (found.twice - data.square @ (1 / parameters.noise))
-    assert log_likelihood(data, parameters.noise, found) == pytest.approx(loglik.sum())
-    loading = functions(w, basis, 3).reshape(-1, 2)
-    level, noise = (functions(mean.T, basis, 3)[..., 0] + basis @ centre[0]).ravel(), np.tile(parameters.noise, 12)
-    for k, y in enumerate(values.reshape(5, -1)):
-        o = np.isfinite(y)
-        full = loading[o] @ loading[o].T + np.diag(noise[o])
-        gain = loading[o].T @ np.linalg.inv(full)
-        np.testing.assert_allclose(z[k], gain @ (y - level)[o])
-        np.testing.assert_allclose(covariance[k], np.eye(2) - gain @ loading[o], atol=1e-12)
-        np.testing.assert_allclose(loglik[k], multivariate_normal(level[o], full).logpdf(y[o]))
-
-
-def test_without_gaps_maximum_likelihood_is_the_closed_form():
-    """Tipping & Bishop (1999), eq. 7 and 8, where the basis leaves nothing out; noise is made the same by symmetry."""
-    values = np.random.default_rng(0).standard_normal((40, 9, 1)) * np.linspace(1, 4, 9)[:, None]
-    model = FunctionalPCA(2, n_harmonics=5, residual_harmonics=0, tol=1e-12, max_iter=5000).fit(as_cycles(values))
-    eigenvalues = np.linalg.eigvalsh(np.cov(values[..., 0].T, bias=True))[::-1]
-    noise = eigenvalues[2:].mean()
-    np.testing.assert_allclose(model.noise_variance_, noise, rtol=1e-3)
-    np.testing.assert_allclose(model.explained_variance_, eigenvalues[:2] - noise, rtol=1e-3)
 
 
 @settings(max_examples=60, deadline=None)
@@ -156,31 +62,6 @@ def test_a_gap_is_filled_and_the_rest_is_left_alone(gappy):
     assert imputation_error(truth, model.imputed_, hidden) < 0.12  # the noise alone is 0.04
     np.testing.assert_array_equal(model.imputed_[~hidden], truth[~hidden])
     np.testing.assert_allclose(model.impute(values), model.imputed_)
-
-
-def test_smooth_residuals_are_filled_as_dense_kriging_does():
-    rng = np.random.default_rng(5)
-    basis = sampled_basis(32, 4)
-    spectrum, white = np.full((2, 7), 3.0), np.array([0.1, 0.4])
-    residuals = with_gaps(rng.standard_normal((3, 32, 2)), 0.3)[0]
-    filled = expected_residual(residuals, basis, spectrum, white)
-    for k in range(3):
-        for a in range(2):
-            o = np.isfinite(residuals[k, :, a])
-            prior = basis @ np.diag(spectrum[a]) @ basis.T
-            weights = np.linalg.solve(prior[np.ix_(o, o)] + white[a] * np.eye(o.sum()), residuals[k, o, a])
-            np.testing.assert_allclose(filled[k, :, a], prior[:, o] @ weights)
-
-
-def test_the_residual_spectrum_is_recovered():
-    rng = np.random.default_rng(6)
-    basis = sampled_basis(64, 4)
-    true = np.array([4.0, 2.0, 1.0, 0.5, 2.0, 1.0, 0.5])
-    u = rng.standard_normal((800, 2, 7)) * np.sqrt(true)
-    residuals = np.moveaxis(u @ basis.T, 1, 2) + 0.1 * rng.standard_normal((800, 64, 2))
-    spectrum, white = residual_model(with_gaps(residuals)[0], basis)
-    np.testing.assert_allclose(spectrum, np.tile(true, (2, 1)), rtol=0.15)
-    np.testing.assert_allclose(white, 0.01, rtol=0.05)
 
 
 @pytest.mark.parametrize("method", ["svd", "ppca"])
@@ -260,25 +141,6 @@ def test_between_and_within_people_are_told_apart():
     np.testing.assert_allclose(own_mean.subject_means_.mean(axis=0), own_mean.mean_)
 
 
-def test_a_large_fit_that_starts_from_a_part_ends_where_others_do():
-    values = with_gaps(low_rank(1100, 32, 2, noise=0.3)[0])[0]
-    large = FunctionalPCA(3, n_harmonics=8, tol=1e-9).fit(as_cycles(values))
-    part = FunctionalPCA(3, n_harmonics=8, tol=1e-9).fit(as_cycles(values[:999]))
-    overlap = np.linalg.svd(large.components_.reshape(3, -1) @ part.components_.reshape(3, -1).T)[1]
-    assert overlap.min() > 0.999
-    assert len(large.errors_) < len(part.errors_)
-
-
-def test_a_large_fig_8_starts_from_more_components_and_ends_where_small_steps_end():
-    values = with_gaps(low_rank(1100, 32, 4, noise=0.3)[0])[0]
-    large = FunctionalPCA(3, n_harmonics=8, method="svd").fit(as_cycles(values))
-    exact = FunctionalPCA(3, n_harmonics=8, method="svd", tol=1e-12).fit(as_cycles(values))
-    assert large.errors_[-1] <= exact.errors_[-1] * (1 + 1e-6)
-    assert np.diff(large.errors_).max() <= 0
-    overlap = np.linalg.svd(large.components_.reshape(3, -1) @ exact.components_.reshape(3, -1).T)[1]
-    assert overlap.min() > 1 - 1e-5
-
-
 @pytest.mark.parametrize("centre", ["all", "subject"])
 def test_same_data_same_file_and_back(gappy, tmp_path, centre):
     cycles = as_cycles(gappy[2], tuple("abc"[i % 3] for i in range(60)))
@@ -306,17 +168,6 @@ def test_hidden_blocks_are_blocks_of_the_asked_share():
     starts = (np.diff(hidden, axis=1, prepend=hidden[:, -1:]) > 0) & hidden
     assert hidden.sum() / starts.sum() > 15
     np.testing.assert_array_equal(hidden, hide_blocks(np.zeros((30, 100, 5)), 0.25, seed=0))
-
-
-def test_the_basis_is_orthonormal_and_matches_the_fft():
-    basis = sampled_basis(64, 20)
-    np.testing.assert_allclose(basis.T @ basis, np.eye(39), atol=1e-12)
-    x = np.random.default_rng(0).standard_normal(64)
-    spectrum = np.fft.rfft(x)
-    spectrum[20:] = 0
-    np.testing.assert_allclose(basis @ (basis.T @ x), np.fft.irfft(spectrum, 64), atol=1e-12)
-    with pytest.raises(MotionError, match="n_harmonics"):
-        fourier_basis(0.0, 20, 38)
 
 
 @pytest.mark.parametrize(

@@ -200,3 +200,14 @@ def test_a_steerable_model_grows_the_same_however_it_is_cut(model):
     np.testing.assert_array_equal(np.concatenate([growth.step(7), growth.step(13)]), other.step(20))
     assert growth.fps > 0
     assert growth.skeleton.height > 0
+
+
+def test_a_fixed_model_learns_nothing_and_has_any_height():
+    bounce = Bounce()
+    with pytest.raises(MotionError, match="a bounce model has no parameters: there is nothing to fit"):
+        bounce.fit([])
+    assert bounce.body(1.6).height == pytest.approx(1.6)
+    with pytest.raises(MotionError, match=r"height must be a number of metres from 0.5 to 2.5, got 3.0"):
+        bounce.body(3.0)
+    assert bounce.traits() == []
+    assert bounce.walker(seed=1) == bounce.walker(seed=2)

@@ -1,0 +1,44 @@
+"""The residuals' model against dense kriging and a spectrum that was put in."""
+
+import numpy as np
+
+from motionenv.models.fpca.fourier_basis import sampled_basis
+from motionenv.models.fpca.residual import expected_residual, harmonics, residual_model
+from tests.models.fpca.made_cycles import with_gaps
+
+
+def test_smooth_residuals_are_filled_as_dense_kriging_does():
+    rng = np.random.default_rng(5)
+    basis = sampled_basis(32, 4)
+    spectrum, white = np.full((2, 7), 3.0), np.array([0.1, 0.4])
+    residuals = with_gaps(rng.standard_normal((3, 32, 2)), 0.3)[0]
+    filled = expected_residual(residuals, basis, spectrum, white)
+    for k in range(3):
+        for a in range(2):
+            o = np.isfinite(residuals[k, :, a])
+            prior = basis @ np.diag(spectrum[a]) @ basis.T
+            weights = np.linalg.solve(prior[np.ix_(o, o)] + white[a] * np.eye(o.sum()), residuals[k, o, a])
+            np.testing.assert_allclose(filled[k, :, a], prior[:, o] @ weights)
+
+
+def test_the_residual_spectrum_is_recovered():
+    rng = np.random.default_rng(6)
+    basis = sampled_basis(64, 4)
+    true = np.array([4.0, 2.0, 1.0, 0.5, 2.0, 1.0, 0.5])
+    u = rng.standard_normal((800, 2, 7)) * np.sqrt(true)
+    residuals = np.moveaxis(u @ basis.T, 1, 2) + 0.1 * rng.standard_normal((800, 64, 2))
+    spectrum, white = residual_model(with_gaps(residuals)[0], basis)
+    np.testing.assert_allclose(spectrum, np.tile(true, (2, 1)), rtol=0.15)
+    np.testing.assert_allclose(white, 0.01, rtol=0.05)
+
+
+def test_columns_of_one_harmonic_are_those_of_one_frequency():
+    power = np.abs(np.fft.rfft(sampled_basis(32, 5), axis=0))
+    np.testing.assert_array_equal(harmonics(9), power.argmax(axis=0))
+
+
+def test_noise_alone_has_no_spectrum_and_variances_stay_above_zero():
+    residuals = np.random.default_rng(0).standard_normal((400, 32, 1))
+    spectrum, white = residual_model(residuals, sampled_basis(32, 4))
+    assert ((spectrum > 0) & (spectrum < 0.2)).all()
+    np.testing.assert_allclose(white, 1.0, rtol=0.05)
