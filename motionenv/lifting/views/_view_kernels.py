@@ -3,6 +3,8 @@
 With rows r and u for the image axes and d for the viewing direction (`view_geometry.axes`), rᵀr + uᵀu = 1 - dᵀd, so the
 normal matrix of a view is a sum of six blocks (`gram_blocks`) whose factors are trigonometric in α and ε. Matrices are
 factorised as A = UᵀU with U stored by rows, so that every inner loop accesses contiguous memory.
+
+Arrays are copied in loops (`copy`), because numba takes seconds to compile the checks of an assignment to a slice.
 """
 
 import numpy as np
@@ -57,20 +59,34 @@ def solve_upper(u, b):
 def solve_many(u, b):
     """Solve UᵀU x = b in place for all columns of b (N, n)."""
     for j in range(len(b)):
-        b[j] *= 1.0 / u[j, j]
+        _scale(1.0 / u[j, j], b[j])
         for k in range(j + 1, len(b)):
-            _subtract(u[j, k], b[j], b[k])
+            subtract(u[j, k], b[j], b[k])
     for j in range(len(b) - 1, -1, -1):
         for k in range(j + 1, len(b)):
-            _subtract(u[j, k], b[k], b[j])
-        b[j] *= 1.0 / u[j, j]
+            subtract(u[j, k], b[k], b[j])
+        _scale(1.0 / u[j, j], b[j])
 
 
 @jit
-def _subtract(factor, a, b):
+def _scale(factor, b):
+    """Multiply b by a factor in place."""
+    for i in range(len(b)):
+        b[i] *= factor
+
+
+@jit
+def subtract(factor, a, b):
     """Write b - factor · a into b."""
     for i in range(len(b)):
         b[i] -= factor * a[i]
+
+
+@jit
+def copy(a, b):
+    """Write a into b."""
+    for i in range(len(b)):
+        b[i] = a[i]
 
 
 @jit
@@ -94,6 +110,16 @@ def normal_matrix(blocks, factors, a):
                 continue
             for j in range(i, len(a)):
                 a[i, j] += factor * blocks[b, i, j]
+
+
+@jit
+def factorise_components(full, precision, root):
+    """Factorise the components' part (N, N) of a normal matrix (1 + N, 1 + N) plus `precision`: False if singular."""
+    for i in range(len(root)):
+        for j in range(i, len(root)):
+            root[i, j] = full[i + 1, j + 1]
+        root[i, i] += precision[i]
+    return factorise(root)
 
 
 @jit
@@ -139,10 +165,7 @@ def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scor
             combine(axes[g, c], basis, shown[c])
         block_factors(axes[g, 2], factors)
         normal_matrix(blocks, factors, full)
-        normal[:] = full[1:, 1:]
-        for i in range(n):
-            normal[i, i] += precision[i]
-        if not factorise(normal):
+        if not factorise_components(full, precision, normal):
             return False
         rows = order[starts[g] : starts[g + 1]]
         if len(y) < len(rows):
@@ -152,7 +175,8 @@ def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scor
         solve_many(normal, right)
         deep = np.dot(right.T, shown[2, 1:])
         for s in range(len(rows)):
-            scores[rows[s]] = right[:, s]
+            for i in range(n):
+                scores[rows[s], i] = right[i, s]
             for i in range(p):
                 depth[rows[s], i] = deep[s, i] + shown[2, 0, i]
     return True
