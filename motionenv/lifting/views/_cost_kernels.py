@@ -15,7 +15,7 @@ from motionenv.lifting.views._view_kernels import (
     copy,
     dot,
     factorise_components,
-    jit,
+    fast_part,
     normal_matrix,
     solve_lower,
     solve_upper,
@@ -27,13 +27,13 @@ _STEPS = 100
 _ROUNDING = 1e-13  # relative rounding error of the terms of the cost
 
 
-@jit
+@fast_part
 def _product(a0, a1, a2, e0, e1, e2, out):
     """Write value and derivatives by α, ε, αα, αε, εε of a product a(α) e(ε), given those of a and e, into out (6,)."""
     out[0], out[1], out[2], out[3], out[4], out[5] = a0 * e0, a1 * e0, a0 * e1, a2 * e0, a1 * e1, a0 * e2
 
 
-@jit
+@fast_part
 def view_terms(alpha, elevation, f, g):
     """Write the factors of the six blocks f (6, 6) and of the five data terms g (6, 5), a row per derivative."""
     factors, terms = f.T, g.T
@@ -54,7 +54,7 @@ def view_terms(alpha, elevation, f, g):
     _product(1.0, 0.0, 0.0, ce, -se, -ce, terms[4])
 
 
-@jit
+@fast_part
 def phase_terms(phase, t):
     """Write 1, sin φ, cos φ, sin 2φ, cos 2φ and their first two derivatives into t (3, 5); or 1, 0, 0 into t (3, 1)."""
     t[0, 0], t[1, 0], t[2, 0] = 1.0, 0.0, 0.0
@@ -65,7 +65,7 @@ def phase_terms(phase, t):
         t[2, 2 * h - 1], t[2, 2 * h] = -h * h * s, -h * h * c
 
 
-@jit
+@fast_part
 def best_scale(p, q, r, count):
     """τ and J = ½ (τ² p - 2 τ q + r) - count · log τ at its minimum; τ = 1 if count is 0."""
     if count == 0:
@@ -74,7 +74,7 @@ def best_scale(p, q, r, count):
     return tau, 0.5 * (tau * tau * p - 2 * tau * q + r) - count * np.log(tau)
 
 
-@jit
+@fast_part
 def evaluate(angles, data, square, count, blocks, precision, scores, gradient, hessian):
     """J at `angles` (3,) with scores and scale eliminated; writes scores (N,) and the derivatives by the angles.
 
@@ -103,7 +103,7 @@ def evaluate(angles, data, square, count, blocks, precision, scores, gradient, h
     return cost, tau
 
 
-@jit
+@fast_part
 def _data_terms(data, g, t):
     """Data terms c and their derivatives by α, ε, φ, αα, αε, εε, αφ, εφ, φφ: (10, 1 + N)."""
     turned, c = np.zeros((3, 5, data.shape[2])), np.zeros((10, data.shape[2]))
@@ -120,7 +120,7 @@ def _data_terms(data, g, t):
     return c
 
 
-@jit
+@fast_part
 def _through_blocks(blocks, v):
     """Each block times v (6, 1 + N), and vᵀ times that (6,)."""
     shaped, square = np.zeros((6, len(v))), np.empty(6)
@@ -132,7 +132,7 @@ def _through_blocks(blocks, v):
     return shaped, square
 
 
-@jit
+@fast_part
 def _derivatives(c, f, blocks, root, scores, half, tau, curvature, scaled, gradient, hessian):
     """Gradient (3,) and Hessian (3, 3) of J with scores and scale eliminated (Schur complement)."""
     n = len(scores)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from motionenv.lifting.views._cost_kernels import evaluate
-from motionenv.lifting.views._view_kernels import copy, factorise, jit, solve_lower, solve_upper
+from motionenv.lifting.views._view_kernels import copy, factorise, fast_part, solve_lower, solve_upper
 
 _ENOUGH = 1e-7  # [rad] convergence threshold; quadratic convergence makes the next step about its square
 _STEPS = 100
 _ROUNDING = 1e-13  # relative rounding error of the terms of the cost
 
 
-@jit
+@fast_part
 def newton_step(gradient, hessian, free, damping, step):
     """Write the damped Newton step of the `free` (3,) angles, 0 for the others."""
     damped = np.zeros((3, 3))
@@ -31,7 +31,7 @@ def newton_step(gradient, hessian, free, damping, step):
         damping = max(10 * damping, 1e-3 * largest + 1e-300)
 
 
-@jit
+@fast_part
 def polish(angles, low, high, reach, data, square, count, blocks, precision, scores):
     """Newton's method on `angles` (3,), in place, within `low` and `high`, with steps of at most `reach` (3,).
 
@@ -66,7 +66,7 @@ def polish(angles, low, high, reach, data, square, count, blocks, precision, sco
     return cost, tau, _first_variance(hessian, free)
 
 
-@jit
+@fast_part
 def _move(angles, step, low, high, reach, new):
     """Write the angles after a step, shortened to `reach` (3,), within bounds; returns the largest change."""
     size, longest = 0.0, 1.0
@@ -78,7 +78,7 @@ def _move(angles, step, low, high, reach, new):
     return size
 
 
-@jit
+@fast_part
 def _first_variance(hessian, free):
     """First diagonal entry of the inverse Hessian of the `free` angles; NaN if it isn't positive."""
     unit = np.zeros(3)

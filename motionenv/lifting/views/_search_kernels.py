@@ -4,12 +4,20 @@ import numpy as np
 
 from motionenv.lifting.views._cost_kernels import best_scale, view_terms
 from motionenv.lifting.views._newton_kernels import polish
-from motionenv.lifting.views._view_kernels import copy, dot, factorise_components, jit, normal_matrix, solve_lower
+from motionenv.lifting.views._view_kernels import (
+    copy,
+    dot,
+    factorise_components,
+    fast_kernel,
+    fast_part,
+    normal_matrix,
+    solve_lower,
+)
 
 _SAME = 1e-6  # [rad] minima closer than this are duplicates
 
 
-@jit
+@fast_kernel
 def factor_views(alphas, elevations, blocks, precision, terms, root, inner, rest):
     """Factorise the normal matrices of a grid, elevation by elevation; False if one is singular.
 
@@ -36,7 +44,7 @@ def factor_views(alphas, elevations, blocks, precision, terms, root, inner, rest
     return True
 
 
-@jit
+@fast_part
 def _shown(terms, data, j, out):
     """Write the components' part of Σ terms · data[:, j] (5, 1 + N) into out (N,), and return the mean's."""
     first = 0.0
@@ -51,7 +59,7 @@ def _shown(terms, data, j, out):
     return first
 
 
-@jit
+@fast_part
 def grid_costs(data, square, count, turns, terms, root, inner, rest, cost):
     """Write J (E, A, Φ) of one sequence with data terms (5, J, 1 + N) and yᵀWy `square` at phases `turns` (Φ, J)."""
     n, phases = inner.shape[1], data.shape[1]
@@ -71,7 +79,7 @@ def grid_costs(data, square, count, turns, terms, root, inner, rest, cost):
             cost[v // cost.shape[1], v % cost.shape[1], f] = best_scale(p, dot(linear, turns[f]), rest[v], count)[1]
 
 
-@jit
+@fast_part
 def grid_minima(cost, around, picks):
     """Write the indices of the lowest local minima of cost (E, A, Φ) into picks (K, 3); returns their number.
 
@@ -88,7 +96,7 @@ def grid_minima(cost, around, picks):
     return found
 
 
-@jit
+@fast_part
 def _insert(height, i, j, k, heights, picks, found):
     """Insert a minimum into the sorted list of the `found` lowest; returns the new length."""
     room = len(picks)
@@ -103,7 +111,7 @@ def _insert(height, i, j, k, heights, picks, found):
     return min(found + 1, room)
 
 
-@jit
+@fast_part
 def _is_least(cost, around, i, j, k):
     """Whether cost[i, j, k] is a local minimum; among equal neighbours only the first counts."""
     e, a, f = cost.shape
@@ -122,7 +130,7 @@ def _is_least(cost, around, i, j, k):
     return True
 
 
-@jit
+@fast_kernel
 def search(
     grids, turns, low, high, reach, data, squares, count, blocks, precision, views, angles, tau, cost, variance, scores
 ):
@@ -180,7 +188,7 @@ def search(
             kept += 1
 
 
-@jit
+@fast_part
 def _vertex(cost, i, j, k, around):
     """Minimum of the parabola through cost[i, j - 1 : j + 2, k], in grid steps from j; 0 at a bound."""
     a = cost.shape[1]
@@ -190,7 +198,7 @@ def _vertex(cost, i, j, k, around):
     return 0.5 * (before - after) / (before + after) if before + after > 0 else 0.0
 
 
-@jit
+@fast_part
 def _distance(a, b):
     """Largest circular difference of two triples of angles."""
     largest = 0.0
