@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.errors import MotionError
 
 
-@kernel
+@part
 def disc_below_left(a: float, b: float) -> float:
     """Area of the part of the unit disc where x < a and y < b, in closed form."""
     a, b = min(max(a, -1.0), 1.0), min(max(b, -1.0), 1.0)
@@ -20,7 +20,7 @@ def disc_below_left(a: float, b: float) -> float:
     return segment + b * (m + half)
 
 
-@kernel
+@part
 def _half_disc(x: float) -> float:
     """Area under the unit half circle from -1 to x."""
     return 0.5 * (x * math.sqrt(max(1.0 - x * x, 0.0)) + math.asin(x) + 0.5 * math.pi)
@@ -35,14 +35,14 @@ def disc_cover(x: float, y: float, radius: float) -> float:
     return min(max(area * radius * radius, 0.0), 1.0)
 
 
-@kernel
+@part
 def _blend(image, row, column, cover, colour):
     for c in range(3):
         old = image[row, column, c]
         image[row, column, c] = int(old + cover * (colour[c] - old) + 0.5)
 
 
-@kernel
+@part
 def _span(low: float, high: float, size: int):
     """First and one past the last pixel that [low, high] touches, within 0..size."""
     return int(min(max(math.floor(low + 0.5), 0.0), size)), int(min(max(math.floor(high + 0.5) + 1.0, 0.0), size))
