@@ -13,7 +13,7 @@ _ROUNDING = 1e-13  # relative rounding error of the terms of the cost
 @fast_part
 def newton_step(gradient, hessian, free, damping, step):
     """Write the damped Newton step of the `free` (3,) angles, 0 for the others."""
-    damped = np.zeros((3, 3))
+    damped = np.empty((3, 3))
     largest = 0.0
     for x in range(3):
         if free[x]:
@@ -81,9 +81,8 @@ def _move(angles, step, low, high, reach, new):
 @fast_part
 def _first_variance(hessian, free):
     """First diagonal entry of the inverse Hessian of the `free` angles; NaN if it isn't positive."""
-    unit = np.zeros(3)
-    unit[0] = -1.0
-    inverse = np.empty(3)
+    unit, inverse = np.empty(3), np.empty(3)
+    unit[0], unit[1], unit[2] = -1.0, 0.0, 0.0
     if not free[0]:
         return np.nan
     return inverse[0] if newton_step(unit, hessian, free, 0.0, inverse) == 0.0 else np.nan

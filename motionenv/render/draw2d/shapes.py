@@ -26,7 +26,7 @@ def _half_disc(x: float) -> float:
     return 0.5 * (x * math.sqrt(max(1.0 - x * x, 0.0)) + math.asin(x) + 0.5 * math.pi)
 
 
-@kernel
+@part
 def disc_cover(x: float, y: float, radius: float) -> float:
     """Coverage of the unit pixel at (x, y) by a disc around the origin, exact so that dots don't flicker."""
     x0, x1 = (x - 0.5) / radius, (x + 0.5) / radius
@@ -48,7 +48,7 @@ def _span(low: float, high: float, size: int):
     return int(min(max(math.floor(low + 0.5), 0.0), size)), int(min(max(math.floor(high + 0.5) + 1.0, 0.0), size))
 
 
-@kernel
+@part
 def draw_disc(image, x: float, y: float, radius: float, colour) -> None:
     """Draw a disc over `image` (H, W, 3) uint8; does nothing if x or y is NaN."""
     if not (math.isfinite(x) and math.isfinite(y)):
@@ -64,7 +64,7 @@ def draw_disc(image, x: float, y: float, radius: float, colour) -> None:
                 _blend(image, row, column, disc_cover(column - x, row - y, radius), colour)
 
 
-@kernel
+@part
 def draw_line(image, ax: float, ay: float, bx: float, by: float, width: float, colour) -> None:
     """Draw a line with round ends over `image` (H, W, 3) uint8; does nothing if an end is NaN.
 
@@ -84,6 +84,13 @@ def draw_line(image, ax: float, ay: float, bx: float, by: float, width: float, c
             cover = min(reach - math.hypot(px - along * dx, py - along * dy), 1.0, width)
             if cover > 0.0:
                 _blend(image, row, column, cover, colour)
+
+
+@kernel
+def draw_lines(image, lines, width: float, colour) -> None:
+    """Draw `lines` (n, 4), from (x, y) to (x, y), over `image`, one after the other: see `draw_line`."""
+    for i in range(len(lines)):
+        draw_line(image, lines[i, 0], lines[i, 1], lines[i, 2], lines[i, 3], width, colour)
 
 
 @kernel

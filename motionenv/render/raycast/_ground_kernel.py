@@ -41,8 +41,9 @@ def colour_background(to_world, height, settings, lights, ambient, colours, enco
                 rise = 1.0 - min(abs(z) / math.sqrt(x * x + y * y + z * z), 1.0)
                 high = 1.0 - rise * rise * rise
                 for c in range(3):
-                    light = colours[2, c] + (colours[3, c] - colours[2, c]) * high
-                    lit[:, v, u, c] = dark[:, v, u, c] = byte(np.float32(light), encode)
+                    light = byte(np.float32(colours[2, c] + (colours[3, c] - colours[2, c]) * high), encode)
+                    for i in range(3):
+                        lit[i, v, u, c] = dark[i, v, u, c] = light
 
 
 @part
