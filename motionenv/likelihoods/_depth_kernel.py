@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.render.raycast.limb_kernel import BOX, COLUMNS, GATHER, draw_limb, set_limb
 
 
-@kernel
+@part
 def _draw(ends, radii, r, t, k, kinv, table, depth, limbs, scratch, where):
     """Render one body into `depth`; returns first and last column and row of its bounding box."""
     height, width = depth.shape
@@ -19,7 +19,9 @@ def _draw(ends, radii, r, t, k, kinv, table, depth, limbs, scratch, where):
         if g[BOX] <= g[BOX + 1] and g[BOX + 2] <= g[BOX + 3]:
             left, right = min(left, int(g[BOX])), max(right, int(g[BOX + 1]))
             top, bottom = min(top, int(g[BOX + 2])), max(bottom, int(g[BOX + 3]))
-    depth[top : bottom + 1, left : right + 1] = np.inf
+    for v in range(top, bottom + 1):
+        for u in range(left, right + 1):
+            depth[v, u] = np.inf
     for i in range(len(radii)):
         g = table[i]
         if g[BOX] <= g[BOX + 1] and g[BOX + 2] <= g[BOX + 3]:

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.body.kinematics import HINGE_SIGN
 from motionenv.body.simd import foot_angle, hinged, placed, root_rotation, sine_cosine, turned
 from motionenv.body.skeleton import LIMBS
@@ -27,7 +27,7 @@ WORK = (END_ROWS + 75) * LANES
 _HINGE_ARM, _HINGE_LEG = float(HINGE_SIGN[0]), float(HINGE_SIGN[2])
 
 
-@kernel
+@part
 def _set_sines(w):
     """Write sines and cosines of the angles of a block."""
     for j in range(25 * LANES):
@@ -118,7 +118,7 @@ def _leg(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
     _segment(w, j, limb + 2, ankle, foot, ankle, foot, shifts, height)
 
 
-@kernel
+@part
 def _trunk(w, offsets, shifts, height):
     """Write the limbs of torso and head."""
     for j in range(LANES):
@@ -136,7 +136,7 @@ def _trunk(w, offsets, shifts, height):
         _segment(w, j, 4, head, skull, head, skull, shifts, height)
 
 
-@kernel
+@part
 def _arms(w, offsets, shifts, height):
     """Write the limbs of both arms."""
     for j in range(LANES):
@@ -146,7 +146,7 @@ def _arms(w, offsets, shifts, height):
         _arm(w, j, 11, 13, -1.0, placed(p, torso, offsets[4]), torso, (6, 8), offsets, shifts, height)
 
 
-@kernel
+@part
 def _legs(w, offsets, shifts, height):
     """Write the limbs of both legs."""
     for j in range(LANES):
@@ -156,7 +156,7 @@ def _legs(w, offsets, shifts, height):
         _leg(w, j, 14, 21, -1.0, placed(p, torso, offsets[10]), torso, (12, 14), offsets, shifts, height)
 
 
-@kernel
+@part
 def set_limbs(poses, start, offsets, shifts, height, w):
     """Write the limb ends [m] of up to `LANES` poses to the first `END_ROWS` rows of `w`.
 

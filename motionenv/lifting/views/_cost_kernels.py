@@ -12,12 +12,14 @@ k and τ have closed forms. Angles are always in the order α, ε, φ.
 import numpy as np
 
 from motionenv.lifting.views._view_kernels import (
+    copy,
     dot,
-    factorise,
-    jit,
+    factorise_components,
+    fast_part,
     normal_matrix,
     solve_lower,
     solve_upper,
+    subtract,
 )
 
 _ENOUGH = 1e-12  # [rad] convergence threshold of a step
@@ -25,46 +27,45 @@ _STEPS = 100
 _ROUNDING = 1e-13  # relative rounding error of the terms of the cost
 
 
-@jit
+@fast_part
 def _product(a0, a1, a2, e0, e1, e2, out):
-    """Value and derivatives by α, ε, αα, αε, εε of the product a(α) e(ε), given those of a and e."""
+    """Write value and derivatives by α, ε, αα, αε, εε of a product a(α) e(ε), given those of a and e, into out (6,)."""
     out[0], out[1], out[2], out[3], out[4], out[5] = a0 * e0, a1 * e0, a0 * e1, a2 * e0, a1 * e1, a0 * e2
 
 
-@jit
+@fast_part
 def view_terms(alpha, elevation, f, g):
-    """Write the factors of the six blocks f (6, 6) and of the five data terms g (5, 6), with their derivatives."""
+    """Write the factors of the six blocks f (6, 6) and of the five data terms g (6, 5), a row per derivative."""
+    factors, terms = f.T, g.T
     ca, sa, ce, se = np.cos(alpha), np.sin(alpha), np.cos(elevation), np.sin(elevation)
     c2a, s2a, c2e, s2e = np.cos(2 * alpha), np.sin(2 * alpha), np.cos(2 * elevation), np.sin(2 * elevation)
-    _product(-sa * sa, -s2a, -2 * c2a, ce * ce, -s2e, -2 * c2e, f[0])
-    _product(-ca * ca, s2a, 2 * c2a, ce * ce, -s2e, -2 * c2e, f[1])
+    _product(-sa * sa, -s2a, -2 * c2a, ce * ce, -s2e, -2 * c2e, factors[0])
+    _product(-ca * ca, s2a, 2 * c2a, ce * ce, -s2e, -2 * c2e, factors[1])
     f[0, 0] += 1.0
-    f[1, 0] += 1.0
-    _product(1.0, 0.0, 0.0, ce * ce, -s2e, -2 * c2e, f[2])
-    _product(s2a / 2, c2a, -2 * s2a, ce * ce, -s2e, -2 * c2e, f[3])
-    _product(-sa, -ca, sa, s2e / 2, c2e, -2 * s2e, f[4])
-    _product(ca, -sa, -ca, s2e / 2, c2e, -2 * s2e, f[5])
-    _product(ca, -sa, -ca, 1.0, 0.0, 0.0, g[0])  # across: x, y
-    _product(sa, ca, -sa, 1.0, 0.0, 0.0, g[1])
-    _product(-sa, -ca, sa, se, ce, -se, g[2])  # upwards: x, y, z
-    _product(ca, -sa, -ca, se, ce, -se, g[3])
-    _product(1.0, 0.0, 0.0, ce, -se, -ce, g[4])
+    f[0, 1] += 1.0
+    _product(1.0, 0.0, 0.0, ce * ce, -s2e, -2 * c2e, factors[2])
+    _product(s2a / 2, c2a, -2 * s2a, ce * ce, -s2e, -2 * c2e, factors[3])
+    _product(-sa, -ca, sa, s2e / 2, c2e, -2 * s2e, factors[4])
+    _product(ca, -sa, -ca, s2e / 2, c2e, -2 * s2e, factors[5])
+    _product(ca, -sa, -ca, 1.0, 0.0, 0.0, terms[0])  # across: x, y
+    _product(sa, ca, -sa, 1.0, 0.0, 0.0, terms[1])
+    _product(-sa, -ca, sa, se, ce, -se, terms[2])  # upwards: x, y, z
+    _product(ca, -sa, -ca, se, ce, -se, terms[3])
+    _product(1.0, 0.0, 0.0, ce, -se, -ce, terms[4])
 
 
-@jit
+@fast_part
 def phase_terms(phase, t):
     """Write 1, sin φ, cos φ, sin 2φ, cos 2φ and their first two derivatives into t (3, 5); or 1, 0, 0 into t (3, 1)."""
-    t[:] = 0.0
-    t[0, 0] = 1.0
-    if t.shape[1] == 5:
-        for h in (1, 2):
-            c, s = np.cos(h * phase), np.sin(h * phase)
-            t[0, 2 * h - 1], t[0, 2 * h] = s, c
-            t[1, 2 * h - 1], t[1, 2 * h] = h * c, -h * s
-            t[2, 2 * h - 1], t[2, 2 * h] = -h * h * s, -h * h * c
+    t[0, 0], t[1, 0], t[2, 0] = 1.0, 0.0, 0.0
+    for h in range(1, 1 + t.shape[1] // 2):
+        c, s = np.cos(h * phase), np.sin(h * phase)
+        t[0, 2 * h - 1], t[0, 2 * h] = s, c
+        t[1, 2 * h - 1], t[1, 2 * h] = h * c, -h * s
+        t[2, 2 * h - 1], t[2, 2 * h] = -h * h * s, -h * h * c
 
 
-@jit
+@fast_part
 def best_scale(p, q, r, count):
     """τ and J = ½ (τ² p - 2 τ q + r) - count · log τ at its minimum; τ = 1 if count is 0."""
     if count == 0:
@@ -73,7 +74,7 @@ def best_scale(p, q, r, count):
     return tau, 0.5 * (tau * tau * p - 2 * tau * q + r) - count * np.log(tau)
 
 
-@jit
+@fast_part
 def evaluate(angles, data, square, count, blocks, precision, scores, gradient, hessian):
     """J at `angles` (3,) with scores and scale eliminated; writes scores (N,) and the derivatives by the angles.
 
@@ -81,17 +82,16 @@ def evaluate(angles, data, square, count, blocks, precision, scores, gradient, h
         J and τ.
     """
     n, phases = len(scores), data.shape[1]
-    f, g, t = np.empty((6, 6)), np.empty((5, 6)), np.empty((3, phases))
+    f, g, t = np.empty((6, 6)), np.empty((6, 5)), np.empty((3, phases))
     view_terms(angles[0], angles[1], f, g)
     phase_terms(angles[2], t)
-    full = np.empty((n + 1, n + 1))
-    normal_matrix(blocks, f[:, 0], full)
-    root = full[1:, 1:].copy()
-    for i in range(n):
-        root[i, i] += precision[i]
-    factorise(root)
+    full, root = np.empty((n + 1, n + 1)), np.empty((n, n))
+    normal_matrix(blocks, f[0], full)
+    factorise_components(full, precision, root)
     c = _data_terms(data, g, t)
-    half, inner = c[0, 1:].copy(), full[0, 1:].copy()
+    half, inner = np.empty(n), np.empty(n)
+    copy(c[0, 1:], half)
+    copy(full[0, 1:], inner)
     solve_lower(root, half)
     solve_lower(root, inner)
     p, rest = square - dot(half, half), full[0, 0] - dot(inner, inner)
@@ -103,7 +103,7 @@ def evaluate(angles, data, square, count, blocks, precision, scores, gradient, h
     return cost, tau
 
 
-@jit
+@fast_part
 def _data_terms(data, g, t):
     """Data terms c and their derivatives by α, ε, φ, αα, αε, εε, αφ, εφ, φφ: (10, 1 + N)."""
     turned, c = np.zeros((3, 5, data.shape[2])), np.zeros((10, data.shape[2]))
@@ -116,11 +116,11 @@ def _data_terms(data, g, t):
                              (8, 2, 1), (9, 0, 2)):  # fmt: skip
         for a in range(5):
             for i in range(data.shape[2]):
-                c[row, i] += g[a, view] * turned[phase, a, i]
+                c[row, i] += g[view, a] * turned[phase, a, i]
     return c
 
 
-@jit
+@fast_part
 def _through_blocks(blocks, v):
     """Each block times v (6, 1 + N), and vᵀ times that (6,)."""
     shaped, square = np.zeros((6, len(v))), np.empty(6)
@@ -132,28 +132,29 @@ def _through_blocks(blocks, v):
     return shaped, square
 
 
-@jit
+@fast_part
 def _derivatives(c, f, blocks, root, scores, half, tau, curvature, scaled, gradient, hessian):
     """Gradient (3,) and Hessian (3, 3) of J with scores and scale eliminated (Schur complement)."""
     n = len(scores)
     v = np.empty(n + 1)
-    v[0], v[1:] = 1.0, scores
+    v[0] = 1.0
+    copy(scores, v[1:])
     shaped, square = _through_blocks(blocks, v)
     mixed, by_scale = np.zeros((3, n)), np.empty(3)
     for x in range(3):
         by_scale[x] = -dot(v, c[1 + x])
         gradient[x] = tau * by_scale[x]
-        mixed[x] = -tau * c[1 + x, 1:]
+        subtract(tau, c[1 + x, 1:], mixed[x])
         if x < 2:
-            gradient[x] += 0.5 * dot(f[:, 1 + x], square)
+            gradient[x] += 0.5 * dot(f[1 + x], square)
             for b in range(6):
-                mixed[x] += f[b, 1 + x] * shaped[b, 1:]
+                subtract(-f[1 + x, b], shaped[b, 1:], mixed[x])
         solve_lower(root, mixed[x])
         by_scale[x] += dot(half, mixed[x])
     for x, y, row in ((0, 0, 4), (0, 1, 5), (1, 1, 6), (0, 2, 7), (1, 2, 8), (2, 2, 9)):
         value = -tau * dot(v, c[row]) - dot(mixed[x], mixed[y])
         if row < 7:
-            value += 0.5 * dot(f[:, row - 1], square)
+            value += 0.5 * dot(f[row - 1], square)
         if scaled:
             value -= by_scale[x] * by_scale[y] / curvature
         hessian[x, y] = hessian[y, x] = value

@@ -4,12 +4,20 @@ import numpy as np
 
 from motionenv.lifting.views._cost_kernels import best_scale, view_terms
 from motionenv.lifting.views._newton_kernels import polish
-from motionenv.lifting.views._view_kernels import dot, factorise, jit, normal_matrix, solve_lower
+from motionenv.lifting.views._view_kernels import (
+    copy,
+    dot,
+    factorise_components,
+    fast_kernel,
+    fast_part,
+    normal_matrix,
+    solve_lower,
+)
 
 _SAME = 1e-6  # [rad] minima closer than this are duplicates
 
 
-@jit
+@fast_kernel
 def factor_views(alphas, elevations, blocks, precision, terms, root, inner, rest):
     """Factorise the normal matrices of a grid, elevation by elevation; False if one is singular.
 
@@ -23,45 +31,43 @@ def factor_views(alphas, elevations, blocks, precision, terms, root, inner, rest
         rest: (E · A,), output: the mean's part that the components don't explain, H_00 - |inner|².
     """
     m = blocks.shape[1]
-    full, f, g = np.empty((m, m)), np.empty((6, 6)), np.empty((5, 6))
+    full, f, g = np.empty((m, m)), np.empty((6, 6)), np.empty((6, 5))
     for v in range(len(rest)):
         view_terms(alphas[v % len(alphas)], elevations[v // len(alphas)], f, g)
-        terms[v] = g[:, 0]
-        normal_matrix(blocks, f[:, 0], full)
-        root[v] = full[1:, 1:]
-        for i in range(m - 1):
-            root[v, i, i] += precision[i]
-        if not factorise(root[v]):
+        copy(g[0], terms[v])
+        normal_matrix(blocks, f[0], full)
+        if not factorise_components(full, precision, root[v]):
             return False
-        inner[v] = full[0, 1:]
+        copy(full[0, 1:], inner[v])
         solve_lower(root[v], inner[v])
         rest[v] = full[0, 0] - dot(inner[v], inner[v])
     return True
 
 
-@jit
-def _shown(terms, data, out):
-    """Write the components' part of Σ terms · data (5, 1 + N) into out (N,), and return the mean's."""
+@fast_part
+def _shown(terms, data, j, out):
+    """Write the components' part of Σ terms · data[:, j] (5, 1 + N) into out (N,), and return the mean's."""
     first = 0.0
-    out[:] = 0.0
+    for i in range(len(out)):
+        out[i] = 0.0
     for a in range(5):
         if terms[a] == 0.0:  # two of them, for a level view
             continue
-        first += terms[a] * data[a, 0]
+        first += terms[a] * data[a, j, 0]
         for i in range(len(out)):
-            out[i] += terms[a] * data[a, i + 1]
+            out[i] += terms[a] * data[a, j, i + 1]
     return first
 
 
-@jit
+@fast_part
 def grid_costs(data, square, count, turns, terms, root, inner, rest, cost):
-    """Write J (E · A, Φ) of one sequence with data terms (5, J, 1 + N) and yᵀWy `square` at phases `turns` (Φ, J)."""
+    """Write J (E, A, Φ) of one sequence with data terms (5, J, 1 + N) and yᵀWy `square` at phases `turns` (Φ, J)."""
     n, phases = inner.shape[1], data.shape[1]
     half = np.empty((phases, n))
     pair, linear = np.empty((phases, phases)), np.empty(phases)
     for v in range(len(rest)):
         for j in range(phases):
-            linear[j] = _shown(terms[v], data[:, j], half[j])
+            linear[j] = _shown(terms[v], data, j, half[j])
             solve_lower(root[v], half[j])
             linear[j] -= dot(half[j], inner[v])
             for i in range(j + 1):
@@ -70,42 +76,42 @@ def grid_costs(data, square, count, turns, terms, root, inner, rest, cost):
             p = square
             for i in range(phases):
                 p -= turns[f, i] * dot(pair[i], turns[f])
-            cost[v, f] = best_scale(p, dot(linear, turns[f]), rest[v], count)[1]
+            cost[v // cost.shape[1], v % cost.shape[1], f] = best_scale(p, dot(linear, turns[f]), rest[v], count)[1]
 
 
-@jit
+@fast_part
 def grid_minima(cost, around, picks):
     """Write the indices of the lowest local minima of cost (E, A, Φ) into picks (K, 3); returns their number.
 
     Phase is circular; α is circular if `around` is True.
     """
     e, a, f = cost.shape
-    found = 0
+    found = np.int64(0)  # for a literal 0, `_insert` would be compiled a second time
     heights = np.empty(len(picks))
     for i in range(e):
         for j in range(a):
             for k in range(f):
                 if _is_least(cost, around, i, j, k):
-                    found = _insert(cost[i, j, k], (i, j, k), heights, picks, found)
+                    found = _insert(cost[i, j, k], i, j, k, heights, picks, found)
     return found
 
 
-@jit
-def _insert(height, at, heights, picks, found):
+@fast_part
+def _insert(height, i, j, k, heights, picks, found):
     """Insert a minimum into the sorted list of the `found` lowest; returns the new length."""
     room = len(picks)
     if found == room and heights[room - 1] <= height:
         return found
     place = min(found, room - 1)
     while place > 0 and heights[place - 1] > height:
-        heights[place], picks[place] = heights[place - 1], picks[place - 1]
+        heights[place] = heights[place - 1]
+        copy(picks[place - 1], picks[place])
         place -= 1
-    heights[place] = height
-    picks[place, 0], picks[place, 1], picks[place, 2] = at
+    heights[place], picks[place, 0], picks[place, 1], picks[place, 2] = height, i, j, k
     return min(found + 1, room)
 
 
-@jit
+@fast_part
 def _is_least(cost, around, i, j, k):
     """Whether cost[i, j, k] is a local minimum; among equal neighbours only the first counts."""
     e, a, f = cost.shape
@@ -118,12 +124,13 @@ def _is_least(cost, around, i, j, k):
                 elif jj < 0 or jj >= a:
                     continue
                 other = cost[di, jj, kk]
-                if other < cost[i, j, k] or (other == cost[i, j, k] and (di, jj, kk) < (i, j, k)):
+                before = (di * a + jj) * f + kk < (i * a + j) * f + k
+                if other < cost[i, j, k] or (before and other == cost[i, j, k]):
                     return False
     return True
 
 
-@jit
+@fast_kernel
 def search(
     grids, turns, low, high, reach, data, squares, count, blocks, precision, views, angles, tau, cost, variance, scores
 ):
@@ -146,17 +153,20 @@ def search(
     """
     alphas, elevations, phases = grids
     terms, root, inner, rest = views
-    on_grid = np.empty((len(rest), len(phases)))
+    on_grid = np.empty((len(elevations), len(alphas), len(phases)))
     picks = np.empty((angles.shape[1], 3), np.int64)
     start, k = np.empty(3), np.empty(len(precision))
     around = np.isinf(low[0])
     for s in range(len(data)):
         grid_costs(data[s], squares[s], count, turns, terms, root, inner, rest, on_grid)
-        shaped = on_grid.reshape(len(elevations), len(alphas), len(phases))
         kept = 0
-        for pick in picks[: grid_minima(shaped, around, picks)]:
-            start[0], start[1], start[2] = alphas[pick[1]], elevations[pick[0]], phases[pick[2]]
-            start[0] += reach[0] * _vertex(shaped[pick[0], :, pick[2]], pick[1], around)
+        for pick in range(grid_minima(on_grid, around, picks)):
+            e, a, f = picks[pick, 0], picks[pick, 1], picks[pick, 2]
+            start[0], start[1], start[2] = (
+                alphas[a] + reach[0] * _vertex(on_grid, e, a, f, around),
+                elevations[e],
+                phases[f],
+            )
             found = polish(start, low, high, reach, data[s], squares[s], count, blocks, precision, k)
             for x in (0, 2):
                 start[x] = np.pi - (np.pi - start[x]) % (2 * np.pi)
@@ -167,26 +177,28 @@ def search(
             if place < 0:
                 continue
             while place > 0 and cost[s, place - 1] > found[0]:
-                angles[s, place], scores[s, place] = angles[s, place - 1], scores[s, place - 1]
+                copy(angles[s, place - 1], angles[s, place])
+                copy(scores[s, place - 1], scores[s, place])
                 tau[s, place], cost[s, place] = tau[s, place - 1], cost[s, place - 1]
                 variance[s, place] = variance[s, place - 1]
                 place -= 1
-            angles[s, place], scores[s, place] = start, k
+            copy(start, angles[s, place])
+            copy(k, scores[s, place])
             cost[s, place], tau[s, place], variance[s, place] = found
             kept += 1
 
 
-@jit
-def _vertex(cost, i, around):
-    """Minimum of the parabola through cost[i - 1 : i + 2], in grid steps from i; 0 at a bound."""
-    a = len(cost)
-    if not around and (i == 0 or i == a - 1):
+@fast_part
+def _vertex(cost, i, j, k, around):
+    """Minimum of the parabola through cost[i, j - 1 : j + 2, k], in grid steps from j; 0 at a bound."""
+    a = cost.shape[1]
+    if not around and (j == 0 or j == a - 1):
         return 0.0
-    before, after = cost[(i - 1) % a] - cost[i], cost[(i + 1) % a] - cost[i]
+    before, after = cost[i, (j - 1) % a, k] - cost[i, j, k], cost[i, (j + 1) % a, k] - cost[i, j, k]
     return 0.5 * (before - after) / (before + after) if before + after > 0 else 0.0
 
 
-@jit
+@fast_part
 def _distance(a, b):
     """Largest circular difference of two triples of angles."""
     largest = 0.0

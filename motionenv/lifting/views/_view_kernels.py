@@ -3,18 +3,21 @@
 With rows r and u for the image axes and d for the viewing direction (`view_geometry.axes`), rᵀr + uᵀu = 1 - dᵀd, so the
 normal matrix of a view is a sum of six blocks (`gram_blocks`) whose factors are trigonometric in α and ε. Matrices are
 factorised as A = UᵀU with U stored by rows, so that every inner loop accesses contiguous memory.
+
+Arrays are copied in loops (`copy`), because numba takes seconds to compile the checks of an assignment to a slice.
 """
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 
-jit = kernel(fastmath={"reassoc", "nsz", "contract"})
+_FAST = {"reassoc", "nsz", "contract"}
+fast_kernel, fast_part = kernel(fastmath=_FAST), part(fastmath=_FAST)
 
 _SINGULAR = 1e-12  # a pivot below this fraction of its diagonal entry is rounding error
 
 
-@jit
+@fast_part
 def factorise(a):
     """Factorise A = UᵀU in place, U in the upper triangle; False if A isn't positive definite."""
     n = len(a)
@@ -34,7 +37,7 @@ def factorise(a):
     return True
 
 
-@jit
+@fast_part
 def solve_lower(u, b):
     """Solve Uᵀ x = b in place."""
     for j in range(len(b)):
@@ -43,7 +46,7 @@ def solve_lower(u, b):
             b[k] -= u[j, k] * b[j]
 
 
-@jit
+@fast_part
 def solve_upper(u, b):
     """Solve U x = b in place."""
     for j in range(len(b) - 1, -1, -1):
@@ -53,27 +56,41 @@ def solve_upper(u, b):
         b[j] = total / u[j, j]
 
 
-@jit
+@fast_part
 def solve_many(u, b):
     """Solve UᵀU x = b in place for all columns of b (N, n)."""
     for j in range(len(b)):
-        b[j] *= 1.0 / u[j, j]
+        _scale(1.0 / u[j, j], b[j])
         for k in range(j + 1, len(b)):
-            _subtract(u[j, k], b[j], b[k])
+            subtract(u[j, k], b[j], b[k])
     for j in range(len(b) - 1, -1, -1):
         for k in range(j + 1, len(b)):
-            _subtract(u[j, k], b[k], b[j])
-        b[j] *= 1.0 / u[j, j]
+            subtract(u[j, k], b[k], b[j])
+        _scale(1.0 / u[j, j], b[j])
 
 
-@jit
-def _subtract(factor, a, b):
+@fast_part
+def _scale(factor, b):
+    """Multiply b by a factor in place."""
+    for i in range(len(b)):
+        b[i] *= factor
+
+
+@fast_part
+def subtract(factor, a, b):
     """Write b - factor · a into b."""
     for i in range(len(b)):
         b[i] -= factor * a[i]
 
 
-@jit
+@fast_part
+def copy(a, b):
+    """Write a into b."""
+    for i in range(len(b)):
+        b[i] = a[i]
+
+
+@fast_part
 def dot(a, b):
     """Dot product of two vectors."""
     total = 0.0
@@ -82,7 +99,7 @@ def dot(a, b):
     return total
 
 
-@jit
+@fast_part
 def normal_matrix(blocks, factors, a):
     """Write the upper triangle of a = Σ factors · blocks."""
     for i in range(len(a)):
@@ -96,7 +113,17 @@ def normal_matrix(blocks, factors, a):
                 a[i, j] += factor * blocks[b, i, j]
 
 
-@jit
+@fast_part
+def factorise_components(full, precision, root):
+    """Factorise the components' part (N, N) of a normal matrix (1 + N, 1 + N) plus `precision`: False if singular."""
+    for i in range(len(root)):
+        for j in range(i, len(root)):
+            root[i, j] = full[i + 1, j + 1]
+        root[i, i] += precision[i]
+    return factorise(root)
+
+
+@fast_part
 def block_factors(d, factors):
     """Factors of the six blocks for viewing direction `d`."""
     for i in range(3):
@@ -104,7 +131,7 @@ def block_factors(d, factors):
     factors[3], factors[4], factors[5] = -d[0] * d[1], -d[0] * d[2], -d[1] * d[2]
 
 
-@jit
+@fast_part
 def combine(row, basis, out):
     """Write out (1 + N, 75) = Σ_i row_i basis_i: mean and components along one axis."""
     for n in range(out.shape[0]):
@@ -112,7 +139,7 @@ def combine(row, basis, out):
             out[n, i] = row[0] * basis[0, n, i] + row[1] * basis[1, n, i] + row[2] * basis[2, n, i]
 
 
-@jit
+@fast_kernel
 def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scores, depth):
     """Scores (eqs. 3.9, A.5) and missing dimension of sequences sorted by view.
 
@@ -139,10 +166,7 @@ def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scor
             combine(axes[g, c], basis, shown[c])
         block_factors(axes[g, 2], factors)
         normal_matrix(blocks, factors, full)
-        normal[:] = full[1:, 1:]
-        for i in range(n):
-            normal[i, i] += precision[i]
-        if not factorise(normal):
+        if not factorise_components(full, precision, normal):
             return False
         rows = order[starts[g] : starts[g + 1]]
         if len(y) < len(rows):
@@ -152,13 +176,14 @@ def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scor
         solve_many(normal, right)
         deep = np.dot(right.T, shown[2, 1:])
         for s in range(len(rows)):
-            scores[rows[s]] = right[:, s]
+            for i in range(n):
+                scores[rows[s], i] = right[i, s]
             for i in range(p):
                 depth[rows[s], i] = deep[s, i] + shown[2, 0, i]
     return True
 
 
-@jit
+@fast_part
 def _differences(w2, rows, shown, y):
     """Write `rows` of w2 (n, 75, 2) minus the projected mean, shown[:, 0], into y (rows, 150)."""
     for s in range(len(rows)):
@@ -167,7 +192,7 @@ def _differences(w2, rows, shown, y):
             y[s, 2 * p + 1] = w2[rows[s], p, 1] - shown[1, 0, p]
 
 
-@jit
+@fast_part
 def _weighted(shown, weights):
     """ÊᵀW (N, 150) of the projected components shown[:2, 1:] (2, N, 75)."""
     out = np.empty((shown.shape[1] - 1, 2 * shown.shape[2]))
@@ -178,7 +203,7 @@ def _weighted(shown, weights):
     return out
 
 
-@jit
+@fast_kernel
 def fill(w2, seen, depth, scores, axes, basis, out):
     """Combine measured coordinates with the model's missing dimension and missing markers (eq. 3.16).
 

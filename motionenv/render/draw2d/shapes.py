@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.errors import MotionError
 
 
-@kernel
+@part
 def disc_below_left(a: float, b: float) -> float:
     """Area of the part of the unit disc where x < a and y < b, in closed form."""
     a, b = min(max(a, -1.0), 1.0), min(max(b, -1.0), 1.0)
@@ -20,13 +20,13 @@ def disc_below_left(a: float, b: float) -> float:
     return segment + b * (m + half)
 
 
-@kernel
+@part
 def _half_disc(x: float) -> float:
     """Area under the unit half circle from -1 to x."""
     return 0.5 * (x * math.sqrt(max(1.0 - x * x, 0.0)) + math.asin(x) + 0.5 * math.pi)
 
 
-@kernel
+@part
 def disc_cover(x: float, y: float, radius: float) -> float:
     """Coverage of the unit pixel at (x, y) by a disc around the origin, exact so that dots don't flicker."""
     x0, x1 = (x - 0.5) / radius, (x + 0.5) / radius
@@ -35,20 +35,20 @@ def disc_cover(x: float, y: float, radius: float) -> float:
     return min(max(area * radius * radius, 0.0), 1.0)
 
 
-@kernel
+@part
 def _blend(image, row, column, cover, colour):
     for c in range(3):
         old = image[row, column, c]
         image[row, column, c] = int(old + cover * (colour[c] - old) + 0.5)
 
 
-@kernel
+@part
 def _span(low: float, high: float, size: int):
     """First and one past the last pixel that [low, high] touches, within 0..size."""
     return int(min(max(math.floor(low + 0.5), 0.0), size)), int(min(max(math.floor(high + 0.5) + 1.0, 0.0), size))
 
 
-@kernel
+@part
 def draw_disc(image, x: float, y: float, radius: float, colour) -> None:
     """Draw a disc over `image` (H, W, 3) uint8; does nothing if x or y is NaN."""
     if not (math.isfinite(x) and math.isfinite(y)):
@@ -64,7 +64,7 @@ def draw_disc(image, x: float, y: float, radius: float, colour) -> None:
                 _blend(image, row, column, disc_cover(column - x, row - y, radius), colour)
 
 
-@kernel
+@part
 def draw_line(image, ax: float, ay: float, bx: float, by: float, width: float, colour) -> None:
     """Draw a line with round ends over `image` (H, W, 3) uint8; does nothing if an end is NaN.
 
@@ -84,6 +84,13 @@ def draw_line(image, ax: float, ay: float, bx: float, by: float, width: float, c
             cover = min(reach - math.hypot(px - along * dx, py - along * dy), 1.0, width)
             if cover > 0.0:
                 _blend(image, row, column, cover, colour)
+
+
+@kernel
+def draw_lines(image, lines, width: float, colour) -> None:
+    """Draw `lines` (n, 4), from (x, y) to (x, y), over `image`, one after the other: see `draw_line`."""
+    for i in range(len(lines)):
+        draw_line(image, lines[i, 0], lines[i, 1], lines[i, 2], lines[i, 3], width, colour)
 
 
 @kernel

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.render.raycast._ground_kernel import draw_background
 from motionenv.render.raycast._shade_kernel import shade_body
 from motionenv.render.raycast._shadow_kernel import draw_shadows
@@ -45,7 +45,7 @@ class View(NamedTuple):
     from_pixel: np.ndarray
 
 
-@kernel
+@part
 def place_limbs(ends, radii, r, t, k, kinv, width, height, table, box):
     """Fill the table of limbs; write the body's bounding box (first and last column and row)."""
     box[0], box[1], box[2], box[3] = width, -1, height, -1
@@ -57,7 +57,7 @@ def place_limbs(ends, radii, r, t, k, kinv, width, height, table, box):
             box[2], box[3] = min(box[2], g[BOX + 2]), max(box[3], g[BOX + 3])
 
 
-@kernel
+@part
 def draw_limbs(table, kinv, scratch, where, depth, limbs):
     """Draw depth and ids of one body, in front of or behind what is already there."""
     flat_depth, flat_limbs = depth.reshape(-1), limbs.reshape(-1)
@@ -67,7 +67,7 @@ def draw_limbs(table, kinv, scratch, where, depth, limbs):
             draw_limb(g, kinv, np.uint8(i + 1), depth.shape[1], flat_depth, flat_limbs, scratch, where)
 
 
-@kernel
+@part
 def clear(depth, limbs):
     """Reset to infinite depth and id 0."""
     for v in range(depth.shape[0]):
@@ -77,7 +77,7 @@ def clear(depth, limbs):
             row_limbs[u] = 0
 
 
-@kernel
+@part
 def _draw_backgrounds(index, view, rgb):
     """Draw the background of the first of the images `index` and copy it to the others."""
     draw_background(view.to_world, view.centre, view.lit, rgb[index[0]])
@@ -124,13 +124,13 @@ def draw(index, ends, radii, view, samples, depth, limbs, rgb):
             _average(fine_limbs, fine_rgb, samples, box, rgb[i])
 
 
-@kernel
+@part
 def _shade(table, view, kinv, box, depth, limbs, rgb):
     """Colour one body whose depth and ids are known."""
     shade_body(table, kinv, box, view.lights, view.ambient, view.colours, view.encode, depth, limbs, rgb)
 
 
-@kernel
+@part
 def _average(limbs, fine, samples, box, rgb):
     """Mean of every samples × samples block of `fine` in `box`, rounded; `rgb` is kept where a sample shows no body.
 

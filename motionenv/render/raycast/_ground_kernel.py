@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.render.raycast._shade_kernel import byte, reflect
 
 _ZERO, _ONE, _TWO, _HALF, _QUARTER = (np.float32(x) for x in (0, 1, 2, 0.5, 0.25))
@@ -41,11 +41,12 @@ def colour_background(to_world, height, settings, lights, ambient, colours, enco
                 rise = 1.0 - min(abs(z) / math.sqrt(x * x + y * y + z * z), 1.0)
                 high = 1.0 - rise * rise * rise
                 for c in range(3):
-                    light = colours[2, c] + (colours[3, c] - colours[2, c]) * high
-                    lit[:, v, u, c] = dark[:, v, u, c] = byte(np.float32(light), encode)
+                    light = byte(np.float32(colours[2, c] + (colours[3, c] - colours[2, c]) * high), encode)
+                    for i in range(3):
+                        lit[i, v, u, c] = dark[i, v, u, c] = light
 
 
-@kernel
+@part
 def _colour_ground(x, y, z, height, half_faded, lights, ambient, colours, encode, lit, dark):
     """Write the bytes (3, 3) of the ground at which the ray with direction (x, y, z), z < 0, intersects it."""
     length = math.sqrt(x * x + y * y + z * z)
@@ -54,7 +55,7 @@ def _colour_ground(x, y, z, height, half_faded, lights, ambient, colours, encode
     shares = np.empty((2, 2))
     for k in range(2):
         lv = -(lights[k, 0] * x + lights[k, 1] * y + lights[k, 2] * z) / length
-        shares[k] = reflect(np.float32(lights[k, 2]), np.float32(-z / length), np.float32(lv))
+        shares[k, 0], shares[k, 1] = reflect(np.float32(lights[k, 2]), np.float32(-z / length), np.float32(lv))
     for i in range(3):
         for c in range(3):
             base = colours[1, c] + (colours[0, c] - colours[1, c]) * 0.5 * i
@@ -64,7 +65,7 @@ def _colour_ground(x, y, z, height, half_faded, lights, ambient, colours, encode
             dark[i, c] = byte(np.float32(dim + (colours[2, c] - dim) * fade), encode)
 
 
-@kernel
+@part
 def _wave(x, width):
     """Mean over [x - width/2, x + width/2] of the square wave that alternates between +1 and -1 at integers."""
     middle, reach = _HALF * x, _QUARTER * width
@@ -73,7 +74,7 @@ def _wave(x, width):
     return _TWO * (abs(high - np.floor(high) - _HALF) - abs(low - np.floor(low) - _HALF)) / width
 
 
-@kernel
+@part
 def _footprint(far, slope, across, down, across_z, down_z):
     """Extent of a pixel on the ground along one world axis [tiles], from the derivatives along both image axes."""
     a, b = abs(far * (across - slope * across_z)), abs(far * (down - slope * down_z))
@@ -81,7 +82,7 @@ def _footprint(far, slope, across, down, across_z, down_z):
     return a if a > _LEAST_WIDTH else _LEAST_WIDTH
 
 
-@kernel
+@part
 def share_row(to_world, centre, v, first, share):
     """Fraction (0 to 1) of the first tile colour in each pixel's footprint: an exact box filter of the checkerboard.
 
@@ -108,7 +109,7 @@ def share_row(to_world, centre, v, first, share):
         share[j] = mixed if mixed < _ONE else _ONE
 
 
-@kernel
+@part
 def mix_row(colours, v, first, share, row):
     """Write pixels (n, 3) of row `v` from column `first`: the parabola through the three bytes, at the tiles' share.
 
@@ -133,16 +134,17 @@ def mix_row(colours, v, first, share, row):
         out[j] = np.uint8(np.int32(a + wide[j] * (c - a - _TWO * bend * (_ONE - wide[j])) + _HALF))
 
 
-@kernel
+@part
 def draw_background(to_world, centre, lit, rgb):
     """Write the image without a body: see `share_row` and `mix_row`."""
     height, width = rgb.shape[:2]
     share = np.empty((4, width), np.float32)
+    first = np.int64(0)  # for a literal 0, the parts below would be compiled a second time
     for v in range(height):
         left = to_world[2, 1] * np.float32(v) + to_world[2, 2]
         if left < _ZERO or left + to_world[2, 0] * np.float32(width - 1) < _ZERO:
-            share_row(to_world, centre, v, 0, share[0])
-            mix_row(lit, v, 0, share, rgb[v])
+            share_row(to_world, centre, v, first, share[0])
+            mix_row(lit, v, first, share, rgb[v])
         else:
             sky, row = lit[0, v].reshape(-1), rgb[v].reshape(-1)
             for i in range(3 * width):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv.body.kinematics import write_limb_segments
 from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
 from motionenv.render.raycast._draw_kernel import clear, draw_limbs, place_limbs
@@ -35,19 +35,16 @@ def draw_crowd(start, stop, bodies, looks, cameras, lights, pictures):
         clear(depth[i], limbs[i])
         draw_limbs(table, kinv[i], scratch, where, depth[i], limbs[i])
         if len(rgb) > 0:
-            rgb[i] = 0
+            _blacken(rgb[i])
             for limb in range(count):
-                dressed[limb] = colours[i, worn[limb]]
+                for c in range(3):
+                    dressed[limb, c] = colours[i, worn[limb], c]
             shade_body(table, kinv[i], box, directed[i], ambient, dressed, encode, depth[i], limbs[i], rgb[i])
 
 
-@kernel
-def first_not_finite(arrays):
-    """Index of the first of `arrays`, a tuple of (n,) float64, with a non-finite number, or -1."""
-    for k in range(len(arrays)):
-        array, bad = arrays[k], False
-        for i in range(len(array)):
-            bad |= array[i] * 0.0 != 0.0
-        if bad:
-            return k
-    return -1
+@part
+def _blacken(rgb):
+    """Make an image black."""
+    flat = rgb.reshape(-1)
+    for i in range(len(flat)):
+        flat[i] = 0

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import part
 from motionenv.render.raycast.limb_kernel import DD, RA, RR, A, E
 
 #: Steps of the table that encodes linear light as bytes.
@@ -24,7 +24,7 @@ def encoding() -> np.ndarray:
     return np.rint(255 * np.linspace(0, 1, STEPS) ** (1 / 2.2)).astype(np.uint8)
 
 
-@kernel
+@part
 def reflect(nl, nv, lv):
     """Diffuse and specular reflectance, from the cosines n·l, n·v and l·v (float32)."""
     nl = _LEAST if not nl > _LEAST else (_ONE if nl > _ONE else nl)
@@ -37,14 +37,14 @@ def reflect(nl, nv, lv):
     return nl * (_ONE - f) * ((_ONE - _F0) * _INV_PI), nl * f * g * _INV_PI / (_FOUR * nl * nv + _LEAST)
 
 
-@kernel
+@part
 def byte(light, table):
     """Encode linear light as a byte."""
     light = _ZERO if not light > _ZERO else (_ONE if light > _ONE else light)
     return table[int(light * np.float32(STEPS - 1) + _HALF)]
 
 
-@kernel
+@part
 def shade_body(table, kinv, box, lights, ambient, colours, encode, depth, limbs, rgb):
     """Colour the body's pixels, gathered in blocks for SIMD.
 
@@ -58,10 +58,13 @@ def shade_body(table, kinv, box, lights, ambient, colours, encode, depth, limbs,
         depth, limbs: of all pixels.
         rgb: the image.
     """
-    small = table.astype(np.float32)
+    small = np.empty(table.shape, np.float32)
+    for i in range(table.shape[0]):
+        for j in range(table.shape[1]):
+            small[i, j] = table[i, j]
     columns, light = np.empty((5, _GATHER), np.float32), np.empty((6, _GATHER), np.float32)
     where = np.empty((_GATHER, 2), np.int64)
-    n = 0
+    n = np.int64(0)  # for a literal 0, the parts below would be compiled a second time
     for v in range(box[2], box[3] + 1):
         for u in range(box[0], box[1] + 1):
             if limbs[v, u] == 0:
@@ -77,7 +80,7 @@ def shade_body(table, kinv, box, lights, ambient, colours, encode, depth, limbs,
     _colour(where, n, light, colours, encode, limbs, rgb)
 
 
-@kernel
+@part
 def _normal(g, kinv, u, v, z, surface, n):
     """Write the normal at depth `z` of pixel (u, v), and the ray's x and y, to column `n` of `surface` (5, ...)."""
     dx = np.float32(kinv[0, 0] * u + kinv[0, 1] * v + kinv[0, 2])
@@ -93,7 +96,7 @@ def _normal(g, kinv, u, v, z, surface, n):
     surface[3, n], surface[4, n] = dx, dy
 
 
-@kernel
+@part
 def _illuminate(surface, n, lights, ambient, light):
     """Diffuse (rows 0 to 2 of `light`: red, green, blue) and specular light (rows 3 to 5) in the first n columns."""
     x0, y0, z0, x1, y1, z1 = lights[0, 0], lights[0, 1], lights[0, 2], lights[1, 0], lights[1, 1], lights[1, 2]
@@ -109,7 +112,7 @@ def _illuminate(surface, n, lights, ambient, light):
         light[3, i], light[4, i], light[5, i] = s0 * r0 + s1 * r1, s0 * g0 + s1 * g1, s0 * b0 + s1 * b1
 
 
-@kernel
+@part
 def _colour(where, n, light, colours, encode, limbs, rgb):
     """Write the bytes of the first n pixels `where`."""
     for i in range(n):

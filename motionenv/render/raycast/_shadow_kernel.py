@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import part
 from motionenv.render.raycast._ground_kernel import mix_row, share_row
 
 # Width of the shadow's penumbra [m]: at the ground, and per metre of height.
@@ -12,7 +12,7 @@ _EDGE, _EDGE_PER_METRE = np.float32(0.012), np.float32(0.07)
 _ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
 
 
-@kernel
+@part
 def _shadow_box(limb, to_pixel, width, height, box):
     """Write the bounding box (first and last column and row) of a limb's shadow to `box`.
 
@@ -41,7 +41,7 @@ def _shadow_box(limb, to_pixel, width, height, box):
         box[2], box[3] = min(box[2], max(v - 1.0, 0.0)), max(box[3], min(v + 1.0, height - 1.0))
 
 
-@kernel
+@part
 def _project_limb(ends, radii, across, limb):
     """Write the limb's projection along the light's rays, the hull of two circles, to `limb` (10,).
 
@@ -58,14 +58,14 @@ def _project_limb(ends, radii, across, limb):
         limb[i], limb[2 + i] = p, q - p
     limb[4], limb[5] = radii[big], radii[big] - radii[1 - big]
     limb[6], limb[7] = ends[big, 2], ends[1 - big, 2] - ends[big, 2]
-    length = math.sqrt(limb[2] ** 2 + limb[3] ** 2)
+    length = math.sqrt(limb[2] * limb[2] + limb[3] * limb[3])
     if length <= limb[5] + 1e-9:  # projected along its axis: one circle contains the other
         limb[2] = limb[3] = limb[5] = limb[8] = limb[9] = 0.0
     else:
-        limb[8], limb[9] = 1.0 / length, limb[5] / math.sqrt(length**2 - limb[5] ** 2)
+        limb[8], limb[9] = 1.0 / length, limb[5] / math.sqrt(length * length - limb[5] * limb[5])
 
 
-@kernel
+@part
 def _shade_row(limb, start, step, shade):
     """Raise `shade` (n,) to the limb's shadow in each pixel of a row, 0 to 1.
 
@@ -91,7 +91,7 @@ def _shade_row(limb, start, step, shade):
         shade[j] = dark if dark > shade[j] else shade[j]
 
 
-@kernel
+@part
 def draw_shadows(ends, radii, view, samples, shade, rgb):
     """Darken the ground where limbs block the key light: sharp at the feet, blurred with height.
 
@@ -106,23 +106,27 @@ def draw_shadows(ends, radii, view, samples, shade, rgb):
     height, width = shade.shape
     shapes, boxes = np.empty((len(radii), 10), np.float32), np.empty((len(radii), 4), np.int64)
     shape, box = np.empty(10), np.empty(4)
+    low_u, high_u, low_v, high_v = width, 0, height, 0
     for i in range(len(radii)):
         _project_limb(ends[i], radii[i], view.across, shape)
         _shadow_box(shape, view.to_pixel, width, height, box)
-        shapes[i], boxes[i] = shape, box
-    low_u, high_u = max(boxes[:, 0].min(), 0), boxes[:, 1].max() + 1
-    low_v, high_v = max(boxes[:, 2].min(), 0), boxes[:, 3].max() + 1
+        _keep(shape, shapes[i])
+        _keep(box, boxes[i])
+        low_u, high_u = min(low_u, max(boxes[i, 0], 0)), max(high_u, boxes[i, 1] + 1)
+        low_v, high_v = min(low_v, max(boxes[i, 2], 0)), max(high_v, boxes[i, 3] + 1)
     if low_u >= high_u or low_v >= high_v:
         return
     low_u, high_u = low_u - low_u % samples, high_u + -high_u % samples  # whole pixels
     low_v, high_v = low_v - low_v % samples, high_v + -high_v % samples
-    shade[low_v:high_v, low_u:high_u] = 0
+    for v in range(low_v, high_v):
+        _clear(shade[v, low_u:high_u])
     start, step = np.empty(3, np.float32), np.empty(3, np.float32)
     for i in range(len(radii)):
         first, last = boxes[i, 0], boxes[i, 1] + 1
         for v in range(boxes[i, 2], boxes[i, 3] + 1 if last > first else boxes[i, 2]):
-            start[:] = view.from_pixel[:, 0] * first + view.from_pixel[:, 1] * v + view.from_pixel[:, 2]
-            step[:] = view.from_pixel[:, 0]
+            for x in range(3):
+                step[x] = view.from_pixel[x, 0]
+                start[x] = view.from_pixel[x, 0] * first + view.from_pixel[x, 1] * v + view.from_pixel[x, 2]
             _shade_row(shapes[i], start, step, shade[v, first:last])
     low_u, high_u = low_u // samples, high_u // samples
     share, row = np.empty((4, high_u - low_u), np.float32), np.empty((high_u - low_u, 3), np.uint8)
@@ -134,7 +138,21 @@ def draw_shadows(ends, radii, view, samples, shade, rgb):
         _darken_row(row, mean, rgb[v, low_u:high_u])
 
 
-@kernel
+@part
+def _keep(values, out):
+    """Write values (n,) to `out`, of another type."""
+    for i in range(len(values)):
+        out[i] = values[i]
+
+
+@part
+def _clear(row):
+    """Write 0 to a row."""
+    for i in range(len(row)):
+        row[i] = _ZERO
+
+
+@part
 def _mean_row(fine, row):
     """Write the mean of each square of `fine` (samples, samples · n) to `row` (n,)."""
     samples = len(fine)
@@ -147,7 +165,7 @@ def _mean_row(fine, row):
         row[u] = total * part
 
 
-@kernel
+@part
 def _darken_row(dark, shade, rgb):
     """Blend a row of pixels (n, 3) towards `dark` by `shade` (n,)."""
     for u in range(len(shade)):

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import part
 
 #: Near plane [m].
 NEAR = 0.02
@@ -33,7 +33,7 @@ GATHER = 512
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
 
-@kernel
+@part
 def _sphere_bounds(x, y, z, r, row):
     """Range of image coordinates along one axis of a sphere in front of the camera; `row` is that row of K.
 
@@ -48,7 +48,7 @@ def _sphere_bounds(x, y, z, r, row):
     return (half - root) / q, (half + root) / q
 
 
-@kernel
+@part
 def _set_sides(g, kinv):
     """The image lines of the two planes through the camera that touch both spheres.
 
@@ -78,7 +78,7 @@ def _set_sides(g, kinv):
             g[at], g[at + 1], g[at + 2] = (-1.0 if l0 > 0.0 else 1.0), -l1 / l0, -l2 / l0
 
 
-@kernel
+@part
 def _contains_camera(g):
     """Whether the limb contains the camera's centre, by the signed distance of the rounded cone."""
     along = -(g[A] * g[E] + g[A + 1] * g[E + 1] + g[A + 2] * g[E + 2]) - g[RA] * g[RR]
@@ -88,7 +88,7 @@ def _contains_camera(g):
     return x * x + y * y + z * z <= radius * radius
 
 
-@kernel
+@part
 def _set_shape(ends, radii, camera_r, camera_t, g):
     """Write a, e, r_a, s and D in the camera's frame."""
     big = 0 if radii[0] >= radii[1] else 1
@@ -104,7 +104,7 @@ def _set_shape(ends, radii, camera_r, camera_t, g):
         g[E] = g[E + 1] = g[E + 2] = g[RR] = g[DD] = 0.0
 
 
-@kernel
+@part
 def set_limb(ends, radii, camera_r, camera_t, k, kinv, width, height, g):
     """Write one row `g` of the limb table; an empty bounding box means that the limb isn't visible.
 
@@ -128,7 +128,7 @@ def set_limb(ends, radii, camera_r, camera_t, k, kinv, width, height, g):
         _bound_limb(g, k, kinv)
 
 
-@kernel
+@part
 def _bound_limb(g, k, kinv):
     """Tighten bounding box and sides of a limb wholly in front of the camera."""
     x, y, z = g[A], g[A + 1], g[A + 2]
@@ -141,7 +141,7 @@ def _bound_limb(g, k, kinv):
     _set_sides(g, kinv)
 
 
-@kernel
+@part
 def row_span(g, v):
     """First and last column (inclusive; empty if last < first) of row `v` that the limb can cover."""
     low, high = g[BOX], g[BOX + 1]
@@ -154,7 +154,7 @@ def row_span(g, v):
     return int(low), int(high)
 
 
-@kernel
+@part
 def _set_rays(g, kinv, u, v, c):
     """Write the arguments of `_cast`, for pixels relative to (u, v), to `c` (20,) float32."""
     dx, dy = kinv[0, 0] * u + kinv[0, 1] * v + kinv[0, 2], kinv[1, 0] * u + kinv[1, 1] * v + kinv[1, 2]
@@ -167,7 +167,7 @@ def _set_rays(g, kinv, u, v, c):
     c[16], c[17], c[18], c[19] = g[RA] * g[RA], g[RR] * g[RA], g[DD], t0
 
 
-@kernel
+@part
 def _cast(c, across, down, z):
     """Depth `z` (n,) at which rays enter the limb `c` of `_set_rays`; infinite if they miss.
 
@@ -203,7 +203,7 @@ def _cast(c, across, down, z):
         z[i] = t0 + t if met else nothing
 
 
-@kernel
+@part
 def _put(z, where, limb, depth, limbs):
     """Write `limb` at depth `z` (n,) where it is in front of the pixels `where` (n,) of flat `depth` and `limbs`."""
     for i in range(len(z)):
@@ -213,7 +213,7 @@ def _put(z, where, limb, depth, limbs):
             limbs[at] = limb
 
 
-@kernel
+@part
 def draw_limb(g, kinv, limb, width, depth, limbs, scratch, where):
     """Draw one limb.
 

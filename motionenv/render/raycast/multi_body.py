@@ -11,7 +11,7 @@ from motionenv._core.validation import PICTURE_SIZES, checked_whole
 from motionenv.body import LIMBS
 from motionenv.body.skeleton import CLOTHES, COLOURS
 from motionenv.errors import MotionError
-from motionenv.render.raycast._multi_body_kernel import draw_crowd, first_not_finite
+from motionenv.render.raycast._multi_body_kernel import draw_crowd
 from motionenv.render.raycast._shade_kernel import encoding
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Frame, shape_text
@@ -82,9 +82,8 @@ class MultiBodyRaycaster:
                 _SHAPES.items(), (poses, offsets, radii, heights, colours, K, R, t), strict=True
             )
         ]
-        bad = first_not_finite(tuple([array.reshape(-1) for array in arrays]))
-        if bad >= 0:
-            raise MotionError(_complaint(tuple(_SHAPES)[bad], arrays[bad]))
+        if not np.isfinite(np.concatenate([array.reshape(-1) for array in arrays])).all():
+            raise MotionError(_complaint(arrays))
         frame = self._empty(n, rgb) if out is None else self._fits(out, n, rgb)
         *body, colours, K, R, t = arrays
         directed = np.empty((n, 2, 6), np.float32)
@@ -139,7 +138,8 @@ def _inverse(K: np.ndarray) -> np.ndarray:
         raise MotionError("K must hold invertible matrices with last row (0, 0, 1)") from None
 
 
-def _complaint(name: str, array: np.ndarray) -> str:
-    """Error text for an `array` that isn't finite."""
+def _complaint(arrays: list[np.ndarray]) -> str:
+    """Error text for the first of the arrays named in `_SHAPES` that isn't finite."""
+    name, array = next((n, a) for n, a in zip(_SHAPES, arrays, strict=True) if not np.isfinite(a).all())
     at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
     return f"{name} must be finite; {name}{list(at)} is {array[at]}: fill gaps first"

@@ -1,10 +1,13 @@
-"""Image composition per pixel: background, objects, light and sensor noise."""
+"""Image composition per pixel: background, objects, light and sensor noise.
+
+A kernel each, so that only those are compiled that an environment asks for.
+"""
 
 import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import kernel, part
 from motionenv._core.random import restart, uniform
 
 #: Background depth, and greatest depth [m].
@@ -19,79 +22,111 @@ STEPS = 32.0
 # ratio of their distances.
 SPRITE, PHASES, CYCLES, PHASE, X, SPEED, PERIOD, TOP, WIDE, HIGH, DEPTH, MIRROR, GAIN, PARALLAX, THING = range(15)
 
-_HALF, _MOST, _ZERO, _FAR = np.float32(0.5), np.float32(255), np.float32(0), np.float32(FAR)
+_HALF, _MOST, _ZERO = np.float32(0.5), np.float32(255), np.float32(0)
 
 
 @kernel
-def compose(start, stop, slots, time, pan, backdrop, things, light, pictures):
-    """Complete images `start` to `stop`, which hold bodies on black.
+def put_colours(start, stop, slots, colours, rise, limbs, rgb):
+    """Draw a uniform colour behind the bodies of images `start` to `stop`, which are on black.
+
+    Args:
+        start, stop: range of images.
+        slots: (m,) episode of each image.
+        colours: (n, 3) uint8, of each episode.
+        rise: (n,) gradient of the colour from top to bottom, which must keep it within 0 to 255.
+        limbs: (m, height, width).
+        rgb: (m, height, width, 3), updated.
+    """
+    height, width = limbs.shape[1:]
+    base, line = np.empty(3 * width, np.uint8), np.empty(3 * width, np.uint8)
+    for i in range(start, stop):
+        slot = slots[i]
+        for j in range(3 * width):
+            base[j] = colours[slot, j % 3]
+        for v in range(height):
+            row = rgb[i, v].reshape(-1)
+            body = _any(limbs[i, v])
+            higher = np.uint8(math.floor(rise[slot] * ((v + 0.5) / height - 0.5) + 0.5) % 256)
+            _fade(base, higher, line if body else row)
+            if body:
+                _put_around(limbs[i, v], line, row)
+
+
+@kernel
+def put_photographs(start, stop, slots, pan, photographs, which, offset, gain, limbs, rgb):
+    """Draw photographs behind the bodies of images `start` to `stop`, which are on black.
+
+    Args:
+        start, stop: range of images.
+        slots: (m,) episode of each image; pan: (m,) [pixels].
+        photographs: (b, height, period + width, 3).
+        which: (n,) photograph of each episode.
+        offset: (n,) [pixels].
+        gain: (n,) an integer up to 256.
+        limbs: (m, height, width).
+        rgb: (m, height, width, 3), updated.
+    """
+    height, width = limbs.shape[1:]
+    period, line = photographs.shape[2] - width, np.empty(3 * width, np.uint8)
+    for i in range(start, stop):
+        slot = slots[i]
+        at = (offset[slot] + pan[i]) % period
+        first = min(int(at), period - 1)
+        right = np.uint32((at - first) * gain[slot] + 0.5)
+        left = np.uint32(gain[slot] - right)
+        for v in range(height):
+            row = rgb[i, v].reshape(-1)
+            body = _any(limbs[i, v])
+            _slide(photographs[which[slot], v].reshape(-1)[3 * first :], left, right, line if body else row)
+            if body:
+                _put_around(limbs[i, v], line, row)
+
+
+@kernel
+def put_things(start, stop, slots, time, pan, sprites, table, pictures):
+    """Draw objects into images `start` to `stop`.
 
     Args:
         start, stop: range of images.
         slots: (m,) episode of each image; time: (m,) [frames]; pan: (m,) [pixels].
-        backdrop: photographs (b, height, period + width, 3), or none for uniform colours; for each episode its
-            photograph, offset [pixels] and gain, an integer up to 256; and the uniform colour (n, 3), uint8, and its
-            gradient from top to bottom (n,), which must keep colours within 0 to 255.
-        things: sprites (s, rows, columns, 4) and table (n, k, THING).
-        light: relative amplitude of its variation; frequency [rad/frame] and phase of two waves (n, 4); noise [grey
-            levels], its keys (n,) and its table (int8, STEPS per standard deviation, g for g + 1/2).
-        pictures: depth, limbs, rgb; an rgb of length 0 is skipped.
+        sprites: (s, rows, columns, 4).
+        table: (n, k, THING) objects of each episode.
+        pictures: depth, limbs, rgb, updated; an rgb of length 0 is skipped.
     """
     depth, limbs, rgb = pictures
-    sprites, table = things
-    share, waves, noise, keys, gaussian = light
-    width = depth.shape[2]
-    line, columns, state = np.empty(3 * width, np.uint8), np.empty(width, np.int64), np.empty(1, np.uint64)
+    columns = np.empty(depth.shape[2], np.int64)
     for i in range(start, stop):
-        slot, coloured = slots[i], len(rgb) > 0
-        picture = rgb[i] if coloured else np.empty((0, 0, 3), np.uint8)
-        if coloured:
-            _put_behind(backdrop, slot, pan[i], limbs[i], line, picture)
+        picture = rgb[i] if len(rgb) > 0 else np.empty((0, 0, 3), np.uint8)
         for k in range(table.shape[1]):
-            _put_thing(table[slot, k], time[i], pan[i], sprites, columns, depth[i], limbs[i], picture)
-        if coloured and (noise > 0.0 or share > 0.0):
-            gain = np.float32(1.0 + share * _wave(waves[slot], time[i]))
-            restart(state, keys[slot], np.int64(time[i]))
-            _develop(gain, np.float32(noise / STEPS), gaussian, state, picture)
-        _limit(depth[i])
+            _put_thing(table[slots[i], k], time[i], pan[i], sprites, columns, depth[i], limbs[i], picture)
 
 
 @kernel
+def develop(start, stop, slots, time, light, rgb):
+    """Apply light and sensor noise to images `start` to `stop`.
+
+    Args:
+        start, stop: range of images.
+        slots: (m,) episode of each image; time: (m,) [frames].
+        light: relative amplitude of its variation; frequency [rad/frame] and phase of two waves (n, 4); noise [grey
+            levels], its keys (n,) and its table (int8, STEPS per standard deviation, g for g + 1/2).
+        rgb: (m, height, width, 3), updated.
+    """
+    share, waves, noise, keys, gaussian = light
+    state = np.empty(1, np.uint64)
+    for i in range(start, stop):
+        gain = np.float32(1.0 + share * _wave(waves[slots[i]], time[i]))
+        restart(state, keys[slots[i]], np.int64(time[i]))
+        _develop(gain, np.float32(noise / STEPS), gaussian, state, rgb[i])
+
+
+@part
 def _wave(wave, time):
     """Sum of two sines, from -1 to 1."""
     return 0.6 * math.sin(wave[0] * time + wave[1]) + 0.4 * math.sin(wave[2] * time + wave[3])
 
 
-@kernel
-def _put_behind(backdrop, slot, pan, limbs, line, rgb):
-    """Draw the background where there is no limb; `line` (3 · width,) is scratch."""
-    photographs, which, offset, gain, colours, rise = backdrop
-    height, width = limbs.shape
-    even = len(photographs) == 0
-    if even:
-        base = np.empty(3 * width, np.uint8)
-        for j in range(3 * width):
-            base[j] = colours[slot, j % 3]
-    else:
-        period = photographs.shape[2] - width
-        at = (offset[slot] + pan) % period
-        first = min(int(at), period - 1)
-        right = np.uint32((at - first) * gain[slot] + 0.5)
-        left = np.uint32(gain[slot] - right)
-        photograph = photographs[which[slot]]
-    for v in range(height):
-        row = rgb[v].reshape(-1)
-        body = _any(limbs[v])
-        to = line if body else row
-        if even:
-            _fade(base, np.uint8(math.floor(rise[slot] * ((v + 0.5) / height - 0.5) + 0.5) % 256), to)
-        else:
-            _slide(photograph[v].reshape(-1)[3 * first :], left, right, to)
-        if body:
-            _put_around(limbs[v], line, row)
-
-
-@kernel
+@part
 def _any(limbs):
     """Whether a row shows any part of the body."""
     seen = np.uint8(0)
@@ -100,14 +135,14 @@ def _any(limbs):
     return seen > 0
 
 
-@kernel
+@part
 def _fade(base, rise, row):
     """Write `base` plus `rise` (negative modulo 256) as uint8, which compiles to 32-byte SIMD."""
     for j in range(len(row)):
         row[j] = base[j] + rise
 
 
-@kernel
+@part
 def _slide(photograph, left, right, row):
     """Write a row of a photograph, shifted by subpixels: `left` / 256 of each pixel, `right` / 256 of the next."""
     here, next_ = photograph[: len(row)], photograph[3 : len(row) + 3]
@@ -116,7 +151,7 @@ def _slide(photograph, left, right, row):
         row[j] = (np.uint32(here[j]) * left + np.uint32(next_[j]) * right + half) >> bits
 
 
-@kernel
+@part
 def _put_around(limbs, line, row):
     """Copy `line` (3 · width,) to `row` where there is no limb."""
     for u in range(len(limbs)):
@@ -124,7 +159,7 @@ def _put_around(limbs, line, row):
             row[3 * u], row[3 * u + 1], row[3 * u + 2] = line[3 * u], line[3 * u + 1], line[3 * u + 2]
 
 
-@kernel
+@part
 def _put_thing(thing, time, pan, sprites, columns, depth, limbs, rgb):
     """Draw an object in front of everything farther away; `columns` (width,) is scratch."""
     height, width = depth.shape
@@ -147,7 +182,7 @@ def _put_thing(thing, time, pan, sprites, columns, depth, limbs, rgb):
                     rgb[v, u, c] = np.uint8(np.float32(pixel[c]) * gain)
 
 
-@kernel
+@part
 def _develop(gain, noise, gaussian, state, rgb):
     """Apply gain and sensor noise, which is read from a random offset of its table for each row.
 
@@ -167,11 +202,3 @@ def _develop(gain, noise, gaussian, state, rgb):
             x = np.float32(row[j]) * gain + np.float32(grain[j]) * noise + middle
             x = x if x > _ZERO else _ZERO
             row[j] = np.uint8(np.int32(x if x < _MOST else _MOST))
-
-
-@kernel
-def _limit(depth):
-    """Clip depth to FAR."""
-    flat = depth.reshape(-1)
-    for i in range(len(flat)):
-        flat[i] = flat[i] if flat[i] < _FAR else _FAR

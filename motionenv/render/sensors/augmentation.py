@@ -148,14 +148,24 @@ class Augmenter:
             raise MotionError(f"time, pan and slots must have one entry per image ({m}), got {len(time)}, {len(pan)}")
         if m and not (slots.min() >= 0 and slots.max() < self.n and np.isfinite(time + pan).all()):
             raise MotionError(f"slots must be from 0 to {self.n - 1}, and time and pan finite")
-        backdrop = self._photographs, self._which, self._offset, self._gain, self._colours, self._rise
-        things = self._sprites, self._things
-        light = float(self.choice.brightness), self._waves, float(self.choice.noise), self._keys, _gaussian()
-        pictures = frame.depth, frame.limbs, _NOTHING if frame.rgb is None else frame.rgb
-        self._workers.share(
-            lambda start, stop: kernel.compose(start, stop, slots, time, pan, backdrop, things, light, pictures), m
-        )
+        self._workers.share(lambda start, stop: self._compose(start, stop, slots, time, pan, frame), m)
         return frame
+
+    def _compose(self, start: int, stop: int, slots, time, pan, frame: Frame) -> None:
+        """Augment images `start` to `stop`; see `compose`."""
+        rgb, limbs, depth = frame.rgb, frame.limbs, frame.depth[start:stop]
+        if rgb is not None and self._bank is None:
+            kernel.put_colours(start, stop, slots, self._colours, self._rise, limbs, rgb)
+        elif rgb is not None:
+            photographs = self._photographs, self._which, self._offset, self._gain
+            kernel.put_photographs(start, stop, slots, pan, *photographs, limbs, rgb)
+        if self._things.shape[1]:
+            pictures = frame.depth, limbs, _NOTHING if rgb is None else rgb
+            kernel.put_things(start, stop, slots, time, pan, self._sprites, self._things, pictures)
+        if rgb is not None and (self.choice.noise > 0 or self.choice.brightness > 0):
+            light = float(self.choice.brightness), self._waves, float(self.choice.noise), self._keys, _gaussian()
+            kernel.develop(start, stop, slots, time, light, rgb)
+        np.minimum(depth, np.float32(FAR), out=depth)
 
     def close(self) -> None:
         """Stop the threads; they restart when needed."""

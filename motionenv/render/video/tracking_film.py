@@ -8,7 +8,7 @@ from motionenv.body import EDGES, markers
 from motionenv.errors import MotionError
 from motionenv.render.cameras import project, view
 from motionenv.render.draw2d.overlay import draw_pose, side_by_side
-from motionenv.render.draw2d.shapes import draw_line
+from motionenv.render.draw2d.shapes import draw_lines
 from motionenv.render.raycast.engine import Raycaster
 from motionenv.types import Camera, Skeleton
 
@@ -72,9 +72,7 @@ def _overlaid(picture, camera: Camera, pose: np.ndarray, particles: np.ndarray, 
     if not np.isfinite(pose).all():
         return image
     pixels, _ = project(markers(particles, skeleton), camera)
-    for figure in pixels:
-        for (ax, ay), (bx, by) in figure[np.asarray(EDGES)]:
-            draw_line(image, ax, ay, bx, by, max(0.35, len(image) / 1000), _PARTICLE)
+    draw_lines(image, pixels[:, np.asarray(EDGES)].reshape(-1, 4), max(0.35, len(image) / 1000), _PARTICLE)
     return draw_pose(image, markers(pose, skeleton), camera, width=max(2.0, len(image) / 120))
 
 
@@ -109,16 +107,16 @@ class _Plot:
         self._across = np.linspace(4, columns - 5, max(len(curve), 2))
         self._down = rows - 5 - np.clip(curve / top, 0, 1) * (rows - 5 - first)
         self._drawn = 0  # number of frames drawn so far
-        for row in (first, rows - 5.0):
-            draw_line(self._image, 4.0, row, columns - 5.0, row, 1.0, _GRID)
+        lines = np.array([(4.0, row, columns - 5.0, row) for row in (first, rows - 5.0)])
+        draw_lines(self._image, lines, 1.0, _GRID)
 
     def upto(self, frame: int) -> np.ndarray:
         """The curve up to `frame`, uint8 (rows, columns, 3); frames must be in order."""
         from PIL import Image, ImageDraw, ImageFont
 
         x, y = self._across, self._down
-        for j in range(self._drawn, frame):
-            draw_line(self._image, x[j], y[j], x[j + 1], y[j + 1], 2.0, _CURVE)
+        new, ends = slice(self._drawn, frame), slice(self._drawn + 1, frame + 1)
+        draw_lines(self._image, np.column_stack([x[new], y[new], x[ends], y[ends]]), 2.0, _CURVE)
         self._drawn = frame
         drawn = Image.fromarray(self._image)
         font = ImageFont.load_default(self._letters)

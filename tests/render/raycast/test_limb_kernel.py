@@ -4,11 +4,24 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from motionenv.render.raycast import limb_kernel as kernel
 from motionenv.types import Camera
 
 STEPS = 2001
+
+
+@njit(error_model="numpy")
+def set_limb(ends, radii, r, t, k, kinv, width, height, g):
+    """The part of that name, for Python."""
+    kernel.set_limb(ends, radii, r, t, k, kinv, width, height, g)
+
+
+@njit(error_model="numpy")
+def draw_limb(g, kinv, limb, width, depth, limbs, scratch, where):
+    """The part of that name, for Python."""
+    kernel.draw_limb(g, kinv, limb, width, depth, limbs, scratch, where)
 
 
 def camera_for(rng, width=29, height=23) -> Camera:
@@ -56,9 +69,9 @@ def cast(camera, limbs):
     scratch = np.empty((4, kernel.GATHER), np.float32), np.empty(kernel.GATHER, np.int64)
     for i, (ends, radii) in enumerate(limbs):
         size = camera.width, camera.height
-        kernel.set_limb(ends, radii, camera.R, camera.t, camera.K, kinv, *size, table[0])
+        set_limb(ends, radii, camera.R, camera.t, camera.K, kinv, *size, table[0])
         into = depth.reshape(-1), ids.reshape(-1)
-        kernel.draw_limb(table[0], kinv, np.uint8(i + 1), camera.width, *into, *scratch)
+        draw_limb(table[0], kinv, np.uint8(i + 1), camera.width, *into, *scratch)
     return depth, ids
 
 
@@ -150,7 +163,7 @@ def test_outline_touches_its_bounding_box():
     limb = np.array([[-0.3, -0.1, 2.0], [0.25, 0.2, 2.5]]), np.array([0.15, 0.05])
     _, ids = cast(camera, [limb])
     g = np.zeros(kernel.COLUMNS)
-    kernel.set_limb(*limb, camera.R, camera.t, camera.K, np.linalg.inv(camera.K), camera.width, camera.height, g)
+    set_limb(*limb, camera.R, camera.t, camera.K, np.linalg.inv(camera.K), camera.width, camera.height, g)
     rows, columns = np.nonzero(ids.any(1))[0], np.nonzero(ids.any(0))[0]
     box = g[kernel.BOX : kernel.BOX + 4]
     np.testing.assert_allclose(box, [columns[0], columns[-1], rows[0], rows[-1]], atol=1)
