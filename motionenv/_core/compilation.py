@@ -1,11 +1,17 @@
-"""Compiled functions ("kernels"): one decorator, and a cache on disk that can't be stale.
+"""Compiled functions: those that Python calls ("kernels"), those that only kernels call ("parts"), and a cache on disk.
 
 Numba's own cache keys a kernel on the time stamp of its source file, so a kernel goes on running old code when only a
 function that it calls, in another file, has changed. Here the key is the content of the kernel's file and of every
 module of the package that it imports, directly or not, and the versions of what compiles. Kernels lie in the user's
 cache folder (numba's NUMBA_CACHE_DIR overrides it), so a read-only installation keeps its kernels too.
+
+Numba optimises each function that a kernel calls by itself, makes machine code of it and wrappers for calls from Python
+and from C, and then optimises it once more inside its caller. All but the last is for nothing if only kernels call it:
+a part is optimised and turned into machine code inside each kernel that it belongs to, and nowhere else. It lies in
+that kernel's file in the cache.
 """
 
+import gc
 import hashlib
 import logging
 import os
@@ -13,15 +19,20 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import platformdirs
-from numba import njit
+from numba import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _Cache, _CacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
+from numba.core.registry import CPUDispatcher
 
 LIMIT = 400 * 2**20  # bytes of kernels on disk; one version of this library takes about 40 MB
 _REPORT = 5.0  # [s] between lines about compilation
@@ -39,10 +50,30 @@ def kernel(function: Callable | None = None, **options: Any) -> Any:
     """
     if function is None:
         return lambda wrapped: kernel(wrapped, **options)
-    compiled: Any = njit(nogil=True, error_model="numpy", **options)(function)
-    if hasattr(compiled, "_cache"):  # with NUMBA_DISABLE_JIT it is the plain function
-        compiled._cache = _KernelCache(compiled)
-    return compiled
+    return _compiled(_Kernel, function, nogil=True, **options)
+
+
+def part(function: Callable | None = None, **options: Any) -> Any:
+    """Compile a function, like `kernel`, that only kernels and other parts call; Python can't.
+
+    Exceptions that it raises can only have arguments that are constants.
+
+    Args:
+        function: to be compiled; without it, a decorator is returned.
+        options: further ones of `numba.njit`, such as `fastmath`.
+    """
+    if function is None:
+        return lambda wrapped: part(wrapped, **options)
+    return _compiled(_Part, function, no_cpython_wrapper=True, **options)
+
+
+def _compiled(dispatcher: type, function: Callable, **options: Any) -> Any:
+    """What `numba.njit` returns, with a dispatcher of this module instead of numba's."""
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # set when numba is imported
+        return function
+    return dispatcher(
+        function, targetoptions={"nopython": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
+    )
 
 
 def cache_folder() -> Path:
@@ -174,6 +205,90 @@ class _KernelCache(_Cache):
         self._files().flush()
 
 
+class _Kernel(CPUDispatcher):
+    """Compiles a function for those types with which it is called."""
+
+    def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
+        super().__init__(py_func, locals, targetoptions)
+        self._cache = _KernelCache(self)
+
+    def compile(self, sig: Any) -> Any:
+        with global_compiler_lock, _uncollected():
+            return super().compile(sig)
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without the search for cyclic garbage, which takes a tenth of the time of compilation and finds next to nothing.
+
+    Other threads may compile too: call it under the compiler's lock, or this may be left switched off.
+    """
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+class _PartLibrary(JITCodeLibrary):
+    """LLVM code of a part and of what it calls, linked but neither optimised nor turned into machine code."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout  # modules can only be linked if they agree on it
+
+    def _optimize_final_module(self) -> None:
+        """Leave that to the kernel's library, into which this is linked."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class _PartCompiler(Compiler):
+    """Numba's passes, the last of which ends when LLVM code is written: that needs a library that goes no further."""
+
+    def define_pipelines(self) -> list:
+        self.state.flags.no_compile = True
+        self.state.library = _PartLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return super().define_pipelines()
+
+
+class _PartCache(NullCache):
+    """No cache: parts lie in the files of kernels. It hears of what is compiled."""
+
+    def __init__(self, dispatcher: Dispatcher):
+        self._dispatcher = dispatcher
+
+    def load_overload(self, sig: Any, target_context: Any) -> None:
+        progress.begin(self._dispatcher)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        progress.end()
+
+
+class _Part(CPUDispatcher):
+    """Compiles a function for those types with which kernels call it."""
+
+    def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
+        super().__init__(py_func, locals, targetoptions, pipeline_class=_PartCompiler)
+        self._cache = _PartCache(self)
+
+    def add_overload(self, cres: Any) -> None:
+        """Make a part known to those that call it, which numba does in the step that `_PartCompiler` leaves out.
+
+        Numba finds the code of a function by its entry point, an address; any object serves instead. The base class
+        would also let Python call the entry point.
+        """
+        entry = object()
+        self.targetctx.insert_user_function(entry, cres.fndesc, [cres.library])
+        self.overloads[tuple(cres.signature.args)] = cres._replace(entry_point=entry)
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> None:
+        """What a call from Python comes to, as no code for it is there."""
+        raise TypeError(f"{self.py_func.__name__} is a part of kernels: call it from a kernel")
+
+
 @cache
 def _warn_unwritable(folder: Path, why: str) -> None:
     """Say, once, that kernels will be compiled again."""
@@ -250,8 +365,8 @@ progress = _Progress()
 
 
 def _reached(dispatcher: Any, found: set) -> set:
-    """A kernel and all kernels that it calls."""
-    if dispatcher not in found and isinstance(dispatcher._cache, _KernelCache):
+    """A kernel and all kernels and parts that it calls."""
+    if dispatcher not in found and isinstance(dispatcher, (_Kernel, _Part)):
         found.add(dispatcher)
         function = dispatcher.py_func
         for name in function.__code__.co_names:

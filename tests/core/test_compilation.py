@@ -18,10 +18,10 @@ from motionenv._core.compilation import kernel
 def outer(x):
     return FACTOR * inner(x)
 """
-CALLEE = """from motionenv._core.compilation import kernel
+CALLEE = """from motionenv._core.compilation import kernel, part
 
 
-@kernel
+@{}
 def inner(x):
     return x + {}
 """
@@ -32,14 +32,20 @@ print(outer(1.0), len(outer.stats.cache_hits))
 """
 
 
+@pytest.fixture(params=["kernel", "part"])
+def callee(request) -> str:
+    """The text of a file with a kernel or a part that adds `{}`."""
+    return CALLEE.format(request.param, "{}")
+
+
 @pytest.fixture
-def package(tmp_path) -> Path:
-    """A package of two kernels in two files, of which one calls the other, and a constant in a third."""
+def package(tmp_path, callee) -> Path:
+    """A package of a kernel, of another or a part that it calls, in another file, and a constant in a third."""
     folder = tmp_path / "code" / "small"
     folder.mkdir(parents=True)
     (folder / "__init__.py").write_text("")
     (folder / "caller.py").write_text(CALLER)
-    (folder / "callee.py").write_text(CALLEE.format("1.0"))
+    (folder / "callee.py").write_text(callee.format("1.0"))
     (folder / "constants.py").write_text("FACTOR = 10.0\n")
     return folder
 
@@ -67,9 +73,9 @@ def test_a_kernel_is_compiled_once(package, tmp_path):
     assert ask(package, tmp_path / "cache")[:2] == (20.0, 1)
 
 
-def test_a_changed_callee_in_another_file_is_seen(package, tmp_path):
+def test_a_changed_callee_in_another_file_is_seen(package, callee, tmp_path):
     ask(package, tmp_path / "cache")
-    rewritten(package / "callee.py", CALLEE.format("2.0"))
+    rewritten(package / "callee.py", callee.format("2.0"))
     assert ask(package, tmp_path / "cache")[:2] == (30.0, 0)
 
 
@@ -79,11 +85,11 @@ def test_a_changed_constant_in_another_file_is_seen(package, tmp_path):
     assert ask(package, tmp_path / "cache")[:2] == (40.0, 0)
 
 
-def test_a_change_is_undone_without_compiling_again(package, tmp_path):
+def test_a_change_is_undone_without_compiling_again(package, callee, tmp_path):
     ask(package, tmp_path / "cache")
-    rewritten(package / "callee.py", CALLEE.format("2.0"))
+    rewritten(package / "callee.py", callee.format("2.0"))
     ask(package, tmp_path / "cache")
-    rewritten(package / "callee.py", CALLEE.format("1.0"))
+    rewritten(package / "callee.py", callee.format("1.0"))
     assert ask(package, tmp_path / "cache")[:2] == (20.0, 1)
 
 
