@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, multivariate_normal, norm
 
-from motionenv._core.random import gaussian, stream
+from motionenv._core.compilation import kernel
+from motionenv._core.random import gaussian, restart
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.models.registry import load
@@ -178,9 +179,17 @@ def test_other_models_and_rates_are_refused():
         FPCAPrior(fps=0)
 
 
+@kernel
+def draw(values):
+    state = np.empty(1, dtype=np.uint64)
+    restart(state, 1, 2)
+    for i in range(len(values)):
+        values[i] = gaussian(state)
+
+
 def test_the_ziggurat_draws_standard_normals():
-    state = stream(1, 2)
-    drawn = np.array([gaussian(state) for _ in range(100_000)])
+    drawn = np.empty(100_000)
+    draw(drawn)
     assert kstest(drawn, "norm").pvalue > 0.01
     assert (np.abs(drawn) > 3.7).mean() == pytest.approx(2 * norm.sf(3.7), rel=0.5)
     assert np.mean(drawn**4) == pytest.approx(3.0, abs=0.1)
