@@ -33,6 +33,7 @@ from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 LIMIT = 400 * 2**20  # bytes of kernels on disk; one version of this library takes about 40 MB
 _REPORT = 5.0  # [s] between lines about compilation
@@ -205,8 +206,18 @@ class _KernelCache(_Cache):
         self._files().flush()
 
 
-class _Kernel(CPUDispatcher):
+class _Compiled(CPUDispatcher):
     """Compiles a function for those types with which it is called."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """The version that a compiled caller gets: numba would compile another for each number that is a constant."""
+        return super().get_call_template(
+            [unliteral(arg) for arg in args], {k: unliteral(arg) for k, arg in kws.items()}
+        )
+
+
+class _Kernel(_Compiled):
+    """A function that Python may call."""
 
     def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
         super().__init__(py_func, locals, targetoptions)
@@ -267,8 +278,8 @@ class _PartCache(NullCache):
         progress.end()
 
 
-class _Part(CPUDispatcher):
-    """Compiles a function for those types with which kernels call it."""
+class _Part(_Compiled):
+    """A function that only kernels call."""
 
     def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
         super().__init__(py_func, locals, targetoptions, pipeline_class=_PartCompiler)
@@ -366,7 +377,7 @@ progress = _Progress()
 
 def _reached(dispatcher: Any, found: set) -> set:
     """A kernel and all kernels and parts that it calls."""
-    if dispatcher not in found and isinstance(dispatcher, (_Kernel, _Part)):
+    if dispatcher not in found and isinstance(dispatcher, _Compiled):
         found.add(dispatcher)
         function = dispatcher.py_func
         for name in function.__code__.co_names:

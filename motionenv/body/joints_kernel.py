@@ -3,7 +3,7 @@
 import numpy as np
 
 from motionenv._core.compilation import kernel
-from motionenv.body.kinematics import _nodes_one
+from motionenv.body.kinematics import write_nodes
 
 
 @kernel
@@ -19,5 +19,7 @@ def joints_of(start, stop, poses, offsets, out):
     nodes, rotations = np.empty((16, 3)), np.empty((12, 3, 3))
     for i in range(start, stop):
         for j in range(poses.shape[1]):
-            _nodes_one(poses[i, j], offsets[i], nodes, rotations)
-            out[i, j] = nodes[:15]
+            write_nodes(poses[i, j], offsets[i], nodes, rotations)
+            for node in range(15):
+                for axis in range(3):
+                    out[i, j, node, axis] = nodes[node, axis]

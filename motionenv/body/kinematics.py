@@ -23,10 +23,13 @@ turns left, obliquity lifts the left side, tilt leans forward. The paper's limb 
 limb, are these frames times diag(1, -1, -1) for arms and legs.
 """
 
+import math
+
 import numpy as np
 
-from motionenv._core.compilation import kernel
-from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
+from motionenv._core.compilation import kernel, part
+from motionenv.body.simd import foot_rotation, hinged, placed, root_rotation, turned
+from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
 from motionenv.errors import MotionError
 from motionenv.types import Skeleton
 
@@ -90,7 +93,7 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
     """
     flat, lead = _flat(poses)
     ends = np.empty((len(flat), len(LIMBS), 2, 3))
-    write_limb_segments(flat, skeleton.offsets, skeleton.height, LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
+    _limbs(flat, skeleton.offsets, skeleton.height, LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
     return ends.reshape(*lead, *ends.shape[1:])
 
 
@@ -106,7 +109,7 @@ def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """
     flat, lead = _flat(poses)
     ankles, balls = np.empty((2, len(flat), 2, 3))
-    feet_of(flat, skeleton.offsets, skeleton.height, ankles, balls)
+    _feet(flat, skeleton.offsets, skeleton.height, ankles, balls)
     return ankles.reshape(*lead, 2, 3), balls.reshape(*lead, 2, 3)
 
 
@@ -118,99 +121,89 @@ def _flat(poses) -> tuple[np.ndarray, tuple]:
     return np.ascontiguousarray(poses.reshape(-1, 25)), poses.shape[:-1]
 
 
-@kernel
-def _turn(parent, flexion, abduction, rotation, out):
-    """Write parent · R_y(flexion) R_x(abduction) R_z(rotation) to `out`."""
-    cy, sy = np.cos(flexion), np.sin(flexion)
-    cx, sx = np.cos(abduction), np.sin(abduction)
-    cz, sz = np.cos(rotation), np.sin(rotation)
-    for i in range(3):
-        a, b, c = parent[i, 0], parent[i, 1], parent[i, 2]
-        p, q = a * cy - c * sy, a * sy + c * cy
-        r, s = b * cx + q * sx, q * cx - b * sx
-        out[i, 0] = p * cz + r * sz
-        out[i, 1] = r * cz - p * sz
-        out[i, 2] = s
+@part
+def _torso(pose):
+    """Rotation R_z(heading) R_x(obliquity) R_y(tilt) of the torso."""
+    tilt, obliquity, heading = pose[3], pose[4], pose[5]
+    return root_rotation(
+        math.sin(tilt), math.cos(tilt), math.sin(obliquity), math.cos(obliquity), math.sin(heading), math.cos(heading)
+    )
 
 
-@kernel
-def _hinge(parent, flexion, out):
-    """Write parent · R_y(flexion) to `out`."""
-    c, s = np.cos(flexion), np.sin(flexion)
-    for i in range(3):
-        out[i, 0] = parent[i, 0] * c - parent[i, 2] * s
-        out[i, 1] = parent[i, 1]
-        out[i, 2] = parent[i, 0] * s + parent[i, 2] * c
+@part
+def _ball(parent, flexion, abduction, rotation):
+    """Rotation of the limb beyond a three-DOF joint."""
+    return turned(
+        parent, math.sin(flexion), math.cos(flexion), math.sin(abduction), math.cos(abduction), math.sin(rotation),
+        math.cos(rotation),
+    )  # fmt: skip
 
 
-@kernel
-def _place(base, rotation, offset, out):
-    """Write base + rotation · offset to `out`."""
-    for i in range(3):
-        out[i] = base[i] + rotation[i, 0] * offset[0] + rotation[i, 1] * offset[1] + rotation[i, 2] * offset[2]
+@part
+def _limb(parent, pose, limb):
+    """Rotations of both segments of a limb."""
+    at = _BALL_POSE[limb]
+    flexion, abduction, rotation = _BALL_SIGN[limb, 0], _BALL_SIGN[limb, 1], _BALL_SIGN[limb, 2]
+    upper = _ball(parent, flexion * pose[at], abduction * pose[at + 1], rotation * pose[at + 2])
+    bend = HINGE_SIGN[limb] * pose[at + 3]
+    return upper, hinged(upper, math.sin(bend), math.cos(bend))
 
 
-@kernel
-def _root(pose, out):
-    """Write R_z(heading) R_x(obliquity) R_y(tilt) to `out`."""
-    cy, sy = np.cos(pose[3]), np.sin(pose[3])
-    cx, sx = np.cos(pose[4]), np.sin(pose[4])
-    cz, sz = np.cos(pose[5]), np.sin(pose[5])
-    out[0, 0], out[0, 1], out[0, 2] = cz * cy - sz * sx * sy, -sz * cx, cz * sy + sz * sx * cy
-    out[1, 0], out[1, 1], out[1, 2] = sz * cy + cz * sx * sy, cz * cx, sz * sy - cz * sx * cy
-    out[2, 0], out[2, 1], out[2, 2] = -cx * sy, sx, cx * cy
+@part
+def _row(rows, i):
+    """A row of an array (..., 3) as three numbers."""
+    return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@kernel
-def _turn_foot(shin, ankle, height, out):
-    """Write the rotation of a foot that follows `shin` but stays above the ground (see `limb_segments`)."""
-    length = np.hypot(shin[0, 1], shin[1, 1])
-    if not length > 1e-3:  # the shin's lateral axis is vertical: no horizontal direction is defined
-        out[:] = shin
-        return
-    lx, ly = shin[0, 1] / length, shin[1, 1] / length  # left, level
-    fx, fy = ly, -lx  # forward, level
-    down = np.arctan2(-shin[2, 0], shin[0, 0] * fx + shin[1, 0] * fy)  # toe-down angle if rigid with the shin
-    # The ankle's height above its height in stance limits how far the toe may drop: with the toe's centre at (a, -b) in
-    # the foot's frame it drops by a·sin + b·cos - b; likewise the heel, at (-a', -b'), for toe-up angles.
-    free = ankle[2] - ANKLE_HEIGHT * height
-    a, b = _FOOT[1, 0] * height, -_FOOT[1, 2] * height
-    most = np.arcsin(min(1.0, max(-1.0, (free + b) / np.hypot(a, b)))) - np.arctan2(b, a)
-    a, b = -_FOOT[0, 0] * height, -_FOOT[0, 2] * height
-    least = np.arctan2(b, a) - np.arcsin(min(1.0, max(-1.0, (free + b) / np.hypot(a, b))))
-    down = min(max(down, min(least, 0.0)), max(most, -0.3))
-    c, s = np.cos(down), np.sin(down)
-    out[0, 0], out[0, 1], out[0, 2] = fx * c, lx, fx * s
-    out[1, 0], out[1, 1], out[1, 2] = fy * c, ly, fy * s
-    out[2, 0], out[2, 1], out[2, 2] = -s, 0.0, c
+@part
+def _put(point, rows, i):
+    """Write a point to row i of an array (..., 3)."""
+    rows[i, 0], rows[i, 1], rows[i, 2] = point
 
 
-@kernel
-def _nodes_one(pose, offsets, nodes, rotations):
-    """Nodes (16, 3) of one pose (25,), and all rotations except those of the feet."""
-    torso, head = rotations[0], rotations[1]
-    _root(pose, torso)
-    nodes[_PELVIS] = pose[:3]
+@part
+def _rotation(rotations, i):
+    """Rotation i of an array (..., 3, 3) as nine numbers."""
+    r = rotations[i]
+    return r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
+
+
+@part
+def _put_rotation(rotation, rotations, i):
+    """Write a rotation to `rotations` (..., 3, 3) at i."""
+    for k in range(3):
+        for j in range(3):
+            rotations[i, k, j] = rotation[3 * k + j]
+
+
+@part
+def write_nodes(pose, offsets, nodes, rotations):
+    """Write the nodes (16, 3) of one pose (25,), and all rotations (12, 3, 3) except those of the feet."""
+    root, torso = (pose[0], pose[1], pose[2]), _torso(pose)
+    _put(root, nodes, _PELVIS)
+    _put_rotation(torso, rotations, 0)
     for n in _TORSO_NODES:
-        _place(pose[:3], torso, offsets[n], nodes[n])
-    _turn(torso, pose[6], -pose[7], pose[8], head)
-    _place(nodes[_NECK], head, offsets[_HEAD], nodes[_HEAD])
+        _put(placed(root, torso, _row(offsets, n)), nodes, n)
+    head = _ball(torso, pose[6], -pose[7], pose[8])
+    _put_rotation(head, rotations, 1)
+    _put(placed(_row(nodes, _NECK), head, _row(offsets, _HEAD)), nodes, _HEAD)
     for i in range(4):
-        at = _BALL_POSE[i]
-        upper, lower = rotations[2 + 2 * i], rotations[3 + 2 * i]
-        sign, (proximal, middle, distal) = _BALL_SIGN[i], _CHAIN_NODES[i]
-        _turn(torso, sign[0] * pose[at], sign[1] * pose[at + 1], sign[2] * pose[at + 2], upper)
-        _hinge(upper, HINGE_SIGN[i] * pose[at + 3], lower)
-        _place(nodes[proximal], upper, offsets[middle], nodes[middle])
-        _place(nodes[middle], lower, offsets[distal], nodes[distal])
+        proximal, middle, distal = _CHAIN_NODES[i, 0], _CHAIN_NODES[i, 1], _CHAIN_NODES[i, 2]
+        upper, lower = _limb(torso, pose, i)
+        _put_rotation(upper, rotations, 2 + 2 * i)
+        _put_rotation(lower, rotations, 3 + 2 * i)
+        joint = placed(_row(nodes, proximal), upper, _row(offsets, middle))
+        _put(joint, nodes, middle)
+        _put(placed(joint, lower, _row(offsets, distal)), nodes, distal)
 
 
-@kernel
+@part
 def _forward_one(pose, offsets, height, nodes, rotations):
-    """Nodes (16, 3) and rotations (12, 3, 3) of one pose (25,)."""
-    _nodes_one(pose, offsets, nodes, rotations)
-    _turn_foot(rotations[7], nodes[13], height, rotations[10])
-    _turn_foot(rotations[9], nodes[14], height, rotations[11])
+    """Write nodes (16, 3) and rotations (12, 3, 3) of one pose (25,)."""
+    write_nodes(pose, offsets, nodes, rotations)
+    for side in range(2):
+        shin = _rotation(rotations, 7 + 2 * side)
+        _put_rotation(foot_rotation(shin, nodes[13 + side, 2], height), rotations, 10 + side)
 
 
 @kernel
@@ -220,33 +213,40 @@ def _forward(poses, offsets, height, nodes, rotations):
 
 
 @kernel
+def _feet(poses, offsets, height, ankles, balls):
+    feet_of(poses, offsets, height, ankles, balls)
+
+
+@part
 def feet_of(poses, offsets, height, ankles, balls):
     """Write ankles and balls (n, 2, 3) of poses (n, 25): `feet` for other kernels."""
-    torso, thigh, shin, foot = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    hip, knee, ball = np.empty(3), np.empty(3), _FOOT[1] * height
+    ball = _FOOT[1, 0] * height, _FOOT[1, 1] * height, _FOOT[1, 2] * height
     for k in range(len(poses)):
         pose = poses[k]
-        _root(pose, torso)
+        root, torso = (pose[0], pose[1], pose[2]), _torso(pose)
         for side in range(2):
-            at, sign, (first, middle, last) = _BALL_POSE[2 + side], _BALL_SIGN[2 + side], _CHAIN_NODES[2 + side]
-            _place(pose[:3], torso, offsets[first], hip)
-            _turn(torso, sign[0] * pose[at], sign[1] * pose[at + 1], sign[2] * pose[at + 2], thigh)
-            _place(hip, thigh, offsets[middle], knee)
-            _hinge(thigh, HINGE_SIGN[2 + side] * pose[at + 3], shin)
-            _place(knee, shin, offsets[last], ankles[k, side])
-            _turn_foot(shin, ankles[k, side], height, foot)
-            _place(ankles[k, side], foot, ball, balls[k, side])
+            first, middle, last = _CHAIN_NODES[2 + side, 0], _CHAIN_NODES[2 + side, 1], _CHAIN_NODES[2 + side, 2]
+            thigh, shin = _limb(torso, pose, 2 + side)
+            knee = placed(placed(root, torso, _row(offsets, first)), thigh, _row(offsets, middle))
+            ankle = placed(knee, shin, _row(offsets, last))
+            _put(ankle, ankles[k], side)
+            _put(placed(ankle, foot_rotation(shin, ankle[2], height), ball), balls[k], side)
 
 
 @kernel
+def _limbs(poses, offsets, height, segment, ends_at, shifts, out):
+    write_limb_segments(poses, offsets, height, segment, ends_at, shifts, out)
+
+
+@part
 def write_limb_segments(poses, offsets, height, segment, ends_at, shifts, out):
-    """Write the ends (n, limbs, 2, 3) of all limbs of poses (n, 25): `limb_segments`, for other compiled loops."""
+    """Write the ends (n, limbs, 2, 3) of all limbs of poses (n, 25): `limb_segments`, for other kernels."""
     nodes = np.empty((16, 3))
     rotations = np.empty((12, 3, 3))
     for i in range(len(poses)):
         _forward_one(poses[i], offsets, height, nodes, rotations)
         for limb in range(len(segment)):
+            rotation = _rotation(rotations, segment[limb])
             for end in range(2):
-                _place(
-                    nodes[ends_at[limb, end]], rotations[segment[limb]], shifts[limb, end] * height, out[i, limb, end]
-                )
+                x, y, z = shifts[limb, end, 0] * height, shifts[limb, end, 1] * height, shifts[limb, end, 2] * height
+                _put(placed(_row(nodes, ends_at[limb, end]), rotation, (x, y, z)), out[i, limb], end)

@@ -1,13 +1,16 @@
-"""Branch-free trigonometry and rotations for kernels whose loops over bodies compile to SIMD."""
+"""Kinematics of one body for kernels: numbers in, numbers out, without branches, so that loops over bodies become SIMD.
+
+Rotations are 9 numbers, row by row, and points are 3.
+"""
 
 import math
 
 import numpy as np
-from numba import njit
 
+from motionenv._core.compilation import part
 from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_SHIFTS, LIMBS
 
-_inline = njit(inline="always", error_model="numpy")
+_inline = part(fastmath={"contract", "arcp"}, forceinline=True)
 
 _TWO_OVER_PI = 2.0 / math.pi
 _HALF_PI_HIGH, _HALF_PI_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
@@ -51,7 +54,9 @@ def _rank(c, s):
 def foot_angle(c, s, z, height):
     """The toe-down angle of a foot above the ground, as cosine and sine.
 
-    The same as in `motionenv.body.kinematics._turn_foot`, with angles compared by their position on the unit circle.
+    The ankle's height above its height in stance limits how far the toe may drop: with the toe's centre at (a, -b) in
+    the foot's frame it drops by a·sin + b·cos - b; likewise the heel, at (-a', -b'), for toe-up angles. Angles are
+    compared by their position on the unit circle.
 
     Args:
         c: cosine of the angle that follows the shin.
@@ -77,6 +82,44 @@ def foot_angle(c, s, z, height):
     c, s = (cl if under else c), (sl if under else s)
     over = _rank(c, s) > _rank(cm, sm)
     return (cm if over else c), (sm if over else s)
+
+
+@_inline
+def foot_direction(shin):
+    """Where a foot points that follows the shin without lateral tilt.
+
+    Args:
+        shin: its rotation.
+
+    Returns:
+        Whether there is such a direction, which a level shin out to the side lacks; the level direction (x, y); cosine
+        and sine of the toe-down angle.
+    """
+    length = math.sqrt(shin[1] * shin[1] + shin[4] * shin[4])
+    level = length > 1e-3
+    over = 1.0 / (length if level else 1.0)
+    x, y = shin[4] * over, -shin[1] * over
+    c, s = shin[0] * x + shin[3] * y, -shin[6]
+    over = 1.0 / math.sqrt(c * c + s * s + 1e-300)
+    return level, x, y, c * over, s * over
+
+
+@_inline
+def foot_rotation(shin, z, height):
+    """Rotation of a foot that follows the shin but stays above the ground.
+
+    Args:
+        shin: its rotation.
+        z: height of the ankle [m].
+        height: of the body [m].
+    """
+    level, x, y, c, s = foot_direction(shin)
+    c, s = foot_angle(c, s, z, height)
+    return (
+        x * c if level else shin[0], -y if level else shin[1], x * s if level else shin[2],
+        y * c if level else shin[3], x if level else shin[4], y * s if level else shin[5],
+        -s if level else shin[6], 0.0 if level else shin[7], c if level else shin[8],
+    )  # fmt: skip
 
 
 @_inline

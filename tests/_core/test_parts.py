@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from numba import float64
+from numba import float64, int64
 from numba.core.errors import TypingError
 
 from motionenv._core.compilation import kernel, part
@@ -49,6 +49,11 @@ def fourth_root(x):
 
 
 @kernel
+def sixteenth_root():
+    return root(root(root(root(65536.0)))), root(4), root(9)
+
+
+@kernel
 def wrong():
     return root("text")
 
@@ -65,13 +70,20 @@ def test_kernels_get_what_the_parts_are_in_python():
 
 def test_two_kernels_share_a_part():
     mean_root(np.arange(5.0))
+    code = root.overloads[float64,]
     assert fourth_root(16.0) == 2.0
-    assert list(root.overloads) == [(float64,)]
+    assert root.overloads[float64,] is code
 
 
 def test_a_part_has_one_version_for_each_type():
     assert mean_root(np.arange(5, dtype=np.float32)) == pytest.approx(np.sqrt(30) / 5)
     assert mean_root(np.arange(10.0)[::2]) == np.sqrt(120) / 5
+
+
+def test_constants_make_no_versions_of_their_own():
+    mean_root(np.arange(5.0))
+    assert sixteenth_root() == (2.0, 2.0, 3.0)
+    assert set(root.overloads) == {(float64,), (int64,)}
 
 
 def test_what_a_part_raises_comes_out_of_the_kernel():

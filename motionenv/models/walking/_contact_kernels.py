@@ -9,14 +9,14 @@ Time is the last axis everywhere, and loops over it stay short, so that each bec
 import math
 
 import numpy as np
-from numba import njit
 
-from motionenv._core.compilation import kernel
+from motionenv._core.compilation import part
 from motionenv.body.kinematics import FOOT_BALL
 from motionenv.body.simd import foot_angle
 
-jit = kernel(fastmath={"contract", "arcp"})
-_inline = njit(inline="always", error_model="numpy")
+_FAST = {"contract", "arcp"}
+jit = part(fastmath=_FAST)
+_inline = part(fastmath=_FAST, forceinline=True)
 
 #: Rows per leg that `motionenv.models.walking._walk_kernels` writes: the ankle of a body whose root is at the origin
 #: [m]; the foot's level direction; cosine and sine of the toe-down angle that follows the shin (both 0 for a foot that
@@ -150,8 +150,8 @@ def _slip(rows, samples, side, phase):
     """
     stands, work = rows[_STANDS + side], rows[_WORK]
     surely, x, y = rows[_SURELY], rows[_SURELY + 1], rows[_SURELY + 2]
-    x[:samples] = rows[_BALLS + 2 * side, :samples] + rows[X, :samples]
-    y[:samples] = rows[_BALLS + 2 * side + 1, :samples] + rows[Y, :samples]
+    _add(rows[_BALLS + 2 * side], rows[X], samples, x)
+    _add(rows[_BALLS + 2 * side + 1], rows[Y], samples, y)
     for t in range(samples):
         work[t] = np.floor(phase[t] - _MIDSWING[side])
     start = 0
@@ -161,8 +161,17 @@ def _slip(rows, samples, side, phase):
             start = t
     for t in range(samples):
         surely[t] = stands[t] * decay((x[t] * x[t] + y[t] * y[t]) * (1.0 / _REACH**2))
-    x[:samples] *= surely[:samples]
-    y[:samples] *= surely[:samples]
+    for t in range(samples):
+        x[t] *= surely[t]
+    for t in range(samples):
+        y[t] *= surely[t]
+
+
+@jit
+def _add(one, other, samples, out):
+    """Write the sum of two rows."""
+    for t in range(samples):
+        out[t] = one[t] + other[t]
 
 
 @jit
@@ -188,11 +197,14 @@ def _balls(rows, samples, height):
     for start in range(0, samples, LANES):
         for side in range(2):
             for row in range(7):
-                w[row * LANES : (row + 1) * LANES] = rows[LEG_ROWS * side + row, start : start + LANES]
-            w[7 * LANES : 8 * LANES] = rows[Z, start : start + LANES]
+                for j in range(LANES):
+                    w[row * LANES + j] = rows[LEG_ROWS * side + row, start + j]
+            for j in range(LANES):
+                w[7 * LANES + j] = rows[Z, start + j]
             _ball_block(w, height)
             for row in range(2):
-                rows[_BALLS + 2 * side + row, start : start + LANES] = w[(8 + row) * LANES : (9 + row) * LANES]
+                for j in range(LANES):
+                    rows[_BALLS + 2 * side + row, start + j] = w[(8 + row) * LANES + j]
 
 
 @jit
@@ -229,8 +241,10 @@ def smooth(values, samples, deviation, out):
     """
     radius = int(_TRUNCATE * deviation + 0.5)
     longer = np.empty(samples + 2 * radius)
-    longer[:radius], longer[radius + samples :] = values[0], values[samples - 1]
-    longer[radius : radius + samples] = values[:samples]
+    for t in range(radius):
+        longer[t], longer[radius + samples + t] = values[0], values[samples - 1]
+    for t in range(samples):
+        longer[radius + t] = values[t]
     total = 1.0
     for k in range(1, radius + 1):
         total += 2.0 * math.exp(-0.5 * (k / deviation) ** 2)

@@ -10,10 +10,9 @@ with the Fourier basis b: 92 products instead of 9 · 23.
 import math
 
 import numpy as np
-from numba import njit
 
-from motionenv._core.compilation import kernel
-from motionenv.body.simd import hinged, placed, root_rotation, sine_cosine, turned
+from motionenv._core.compilation import kernel, part
+from motionenv.body.simd import foot_direction, hinged, placed, root_rotation, sine_cosine, turned
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models.walking._contact_kernels import (
     ANKLE,
@@ -30,8 +29,9 @@ from motionenv.models.walking._contact_kernels import (
     plant,
 )
 
-jit = kernel(fastmath={"contract", "arcp"})
-_inline = njit(inline="always", error_model="numpy")
+_FAST = {"contract", "arcp"}
+jit = part(fastmath=_FAST)
+_inline = part(fastmath=_FAST, forceinline=True)
 
 #: Channels of `motionenv.models.walking.preprocessing.CHANNELS` in the order of a block's rows: the root's rotations,
 #: both legs, the ankles' heights, the neck, and the arms, which contact doesn't need. Behind them come sines and
@@ -77,7 +77,8 @@ def _columns(turn, columns, first, step, segment, pace):
         sine, cosine = sine_cosine(2.0 * math.pi * (cycles - np.floor(cycles)))
         turn[j] = sample / rate / seconds - segment
         turn[LANES + j], turn[2 * LANES + j] = sine, cosine
-    columns[:LANES], columns[LANES : 2 * LANES] = 0.0, 1.0
+    for j in range(LANES):
+        columns[j], columns[LANES + j] = 0.0, 1.0
     for k in range(2 * LANES, len(columns), 2 * LANES):
         two = columns[k - 2 * LANES : k + 2 * LANES]  # this harmonic's columns behind those of the one before
         for j in range(LANES):
@@ -94,8 +95,9 @@ def _curves(scores, points, terms, out):
     A B-spline's weights sum to 1, so what all points have in common may be added to each.
     """
     for i in range(len(out)):
-        curve, last = out[i], len(scores) - 1
-        curve[:] = terms[0]
+        curve, last, mean = out[i], len(scores) - 1, terms[0]
+        for j in range(len(curve)):
+            curve[j] = mean[j]
         for k in range(0, last, 2):  # two at a time: half as often in and out of memory
             a, b = scores[k] + points[i, k], scores[k + 1] + points[i, k + 1]
             one, other = terms[1 + k], terms[2 + k]
@@ -126,7 +128,8 @@ def _channels(w, turn, columns, d, first, last):
     """Write the channels in rows `first` to `last` of a block, four at a time."""
     for c in range(first, last, 4):
         out = w[c * LANES : (c + 4) * LANES]
-        out[:] = 0.0
+        for j in range(4 * LANES):
+            out[j] = 0.0
         for k in range(len(columns) // LANES - 1):
             column, i = columns[(k + 1) * LANES : (k + 2) * LANES], 24 * k + c
             a0, a1, a2, a3 = d[0, i], d[1, i], d[2, i], d[3, i]
@@ -147,6 +150,13 @@ def _row(w, row):
     return w[row * LANES : (row + 1) * LANES]
 
 
+@jit
+def _keep(w, row, samples, first):
+    """Copy a row of a block to `samples`, from `first` on."""
+    for j in range(LANES):
+        samples[first + j] = w[row * LANES + j]
+
+
 @_inline
 def _leg(w, j, pose, out, side, hip, knee, ankle):
     """Write what contact wants of one leg, whose root is at the origin."""
@@ -161,15 +171,10 @@ def _leg(w, j, pose, out, side, hip, knee, ankle):
     shin = hinged(thigh, w[s + 3 * LANES], w[c + 3 * LANES])
     x, y, z = placed(placed(placed((0.0, 0.0, 0.0), torso, hip), thigh, knee), shin, ankle)
     w[out * LANES + j], w[(out + 1) * LANES + j], w[(out + 2) * LANES + j] = x, y, z
-    length = math.sqrt(shin[1] * shin[1] + shin[4] * shin[4])
-    level = length > 1e-3
-    over = 1.0 / (length if level else 1.0)
-    forward_x, forward_y = shin[4] * over, -shin[1] * over
-    c, s = shin[0] * forward_x + shin[3] * forward_y, -shin[6]
-    over = 1.0 / math.sqrt(c * c + s * s + 1e-300)
+    level, forward_x, forward_y, c, s = foot_direction(shin)
     w[(out + 3) * LANES + j] = forward_x if level else shin[0] * TOE_X + shin[2] * TOE_Z
     w[(out + 4) * LANES + j] = forward_y if level else shin[3] * TOE_X + shin[5] * TOE_Z
-    w[(out + 5) * LANES + j], w[(out + 6) * LANES + j] = (c * over if level else 0.0), (s * over if level else 0.0)
+    w[(out + 5) * LANES + j], w[(out + 6) * LANES + j] = (c if level else 0.0), (s if level else 0.0)
 
 
 @_inline
@@ -186,9 +191,11 @@ def _legs(w, floor, offsets, height):
     for side in range(2):
         soften(_row(w, _LEFT + 4 * side + 3), _STIFFNESS)
         over, ankle = _row(w, _HEIGHTS + side), _row(w, _OUT + side * LEG_ROWS + ANKLE)
-        ankle[:] = over - floor[side]
+        for j in range(LANES):
+            ankle[j] = over[j] - floor[side]
         soften(ankle, _GIVE)
-        ankle[:] = height * (ANKLE_HEIGHT + ankle)
+        for j in range(LANES):
+            ankle[j] = height * (ANKLE_HEIGHT + ankle[j])
     for j in range(_HEIGHTS * LANES):
         w[_SIN * LANES + j], w[_COS * LANES + j] = sine_cosine(w[j])
     for j in range(LANES):
@@ -251,9 +258,9 @@ def _move(curves, floor, pace, samples, finer, body, rows, poses):
             _channels(w, turn, columns, d, 0, _ARMS)
             _legs(w, floor, offsets, height)
             for row in range(2 * LEG_ROWS):
-                rows[row, first : first + LANES] = _row(w, _OUT + row)
-            rows[COS_HEADING, first : first + LANES] = _row(w, _COS + 2)
-            rows[SIN_HEADING, first : first + LANES] = _row(w, _SIN + 2)
+                _keep(w, _OUT + row, rows[row], first)
+            _keep(w, _COS + 2, rows[COS_HEADING], first)
+            _keep(w, _SIN + 2, rows[SIN_HEADING], first)
             _show(w, first, pad, finer, min(first + LANES, stop), poses)
         last = _frames_before(stop, pad, finer, poses)
         for first in range(_frames_before(start, pad, finer, poses), last, LANES):
@@ -263,22 +270,8 @@ def _move(curves, floor, pace, samples, finer, body, rows, poses):
         start = stop
 
 
-@jit
-def _floor(scores, heights):
-    """The 10th percentile of an ankle's height over a cycle; `heights` (1 + q, P) are of mean and components."""
-    cycle = heights[0].copy()
-    for k in range(len(scores)):
-        factor, component = scores[k], heights[1 + k]
-        for i in range(len(cycle)):
-            cycle[i] += factor * component[i]
-    cycle.sort()
-    at = 0.1 * (len(cycle) - 1)
-    low = int(at)
-    return cycle[low] + (at - low) * (cycle[low + 1] - cycle[low])
-
-
-@jit
-def walk(start, stop, scores, seconds, points, clock, terms, heights, body, poses):
+@kernel(fastmath=_FAST)
+def walk(start, stop, scores, floors, seconds, points, clock, terms, body, poses):
     """Write the walks of walkers `start` to `stop`.
 
     Contact decides how far a cycle carries, whatever its pace; but the pace decides which cycles fit, so the steps to
@@ -287,13 +280,13 @@ def walk(start, stop, scores, seconds, points, clock, terms, heights, body, pose
     Args:
         start, stop: which walkers.
         scores: (n, q).
+        floors: (n, 2) what the heights of the left and the right ankle are over [body heights].
         seconds: (n,) stride times [s].
         points: (n, k, q) control points of the splines by which scores leave their mean.
         clock: samples per second; sample of the first pose; samples from pose to pose; where in the cycle to start
             [cycles]; speed [m/s] to reach by another stride time, 0 for that of `seconds`; the least stride time [s]
             that `points` are enough for.
         terms: (1 + q, columns · 24) Fourier coefficients of mean and components, channels as in `ORDER`.
-        heights: (2, 1 + q, P) of the ankles over a cycle, of mean and components [body heights].
         body: offsets (16, 3) and height [m].
         poses: (n, frames, 25) to write.
     """
@@ -305,7 +298,7 @@ def walk(start, stop, scores, seconds, points, clock, terms, heights, body, pose
     for i in range(start, stop):
         most = samples / rate / (shortest if speed > 0.0 else seconds[i])  # strides
         _curves(scores[i], points[i], terms, curves[: int(most) + 5])
-        floor, stride = (_floor(scores[i], heights[0]), _floor(scores[i], heights[1])), seconds[i]
+        floor, stride = floors[i], seconds[i]
         for _ in range(_PACINGS if speed > 0.0 else 0):
             _move(curves, floor, (rate, pad, stride, phase), samples + finer, finer, body, rows, poses[i, :0])
             carry(rows, samples + finer, rate, height)

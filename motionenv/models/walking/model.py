@@ -22,7 +22,7 @@ from motionenv.models.base import GaitModel
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
-from motionenv.models.walking.tables import Tables, root_of, tables_of
+from motionenv.models.walking.tables import Tables, floors_of, root_of, tables_of
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
 
 _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
@@ -319,14 +319,14 @@ class WalkingModel(GaitModel):
         seconds = np.ascontiguousarray(stride.seconds, dtype=np.float64)
         clock = rate, math.ceil(_PADDING * rate), finer, float(phase), float(speed), shortest
         person = body.offsets, body.height
-        terms, heights = self._tables.terms, self._tables.heights
+        terms, floors = self._tables.terms, floors_of(self._tables, scores)
 
         n = len(poses)
 
         def fill(first: int, last: int) -> None:
             for start in range(first * _TOGETHER, min(last * _TOGETHER, n), _TOGETHER):
                 stop = min(start + _TOGETHER, n)
-                walk(start, stop, scores, seconds, wobble, clock, terms, heights, person, poses)
+                walk(start, stop, scores, floors, seconds, wobble, clock, terms, person, poses)
 
         everywhere.share(fill, -(-n // _TOGETHER))
 

@@ -23,7 +23,8 @@ class Tables:
         people: (q + 1, q + 1) square root of the covariance of scores and log stride times.
         pace: (q,) regression weights of the log stride time on the scores.
         cycles: (q, q) square root of the covariance of the control points of score splines.
-        terms, heights: arguments of `motionenv.models.walking._walk_kernels.walk`.
+        terms: argument of `motionenv.models.walking._walk_kernels.walk`.
+        heights: (2, 1 + q, P) of the ankles over a cycle, of mean and components [body heights].
     """
 
     body: Skeleton
@@ -57,6 +58,15 @@ def tables_of(model: "WalkingModel") -> Tables:
         np.ascontiguousarray(series[:, columns][..., ORDER]).reshape(len(series), -1),
         np.ascontiguousarray(np.moveaxis(ankles, -1, 0)),
     )
+
+
+def floors_of(tables: Tables, scores: np.ndarray) -> np.ndarray:
+    """The 10th percentiles (n, 2) of the heights of both ankles over the cycles of walkers with `scores` (n, q)."""
+    cycles = tables.heights[:, 0] + np.swapaxes(scores @ tables.heights[:, 1:], 0, 1)
+    at = 0.1 * (cycles.shape[-1] - 1)
+    low = int(at)
+    cycles.partition((low, low + 1), axis=-1)  # np.percentile takes several times as long for one walker
+    return cycles[..., low] + (at - low) * (cycles[..., low + 1] - cycles[..., low])
 
 
 def root_of(covariance: np.ndarray) -> np.ndarray:

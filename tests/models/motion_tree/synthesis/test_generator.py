@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import motionenv
+from motionenv._core.compilation import kernel
 from motionenv.body.kinematics import feet, markers
 from motionenv.cycles import estimate_period
 from motionenv.errors import ModelError, MotionError
@@ -102,12 +103,17 @@ def test_two_trees_do_not_depend_on_the_steps_either(halves):
     assert np.array_equal(np.concatenate([growth.step(10), growth.step(20)]), whole)
 
 
+@kernel
+def project(source, rows, out):
+    coefficients(source, rows, out)
+
+
 def test_matches_the_coefficients_of_the_tree(tree):
     """The loop's own projection of the last frames against `MotionTree.coefficients`."""
     growth = MotionGenerator(tree, history(tree), seed=0, options=Options(contact=False))
     poses = growth.step(40)
     found = np.empty(len(tree.basis_.deviation))
-    coefficients(growth._sources[0], growth._state.rows, found)
+    project(growth._sources[0], growth._state.rows, found)
     np.testing.assert_allclose(found, tree.coefficients(poses), atol=2e-4)
 
 
