@@ -16,6 +16,12 @@ _SIDES = {"left": BLUE, "right": ORANGE}
 _ANKLES = [MARKERS.index(f"{side}_ankle") for side in _SIDES]
 _FEET = [LIMBS.index(f"{side}_foot") for side in _SIDES]
 _TRACED = {"wrist": "--", "ankle": "-"}  # whose ways are drawn, and how
+#: Sign of a component, colour, line style and legend of the curves of `components`.
+_SHIFTS = (
+    (0, GREY, "-", "mean"),
+    (1, BLUE, "-", "mean + component"),
+    (-1, ORANGE, "--", "mean - component"),
+)
 
 
 def pose_samples(probe, samples, skeleton: Skeleton, titles) -> "Figure":
@@ -85,14 +91,17 @@ def components(mean, modes, channels, *, show=("left_hip_flexion", "left_elbow_f
     for row, name in zip(axes, show, strict=True):
         i = channels.index(name)
         for k, panel in enumerate(row):
-            for shift, colour, style in ((0, GREY, "-"), (1, BLUE, "-"), (-1, ORANGE, "--")):
-                panel.plot(percent, np.rad2deg(mean[:, i] + shift * modes[k, :, i]), style, color=colour, linewidth=1.2)
+            for shift, colour, style, label in _SHIFTS:
+                angles = np.rad2deg(mean[:, i] + shift * modes[k, :, i])
+                panel.plot(percent, angles, style, color=colour, linewidth=1.2, label=label)
             panel.set(xlim=(0, 100))
         row[0].set_ylabel(f"{name.replace('_', ' ')} [°]")
     for k, panel in enumerate(axes[0], 1):
         panel.set_title(f"component {k}", fontsize="medium")
     for panel in axes[-1]:
         panel.set_xlabel("cycle [%]")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, fontsize="small")
     return figure
 
 

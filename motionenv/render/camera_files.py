@@ -35,14 +35,15 @@ def read_camera(path, name: str | None = None) -> Camera:
         raise FormatError(path, f"can't be read as a camera: {getattr(error, 'strerror', None) or error}") from error
     if not isinstance(found, dict):
         raise FormatError(path, "must hold an object with K, R, t, width and height")
+    table = found if path.suffix.lower() == ".json" else _chosen(path, found, name)
     try:
-        if path.suffix.lower() == ".json":
+        if table is found:
             return Camera(found["K"], found["R"], found["t"], found["width"], found["height"])
-        return _of_table(_chosen(path, found, name))
+        return _of_table(table)
     except KeyError as error:
         raise FormatError(path, f"lacks {error.args[0]!r}") from None
-    except MotionError:
-        raise
+    except MotionError as error:
+        raise FormatError(path, str(error)) from None
     except (TypeError, IndexError, ValueError) as error:
         raise FormatError(path, f"isn't a valid camera: {error}") from error
 

@@ -4,6 +4,9 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from motionenv.models.types import VARIATION
+from motionenv.types import HEIGHT_RANGE, SPEED_RANGE
+
 #: A model's name.
 ModelName = Annotated[
     str,
@@ -23,6 +26,10 @@ Seed = Annotated[
         examples=[1],
     ),
 ]  # fmt: skip
+
+WalkingSpeed = Annotated[float, Field(ge=SPEED_RANGE[0], le=SPEED_RANGE[1])]
+BodyHeight = Annotated[float, Field(ge=HEIGHT_RANGE[0], le=HEIGHT_RANGE[1])]
+Variation = Annotated[float, Field(ge=VARIATION[0], le=VARIATION[1])]
 
 
 class Request(BaseModel):

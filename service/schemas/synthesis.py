@@ -4,7 +4,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from service.schemas.common import ModelName, Request, Seed
+from motionenv.types import SECONDS_MOST
+from service.schemas.common import BodyHeight, ModelName, Request, Seed, Variation, WalkingSpeed
 
 _PIXELS = 4096
 Deviation = Annotated[float, Field(ge=-5, le=5)]
@@ -16,7 +17,7 @@ class Picture(Request):
     """Camera and style of a video or picture; ignored by other formats."""
 
     width: int = Field(640, ge=16, le=_PIXELS, description="Width [pixels].", examples=[320])
-    height: int = Field(480, ge=16, le=_PIXELS, description="Width [pixels].", examples=[240])
+    height: int = Field(480, ge=16, le=_PIXELS, description="Height [pixels].", examples=[240])
     view: float = Field(
         45.0, ge=-360, le=360, description="View angle α of paper B [degrees]: 0 from the side, 90 from the front.",
         examples=[0.0],
@@ -44,7 +45,7 @@ class SynthesisRequest(Request):
 
     model: ModelName = "walk/fpca"
     seed: Seed = None
-    seconds: float = Field(4.0, gt=0, le=3600, description="Duration [s].", examples=[4.0])
+    seconds: float = Field(4.0, gt=0, le=SECONDS_MOST, description="Duration [s].", examples=[4.0])
     fps: float = Field(30.0, ge=1, le=240, description="Frames per second.", examples=[30.0])
     deviations: list[Deviation] | None = Field(
         None, max_length=64,
@@ -57,12 +58,12 @@ class SynthesisRequest(Request):
         description="The walker, as scores of the model; missing ones are those of the average. Not together with "
         "`deviations`.",
     )  # fmt: skip
-    speed: float | None = Field(
-        None, ge=0.1, le=3.0, description="Walking speed [m/s]; default: that of the walker.", examples=[1.3]
+    speed: WalkingSpeed | None = Field(
+        None, description="Walking speed [m/s]; default: that of the walker.", examples=[1.3]
     )
-    height: float | None = Field(None, ge=0.5, le=2.5, description="Body height [m]; default: that of the model.")
+    height: BodyHeight | None = Field(None, description="Body height [m]; default: that of the model.")
     phase: float = Field(0.0, ge=-1000, le=1000, description="Phase of the first frame [cycles]; 0: left leg ahead.")
-    variation: float = Field(1.0, ge=0, le=10, description="Factor on the variation from cycle to cycle.")
+    variation: Variation = Field(1.0, description="Factor on the variation from cycle to cycle.")
     picture: Picture = Field(default_factory=lambda: _DEFAULT_PICTURE)
 
     @model_validator(mode="after")

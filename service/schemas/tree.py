@@ -4,6 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
+from motionenv.types import SECONDS_MOST
 from service.schemas.common import ModelName, Request, Seed
 from service.schemas.synthesis import Picture
 
@@ -74,7 +75,7 @@ class TreeSynthesisRequest(FromTree):
     method: Literal["exact", "tree"] = Field(
         "exact", description="exact: draws from p(i | t); tree: the paper's probabilistic search."
     )
-    seconds: float = Field(4.0, ge=1 / 30, le=3600, description="Duration [s].")
+    seconds: float = Field(4.0, ge=1 / 30, le=SECONDS_MOST, description="Duration [s].")
     activity: Activity | None = Field(None, description="Target activity.", examples=["walk"])
     heading: float | None = Field(None, ge=-3600, le=3600, description="Target heading [degrees]; 90 is left.")
     speed: float | None = Field(None, ge=0, le=10, description="Target speed [m/s].")

@@ -98,9 +98,9 @@ def test_mpjpe_over_a_cycle_is_the_mean_over_fine_frames():
     [
         (lambda: joint_error(walks(0)[..., :14], walks(0)), "estimate must hold coefficients"),
         (lambda: walker_error(walks(0), np.zeros((9, 15))), "truth must hold coefficients"),
-        (lambda: walker_error(np.zeros((9, 15)), np.zeros((8, 15)), frames=True), "9 frames, truth 8"),
+        (lambda: walker_error(np.zeros((9, 15)), np.zeros((8, 15)), frames=True), "equal frames, got 9 and 8"),
         (lambda: walker_error(np.zeros((0, 15)), np.zeros((0, 15)), frames=True), "positions"),
-        (lambda: joint_error(walks(0, 3), walks(0, 2)), "doesn't go with"),
+        (lambda: joint_error(walks(0, 3), walks(0, 2)), "estimate and truth must broadcast"),
         (lambda: missing_variance(np.zeros(15)), "truth must hold coefficients"),
         (lambda: cycle_mpjpe(walks(0), walks(1)), "estimate must hold coefficients"),
         (lambda: cycle_mpjpe(np.zeros((5, 15, 3)), np.zeros((5, 15, 3)), samples=0), "samples"),

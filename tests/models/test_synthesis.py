@@ -40,7 +40,8 @@ def test_walkers_of_every_seed_move_as_people_do(model):
         height = motion.poses[:, 2] / motion.skeleton.height
         assert height.min() > 0.4
         assert height.max() < 0.58
-        assert np.degrees(motion.poses[:, [12, 16, 20, 24]].min()) > -1
+        assert np.degrees(motion.poses[:, [12, 16]].min()) > -1  # knees
+        assert np.degrees(motion.poses[:, [20, 24]].min()) > -10  # elbows, which many people overextend so far
         left, right = (motion.poses[:, i] - motion.poses[:, i].mean() for i in (17, 21))
         assert (left * right).sum() < -0.5 * np.sqrt((left**2).sum() * (right**2).sum())
 

@@ -182,9 +182,9 @@ def test_bad_arguments_are_told(tree):
         TreePrior("walk/fpca")
     with pytest.raises(MotionError, match="30 frames"):
         TreePrior(tree, fps=25)
-    for bad in ({"method": "nearest"}, {"temperature": 0.0}, {"noise": -1.0}):
-        with pytest.raises(MotionError, match="method"):
-            TreePrior(tree, **bad)
+    for name, value in {"method": "nearest", "temperature": 0.0, "noise": -1.0}.items():
+        with pytest.raises(MotionError, match=f"{name} must be .*, got {value!r}"):
+            TreePrior(tree, **{name: value})
     body = tree.database_.skeleton
     with pytest.raises(MotionError, match="share"):
         MixturePrior(TreePrior(tree), VelocityPrior(skeleton=body), share=1.5)
