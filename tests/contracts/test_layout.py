@@ -14,6 +14,7 @@ MORE = {
     "motionenv": 16,  # the steps of the flow, side by side
     "renders/fixtures": 16,  # eight, each a picture and its truth
     "tests": 20,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
+    "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
 }
 HIDDEN = {"node_modules", "dist"}  # what npm makes
 PRIVATE_TO_ALL = "motionenv._core"  # private to motionenv, whose parts all build on it
