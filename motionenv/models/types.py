@@ -8,13 +8,10 @@ import numpy as np
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
-from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE
+from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, VARIATION_RANGE
 
 if TYPE_CHECKING:
     from motionenv.models.treadmill_cycle import InPlace
-
-#: Range of `variation` of `GaitModel.synthesize`.
-VARIATION = (0.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,7 @@ class Request:
         if self.frames < 1:
             raise MotionError(f"seconds must last one frame at least, got {self.seconds!r} at {self.fps:g} fps")
         checked_number(self.phase, "phase", unit="cycles")
-        checked_number(self.variation, "variation", *VARIATION)
+        checked_number(self.variation, "variation", *VARIATION_RANGE)
         if self.speed is not None:
             checked_number(self.speed, "speed", *SPEED_RANGE)
         if self.height is not None:

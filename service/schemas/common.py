@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionenv.models.types import VARIATION
-from motionenv.types import HEIGHT_RANGE, SPEED_RANGE
+from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, VARIATION_RANGE
 
 #: A model's name.
 ModelName = Annotated[
@@ -29,7 +28,7 @@ Seed = Annotated[
 
 WalkingSpeed = Annotated[float, Field(ge=SPEED_RANGE[0], le=SPEED_RANGE[1])]
 BodyHeight = Annotated[float, Field(ge=HEIGHT_RANGE[0], le=HEIGHT_RANGE[1])]
-Variation = Annotated[float, Field(ge=VARIATION[0], le=VARIATION[1])]
+Variation = Annotated[float, Field(ge=VARIATION_RANGE[0], le=VARIATION_RANGE[1])]
 
 
 class Request(BaseModel):

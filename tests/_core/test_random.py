@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import kstest, norm
 
 from motionenv._core.compilation import kernel
-from motionenv._core.random import gaussian, key_of, normal, restart, stream, uniform
+from motionenv._core.random import gaussian, key_of, normal, restart, uniform
 
 #: What SplitMix64 gives for the seed 1234567, as published: https://rosettacode.org/wiki/Pseudo-random_numbers/Splitmix64
 PUBLISHED = [
@@ -13,28 +13,33 @@ PUBLISHED = [
 ]  # fmt: skip
 
 
-def sampler(draw):
-    """A kernel that fills an array with draws."""
-
-    @kernel
-    def fill(state, values):
-        for i in range(len(values)):
-            values[i] = draw(state)
-
-    return fill
-
-
-UNIFORM, NORMAL, GAUSSIAN = sampler(uniform), sampler(normal), sampler(gaussian)
+@kernel
+def fill_uniform(state, values):
+    for i in range(len(values)):
+        values[i] = uniform(state)
 
 
 @kernel
-def begun(key, number):
-    return stream(key, number)
+def fill_normal(state, values):
+    for i in range(len(values)):
+        values[i] = normal(state)
 
 
 @kernel
-def begin_again(state, key, number):
+def fill_gaussian(state, values):
+    for i in range(len(values)):
+        values[i] = gaussian(state)
+
+
+@kernel
+def begin(state, key, number):
     restart(state, key, number)
+
+
+def begun(key: int, number: int) -> np.ndarray:
+    state = np.empty(1, dtype=np.uint64)
+    begin(state, np.uint64(key), np.uint64(number))
+    return state
 
 
 @kernel
@@ -50,32 +55,34 @@ def drawn(fill, state, n: int = 20_000) -> np.ndarray:
 
 def test_numbers_are_the_upper_53_bits_of_splitmix64():
     state = np.array([1234567], dtype=np.uint64)
-    assert drawn(UNIFORM, state, 5).tolist() == [(bits >> 11) / 2**53 for bits in PUBLISHED]
+    assert drawn(fill_uniform, state, 5).tolist() == [(bits >> 11) / 2**53 for bits in PUBLISHED]
 
 
 def test_a_stream_begins_again_where_it_began():
-    state = begun(np.uint64(7), np.uint64(3))
-    first = drawn(UNIFORM, state, 5)
-    begin_again(state, np.uint64(7), np.uint64(3))
-    np.testing.assert_array_equal(drawn(UNIFORM, state, 5), first)
+    state = begun(7, 3)
+    first = drawn(fill_uniform, state, 5)
+    begin(state, np.uint64(7), np.uint64(3))
+    np.testing.assert_array_equal(drawn(fill_uniform, state, 5), first)
 
 
 def test_streams_of_neighbours_have_nothing_to_do_with_each_other():
     """Keys, numbers and draws that differ by one, as those of frames and particles do."""
     keys = [(7, 0), (7, 1), (8, 0), (8, 1), *((int(key(np.uint64(7), np.uint64(j))), 0) for j in (1, 2))]
-    found = np.array([drawn(UNIFORM, begun(np.uint64(a), np.uint64(b))) for a, b in keys])
+    found = np.array([drawn(fill_uniform, begun(a, b)) for a, b in keys])
     assert np.abs(np.corrcoef(found) - np.eye(len(keys))).max() < 4 / np.sqrt(found.shape[1])
-    firsts = np.array([drawn(UNIFORM, begun(np.uint64(5), np.uint64(i)), 1)[0] for i in range(5000)])
+    firsts = np.array([drawn(fill_uniform, begun(5, i), 1)[0] for i in range(5000)])
     assert kstest(firsts, "uniform").pvalue > 0.01
     assert key(np.uint64(7), np.uint64(0)) == 7
 
 
-@pytest.mark.parametrize(("fill", "distribution"), [(UNIFORM, "uniform"), (NORMAL, "norm"), (GAUSSIAN, "norm")])
+@pytest.mark.parametrize(
+    ("fill", "distribution"), [(fill_uniform, "uniform"), (fill_normal, "norm"), (fill_gaussian, "norm")]
+)
 def test_draws_are_of_their_distribution(fill, distribution):
-    assert kstest(drawn(fill, begun(np.uint64(3), np.uint64(4))), distribution).pvalue > 0.01
+    assert kstest(drawn(fill, begun(3, 4)), distribution).pvalue > 0.01
 
 
 def test_the_ziggurat_has_the_tails_of_a_normal_distribution():
-    values = drawn(GAUSSIAN, begun(np.uint64(1), np.uint64(2)), 100_000)
+    values = drawn(fill_gaussian, begun(1, 2), 100_000)
     assert (np.abs(values) > 3.7).mean() == pytest.approx(2 * norm.sf(3.7), rel=0.5)
     assert np.mean(values**4) == pytest.approx(3.0, abs=0.1)
