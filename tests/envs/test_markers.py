@@ -9,26 +9,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from motionenv.envs.markers import MarkerTracking, MarkerTrackingVector
 from motionenv.errors import MotionError
-
-CLEAR = {"noise": 0.0, "dropout": 0.0, "gaps": 0.0}
-
-
-def episode(env, seed=0):
-    """Observations, truths and errors of one episode in which the estimate is where markers are seen, at depth 0."""
-    seen, _ = env.reset(seed=seed)
-    observed, truths, errors, done = [seen], [env.unwrapped.truth()], [], False
-    while not done:
-        seen, reward, terminated, truncated, info = env.step(flat(seen))
-        assert reward == -info["error"]
-        observed.append(seen)
-        truths.append(env.unwrapped.truth())
-        errors.append(info["error"])
-        done = terminated or truncated
-    return observed, truths, errors
-
-
-def flat(seen):
-    return np.insert(seen["points"], 1, 0.0, axis=-1)
+from tests.envs.playing import episode, flat
 
 
 @pytest.mark.parametrize("settings", [{}, {"distance": 4.0, "view": (-30, 30)}, {"motion": "walk/fpca", "horizon": 30}])

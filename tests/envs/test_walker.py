@@ -3,11 +3,7 @@
 import pytest
 
 from motionenv.envs import WalkerTracking
-
-
-def begun(seed: int = 0, **arguments):
-    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
-    return env, env.reset(seed=seed)[0]
+from tests.envs.playing import begun
 
 
 def test_neither_observation_nor_info_holds_the_truth():

@@ -5,15 +5,10 @@ import pytest
 
 from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM
-from motionenv.envs import WalkerTracking
 from motionenv.envs.simulation.estimates import Estimates
 from motionenv.errors import MotionError
 from motionenv.metrics import energy_score, mpjpe
-
-
-def begun(seed: int = 0, **arguments):
-    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
-    return env, env.reset(seed=seed)[0]
+from tests.envs.playing import begun
 
 
 def test_joints_are_scored_by_distance():

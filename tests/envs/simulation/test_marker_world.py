@@ -8,32 +8,12 @@ from motionenv.body.fitting import fit_skeleton
 from motionenv.envs.markers import MarkerTracking, MarkerTrackingVector
 from motionenv.render.cameras import orthographic
 from motionenv.types import MARKERS
+from tests.envs.playing import CLEAR, episode
 
 PELVIS = MARKERS.index("pelvis")
 
 
 SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
-
-
-CLEAR = {"noise": 0.0, "dropout": 0.0, "gaps": 0.0}
-
-
-def episode(env, seed=0):
-    """Observations, truths and errors of one episode in which the estimate is where markers are seen, at depth 0."""
-    seen, _ = env.reset(seed=seed)
-    observed, truths, errors, done = [seen], [env.unwrapped.truth()], [], False
-    while not done:
-        seen, reward, terminated, truncated, info = env.step(flat(seen))
-        assert reward == -info["error"]
-        observed.append(seen)
-        truths.append(env.unwrapped.truth())
-        errors.append(info["error"])
-        done = terminated or truncated
-    return observed, truths, errors
-
-
-def flat(seen):
-    return np.insert(seen["points"], 1, 0.0, axis=-1)
 
 
 def test_without_noise_points_are_the_truth_less_its_depth():

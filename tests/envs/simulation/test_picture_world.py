@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from motionenv.envs import WalkerTracking
-
-
-def begun(seed: int = 0, **arguments):
-    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
-    return env, env.reset(seed=seed)[0]
+from tests.envs.playing import begun
 
 
 def test_the_observation_model_prefers_the_truth():

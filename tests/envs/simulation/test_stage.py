@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from motionenv.body import markers
-from motionenv.envs import WalkerTracking, WalkerTrackingVector
+from motionenv.envs import WalkerTrackingVector
 from motionenv.envs.simulation.motion_sources import Source
 from motionenv.envs.simulation.stage import PictureSettings, Stage
 from motionenv.envs.simulation.views import WalkingView
@@ -12,11 +12,7 @@ from motionenv.errors import MotionError
 from motionenv.render import render
 from motionenv.render.sensors.augmentation import FAR, Augmentation
 from motionenv.types import Frame
-
-
-def begun(seed: int = 0, **arguments):
-    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
-    return env, env.reset(seed=seed)[0]
+from tests.envs.playing import begun
 
 
 @pytest.mark.parametrize("camera", ["side", "front", 45, -120.5, "random", "follow"])

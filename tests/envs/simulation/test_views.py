@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 
 from motionenv.body import from_height, markers
-from motionenv.envs import WalkerTracking
 from motionenv.envs.simulation.views import EYE, ArmView, WalkingView, checked_angle, drawn_angle, level
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS
-
-
-def begun(seed: int = 0, **arguments):
-    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
-    return env, env.reset(seed=seed)[0]
+from tests.envs.playing import begun
 
 
 @pytest.mark.parametrize("camera", ["side", "front", "random", "follow"])
