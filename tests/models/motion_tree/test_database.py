@@ -4,7 +4,6 @@ import pytest
 import motionenv
 from motionenv.body import mirror
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.clips import read_clips
 from motionenv.models.motion_tree.database import Clip, build_database
 from motionenv.models.motion_tree.features import parameters
 from motionenv.models.synthesis import scaled
@@ -78,29 +77,3 @@ def test_short_clips_are_reported_and_only_short_ones_refused(clips):
 def test_there_is_no_such_sequence(clips):
     with pytest.raises(MotionError, match=r"from 0 to 2, got 3"):
         build_database(clips).motion(3)
-
-
-def test_capture_is_read_with_tags_from_its_names(mocap):
-    folder = mocap / "bandai_namco" / "Bandai-Namco-Research-Motiondataset-1"
-    names = []
-    clips = []
-    for clip in read_clips(folder, unit="cm", on_file=names.append):
-        clips.append(clip)
-        if len(clips) == 3:
-            break
-    assert len(names) == 3  # one at a time, not all at first
-    assert all(clip.name.split("_")[1:3] == [clip.activity, clip.person] for clip in clips)
-    assert all(clip.motion.fps == pytest.approx(30, rel=1e-4) for clip in clips)
-
-
-def test_files_that_are_no_capture_are_left_out(tmp_path):
-    (tmp_path / "walk").mkdir()
-    (tmp_path / "walk" / "ann_1.bvh").write_text("no hierarchy")
-    motion = motionenv.load("walk/fpca").synthesize(seconds=1, fps=30, seed=1)
-    motionenv.write(motion, tmp_path / "walk" / "bob_2.npz")
-    left_out = {}
-    (clip,) = read_clips(tmp_path, on_left_out=left_out.__setitem__)
-    assert (clip.activity, clip.person) == ("walk", "bob")
-    assert list(left_out) == ["ann_1.bvh"]
-    with pytest.raises(MotionError, match="no AMC, BVH, C3D, NPZ or TRC file below"):
-        next(read_clips(tmp_path / "nowhere"))

@@ -1,11 +1,8 @@
-import pickle
-
 import numpy as np
 import pytest
 from scipy.special import softmax
 from scipy.stats import norm
 
-import motionenv
 from motionenv.body import mirror
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.motion_tree.database import Clip, build_database
@@ -13,24 +10,6 @@ from motionenv.models.motion_tree.features import local, parameters, placed
 from motionenv.models.motion_tree.model import PARTS, MotionTree
 from motionenv.models.synthesis import scaled
 from motionenv.types import Motion
-
-
-@pytest.fixture(scope="module")
-def database():
-    model = motionenv.load("walk/fpca")
-    walks = [model.synthesize(seconds=6, fps=30, seed=i, height=1.75) for i in range(12)]
-    return build_database([Clip(w, f"walk {i}", "walk", str(i)) for i, w in enumerate(walks)])
-
-
-@pytest.fixture(scope="module")
-def tree(database):
-    return MotionTree().fit_database(database)
-
-
-@pytest.fixture(scope="module")
-def stranger():
-    """A person who is not in the database."""
-    return motionenv.load("walk/fpca").synthesize(seconds=4, fps=30, seed=99, height=1.75)
 
 
 def test_windows_keep_their_coefficients(tree, database):
@@ -140,54 +119,6 @@ def test_same_database_same_tree(database, tree, stranger):
     np.testing.assert_array_equal(tree.sample(stranger, seed=1).poses, again.sample(stranger, seed=1).poses)
 
 
-def test_saved_and_loaded_it_draws_the_same(tree, stranger, tmp_path):
-    tree.save(tmp_path / "tree.npz", card={"data": "synthesised"})
-    loaded = motionenv.load(tmp_path / "tree.npz")
-    assert loaded.card_ == {"data": "synthesised"}
-    assert (loaded.database_.clips, loaded.database_.activities) == (tree.database_.clips, tree.database_.activities)
-    for method in ("tree", "exact"):
-        a, b = (t.sample(stranger, 9, seed=1, method=method, probability=True) for t in (tree, loaded))
-        np.testing.assert_array_equal(a.poses, b.poses)
-        np.testing.assert_array_equal(a.log_probability, b.log_probability)
-    there = pickle.loads(pickle.dumps(loaded))
-    np.testing.assert_array_equal(there.sample(stranger, 9, seed=1).poses, loaded.sample(stranger, 9, seed=1).poses)
-    assert len(pickle.dumps(loaded)) < 10_000
-
-
-def test_arrays_that_do_not_belong_together_are_refused(tree):
-    arrays, meta = tree.to_arrays()
-    with pytest.raises(ModelError, match="damaged.*build it again"):
-        MotionTree.from_arrays({**arrays, "frames": arrays["frames"][:-40]}, meta)
-
-
-@pytest.mark.parametrize(
-    ("name", "at", "value"),
-    [
-        ("frames", 5, 10**6),
-        ("frames", 5, 3),
-        ("database_starts", 1, 4),
-        ("basis_channels", 0, 50),
-        ("descent_starts", 1, 0),
-        ("descent_members", 7, -1),
-        ("descent_members", 7, 10**6),
-        ("descent_nodes", (0, slice(0, 4)), 99),  # a level
-        ("descent_nodes", (3, slice(8, 12)), 0),  # a child that comes before its parent: a way without an end
-        ("descent_nodes", (0, slice(12, 16)), 127),  # a child that there isn't
-        ("index_blocks", (-1, 0, -1), 0.0),
-        ("index_boxes", None, np.zeros((1, 2, 16, 8), np.float32)),
-        ("index_boxes", None, np.zeros((1, 2, 16, 16), np.float32)),
-        ("forecast_pose", None, np.zeros(24)),
-    ],
-)
-def test_arrays_that_point_outside_each_other_are_refused(tree, name, at, value):
-    arrays, meta = tree.to_arrays()
-    damaged = value if at is None else arrays[name].copy()
-    if at is not None:
-        damaged[at] = value
-    with pytest.raises(ModelError, match="damaged.*build it again"):
-        MotionTree.from_arrays({**arrays, name: damaged}, meta)
-
-
 @pytest.mark.parametrize("n", ["a", np.nan, None, 2.5, True, 0])
 def test_numbers_of_draws_are_whole(tree, stranger, n):
     with pytest.raises(MotionError, match="n must be a whole number"):
@@ -210,30 +141,6 @@ def test_a_single_window_is_a_database_too(stranger):
     assert 0 <= tree.basis_.share <= 1
     again = MotionTree.from_arrays(*tree.to_arrays())
     np.testing.assert_allclose(again.sample(stranger, 3, noise=0).log_probability, 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("history", "message"),
-    [
-        (np.zeros((9, 25)), r"history must have shape \(..., 10 or more frames, 25\), got \(9, 25\)"),
-        (np.zeros((20, 24)), r"got \(20, 24\)"),
-        (np.full((20, 25), np.nan), "NaN or infinite values in its last 12 frames"),
-    ],
-)
-def test_bad_histories_are_named(tree, history, message):
-    with pytest.raises(MotionError, match=message):
-        tree.sample(history)
-
-
-def test_a_history_of_another_rate_is_refused(tree, stranger):
-    with pytest.raises(MotionError, match="history must be at 30 frames/s, got 60"):
-        tree.sample(Motion(stranger.poses, stranger.skeleton, 60.0))
-
-
-def test_nan_longer_ago_does_not_matter(tree, stranger):
-    poses = stranger.poses.copy()
-    poses[:-12] = np.nan
-    np.testing.assert_array_equal(tree.sample(poses, seed=1).poses, tree.sample(stranger, seed=1).poses)
 
 
 @pytest.mark.parametrize(

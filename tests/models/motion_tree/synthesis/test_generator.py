@@ -190,22 +190,6 @@ def test_no_dead_end(tree, activity):
         assert np.mean(done) > 0.9
 
 
-def test_future_cost_is_the_cheapest_way_on(tree):
-    """Bellman's equation, and exits against brute force."""
-    outlook = future_cost_of(tree)
-    cost, _ = outlook.towards()
-    tails, exits, distances = outlook.exits
-    where = tree.index_.coefficients(np.arange(len(tree.frames_)))
-    for t in range(0, len(tails), 997):
-        apart = np.abs(tree.frames_.astype(int) - tree.frames_[tails[t]]) > 15
-        square = np.where(apart, ((where - where[tails[t]]) ** 2).sum(1), np.inf)
-        assert distances[t, 0] == pytest.approx(square.min(), rel=1e-3)
-        following = outlook.place[tree.frames_[tails[t]] + 1]
-        leaving = (distances[t] + 0.97 * cost[exits[t]]).min()
-        best = min(leaving, 0.97 * cost[following]) if following >= 0 else leaving
-        assert cost[tails[t]] == pytest.approx(best, rel=1e-3)
-
-
 def test_stride_time_is_that_of_the_clips(tree):
     database = tree.database_
     growth = MotionGenerator(tree, "walk", seed=0, target=Target("walk"))
