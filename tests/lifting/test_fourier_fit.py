@@ -155,16 +155,6 @@ def test_perspective_points_give_the_frequency_too(walks):
             assert fourier_points(points).frequency == pytest.approx(walker.frequency, rel=0.02)
 
 
-def test_projections_have_the_axes_of_the_geometry(mocap):
-    markers = to_markers(read(mocap / "cmu_asfamc" / "07" / "07_01.amc", fps=120))
-    side, front = (project_markers(markers, a) for a in (0.0, np.pi / 2))
-    left, right = MARKERS.index("left_hip"), MARKERS.index("right_hip")
-    assert side.positions[-1, 0, 0] - side.positions[0, 0, 0] > 2  # walks to the right
-    assert (front.positions[:, left, 0] > front.positions[:, right, 0]).all()
-    np.testing.assert_allclose(side.positions[..., 1], markers.positions[..., 2], atol=1e-12)
-    np.testing.assert_allclose(side.positions[..., 0], side.truth.positions[..., 0])
-
-
 def test_too_little_is_refused():
     with pytest.raises(GapError, match="too short"):
         fourier_points(Points(known(0, 3)[1].positions[:20], 30, "m"))
@@ -183,13 +173,6 @@ def test_settings_are_checked(settings, says):
         fourier_points(known(0, 3)[1], **settings)
 
 
-def test_only_points_make_a_series_and_only_markers_are_projected():
+def test_only_points_make_a_series():
     with pytest.raises(MotionError, match="read_points"):
         fourier_points(np.zeros((100, 15, 2)))
-    with pytest.raises(MotionError, match="to_markers"):
-        project_markers(np.zeros((100, 15, 3)), 0.0)
-    markers = Markers(MARKERS, np.zeros((100, 15, 3)), 30)
-    with pytest.raises(MotionError, match="alpha"):
-        project_markers(markers, np.nan)
-    with pytest.raises(MotionError, match="heading"):
-        project_markers(markers, 0.0, heading=np.inf)

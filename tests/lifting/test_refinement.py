@@ -178,22 +178,6 @@ def test_a_camera_of_unknown_pose(model, walker):
     assert np.abs(back - pixels).max() < 2.0
 
 
-def test_deviations_are_those_of_drawn_posteriors(model, walker):
-    positions = flat(walker, 0.6) + 0.01 * np.random.default_rng(2).standard_normal((FRAMES, 15, 2))
-    posterior = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
-    rng = np.random.default_rng(0)
-    order = len(posterior._joint)
-    draws = np.linalg.cholesky(posterior._joint + 1e-15 * np.eye(order)) @ rng.standard_normal((order, 4000))
-    time = np.linspace(-1, 1, FRAMES)[::30]
-    middle, turns = phases().mean(), np.ptp(phases()) / 2
-    moved = [
-        positions_at(posterior.coefficients + d[:225].reshape(5, 15, 3), middle + d[226] + time * (turns + d[227]))
-        for d in draws.T
-    ]
-    variance = np.var(moved, axis=0) * posterior.inflation[:, None] + posterior.deviation[:, None] ** 2
-    np.testing.assert_allclose(posterior.deviations[::30], np.sqrt(variance), rtol=0.1)
-
-
 def test_what_does_not_go_together_is_named(model, walker):
     points, start = Points(flat(walker, 0.6), FPS, "m"), near(model, 0.6)
     with pytest.raises(MotionError, match="in pixels"):

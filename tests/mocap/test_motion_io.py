@@ -1,0 +1,42 @@
+"""Files read as motions of the body, and told in two lines."""
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.errors import FormatError, MotionError
+from motionenv.mocap import read, retarget
+from motionenv.mocap.motion_io import describe, read_motion
+
+
+def test_a_motion_is_as_written_and_capture_is_put_on_the_body(mocap, any_motion, tmp_path):
+    motion = any_motion(1)
+    motionenv.write(motion, tmp_path / "a.npz")
+    assert read_motion(tmp_path / "a.npz").poses.tobytes() == motion.poses.tobytes()
+    path = mocap / "cmu_asfamc" / "02" / "02_01.amc"
+    np.testing.assert_array_equal(read_motion(path, fps=120).poses, retarget(read(path, fps=120)).poses)
+
+
+def test_what_can_not_be_put_on_the_body_is_told_with_its_file(tmp_path):
+    rows = [
+        "PathFileType\t4\t(X/Y/Z)\ta.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        "100\t100\t2\t1\tm",
+    ]
+    rows += ["Frame#\tTime\tnose", "\t\tX1\tY1\tZ1", "", "1\t0\t1\t2\t3", "2\t0.01\t1\t2\t3"]
+    (tmp_path / "a.trc").write_text("\n".join(rows))
+    with pytest.raises(MotionError, match=r"a\.trc: .*needs the points"):
+        read_motion(tmp_path / "a.trc")
+    with pytest.raises(FormatError, match=r"b\.bvh"):
+        read_motion(tmp_path / "b.bvh")
+
+
+def test_a_file_is_told_by_frames_seconds_gaps_and_names(mocap, any_motion, tmp_path):
+    motion = any_motion(2, frames=50)
+    poses = motion.poses.copy()
+    poses[:10] = np.nan
+    motionenv.write(motionenv.Motion(poses, motion.skeleton, 25.0), tmp_path / "a.npz")
+    assert describe(tmp_path / "a.npz") == "a.npz: 50 frames, 2.00 s at 25 fps, gaps 20.0%\nthe 25-DOF body"
+    told = describe(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
+    assert told.startswith("02_01.amc: 343 frames, 2.86 s at 120 fps, gaps 0.0%\n")
+    assert "lfemur" in told
