@@ -35,14 +35,13 @@ def read_camera(path, name: str | None = None) -> Camera:
         raise FormatError(path, f"can't be read as a camera: {getattr(error, 'strerror', None) or error}") from error
     if not isinstance(found, dict):
         raise FormatError(path, "must hold an object with K, R, t, width and height")
+    table = found if path.suffix.lower() == ".json" else _chosen(path, found, name)
     try:
-        if path.suffix.lower() == ".json":
+        if table is found:
             return Camera(found["K"], found["R"], found["t"], found["width"], found["height"])
-        return _of_table(_chosen(path, found, name))
+        return _of_table(table)
     except KeyError as error:
         raise FormatError(path, f"lacks {error.args[0]!r}") from None
-    except MotionError:
-        raise
     except (TypeError, IndexError, ValueError) as error:
         raise FormatError(path, f"isn't a valid camera: {error}") from error
 
@@ -52,7 +51,7 @@ def _chosen(path: Path, tables: dict, name: str | None) -> dict:
     cameras = {k: t for k, t in tables.items() if isinstance(t, dict) and "matrix" in t}
     if not cameras:
         raise FormatError(path, "has no camera: no table with a matrix")
-    names = [n for k, t in cameras.items() for n in (k, t.get("name")) if n]
+    names = [str(n) for k, t in cameras.items() for n in (k, t.get("name")) if n]
     if name is None and len(cameras) > 1:
         raise MotionError(f"{path} has {len(cameras)} cameras; select one by name: {', '.join(cameras)}")
     for key, table in cameras.items():
