@@ -56,13 +56,6 @@ def test_mirrored_pose_gives_mirrored_picture(walking):
     assert np.abs(left.depth[both] - right.depth[:, ::-1][both]).max() < 1e-3
 
 
-def test_background_is_zero_and_infinite_and_colour_is_optional(walking):
-    frame = render(walking(2), SKELETON, camera(), rgb=False)
-    assert frame.rgb is None
-    np.testing.assert_array_equal(frame.limbs == 0, np.isinf(frame.depth))
-    assert 0.02 < (frame.limbs > 0).mean() < 0.5
-
-
 @pytest.mark.parametrize("scene", [PLAIN, Scene(), Scene(samples=2), Scene(ground=False)])
 def test_same_bits_whatever_the_batch_and_the_threads(scene, walking):
     poses = walking(150)
@@ -72,22 +65,6 @@ def test_same_bits_whatever_the_batch_and_the_threads(scene, walking):
     single = render(poses[7], SKELETON, views[1], scene=scene)
     np.testing.assert_array_equal(one.rgb[7, 1], single.rgb)
     np.testing.assert_array_equal(one.depth[7, 1], single.depth)
-
-
-def test_poses_and_cameras_broadcast(walking):
-    views = [camera(), camera((3, 0, 1.5)), camera((0, 3, 1.5))]
-    poses = walking(3)
-    assert render(poses[0], SKELETON, views[0]).rgb.shape == (64, 64, 3)
-    assert render(poses[0], SKELETON, views).depth.shape == (3, 64, 64)
-    assert render(poses[:2, None], SKELETON, views).limbs.shape == (2, 3, 64, 64)
-    paired = render(poses, SKELETON, views)
-    for i in range(3):
-        np.testing.assert_array_equal(paired.rgb[i], render(poses[i], SKELETON, views[i]).rgb)
-
-
-def test_empty_batch():
-    frame = render(np.zeros((0, 25)), SKELETON, camera())
-    assert frame.rgb.shape == (0, 64, 64, 3)
 
 
 def test_frame_of_an_earlier_call_can_be_overwritten(walking):
@@ -141,29 +118,6 @@ def test_lights_on_the_camera_side_make_the_body_brighter(walking):
     )
     body = front.limbs > 0
     assert front.rgb[body].mean() > back.rgb[body].mean() + 10
-
-
-@pytest.mark.parametrize(
-    ("bad", "message"),
-    [
-        ({"poses": np.full((2, 25), np.nan)}, r"poses\[0, 0\] is nan"),
-        ({"poses": np.zeros((2, 24))}, r"\(2, 24\)"),
-        ({"cameras": []}, "at least one"),
-        ({"cameras": [camera(), camera()]}, "got 2 for poses"),
-        ({"cameras": [camera(), camera(size=32), camera()]}, "image size"),
-        ({"engine": "opengl"}, "raycast, pyrender"),
-    ],
-)
-def test_refusals_say_what_is_wrong(bad, message, walking):
-    call = {"poses": walking(3), "cameras": camera(), "engine": "raycast", **bad}
-    with pytest.raises(MotionError, match=message):
-        render(call["poses"], SKELETON, call["cameras"], engine=call["engine"])
-
-
-@pytest.mark.parametrize("bad", [{"samples": 5}, {"key": (0, 0, -1)}, {"tile": 0}, {"fill": (0, 1)}])
-def test_scene_refuses_what_cannot_be_drawn(bad):
-    with pytest.raises(MotionError, match=next(iter(bad))):
-        Scene(**bad)
 
 
 def test_threads_must_be_a_count():

@@ -1,14 +1,9 @@
 """Videos in: what was written is read, at other rates and sizes, and cameras out of files."""
 
-import json
-
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.render.camera_files import read_camera
-from motionenv.render.cameras import view
 from motionenv.render.video.decode import read_frames, video_info
 from motionenv.render.video.encode import write_video
 
@@ -60,29 +55,3 @@ def test_films_that_are_none(steps, tmp_path):
     for wrong in ({"fps": 0}, {"width": 3}, {"seconds": 0}):
         with pytest.raises(MotionError, match=next(iter(wrong))):
             read_frames(steps, **wrong)
-
-
-def test_cameras_out_of_files(tmp_path):
-    camera = view(0.4, width=80, height=60)
-    rows = {"K": camera.K.tolist(), "R": camera.R.tolist(), "t": camera.t.tolist(), "width": 80, "height": 60}
-    (tmp_path / "one.json").write_text(json.dumps(rows))
-    vector = Rotation.from_matrix(camera.R).as_rotvec().tolist()
-    table = f"size = [80.0, 60.0]\nmatrix = {rows['K']}\nrotation = {vector}\ntranslation = {rows['t']}\n"
-    (tmp_path / "two.toml").write_text(f"[cam01]\nname = 'left'\n{table}\n[cam02]\n{table}\n[metadata]\nerror = 0\n")
-    for read in (read_camera(tmp_path / "one.json"), read_camera(tmp_path / "two.toml", "left")):
-        np.testing.assert_allclose(read.project(np.ones(3))[0], camera.project(np.ones(3))[0])
-        assert (read.width, read.height) == (80, 60)
-    with pytest.raises(MotionError, match="cam01, cam02"):
-        read_camera(tmp_path / "two.toml")
-    with pytest.raises(MotionError, match="no camera 'right'"):
-        read_camera(tmp_path / "two.toml", "right")
-    for name, text in {"a.json": "[]", "b.json": "{", "c.json": '{"K": 1}', "d.toml": "", "e.txt": ""}.items():
-        (tmp_path / name).write_text(text)
-        with pytest.raises(FormatError, match=name):
-            read_camera(tmp_path / name)
-    (tmp_path / "f.json").write_text(json.dumps(rows | {"width": "wide"}))
-    for name, change in {"g.toml": ("[80.0, 60.0]", "[80, 60, 3]"), "h.toml": (str(vector), "[0.0, 0.0]")}.items():
-        (tmp_path / name).write_text(f"[cam01]\n{table.replace(*change)}")
-    for name in ("f.json", "g.toml", "h.toml"):
-        with pytest.raises(FormatError, match=name):
-            read_camera(tmp_path / name)

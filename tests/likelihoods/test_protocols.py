@@ -1,0 +1,69 @@
+"""What likelihoods are asked for: a picture without anybody, and the observations that they take."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height
+from motionenv.likelihoods import AppearanceLikelihood, SilhouetteLikelihood
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, accepted, log_nobody
+from motionenv.render import Raycaster
+from motionenv.render.cameras import view
+
+CAMERA = view(0.3, width=48, height=48, distance=4.0)
+STANDING = np.eye(25)[2] * 0.93
+
+
+class Sound:
+    """A likelihood that hears something, at any place or nowhere."""
+
+    def __init__(self, level):
+        self.level = level
+
+    def observe(self, *, sound, loud=None):
+        self.heard = sound
+
+    def log_likelihood(self, poses):
+        return np.full(len(poses), self.level)
+
+
+class Anything(Sound):
+    def observe(self, **observation):
+        self.heard = observation
+
+
+def test_nobody_explains_an_empty_picture_best_and_one_of_somebody_worst():
+    model = SilhouetteLikelihood(CAMERA)
+    model.observe(mask=np.zeros((48, 48)))
+    assert log_nobody(model, STANDING) > model.log_likelihood(STANDING[None])[0]
+    model.observe(mask=Raycaster().render(STANDING, from_height(), CAMERA, rgb=False).limbs)
+    before = STANDING.copy()
+    assert log_nobody(model, STANDING) < model.log_likelihood(STANDING[None])[0]
+    np.testing.assert_array_equal(STANDING, before)
+    elsewhere = STANDING + np.eye(25)[1] * 500
+    assert log_nobody(model, STANDING) == pytest.approx(model.log_likelihood(elsewhere[None])[0])
+
+
+@pytest.mark.parametrize("level", [np.nan, np.inf, -np.inf])
+def test_what_says_nothing_of_nobody_rules_it_out(level):
+    assert log_nobody(Sound(level), STANDING) == -np.inf
+    assert log_nobody(Sound(-2.0), STANDING) == -2.0
+
+
+def test_observations_are_taken_by_name_in_the_order_in_which_they_are_given():
+    assert accepted(Sound(0), ["mask", "loud", "sound"]) == ["loud", "sound"]
+    assert accepted(Anything(0), ["mask", "sound"]) == ["mask", "sound"]
+    told = Anything(0)
+    told.takes = ("sound",)
+    assert accepted(told, ["mask", "sound"]) == ["sound"]
+
+
+def test_of_alternatives_the_first_that_is_there_is_taken():
+    hearing = Anything(0)
+    hearing.one_of = ("best", "good", "poor")
+    assert accepted(hearing, ["poor", "other", "good"]) == ["other", "good"]
+    assert accepted(hearing, ["poor", "other"]) == ["poor", "other"]
+
+
+def test_likelihoods_that_learn_are_told_from_those_that_do_not():
+    assert isinstance(AppearanceLikelihood(CAMERA), AdaptiveLikelihood)
+    assert not isinstance(Sound(0), AdaptiveLikelihood)

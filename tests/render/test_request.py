@@ -1,0 +1,98 @@
+"""What is to be drawn, flattened: poses and cameras against numpy's broadcasting, and what can't be drawn."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height
+from motionenv.errors import MotionError
+from motionenv.render.cameras import view
+from motionenv.render.request import batch, enlarged
+from motionenv.types import Camera, Frame, Skeleton
+
+SKELETON = from_height()
+
+
+def views(n, size=24):
+    return [view(0.1 * i, width=size, height=2 * size) for i in range(n)]
+
+
+@pytest.mark.parametrize("lead", [(), (3,), (2, 3), (2, 1), (4, 1, 1), (0,), (0, 3)])
+@pytest.mark.parametrize("n", [None, 1, 3])
+def test_poses_and_cameras_are_paired_as_numpy_pairs_arrays(lead, n):
+    if lead == (0,) and n == 3:
+        return  # which numpy refuses
+    poses = np.random.default_rng(0).normal(size=(*lead, 25))
+    cameras = views(1)[0] if n is None else views(n)
+    made = batch(poses, SKELETON, cameras)
+    shape = np.broadcast_shapes(lead, () if n is None else (n,))
+    number = np.broadcast_to(np.arange(n or 1) if n else 0, shape)
+    assert made.shape == shape
+    assert made.size == (48, 24)
+    np.testing.assert_array_equal(made.which, number.ravel())
+    np.testing.assert_array_equal(made.poses.reshape(*shape, 25), np.broadcast_to(poses, (*shape, 25)))
+
+
+def test_frames_have_the_shape_of_the_batch_and_are_flattened_in_place():
+    made = batch(np.zeros((2, 3, 25)), SKELETON, views(3))
+    frame = made.empty(rgb=True)
+    assert frame.rgb.shape == (2, 3, 48, 24, 3)
+    assert (frame.rgb.dtype, frame.depth.dtype, frame.limbs.dtype) == (np.uint8, np.float32, np.uint8)
+    assert made.empty(rgb=False).rgb is None
+    flat = made.flat(frame)
+    flat.depth[:] = 7.0
+    assert flat.depth.shape == (6, 48, 24)
+    assert (frame.depth == 7.0).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "says"),
+    [
+        ("depth", lambda a: a.astype(np.float64), r"out\.depth must be a contiguous float32 .* got float64"),
+        ("limbs", lambda a: a[:, :-1], r"out\.limbs must be .* of shape \(2, 48, 24\), got uint8 \(2, 47, 24\)"),
+        ("rgb", lambda a: a[..., ::-1], r"out\.rgb must be a contiguous uint8"),
+    ],
+)
+def test_a_frame_that_does_not_fit_is_told_what_it_should_be(name, change, says):
+    made = batch(np.zeros((2, 25)), SKELETON, views(1)[0])
+    frame = made.empty(rgb=True)
+    arrays = {key: getattr(frame, key) for key in ("rgb", "depth", "limbs")}
+    with pytest.raises(MotionError, match=says):
+        made.flat(Frame(**arrays | {name: change(arrays[name])}))
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_a_pixel_of_an_enlarged_view_is_a_part_of_that_of_the_view(samples):
+    """Corners of the picture stay where they are; each pixel's centre is the mean of those of its parts."""
+    camera = view(0.7, width=31, height=20)
+    larger = enlarged(camera, samples)
+    assert (larger.width, larger.height) == (31 * samples, 20 * samples)
+    points = np.random.default_rng(0).normal(size=(20, 3))
+    np.testing.assert_allclose((larger.project(points)[0] + 0.5) / samples, camera.project(points)[0] + 0.5)
+    np.testing.assert_array_equal(larger.centre, camera.centre)
+
+
+def odd(**changes) -> Camera:
+    camera = view(0.0, width=24, height=48)
+    return Camera(**{"K": camera.K, "R": camera.R, "t": camera.t, "width": 24, "height": 48} | changes)
+
+
+@pytest.mark.parametrize(
+    ("bad", "says"),
+    [
+        ({"poses": np.full((2, 25), np.nan)}, r"poses must be finite; poses\[0, 0\] is nan: fill gaps first"),
+        ({"poses": np.zeros((2, 24))}, r"poses must have shape \(\.\.\., 25\), got \(2, 24\)"),
+        ({"poses": 1.0}, r"got \(\)"),
+        ({"cameras": []}, "cameras must be a Camera or a sequence of at least one"),
+        ({"cameras": [1]}, "cameras must be a Camera or a sequence"),
+        ({"cameras": views(2)}, r"one per pose; got 2 for poses of batch shape \(3,\)"),
+        ({"cameras": [*views(2), *views(1, size=32)]}, "must have the same image size"),
+        ({"cameras": odd(K=np.eye(3) * 2)}, r"Camera\.K must be invertible with last row \(0, 0, 1\)"),
+        ({"cameras": odd(K=np.diag([0.0, 1, 1]))}, r"Camera\.K must be invertible"),
+        ({"skeleton": Skeleton(SKELETON.offsets, SKELETON.radii[:4], 1.75)}, r"17 pairs above 0, got \(4, 2\)"),
+        ({"skeleton": Skeleton(SKELETON.offsets, SKELETON.radii * 0, 1.75)}, "17 pairs above 0|radii"),
+    ],
+)
+def test_what_can_not_be_drawn_is_named(bad, says):
+    given = {"poses": np.zeros((3, 25)), "skeleton": SKELETON, "cameras": views(1)[0]}
+    with pytest.raises(MotionError, match=says):
+        batch(**given | bad)
