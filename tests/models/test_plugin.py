@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import motionenv
-from tests.toy_package import install
+from tests.models.toy_package import install
 
 ROOT = Path(motionenv.__file__).parents[1]
 

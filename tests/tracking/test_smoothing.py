@@ -19,7 +19,6 @@ from motionenv.tracking import (
     reaching_tree,
     smooth,
 )  # fmt: skip
-from motionenv.tracking.priors.mixture import MixtureState
 from motionenv.tracking.priors.velocity import MovingState
 
 ARM, FPS, T = list(RIGHT_ARM), 30.0, 12
@@ -125,36 +124,6 @@ def test_motions_of_a_mixture_hang_together(mixed):
     rng = np.random.default_rng(0)
     apart = np.stack([b.poses[rng.choice(300, 50, p=np.exp(b.log_weights))] for b in beliefs], axis=1)
     assert np.abs(np.diff(drawn, 2, axis=1)).mean() < 0.8 * np.abs(np.diff(apart, 2, axis=1)).mean()
-
-
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_the_density_of_a_mixture_is_that_of_its_draws(mixed, share):
-    # E_p[q / p] = 1 for whatever density q that is 0 where p is; here the one of another share of the same priors.
-    prior, states = mixed
-    other, rng = MixturePrior(prior.learned, prior.general, share=share), np.random.default_rng(6)
-    for i in range(2):
-        one = states.take(np.array([i]))
-        after = prior.propagate(one.take(np.zeros(4000, dtype=int)), rng)
-        ratio = np.exp(other.log_transition(one, after) - prior.log_transition(one, after))[0]
-        assert ratio.mean() == pytest.approx(1.0, abs=4 * ratio.std() / np.sqrt(len(ratio)))
-        assert ratio.std() > 0.5
-
-
-def test_the_second_frame_counts_with_the_velocity_to_the_first(mixed):
-    prior, before = mixed
-    rng = np.random.default_rng(7)
-    after = prior.propagate(before.take(np.array([0, 1, 2])), rng)
-    later = prior.propagate(after, rng)
-    got = prior.log_transition(before, after, later) - prior.log_transition(before, after)
-    for i in range(4):
-        for j in range(3):
-            one, two = after.take(np.array([j])), later.take(np.array([j]))
-            arrived = MovingState(one.poses, (one.poses - before.poses[[i]]) * 30)
-            wanted = prior.log_transition(MixtureState(one.learned, arrived), two)[0, 0]
-            assert got[i, j] == pytest.approx(wanted, rel=1e-6, abs=1e-6)
-    many = np.resize(np.arange(3), 150)
-    again = prior.log_transition(before, after.take(many), later.take(many))
-    np.testing.assert_allclose(again[:, -3:], prior.log_transition(before, after, later), rtol=1e-9)
 
 
 def test_what_has_no_density_is_told(beliefs):

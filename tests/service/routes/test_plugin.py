@@ -5,8 +5,8 @@ import os
 import numpy as np
 import pytest
 
+from tests.models.toy_package import install
 from tests.service.browsing import tab
-from tests.toy_package import install
 
 
 @pytest.fixture(scope="module")

@@ -140,28 +140,6 @@ def test_an_arm_moves_as_arms_reach_and_leaves_the_rest_alone(arm_tree):
     np.testing.assert_array_equal(prior.moved(state, state.poses + 1.0).poses[:, others], state.poses[:, others])
 
 
-def test_a_mixture_moves_its_share_by_the_general_prior(tree, stranger):
-    general = VelocityPrior(skeleton=tree.database_.skeleton, change=np.full(25, 30.0))
-    mixture = MixturePrior(TreePrior(tree), general, share=0.2)
-    start = Start.at(stranger[30], stranger[29])
-    state = mixture.initial(start, 3000, np.random.default_rng(9))
-    np.testing.assert_allclose(
-        np.median(state.general.velocities[:, 0]), 30 * (stranger[30] - stranger[29])[0], atol=3.0
-    )
-    after = mixture.propagate(state, np.random.default_rng(10))
-    learned = TreePrior(tree).propagate(state.learned, np.random.default_rng(10))
-    helped = np.abs(after.poses - learned.poses).max(1) > 0.1
-    assert helped.mean() == pytest.approx(0.2, abs=0.03)
-    np.testing.assert_allclose(after.poses[~helped], learned.poses[~helped], atol=1e-9)
-    np.testing.assert_allclose(after.general.velocities, 30 * (after.poses - state.poses), atol=1e-9)
-    np.testing.assert_array_equal(after.general.poses, after.poses)
-    stirred = mixture.diffuse(after, 0.5, np.random.default_rng(11)).take(np.arange(7))
-    np.testing.assert_array_equal(stirred.general.poses, stirred.poses)
-    for share, same in ((0.0, True), (1.0, False)):
-        alone = MixturePrior(TreePrior(tree), general, share).propagate(state, np.random.default_rng(10))
-        assert np.allclose(alone.poses, learned.poses) == same
-
-
 def test_the_seed_says_all(tree, stranger):
     skeleton = tree.database_.skeleton
     for make in (
@@ -183,12 +161,5 @@ def test_bad_arguments_are_told(tree):
     with pytest.raises(MotionError, match="30 frames"):
         TreePrior(tree, fps=25)
     for bad in ({"method": "nearest"}, {"temperature": 0.0}, {"noise": -1.0}):
-        with pytest.raises(MotionError, match="method"):
+        with pytest.raises(MotionError, match=next(iter(bad))):
             TreePrior(tree, **bad)
-    body = tree.database_.skeleton
-    with pytest.raises(MotionError, match="share"):
-        MixturePrior(TreePrior(tree), VelocityPrior(skeleton=body), share=1.5)
-    with pytest.raises(MotionError, match="fps"):
-        MixturePrior(TreePrior(tree), VelocityPrior(skeleton=body, fps=60))
-    with pytest.raises(MotionError, match="same skeleton"):
-        MixturePrior(TreePrior(tree), VelocityPrior(skeleton=from_height(1.2)))
