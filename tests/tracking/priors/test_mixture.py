@@ -1,0 +1,114 @@
+"""A walker's prior with help of constant velocity: shares, densities against draws, and what does not mix."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height
+from motionenv.errors import MotionError
+from motionenv.models.registry import load
+from motionenv.tracking import FPCAPrior, MixturePrior, Start, VelocityPrior
+from motionenv.tracking.priors.mixture import MixtureState
+from motionenv.tracking.priors.velocity import MovingState
+
+
+@pytest.fixture(scope="module")
+def learned():
+    return FPCAPrior("walk/fpca")
+
+
+@pytest.fixture(scope="module")
+def walk(learned):
+    return load("walk/fpca").synthesize(seconds=2, fps=30, seed=4, height=learned.skeleton.height).poses
+
+
+@pytest.fixture(scope="module")
+def mixed(learned, walk):
+    """A mixture, and four bodies of it."""
+    prior = MixturePrior(learned, VelocityPrior(skeleton=learned.skeleton), share=0.3)
+    return prior, prior.initial(Start.at(walk[20], walk[19]), 4, np.random.default_rng(5))
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_the_density_of_a_mixture_is_that_of_its_draws(mixed, share):
+    # E_p[q / p] = 1 for whatever density q that is 0 where p is; here the one of another share of the same priors.
+    prior, states = mixed
+    other, rng = MixturePrior(prior.learned, prior.general, share=share), np.random.default_rng(6)
+    for i in range(2):
+        one = states.take(np.array([i]))
+        after = prior.propagate(one.take(np.zeros(4000, dtype=int)), rng)
+        ratio = np.exp(other.log_transition(one, after) - prior.log_transition(one, after))[0]
+        assert ratio.mean() == pytest.approx(1.0, abs=4 * ratio.std() / np.sqrt(len(ratio)))
+        assert ratio.std() > 0.5
+
+
+def test_the_second_frame_counts_with_the_velocity_to_the_first(mixed):
+    prior, before = mixed
+    rng = np.random.default_rng(7)
+    after = prior.propagate(before.take(np.array([0, 1, 2])), rng)
+    later = prior.propagate(after, rng)
+    got = prior.log_transition(before, after, later) - prior.log_transition(before, after)
+    for i in range(4):
+        for j in range(3):
+            one, two = after.take(np.array([j])), later.take(np.array([j]))
+            arrived = MovingState(one.poses, (one.poses - before.poses[[i]]) * 30)
+            wanted = prior.log_transition(MixtureState(one.learned, arrived), two)[0, 0]
+            assert got[i, j] == pytest.approx(wanted, rel=1e-6, abs=1e-6)
+    many = np.resize(np.arange(3), 150)
+    again = prior.log_transition(before, after.take(many), later.take(many))
+    np.testing.assert_allclose(again[:, -3:], prior.log_transition(before, after, later), rtol=1e-9)
+
+
+def test_a_mixture_moves_its_share_by_the_general_prior(learned, walk):
+    general = VelocityPrior(skeleton=learned.skeleton, change=np.full(25, 30.0))
+    mixture = MixturePrior(learned, general, share=0.2)
+    start = Start.at(walk[30], walk[29])
+    state = mixture.initial(start, 3000, np.random.default_rng(9))
+    np.testing.assert_allclose(np.median(state.general.velocities[:, 0]), 30 * (walk[30] - walk[29])[0], atol=3.0)
+    after = mixture.propagate(state, np.random.default_rng(10))
+    alone = learned.propagate(state.learned, np.random.default_rng(10))
+    helped = np.abs(after.poses - alone.poses).max(1) > 0.1
+    assert helped.mean() == pytest.approx(0.2, abs=0.03)
+    np.testing.assert_allclose(after.poses[~helped], alone.poses[~helped], atol=1e-9)
+    np.testing.assert_allclose(after.general.velocities, 30 * (after.poses - state.poses), atol=1e-9)
+    np.testing.assert_array_equal(after.general.poses, after.poses)
+    stirred = mixture.diffuse(after, 0.5, np.random.default_rng(11)).take(np.arange(7))
+    np.testing.assert_array_equal(stirred.general.poses, stirred.poses)
+    for share, same in ((0.0, True), (1.0, False)):
+        other = MixturePrior(learned, general, share).propagate(state, np.random.default_rng(10))
+        assert np.allclose(other.poses, alone.poses) == same
+
+
+def test_both_states_stay_one_body_through_everything(mixed):
+    prior, states = mixed
+    rng = np.random.default_rng(1)
+    after = prior.propagate(states, rng)
+    told = prior.moved(after, after.poses + 0.05)
+    np.testing.assert_allclose(told.poses, after.poses + 0.05, atol=1e-9)
+    for each in (states, after, told, prior.diffuse(after, 0.5, rng), after.take(np.array([2, 2, 0]))):
+        np.testing.assert_array_equal(each.learned.poses, each.general.poses)
+    np.testing.assert_array_equal(after.take(np.array([2, 0])).poses, after.poses[[2, 0]])
+
+
+def test_an_unknown_velocity_stays_unknown_and_a_known_one_is_that_of_the_nearest_candidate(learned, walk):
+    prior = MixturePrior(learned, VelocityPrior(skeleton=learned.skeleton))
+    start = Start(walk[[10, 40]], np.zeros(2), walk[[9, 39]], np.full(25, 1e-4))
+    state = prior.initial(start, 400, np.random.default_rng(2))
+    near = np.abs(state.poses[:, 0] - walk[40, 0]) < np.abs(state.poses[:, 0] - walk[10, 0])
+    assert 0.3 < near.mean() < 0.7
+    for which, t in ((near, 40), (~near, 10)):
+        velocity = np.median(state.general.velocities[which], axis=0)
+        np.testing.assert_allclose(velocity[:3], 30 * (walk[t] - walk[t - 1])[:3], atol=0.3)
+
+
+def test_priors_that_do_not_go_together_are_refused(learned):
+    body = learned.skeleton
+    with pytest.raises(MotionError, match=r"share must be a number from 0 to 1, got 1\.5"):
+        MixturePrior(learned, VelocityPrior(skeleton=body), share=1.5)
+    with pytest.raises(MotionError, match="both priors must have the same fps, got 30 and 60"):
+        MixturePrior(learned, VelocityPrior(skeleton=body, fps=60))
+    with pytest.raises(MotionError, match="both priors must have the same skeleton"):
+        MixturePrior(learned, VelocityPrior(skeleton=from_height(1.2)))
+    arm = MixturePrior(learned, VelocityPrior(skeleton=body, part="right_arm"))
+    state = arm.initial(Start.at(np.eye(25)[2] * 0.9), 2, np.random.default_rng(0))
+    with pytest.raises(MotionError, match="needs an FPCAPrior and a VelocityPrior of the whole body, got FPCA"):
+        arm.log_transition(state, state)

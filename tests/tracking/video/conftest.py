@@ -1,0 +1,29 @@
+"""A film of somebody who crosses the picture before clutter, compressed, with noise and changing light."""
+
+import numpy as np
+import pytest
+
+from motionenv.models.synthesis import synthesize
+from motionenv.render import render
+from motionenv.render.cameras import view
+from motionenv.render.video.encode import write_video
+
+FPS, HEIGHT, FRAMES = 30, 1.75, 60
+
+
+@pytest.fixture(scope="package")
+def crossing(tmp_path_factory):
+    """A film of somebody who crosses the picture, its camera, his poses and body."""
+    rng = np.random.default_rng(5)
+    walk = synthesize("walk/fpca", FRAMES / FPS, FPS, seed=21, height=HEIGHT)
+    poses = walk.poses - np.eye(25)[0] * walk.poses[:, :1].mean()
+    camera = view(0.0, width=256, height=192, distance=5.0)
+    limbs = render(poses, walk.skeleton, camera).limbs
+    clutter = rng.integers(40, 220, (24, 32, 3)).repeat(8, axis=0).repeat(8, axis=1).astype(float)
+    clothes = np.array([[0, 0, 0], *rng.integers(0, 255, (limbs.max(), 3))])
+    light = 1 + 0.05 * np.sin(np.arange(FRAMES) / 9)
+    pictures = np.where(limbs[..., None] > 0, clothes[limbs], clutter) * light[:, None, None, None]
+    noisy = np.clip(pictures + 6 * rng.standard_normal(pictures.shape), 0, 255).astype(np.uint8)
+    path = tmp_path_factory.mktemp("films") / "walk.mp4"
+    write_video(path, noisy, FPS, crf=30)
+    return path, camera, poses, walk.skeleton, limbs > 0

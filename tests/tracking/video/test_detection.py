@@ -1,0 +1,87 @@
+"""Who is where in a film, and the camera that could have seen it, against a body that stands before a known camera."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height
+from motionenv.errors import MotionError
+from motionenv.render import render
+from motionenv.render.cameras import look_at, view
+from motionenv.tracking.video.detection import departure_frame, detections, resized, side_camera, span, standing_height
+
+
+def test_a_guessed_camera_puts_the_person_on_the_ground(crossing):
+    _, _, _, skeleton, masks = crossing
+    boxes = detections(masks.astype(float))
+    guess = side_camera(boxes, skeleton, 256, 192)
+    feet = guess.project(np.zeros(3))[0]
+    crown = guess.project(np.array([0.0, 0.0, skeleton.height]))[0]
+    assert feet[1] == pytest.approx(np.median(boxes[:, 3]), abs=2)
+    assert feet[1] - crown[1] == pytest.approx(np.median(boxes[:, 3] - boxes[:, 2]), rel=0.05)
+    small = resized(guess, 128, 96)
+    np.testing.assert_allclose(small.project(np.ones(3))[0] + 0.5, (guess.project(np.ones(3))[0] + 0.5) / 2)
+
+
+def test_height_by_a_known_camera(crossing):
+    _, camera, _, _, masks = crossing
+    boxes = detections(masks.astype(float))
+    assert standing_height(boxes, camera) == pytest.approx(1.75, rel=0.04)
+    high = look_at((0, -6, 4), (0, 0, 0.5), width=256, height=192)
+    seen, _ = high.project(np.array([[0.0, 0, 1.6], [0, 0, 0]]))
+    box = [seen[0, 0] - 9, seen[0, 0] + 9, seen[0, 1] + 0.5, seen[1, 1] - 0.5]
+    assert standing_height(np.array([box]), high) == pytest.approx(1.6, rel=1e-3)
+    with pytest.raises(MotionError, match="check the camera"):
+        standing_height(boxes - [0, 0, 0, 60], camera)
+
+
+def test_when_somebody_is_there():
+    boxes = np.full((20, 4), np.nan)
+    boxes[3:6] = [0, 10, 5, 30]
+    boxes[6:15] = [20, 30, 5, 30]
+    assert span(boxes, 64) == (6, 15)
+    with pytest.raises(MotionError, match="no foreground"):
+        span(boxes[:9], 64)
+
+
+def test_walking_begins_where_the_outline_moves_on():
+    boxes = np.tile([20.0, 40.0, 10.0, 70.0], (60, 1))
+    boxes[25:, :2] += 1.5 * np.arange(35)[:, None]
+    boxes[:4] = np.nan
+    assert 12 <= departure_frame(boxes, 30.0) <= 20
+    assert departure_frame(np.tile([20.0, 40.0, 10.0, 70.0], (60, 1)), 30.0) == 0
+
+
+def test_outlines_have_boxes_and_specks_and_children_of_the_noise_have_none():
+    """First and last column, first and last row; somebody is at least an eighth as tall as the picture."""
+    film = np.zeros((4, 80, 60))
+    film[0, 20:60, 25:35] = 0.9
+    film[1, 20:60, 25:35] = 0.4  # too unsure
+    film[2, 5, 5] = 1.0
+    film[3, 40:48, 10:50] = 0.9  # wide enough, but nobody is so flat
+    boxes = detections(film)
+    np.testing.assert_array_equal(boxes[0], [25, 34, 20, 59])
+    assert np.isnan(boxes[1:]).all()
+
+
+@pytest.mark.parametrize("eyes", [1.0, 1.5, 3.0])
+def test_a_guess_puts_the_body_into_its_box_whatever_the_true_camera(eyes):
+    """A level camera within reach of eyes, else one that is tilted: who stands at the origin fills the box."""
+    body, camera = from_height(1.7), look_at((0, -6, eyes), (0, 0, 0.9), width=200, height=150, fov_degrees=40)
+    pose = np.eye(25)[2] * 0.53 * 1.7
+    boxes = detections((render(pose, body, camera, rgb=False).limbs > 0)[None].astype(float))
+    guess = side_camera(np.concatenate([boxes, np.full((1, 4), np.nan)]), body, 200, 150)
+    again = detections((render(pose, body, guess, rgb=False).limbs > 0)[None].astype(float))
+    np.testing.assert_allclose(again[0, 2:], boxes[0, 2:], atol=3)
+    assert guess.project(np.zeros(3))[0][0] == pytest.approx(99.5)
+    assert 0.8 <= guess.centre[2] <= 1.9
+
+
+def test_what_no_box_can_tell_is_refused():
+    with pytest.raises(MotionError, match="no person was detected, so the camera can't be guessed: give a camera"):
+        side_camera(np.full((3, 4), np.nan), from_height(), 64, 48)
+    says = r"camera has images of 64 x 48, but the video has 64 x 64: the aspect ratios must agree"
+    with pytest.raises(MotionError, match=says):
+        resized(view(0.0, width=64, height=48), 64, 64)
+    up = look_at((0, -4, 1), (0, 0, 9), width=64, height=48)
+    with pytest.raises(MotionError, match=r"would be nan m tall .* check the camera, or give the height"):
+        standing_height(np.array([[20.0, 30, 10, 40]]), up)
