@@ -1,5 +1,7 @@
 """What a lifted walk says of itself, against series written out and draws from its own covariance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -99,3 +101,14 @@ def test_depth_is_less_sure_than_what_the_picture_shows(flat, before_a_camera):
     assert np.median(variance @ away**2) > 1.1 * np.median(variance @ across**2)
     world, posterior = before_a_camera
     assert (np.abs(posterior.positions - world) < BAND * posterior.deviations).mean() > 0.85
+
+
+def test_how_unsure_the_heading_is_moves_markers_as_turning_does(before_a_camera):
+    """All other parameters taken as known: deviations are differences of positions by the view angle."""
+    _, posterior = before_a_camera
+    joint = np.zeros_like(posterior._joint)
+    joint[225, 225] = 0.02**2
+    alone = replace(posterior, _joint=joint, inflation=np.ones(15), deviation=np.zeros(15))
+    turned = [replace(posterior, alpha=posterior.alpha + h).positions for h in (-1e-5, 1e-5)]
+    slope = (turned[1] - turned[0]) / 2e-5
+    np.testing.assert_allclose(alone.deviations, 0.02 * np.abs(slope), atol=1e-7)

@@ -7,7 +7,7 @@ from motionenv.errors import GapError, MotionError
 from motionenv.lifting.projection import project_markers, turned_to_x
 from motionenv.mocap import read, to_markers
 from motionenv.render.cameras import fit_view
-from motionenv.types import MARKERS, Markers
+from motionenv.types import MARKERS, Camera, Markers
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +48,17 @@ def test_pixels_are_those_of_the_camera_and_what_it_does_not_hold_is_a_gap(marke
     np.testing.assert_array_equal(np.isfinite(points.positions).all(-1), held)
     np.testing.assert_allclose(points.positions[held], expected[held])
     np.testing.assert_array_equal(points.truth.positions, markers.positions)
+
+
+def test_a_picture_begins_half_a_pixel_before_the_centre_of_its_first(markers):
+    camera = fit_view(markers.positions, 0.4, width=320, height=240)
+    column = camera.project(markers.positions[0, 0])[0][0]
+    for lands, seen in ((-0.4, True), (-0.6, False), (319.4, True), (319.6, False)):
+        shift = np.zeros((3, 3))
+        shift[0, 2] = lands - column
+        moved = Camera(camera.K + shift, camera.R, camera.t, 320, 240)
+        points = project_markers(markers, 0.4, camera=moved, heading=0.0)
+        assert np.isfinite(points.positions[0, 0]).all() == seen, lands
 
 
 def test_only_walks_of_the_15_markers_are_projected_at_angles_there_are():

@@ -34,6 +34,8 @@ def test_the_background_is_what_is_there_most_of_the_time_and_its_noise_is_found
     assert np.abs(background.median - plain)[free].max() < 8
     assert np.abs(background.median - plain).max() < 16
     left, right = background.noise[:, :10].mean(), background.noise[:, 20:].mean()
+    # The median of the largest of three colours' deviations, which a Gaussian has 1.264 standard deviations away
+    assert left == pytest.approx(4.0 * 1.264 * 1.4826, rel=0.1)
     assert right == pytest.approx(2 * left, rel=0.15)
 
 
