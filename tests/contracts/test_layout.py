@@ -108,3 +108,17 @@ def test_private_names_are_imported_in_their_own_folder_only(path):
 )
 def test_the_rule_itself(name, package, wrong):
     assert trespasses(name, package) == wrong
+
+
+def public_modules() -> list:
+    """Modules without an underscore, and where their tests belong."""
+    found = [p for top in ("motionenv", "service") for p in sorted((ROOT / top).rglob("*.py"))]
+    public = [p for p in found if not p.name.startswith("_") and "web" not in p.parts]
+    return [pytest.param(p, id=p.relative_to(ROOT).as_posix()) for p in public]
+
+
+@pytest.mark.parametrize("module", public_modules())
+def test_a_public_module_has_a_test_module_of_its_name(module):
+    inner = module.relative_to(ROOT)
+    inner = inner.relative_to("motionenv") if inner.parts[0] == "motionenv" else inner
+    assert (ROOT / "tests" / inner.parent / f"test_{inner.name}").is_file()

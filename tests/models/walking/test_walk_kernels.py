@@ -17,7 +17,6 @@ from motionenv.errors import MotionError
 from motionenv.models.walking import _contact_kernels as contact
 from motionenv.models.walking import _walk_kernels as kernels
 from motionenv.models.walking.model import WalkingModel
-from motionenv.models.walking.tables import floors_of
 from motionenv.types import POSE
 
 HINGES = [i for i, name in enumerate(POSE) if "elbow" in name or "knee" in name]
@@ -81,12 +80,6 @@ def check_angles(model, seconds, fps, n, seed, phase, variation) -> None:
 @settings(max_examples=40, deadline=None)
 def test_angles_follow_the_curves_of_the_model(model, seconds, fps, n, seed, phase, variation):
     check_angles(model, seconds, fps, n, seed, phase, variation)
-
-
-def test_the_floor_is_a_percentile(model):
-    scores = model.sample(5, seed=0).scores
-    heights = model.fpca_.inverse_transform(scores)[..., 22:]
-    np.testing.assert_allclose(floors_of(model._tables, scores), np.percentile(heights, 10, axis=1), atol=1e-12)
 
 
 @pytest.mark.parametrize(("components", "harmonics"), [(1, 1), (3, 5)])

@@ -12,7 +12,7 @@ from motionenv._core.compilation import kernel
 from motionenv._core.random import key_of, restart
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.search.tree import LEAVES, SPLITS, CoefficientTree
-from motionenv.models.motion_tree.search.tree_kernels import draw, log_probability_of, tail
+from motionenv.models.motion_tree.search.tree_kernels import draw, log_probability_of
 
 BOTH = pytest.mark.parametrize("splits", SPLITS)
 EITHER_LEAF = pytest.mark.parametrize("leaf", LEAVES)
@@ -33,14 +33,6 @@ def draw_one(nodes, starts, members, blocks, probe, beta, leaf, number, k, weigh
 @kernel
 def known_probability(nodes, starts, members, blocks, probe, position, beta, leaf, weights):
     return log_probability_of(nodes, starts, members, blocks, probe, position, beta, leaf, weights)
-
-
-@kernel
-def tails(x):
-    out = np.empty(len(x))
-    for i in range(len(x)):
-        out[i] = tail(x[i])
-    return out
 
 
 def blocks_of(z) -> np.ndarray:
@@ -259,15 +251,6 @@ def test_one_probe_at_a_time_gives_the_same_draws(splits, leaf):
         assert_allclose(one[:, 1], log_probability[k], rtol=1e-12)
         known = known_probability(*parts, probe, drawn[k, 0], 0.5, leaf == "kernel", weights)
         assert_allclose(known, log_probability[k, 0], rtol=1e-12)
-
-
-def test_the_tail_is_that_of_the_normal_distribution():
-    x = np.linspace(0, 8, 20_001)[:-1]
-    ours = tails(x)
-    assert_allclose(ours, norm.sf(x), rtol=1e-6, atol=0)
-    assert np.abs(ours - norm.sf(x)).max() < 1e-10
-    assert (np.diff(ours) < 0).all()
-    assert not tails(np.array([8.0, np.inf])).any()
 
 
 def test_the_tree_is_read_only_and_the_same_each_time():
