@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from motionenv._core.rotations import nearest, to_euler, unwrap_euler
-from motionenv.body.skeleton import NODES, from_height, limb_radii
+from motionenv.body.skeleton import LEG_SHARE, NODES, TRUNK_SHARE, from_height, limb_radii
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Skeleton
 
@@ -24,8 +24,6 @@ _LIMBS = (
     (17, (-1, 1, -1), 1, ("left_hip", "left_knee", "left_ankle")),
     (21, (-1, -1, 1), 1, ("right_hip", "right_knee", "right_ankle")),
 )
-# Segment lengths relative to body height (Winter 2009, fig. 4.1), from which height is estimated.
-_LEG_SHARE, _TRUNK_SHARE = 0.245 + 0.246, 0.300
 
 
 def fit_skeleton(nodes) -> Skeleton:
@@ -49,7 +47,7 @@ def fit_skeleton(nodes) -> Skeleton:
     direction = from_height().offsets[_I["head"]]
     offsets[_I["head"]] = direction / np.linalg.norm(direction) * _median_distance(nodes, "neck", "head")
     legs = -0.5 * offsets[[_I[f"{side}_{j}"] for side in ("left", "right") for j in ("knee", "ankle")], 2].sum()
-    height = (legs + offsets[_I["neck"], 2]) / (_LEG_SHARE + _TRUNK_SHARE)
+    height = (legs + offsets[_I["neck"], 2]) / (LEG_SHARE + TRUNK_SHARE)
     if not 0.2 < height < 4.0:
         raise MotionError(f"nodes give a person {height:.3g} m tall; check the unit (positions must be in metres)")
     return Skeleton(offsets, limb_radii(height), height)

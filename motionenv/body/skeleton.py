@@ -102,6 +102,9 @@ _PROPORTIONS = {
     "left_knee": (0, 0, -0.245), "right_knee": (0, 0, -0.245),
     "left_ankle": (0, 0, -0.246), "right_ankle": (0, 0, -0.246),
 }  # fmt: skip
+#: Hip to ankle, and hips to neck, relative to standing height: from these a person's height is estimated.
+LEG_SHARE = 0.245 + 0.246
+TRUNK_SHARE = 0.300
 
 
 def from_height(height: float = 1.75, *, girth: float = 1.0) -> Skeleton:

@@ -4,14 +4,12 @@ The body is the last axis: data are rows of `LANES` numbers in one flat array, a
 constants, so that each loop over bodies becomes SIMD instructions (`motionenv.body.simd`).
 """
 
-import math
-
 import numpy as np
 from numba import njit
 
 from motionenv._core.compilation import kernel, part
 from motionenv.body.kinematics import HINGE_SIGN
-from motionenv.body.simd import foot_angle, hinged, placed, root_rotation, sine_cosine, turned
+from motionenv.body.simd import foot_rotation, hinged, placed, root_rotation, sine_cosine, turned
 from motionenv.body.skeleton import LIMBS
 
 _inline = njit(inline="always", error_model="numpy")
@@ -67,25 +65,6 @@ def _root(w, j):
 
 
 @_inline
-def _foot_turned(shin, z, height):
-    """Rotation of the foot, as `motionenv.body.kinematics._turn_foot` with unit vectors instead of angles."""
-    length = math.sqrt(shin[1] * shin[1] + shin[4] * shin[4])
-    upright = length > 1e-3
-    over = 1.0 / (length if upright else 1.0)
-    lx, ly = shin[1] * over, shin[4] * over
-    fx, fy = ly, -lx
-    c, s = shin[0] * fx + shin[3] * fy, -shin[6]
-    size = math.sqrt(c * c + s * s)
-    size = size if size > 1e-300 else 1.0
-    c, s = foot_angle(c / size, s / size, z, height)
-    return (
-        fx * c if upright else shin[0], lx if upright else shin[1], fx * s if upright else shin[2],
-        fy * c if upright else shin[3], ly if upright else shin[4], fy * s if upright else shin[5],
-        -s if upright else shin[6], 0.0 if upright else shin[7], c if upright else shin[8],
-    )  # fmt: skip
-
-
-@_inline
 def _segment(w, j, limb, p, r, q, t, shifts, height):
     """Write the ends of limb `limb`, from p to q, with frames r and t."""
     a, b = shifts[limb, 0], shifts[limb, 1]
@@ -112,7 +91,7 @@ def _leg(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
     lower = _hinged(upper, w, j, pose + 3, _HINGE_LEG)
     knee = placed(p, upper, offsets[nodes[0]])
     ankle = placed(knee, lower, offsets[nodes[1]])
-    foot = _foot_turned(lower, ankle[2], height)
+    foot = foot_rotation(lower, ankle[2], height)
     _segment(w, j, limb, p, upper, knee, upper, shifts, height)
     _segment(w, j, limb + 1, knee, lower, ankle, lower, shifts, height)
     _segment(w, j, limb + 2, ankle, foot, ankle, foot, shifts, height)

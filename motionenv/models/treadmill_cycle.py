@@ -16,6 +16,7 @@ from motionenv._core.validation import checked_number
 from motionenv.body.kinematics import FOOT_BALL, feet, markers
 from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_SHIFTS, LIMBS, NODES
 from motionenv.errors import MotionError
+from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import body_heights, grounded, positions_at
 from motionenv.types import MARKERS, POSE, SPEED_RANGE, Skeleton
 
@@ -28,19 +29,9 @@ SAMPLES = 96  #: of a cycle, at which contact is looked at
 _HINGES = [i for i, name in enumerate(POSE) if "elbow" in name or "knee" in name]
 _HIPS = [POSE.index("left_hip_flexion"), POSE.index("right_hip_flexion")]  # abduction comes next
 _HIP_NODES = [NODES.index("left_hip"), NODES.index("right_hip")]
-_STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from bending backwards
-_GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
-_FIRMNESS = 0.15  # [m/s] how clearly one foot must move back faster than the other to stand alone
-_SHARE = 0.1  # the same for markers, as a share of the fastest
-_SMOOTHING = 0.01  # [s] standard deviation of the smoothing of the root's velocity
-_SHIFTING = 0.05  # [s] of that with which weight shifts between the feet
-_SETTLING = 0.015  # [s] of that of what is corrected at the hips
-_REACH = 0.04  # [m] a foot this far from its place has left it
-_LOOSENESS = 0.1  # how little a foot must stand to be left alone, between 0 and 1
 _MIDSWING = (0.8, 0.3)  # [cycles] phase at which the left and the right foot is in the air
 _FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe from the ankle [body heights]
 _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")]
-_TURNS = 3  # times that pace and stride are brought to agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +76,12 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
     channels = model.fpca_.evaluate(flat[:, None], np.arange(SAMPLES) / SAMPLES)
     poses = np.zeros((len(flat), SAMPLES, 25))
     poses[..., 6:], poses[..., 3:6] = channels[..., :19], channels[..., 19:22]
-    poses[..., _HINGES] = _STIFFNESS * np.logaddexp(0.0, poses[..., _HINGES] / _STIFFNESS)
+    poses[..., _HINGES] = CONTACT.stiffness * np.logaddexp(0.0, poses[..., _HINGES] / CONTACT.stiffness)
     floor = np.percentile(channels[..., 22:], 10, axis=1)[:, None]
-    ankles = body.height * (ANKLE_HEIGHT + _GIVE * np.logaddexp(0.0, (channels[..., 22:] - floor) / _GIVE))
+    above = CONTACT.give * np.logaddexp(0.0, (channels[..., 22:] - floor) / CONTACT.give)
+    ankles = body.height * (ANKLE_HEIGHT + above)
     seconds = model.stride_seconds(flat)
-    for _ in range(1 if speed is None else _TURNS):
+    for _ in range(1 if speed is None else CONTACT.turns):
         walked, strides = _carried(poses, ankles, SAMPLES / seconds, body)
         if speed is not None:
             seconds = strides / speed
@@ -116,7 +108,7 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
     ball = _balls(cycle, body_heights(flat))
     back = -_slope(ball[..., 0]) * SAMPLES  # [m per cycle]
     fastest = back.max(axis=2, keepdims=True)
-    stands = np.exp((back - fastest) / (_SHARE * fastest.max(axis=1, keepdims=True)))
+    stands = np.exp((back - fastest) / (CONTACT.marker_firmness * fastest.max(axis=1, keepdims=True)))
     stands /= stands.sum(axis=2, keepdims=True)
     velocity = -(stands[..., None] * _slope(ball[..., :2])).sum(axis=2) * SAMPLES
     way, stride = _evenly(velocity)
@@ -196,13 +188,13 @@ def _carried(poses, heights, rate, body: Skeleton) -> tuple[np.ndarray, np.ndarr
     poses, seconds = poses.copy(), 1 / rate
     ankles = feet(poses, body)[0]
     back = -_slope(ankles[..., 0]) * rate[:, None, None]
-    stands = np.exp((back - back.max(-1, keepdims=True)) / _FIRMNESS)
+    stands = np.exp((back - back.max(-1, keepdims=True)) / CONTACT.firmness)
     stands /= stands.sum(-1, keepdims=True)
-    poses[..., 2] = (_smooth(stands, _SHIFTING * rate) * (heights - ankles[..., 2])).sum(-1)
+    poses[..., 2] = (_smooth(stands, CONTACT.shifting * rate) * (heights - ankles[..., 2])).sum(-1)
     ankles, balls = feet(poses, body)
     ball = balls[..., :2]
     velocity = -(stands[..., None] * _slope(ball)).sum(2) * rate[:, None, None]
-    way, stride = _evenly(_smooth(velocity, _SMOOTHING * rate) * (seconds * SAMPLES)[:, None, None])
+    way, stride = _evenly(_smooth(velocity, CONTACT.smoothing * rate) * (seconds * SAMPLES)[:, None, None])
     poses[..., :2] = way
     _plant(poses, _slip(ball + way[:, :, None], stride, stands, rate), ankles, body)
     _turned(poses[..., :2], stride)
@@ -218,8 +210,9 @@ def _slip(ball, stride, stands, rate) -> np.ndarray:
     placed = ball + cycles[..., None] * stride[:, None, None]
     weight = stands[..., None]
     slip = (weight * placed).sum(1, keepdims=True) / np.maximum(weight.sum(1, keepdims=True), 1e-9) - placed
-    surely = (stands * np.exp(-((slip / _REACH) ** 2).sum(-1)))[..., None]
-    return _smooth(surely * slip, _SETTLING * rate) / (_smooth(surely, _SETTLING * rate) + _LOOSENESS)
+    surely = (stands * np.exp(-((slip / CONTACT.reach) ** 2).sum(-1)))[..., None]
+    width = CONTACT.settling * rate
+    return _smooth(surely * slip, width) / (_smooth(surely, width) + CONTACT.looseness)
 
 
 def _plant(poses, slip, ankles, body: Skeleton) -> None:

@@ -15,6 +15,7 @@ MORE = {
     "renders/fixtures": 16,  # eight, each a picture and its truth
     "tests": 20,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
+    "tests/models": 16,  # mirrors models, and adds a model that a package of somebody else brings
 }
 HIDDEN = {"node_modules", "dist"}  # what npm makes
 PRIVATE_TO_ALL = "motionenv._core"  # private to motionenv, whose parts all build on it

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv.body.skeleton import ANKLE_HEIGHT
+from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, TRUNK_SHARE
 from motionenv.errors import GapError, MotionError
 from motionenv.types import MARKERS, frozen
 
@@ -28,8 +28,6 @@ _SIDES = {"left": "right", "right": "left"}
 #: Index of each marker's left-right counterpart; markers on the midline are their own.
 OTHER_SIDE = tuple(MARKERS.index("_".join(_SIDES.get(part, part) for part in m.split("_"))) for m in MARKERS)
 
-_LEG = 0.245 + 0.246  # hip to ankle as a share of the standing height (Winter 2009, fig. 4.1)
-_TRUNK = 0.300  # hips to shoulders
 _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")]
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _TWELVE = np.arange(48)[::4] * (2 * np.pi / 48)  # phases
@@ -150,7 +148,7 @@ def grounded(coefficients) -> np.ndarray:
     w = np.array(coefficients, dtype=np.float64)
     cycle = np.arange(180) * (2 * np.pi / 180)
     lowest = np.nanmin(positions_at(w[..., [LEFT_ANKLE, RIGHT_ANKLE], 2:], cycle), axis=(-3, -2, -1))
-    ankle = ANKLE_HEIGHT / _LEG * (w[..., 0, PELVIS, 2] - lowest)
+    ankle = ANKLE_HEIGHT / LEG_SHARE * (w[..., 0, PELVIS, 2] - lowest)
     w[..., 0, :, 2] += (ankle - lowest)[..., None]
     return w
 
@@ -172,4 +170,4 @@ def body_heights(w: np.ndarray) -> np.ndarray:
         for a, b in ((hip, knee), (knee, ankle))
     )
     trunk = length(cycle[..., _SHOULDERS, :].mean(axis=-2), cycle[..., PELVIS, :])
-    return (0.5 * legs + trunk) / (_LEG + _TRUNK)
+    return (0.5 * legs + trunk) / (LEG_SHARE + TRUNK_SHARE)

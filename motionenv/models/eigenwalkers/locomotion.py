@@ -14,6 +14,7 @@ import numpy as np
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.kinematics import feet
 from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
+from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import grounded, positions_at
 from motionenv.types import MARKERS, Motion, Skeleton
 
@@ -21,7 +22,6 @@ _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PHASES = 96  # of a cycle, at which contact is looked at
 _WAVES = 24  # harmonics kept of how the way differs from an even one
 _PADDING = 36  # phases before and after a cycle, so that what smooths over time sees no ends in it
-_FIRMNESS = 0.1  # how much faster back one foot must move to stand alone, as a share of the fastest
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _velocity(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     ball = feet(poses, skeleton)[1][..., :2]
     back = (np.roll(ball, 1, axis=0) - np.roll(ball, -1, axis=0)) * (_PHASES / (4 * np.pi))
     fastest = back[..., 0].max(axis=1, keepdims=True)
-    stands = np.exp((back[..., 0] - fastest) / (_FIRMNESS * fastest.max()))
+    stands = np.exp((back[..., 0] - fastest) / (CONTACT.marker_firmness * fastest.max()))
     stands /= stands.sum(axis=1, keepdims=True)
     return np.fft.rfft((stands[..., None] * back).sum(axis=1), axis=0)[: _WAVES + 1] / _PHASES
 

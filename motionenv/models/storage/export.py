@@ -9,13 +9,16 @@ from motionenv.body.skeleton import (
     CLOTHES,
     COLOURS,
     EDGES,
+    LEG_SHARE,
     LIMB_NODES,
     LIMB_SEGMENT,
     LIMB_SHIFTS,
+    TRUNK_SHARE,
     from_height,
     limb_radii,
 )
 from motionenv.models.base import GaitModel
+from motionenv.models.contact_rule import CONTACT
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
 
@@ -38,8 +41,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         model: a name or path for `motionenv.load`, or a fitted model.
 
     Returns:
-        The arrays by name, and the description. Its `treadmill` is None if only the service can make motion; its
-        `activities` are those of a steerable model.
+        The arrays by name, and the description. Its `contact` is the `ContactRule`, its `treadmill` is None if only the
+        service can make motion, and its `activities` are those of a steerable model.
 
     Raises:
         MotionError: a model that makes no motion.
@@ -81,6 +84,9 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
         "steerable": model.steerable,
         "height": height,
         "ankle_height": ANKLE_HEIGHT,
+        "leg_share": LEG_SHARE,
+        "trunk_share": TRUNK_SHARE,
+        "contact": CONTACT._asdict(),
         "limb_segments": LIMB_SEGMENT.tolist(),
         "limb_nodes": LIMB_NODES.tolist(),
         "clothes": CLOTHES,

@@ -13,6 +13,7 @@ import numpy as np
 from motionenv._core.compilation import part
 from motionenv.body.kinematics import FOOT_BALL
 from motionenv.body.simd import foot_angle
+from motionenv.models.contact_rule import CONTACT
 
 _FAST = {"contract", "arcp"}
 jit = part(fastmath=_FAST)
@@ -32,12 +33,6 @@ ROWS = 35
 #: Samples in a block.
 LANES = 16
 
-_FIRMNESS = 0.15  # [m/s] how clearly one foot must move back faster than the other to stand alone
-_SMOOTHING = 0.01  # [s] standard deviation of the smoothing of the root's velocity
-_SHIFTING = 0.05  # [s] standard deviation of the smoothing with which weight shifts between the feet
-_SETTLING = 0.015  # [s] standard deviation of the smoothing of what is corrected at the hips
-_REACH = 0.04  # [m] a foot this far from its place has left it
-_LOOSENESS = 0.1  # how little a foot must stand to be left alone, between 0 and 1
 _MIDSWING = (0.8, 0.3)  # [cycles] phase at which the left and the right foot is in the air
 _TRUNCATE = 4.0  # standard deviations at which Gaussians end
 TOE_X, TOE_Z = float(FOOT_BALL[0]), float(FOOT_BALL[2])
@@ -80,7 +75,7 @@ def carry(rows, samples, rate, height):
     z, work, more = rows[Z], rows[_WORK], rows[_MORE]
     left, right = rows[_STANDS], rows[_STANDS + 1]
     for t in range(samples):
-        work[t] = (rows[LEG_ROWS + ANKLE_X, t] - rows[ANKLE_X, t]) / _FIRMNESS
+        work[t] = (rows[LEG_ROWS + ANKLE_X, t] - rows[ANKLE_X, t]) / CONTACT.firmness
     _gradient(work, samples, rate, more)
     for t in range(samples):
         ahead = more[t]
@@ -88,7 +83,7 @@ def carry(rows, samples, rate, height):
         stands = 1.0 / (1.0 + swings)
         swings *= stands
         left[t], right[t] = (stands if ahead > 0.0 else swings), (swings if ahead > 0.0 else stands)
-    smooth(left, samples, _SHIFTING * rate, work)
+    smooth(left, samples, CONTACT.shifting * rate, work)
     for t in range(samples):
         more[t] = rows[LEG_ROWS + ANKLE, t] - rows[LEG_ROWS + ANKLE_Z, t]
     for t in range(samples):
@@ -100,7 +95,7 @@ def carry(rows, samples, rate, height):
         _gradient(rows[_BALLS + 2 + axis], samples, rate, more)
         for t in range(samples):
             more[t] = -(left[t] * work[t] + right[t] * more[t])
-        smooth(more, samples, _SMOOTHING * rate, work)
+        smooth(more, samples, CONTACT.smoothing * rate, work)
         way[0] = 0.0
         for t in range(1, samples):
             way[t] = way[t - 1] + 0.5 * (work[t] + work[t - 1]) / rate
@@ -130,11 +125,11 @@ def plant(rows, samples, rate, pad, finer, phase, hips, poses):
     for side in range(2):
         _slip(rows, samples, side, phase)
         for i in range(3):
-            smooth(rows[_SURELY + i], samples, _SETTLING * rate, rows[_SMOOTH + i])
+            smooth(rows[_SURELY + i], samples, CONTACT.settling * rate, rows[_SMOOTH + i])
         leg, outwards = rows[LEG_ROWS * side :], 1.0 - 2.0 * side
         for f in range(len(poses)):
             t = pad + f * finer
-            surely = rows[_SMOOTH, t] + _LOOSENESS
+            surely = rows[_SMOOTH, t] + CONTACT.looseness
             x, y = rows[_SMOOTH + 1, t] / surely, rows[_SMOOTH + 2, t] / surely
             forward, left = rows[COS_HEADING, t], rows[SIN_HEADING, t]
             depth, ankle = hips[side, 2] - leg[ANKLE_Z, t], leg[ANKLE_X, t]
@@ -160,7 +155,7 @@ def _slip(rows, samples, side, phase):
             _leave(stands, x, y, start, t)
             start = t
     for t in range(samples):
-        surely[t] = stands[t] * decay((x[t] * x[t] + y[t] * y[t]) * (1.0 / _REACH**2))
+        surely[t] = stands[t] * decay((x[t] * x[t] + y[t] * y[t]) * (1.0 / CONTACT.reach**2))
     for t in range(samples):
         x[t] *= surely[t]
     for t in range(samples):

@@ -14,6 +14,7 @@ import numpy as np
 from motionenv._core.compilation import kernel, part
 from motionenv.body.simd import foot_direction, hinged, placed, root_rotation, sine_cosine, turned
 from motionenv.body.skeleton import ANKLE_HEIGHT
+from motionenv.models.contact_rule import CONTACT
 from motionenv.models.walking._contact_kernels import (
     ANKLE,
     COS_HEADING,
@@ -40,8 +41,6 @@ ORDER = (19, 20, 21, *range(11, 19), 22, 23, 0, 1, 2, *range(3, 11))
 _LEFT, _RIGHT, _HEIGHTS, _NECK, _ARMS, _SIN, _COS, _OUT = 3, 7, 11, 13, 16, 24, 35, 46
 _WORK = _OUT + 2 * LEG_ROWS
 
-_STIFFNESS = 0.03  # [rad] softness of the stop that keeps knees and elbows from bending backwards
-_GIVE = 0.002  # [body heights] softness of the floor that keeps ankles up
 _PACINGS = 4
 
 
@@ -189,11 +188,11 @@ def _legs(w, floor, offsets, height):
     left = _offset(offsets, 9), _offset(offsets, 11), _offset(offsets, 13)
     right = _offset(offsets, 10), _offset(offsets, 12), _offset(offsets, 14)
     for side in range(2):
-        soften(_row(w, _LEFT + 4 * side + 3), _STIFFNESS)
+        soften(_row(w, _LEFT + 4 * side + 3), CONTACT.stiffness)
         over, ankle = _row(w, _HEIGHTS + side), _row(w, _OUT + side * LEG_ROWS + ANKLE)
         for j in range(LANES):
             ankle[j] = over[j] - floor[side]
-        soften(ankle, _GIVE)
+        soften(ankle, CONTACT.give)
         for j in range(LANES):
             ankle[j] = height * (ANKLE_HEIGHT + ankle[j])
     for j in range(_HEIGHTS * LANES):
@@ -224,8 +223,8 @@ def _frames_before(sample, pad, finer, poses):
 @jit
 def _arms(w, first, last, poses):
     """Put the angles of the arms into poses `first` to `last` (frames, 25), with elbows bent."""
-    soften(_row(w, _ARMS + 3), _STIFFNESS)
-    soften(_row(w, _ARMS + 7), _STIFFNESS)
+    soften(_row(w, _ARMS + 3), CONTACT.stiffness)
+    soften(_row(w, _ARMS + 7), CONTACT.stiffness)
     for f in range(first, last):
         for i in range(8):
             poses[f, 9 + i] = w[(_ARMS + i) * LANES + f - first]

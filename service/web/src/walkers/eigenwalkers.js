@@ -10,9 +10,6 @@ const LEGS = [
   [9, 11, 13],
   [10, 12, 14],
 ];
-const SHARE = 0.1;
-const STANDING = 0.245 + 0.246 + 0.3; // hip to ankle, and hips to shoulders, as shares of the standing height
-const LEG = 0.245 + 0.246;
 
 /** 1, sin, cos, sin 2, cos 2 of a phase [rad]. */
 const waves = (phase) => [1, Math.sin(phase), Math.cos(phase), Math.sin(2 * phase), Math.cos(2 * phase)];
@@ -45,7 +42,7 @@ function coefficients({ arrays, components }, deviations) {
   return { w, lowest, pelvis };
 }
 
-function bodyHeight(w) {
+function bodyHeight(parameters, w) {
   const markers = new Float64Array(45);
   let legs = 0;
   let trunk = 0;
@@ -55,7 +52,7 @@ function bodyHeight(w) {
     const [a, b] = SHOULDERS.map((i) => markers.subarray(3 * i, 3 * i + 3));
     trunk += Math.hypot(...[0, 1, 2].map((c) => 0.5 * (a[c] + b[c]) - markers[3 * PELVIS + c])) / 12;
   }
-  return (0.5 * legs + trunk) / STANDING;
+  return (0.5 * legs + trunk) / (parameters.leg_share + parameters.trunk_share);
 }
 
 /**
@@ -65,16 +62,16 @@ function bodyHeight(w) {
 export function walkerInPlace(parameters, deviations, { speed = null, height = null } = {}) {
   const { arrays } = parameters;
   const { w, lowest, pelvis } = coefficients(parameters, deviations);
-  const lift = (parameters.ankle_height / LEG) * (pelvis - lowest) - lowest;
+  const lift = (parameters.ankle_height / parameters.leg_share) * (pelvis - lowest) - lowest;
   for (let i = 2; i < 45; i += 3) w[i] += lift;
-  const own = bodyHeight(w);
+  const own = bodyHeight(parameters, w);
   const scale = height === null ? 1 : height / own;
   const body = new Body(parameters, own);
   const markers = new Float64Array(45 * SAMPLES);
   for (let j = 0; j < SAMPLES; j++) {
     markersAt(w, (j * 2 * Math.PI) / SAMPLES, markers.subarray(45 * j, 45 * j + 45));
   }
-  const { way, stride } = evenly(velocity(ballsOf(markers, body)));
+  const { way, stride } = evenly(velocity(ballsOf(markers, body), body));
   straighten(markers, way, stride);
   const length = scale * Math.hypot(...stride);
   const logFrequency = deviations.reduce((sum, d, k) => sum + d * arrays.log_frequency_weights[k], arrays.log_frequency_mean[0]);
@@ -94,7 +91,7 @@ function ballsOf(markers, body) {
 }
 
 /** Velocity (SAMPLES × 2) [m per cycle] that keeps the standing foot's ball going back evenly. */
-function velocity(balls) {
+function velocity(balls, body) {
   const speeds = slope(balls, 6);
   const back = (j, s) => -speeds[6 * j + 3 * s];
   let most = -Infinity;
@@ -102,7 +99,7 @@ function velocity(balls) {
   const out = new Float64Array(2 * SAMPLES);
   for (let j = 0; j < SAMPLES; j++) {
     const fastest = Math.max(back(j, 0), back(j, 1));
-    const weights = [0, 1].map((s) => Math.exp((back(j, s) - fastest) / (SHARE * most)));
+    const weights = [0, 1].map((s) => Math.exp((back(j, s) - fastest) / (body.contact.marker_firmness * most)));
     for (let s = 0; s < 2; s++) {
       const weight = weights[s] / (weights[0] + weights[1]);
       for (let c = 0; c < 2; c++) out[2 * j + c] -= weight * speeds[6 * j + 3 * s + c] * SAMPLES;

@@ -28,6 +28,7 @@ export class Body {
     this.shifts = arrays.limb_shifts;
     this.radii = arrays.limb_radii;
     this.ankleHeight = parameters.ankle_height;
+    this.contact = parameters.contact;
     this.limbNodes = parameters.limb_nodes;
     this.limbSegments = parameters.limb_segments;
     const foot = arrays.limb_shifts.subarray(6 * LEFT_FOOT, 6 * LEFT_FOOT + 6);

@@ -7,16 +7,7 @@ export const SAMPLES = 96;
 const HINGES = [12, 16, 20, 24];
 const HIPS = [17, 21]; // abduction comes next
 const HIP_NODES = [9, 10];
-const STIFFNESS = 0.03;
-const GIVE = 0.002;
-const FIRMNESS = 0.15;
-const SMOOTHING = 0.01;
-const SHIFTING = 0.05;
-const SETTLING = 0.015;
-const REACH = 0.04;
-const LOOSENESS = 0.1;
 const MIDSWING = [0.8, 0.3];
-const TURNS = 3;
 
 /** log(1 + exp(x)) */
 const softplus = (x) => Math.max(x, 0) + Math.log1p(Math.exp(-Math.abs(x)));
@@ -73,15 +64,15 @@ export function walkInPlace(parameters, deviations, { speed = null, height = nul
   for (let j = 0; j < SAMPLES; j++) {
     start.set(values.subarray(24 * j, 24 * j + 19), 25 * j + 6);
     start.set(values.subarray(24 * j + 19, 24 * j + 22), 25 * j + 3);
-    for (const i of HINGES) start[25 * j + i] = STIFFNESS * softplus(start[25 * j + i] / STIFFNESS);
+    for (const i of HINGES) start[25 * j + i] = body.contact.stiffness * softplus(start[25 * j + i] / body.contact.stiffness);
     for (let s = 0; s < 2; s++) {
-      const over = (values[24 * j + 22 + s] - floor[s]) / GIVE;
-      ankles[2 * j + s] = body.height * (body.ankleHeight + GIVE * softplus(over));
+      const over = (values[24 * j + 22 + s] - floor[s]) / body.contact.give;
+      ankles[2 * j + s] = body.height * (body.ankleHeight + body.contact.give * softplus(over));
     }
   }
   let seconds = strideSeconds(parameters, deviations);
   let carried = null;
-  for (let turn = 0; turn < (speed === null ? 1 : TURNS); turn++) {
+  for (let turn = 0; turn < (speed === null ? 1 : body.contact.turns); turn++) {
     carried = carry(start, ankles, SAMPLES / seconds, body);
     if (speed !== null) seconds = carried.stride / speed;
   }
@@ -108,8 +99,8 @@ function feet(poses, body) {
 function carry(start, heights, rate, body) {
   const poses = Float64Array.from(start);
   const low = feet(poses, body).ankles;
-  const stands = standing(low, rate);
-  const bears = smooth(stands, 2, SHIFTING * rate);
+  const stands = standing(low, rate, body);
+  const bears = smooth(stands, 2, body.contact.shifting * rate);
   for (let j = 0; j < SAMPLES; j++) {
     poses[25 * j + 2] = 0;
     for (let s = 0; s < 2; s++) poses[25 * j + 2] += bears[2 * j + s] * (heights[2 * j + s] - low[6 * j + 3 * s + 2]);
@@ -122,27 +113,27 @@ function carry(start, heights, rate, body) {
       for (let c = 0; c < 2; c++) velocity[2 * j + c] -= stands[2 * j + s] * speeds[6 * j + 3 * s + c] * SAMPLES;
     }
   }
-  const { way, stride } = evenly(smooth(velocity, 2, SMOOTHING * rate));
+  const { way, stride } = evenly(smooth(velocity, 2, body.contact.smoothing * rate));
   for (let j = 0; j < SAMPLES; j++) poses.set(way.subarray(2 * j, 2 * j + 2), 25 * j);
-  plant(poses, slip(ball, way, stride, stands, rate), ankles, body);
+  plant(poses, slip(ball, way, stride, stands, rate, body), ankles, body);
   return { poses: straightened(poses, stride), stride: Math.hypot(...stride) };
 }
 
 /** How surely each foot stands, (SAMPLES × 2). */
-function standing(ankles, rate) {
+function standing(ankles, rate, body) {
   const speeds = slope(ankles, 6);
   const stands = new Float64Array(2 * SAMPLES);
   for (let j = 0; j < SAMPLES; j++) {
     const back = [-speeds[6 * j] * rate, -speeds[6 * j + 3] * rate];
     const most = Math.max(...back);
-    const weights = back.map((b) => Math.exp((b - most) / FIRMNESS));
+    const weights = back.map((b) => Math.exp((b - most) / body.contact.firmness));
     for (let s = 0; s < 2; s++) stands[2 * j + s] = weights[s] / (weights[0] + weights[1]);
   }
   return stands;
 }
 
 /** By how much to move the balls of the feet so that they go back evenly, (SAMPLES × 2 × 2) [m]. */
-function slip(ball, way, stride, stands, rate) {
+function slip(ball, way, stride, stands, rate, body) {
   const off = new Float64Array(4 * SAMPLES);
   const surely = new Float64Array(2 * SAMPLES);
   for (let s = 0; s < 2; s++) {
@@ -161,13 +152,13 @@ function slip(ball, way, stride, stands, rate) {
     for (let j = 0; j < SAMPLES; j++) {
       const at = 4 * j + 2 * s;
       for (let c = 0; c < 2; c++) off[at + c] += sums[c] / Math.max(total, 1e-9);
-      const far = (off[at] / REACH) ** 2 + (off[at + 1] / REACH) ** 2;
+      const far = (off[at] / body.contact.reach) ** 2 + (off[at + 1] / body.contact.reach) ** 2;
       surely[2 * j + s] = stands[2 * j + s] * Math.exp(-far);
     }
   }
-  const part = smooth(off.map((v, i) => v * surely[i >> 1]), 4, SETTLING * rate);
-  const whole = smooth(surely, 2, SETTLING * rate);
-  return part.map((v, i) => v / (whole[i >> 1] + LOOSENESS));
+  const part = smooth(off.map((v, i) => v * surely[i >> 1]), 4, body.contact.settling * rate);
+  const whole = smooth(surely, 2, body.contact.settling * rate);
+  return part.map((v, i) => v / (whole[i >> 1] + body.contact.looseness));
 }
 
 /** Turn the hips so that the feet move by `moves`. */
