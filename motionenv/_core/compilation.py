@@ -11,6 +11,7 @@ a part is optimised and turned into machine code inside each kernel that it belo
 that kernel's file in the cache.
 """
 
+import fcntl
 import gc
 import hashlib
 import logging
@@ -19,7 +20,7 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -187,6 +188,8 @@ class _KernelCache(_Cache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         progress.end()
+        if isinstance(self._opened, NullCache):  # it could not be written before
+            return
         folder = Path(self.cache_path)
         try:
             if not folder.is_dir():
@@ -195,6 +198,23 @@ class _KernelCache(_Cache):
         except OSError as error:
             self._opened = NullCache()
             _warn_unwritable(folder.parent, error.strerror)
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """While no other process compiles this kernel: the second one waits, and then loads what the first has made."""
+        function = self._dispatcher.py_func
+        name = f"{function.__module__}.{function.__qualname__}.lock".replace("<locals>", "")
+        try:
+            folder = cache_folder() / "locks"
+            folder.mkdir(parents=True, exist_ok=True)
+            file = open(folder / name, "w")
+        except OSError:  # nothing can be kept there either, as `save_overload` says
+            yield
+            return
+        with file:
+            with suppress(OSError):  # file systems of networks that know no locks
+                fcntl.flock(file, fcntl.LOCK_EX)
+            yield
 
     def enable(self) -> None:
         self._files().enable()
@@ -224,7 +244,7 @@ class _Kernel(_Compiled):
         self._cache = _KernelCache(self)
 
     def compile(self, sig: Any) -> Any:
-        with global_compiler_lock, _uncollected():
+        with global_compiler_lock, _uncollected(), self._cache.alone():
             return super().compile(sig)
 
 

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,7 @@ import sys
 from small.caller import outer
 print(outer(1.0), len(outer.stats.cache_hits))
 """
+ASKS_TWICE = ASKS + "assert outer(1) == 20.0"  # for an integer it is compiled again
 
 
 @pytest.fixture(params=["kernel", "part"])
@@ -50,11 +52,11 @@ def package(tmp_path, callee) -> Path:
     return folder
 
 
-def ask(package: Path, cache: Path) -> tuple[float, int, str]:
+def ask(package: Path, cache: Path, script: str = ASKS) -> tuple[float, int, str]:
     """What `outer(1.0)` is in a fresh process, how often it came from the cache, and what was logged."""
     paths = [str(package.parent), str(Path(compilation.__file__).parents[2])]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join(paths)}
-    done = subprocess.run([sys.executable, "-B", "-c", ASKS], env=environment, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-B", "-c", script], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     value, hits = done.stdout.split()
     return float(value), int(hits), done.stderr
@@ -71,6 +73,14 @@ def rewritten(file: Path, text: str) -> None:
 def test_a_kernel_is_compiled_once(package, tmp_path):
     assert ask(package, tmp_path / "cache")[:2] == (20.0, 0)
     assert ask(package, tmp_path / "cache")[:2] == (20.0, 1)
+
+
+def test_processes_that_start_together_compile_once(package, tmp_path):
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: ask(package, tmp_path / "cache"), range(4)))
+    assert [value for value, _, _ in found] == [20.0] * 4
+    assert sum("compiling kernels" in said for _, _, said in found) == 1
+    assert sorted(hits for _, hits, _ in found) == [0, 1, 1, 1]
 
 
 def test_a_changed_callee_in_another_file_is_seen(package, callee, tmp_path):
@@ -107,9 +117,9 @@ def test_nothing_is_written_beside_the_code(package, tmp_path):
 
 def test_a_cache_that_can_not_be_written_is_said_and_the_kernel_works(package, tmp_path):
     (tmp_path / "file").write_text("a file where a folder should be")
-    value, hits, said = ask(package, tmp_path / "file" / "cache")
+    value, hits, said = ask(package, tmp_path / "file" / "cache", ASKS_TWICE)
     assert (value, hits) == (20.0, 0)
-    assert "NUMBA_CACHE_DIR" in said
+    assert said.count("NUMBA_CACHE_DIR") == 1
 
 
 def test_the_oldest_kernels_go_when_there_are_too_many(tmp_path, monkeypatch):

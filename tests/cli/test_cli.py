@@ -124,8 +124,9 @@ def test_a_full_disk_leaves_no_half_written_file(walk, tmp_path, command):
     command = command.replace("WALK", str(walk)).split()
     done = in_a_process(*command, cwd=tmp_path, preexec_fn=full)
     assert done.returncode == 2
-    assert done.stderr.startswith("motionenv: can't write")
-    assert done.stderr.count("\n") == 1
+    *kernels, told = done.stderr.splitlines()
+    assert told.startswith("motionenv: can't write")
+    assert all("compile" in line or "compiling" in line for line in kernels)  # if their cache was empty
     assert list(tmp_path.iterdir()) == []
 
 
