@@ -114,11 +114,13 @@ def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _flat(poses) -> tuple[np.ndarray, tuple]:
-    """Poses as a contiguous (n, 25) array, and their leading axes."""
+    """Poses as a contiguous (n, 25) array, read-only so that each kernel has one version, and their leading axes."""
     poses = np.asarray(poses, dtype=np.float64)
     if poses.ndim == 0 or poses.shape[-1] != 25:
         raise MotionError(f"poses must have shape (..., 25), got {poses.shape}")
-    return np.ascontiguousarray(poses.reshape(-1, 25)), poses.shape[:-1]
+    flat = np.ascontiguousarray(poses.reshape(-1, 25)).view()
+    flat.flags.writeable = False
+    return flat, poses.shape[:-1]
 
 
 @part
