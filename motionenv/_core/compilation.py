@@ -18,7 +18,6 @@ import logging
 import os
 import re
 import shutil
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -36,8 +35,9 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
+from motionenv._core._progress import progress
+
 LIMIT = 400 * 2**20  # bytes of kernels on disk; one version of this library takes about 40 MB
-_REPORT = 5.0  # [s] between lines about compilation
 _IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE)
 
 logger = logging.getLogger(__name__)
@@ -183,7 +183,7 @@ class _KernelCache(_Cache):
         except OSError:  # a folder that can't be read; `save_overload` says so
             found = None
         if found is None:
-            progress.begin(self._dispatcher)
+            _begin(self._dispatcher)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -292,7 +292,7 @@ class _PartCache(NullCache):
         self._dispatcher = dispatcher
 
     def load_overload(self, sig: Any, target_context: Any) -> None:
-        progress.begin(self._dispatcher)
+        _begin(self._dispatcher)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         progress.end()
@@ -358,41 +358,9 @@ def _size(folder: Path) -> int:
     return sum(file.stat().st_size for file in folder.iterdir())
 
 
-class _Progress:
-    """Says that kernels are compiled, and how far that is: at once, and then every few seconds.
-
-    Numba compiles one kernel at a time, under a lock of its own, and those that it calls in the middle of it.
-    """
-
-    def __init__(self) -> None:
-        self._depth = self._done = self._total = 0
-        self._began = self._said = 0.0
-
-    def begin(self, dispatcher: Dispatcher) -> None:
-        """A kernel, or one that it calls, is about to be compiled."""
-        if self._depth == 0:
-            self._total = self._done + len(_reached(dispatcher, set()))
-            self._began = self._began or time.monotonic()
-        self._depth += 1
-        self._say(dispatcher)
-
-    def end(self) -> None:
-        """The kernel begun last is compiled."""
-        self._depth = max(self._depth - 1, 0)
-        self._done += 1
-
-    def _say(self, dispatcher: Dispatcher) -> None:
-        now = time.monotonic()
-        if now - self._said < _REPORT:
-            return
-        self._said = now
-        logger.warning(
-            "compiling kernels, once for this version and machine: %s, %d of %d, %.0f s",
-            dispatcher.py_func.__name__, self._done + 1, max(self._total, self._done + 1), now - self._began,
-        )  # fmt: skip
-
-
-progress = _Progress()
+def _begin(dispatcher: Any) -> None:
+    """Say that a kernel, or one that it calls, is about to be compiled."""
+    progress.begin(dispatcher.py_func.__name__, lambda: len(_reached(dispatcher, set())))
 
 
 def _reached(dispatcher: Any, found: set) -> set:
