@@ -92,7 +92,7 @@ def test_a_link_brings_everything_back(shown, browser, server):
     other = tab(browser, server.url).open(shown.page.url.split("#")[1]).still()
     assert other.ask("motionenv.state") == shown.ask("motionenv.state")
     for each in (shown, other):
-        each.until("document.querySelector('#models input[value=\"mixed/tree\"]')", 60)  # it comes when it is made
+        each.until("document.querySelector('#models input[value=\"walk/prior\"]')")  # listed by the service
     difference = ImageChops.difference(pixels(shown.picture("link")), pixels(other.page.screenshot()))
     assert np.asarray(difference).mean() < 0.1
     other.page.context.close()

@@ -4,7 +4,7 @@ import { models, parametersOf } from "../api/requests.js";
 import { make } from "./widgets.js";
 
 const SHIPPED = ["walk/fpca", "walk/eigenwalkers", "mixed/tree"];
-const TITLES = { "walk/fpca": "Functional", "walk/eigenwalkers": "Eigenwalkers", "mixed/tree": "Tree" };
+const TITLES = { "walk/fpca": "Functional", "walk/eigenwalkers": "Eigenwalkers", "mixed/tree": "Tree", "walk/prior": "Prior" };
 const cache = new Map();
 
 /** A model's parameters, cached. */
