@@ -6,7 +6,7 @@ work is cut into batches or shared among threads. Draws for one probe that go si
 
 import numpy as np
 
-from motionenv._core.compilation import part
+from motionenv._core.compilation import kernel
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
@@ -33,40 +33,40 @@ _SCALE = _X * 2.0**-52  # of the upper 53 bits, sign and all
 _LAYER, _UPPER = np.uint64(_LAYERS - 1), np.int64(11)
 
 
-@part
+@kernel
 def _mixed(x):
     x = (x ^ (x >> _S30)) * _FIRST
     x = (x ^ (x >> _S27)) * _SECOND
     return x ^ (x >> _S31)
 
 
-@part
+@kernel
 def restart(state, key, number):
     """Set `state` (1,) to the beginning of the stream `number` of `key`, both whole numbers from 0 to 2⁶⁴ - 1."""
     state[0] = _mixed(np.uint64(key) + _GOLDEN) ^ _mixed(np.uint64(number) * _GOLDEN + _SECOND)
 
 
-@part
+@kernel
 def key_of(key, draw):
     """The key to use for one of many draws from each stream of `key`; for draw 0 it is `key` itself."""
     return np.uint64(key) + np.uint64(draw) * _GOLDEN
 
 
-@part
+@kernel
 def uniform(state):
     """The next number of a stream, in [0, 1)."""
     state[0] += _GOLDEN
     return np.float64(_mixed(state[0]) >> _S11) * _UNIT
 
 
-@part
+@kernel
 def normal(state):
     """A standard normal variate (Box & Muller 1958), from two numbers of the stream."""
     radius = np.sqrt(-2.0 * np.log(1.0 - uniform(state)))
     return radius * np.cos(2.0 * np.pi * uniform(state))
 
 
-@part
+@kernel
 def gaussian(state):
     """A standard normal variate by the ziggurat of Marsaglia & Tsang (2000), several times as fast as `normal`."""
     while True:

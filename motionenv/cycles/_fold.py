@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 
 
 @kernel
@@ -49,7 +49,7 @@ def sums_of_squares(z, seen, candidates, of_means):
     return squares, means, bins
 
 
-@part
+@kernel
 def _halve(fold):
     """Fold in place at half the period: the first half becomes the sum of both halves."""
     half = len(fold) // 2
@@ -81,7 +81,7 @@ def centre(z):
     return deviation, squares, n, peak
 
 
-@part
+@kernel
 def _fold(flat, out):
     """Sum of the consecutive segments of `flat` with the length of `out`; contiguous, eight at a time, for SIMD."""
     width, n = len(out), len(flat)
@@ -100,7 +100,7 @@ def _fold(flat, out):
         start += width
 
 
-@part
+@kernel
 def _squares(sums, counts, work, power, out):
     """Add each bin's S²/n, or S²/n² for power 2, to its channel's sum; empty bins add 0, because their S is 0."""
     for j in range(len(sums)):
@@ -113,7 +113,7 @@ def _squares(sums, counts, work, power, out):
             out[a] += lanes[row + a]
 
 
-@part
+@kernel
 def _nonempty(counts, out):
     """Number of non-empty bins per channel; a fast path handles the common case that no bin is empty."""
     least = counts[0]

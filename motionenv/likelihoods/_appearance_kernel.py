@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.render.raycast.limb_kernel import NEAR
 
 _ALONG, _ACROSS = 4, 3  # sample points per limb
 _X, _Y, _Z, _R = 0, 1, 2, 3
 
 
-@part
+@kernel
 def _set_circles(ends, radii, r, t, k, circles):
     """Write the projections of a limb's end spheres, (limbs, 2, 4): u, v, depth [m] and radius [pixels]."""
     for limb in range(len(radii)):
@@ -25,7 +25,7 @@ def _set_circles(ends, radii, r, t, k, circles):
             c[_R] = k[1, 1] * radii[limb, end] * over
 
 
-@part
+@kernel
 def _hidden(circles, limb, u, v, depth):
     """Whether another limb occludes the point (u, v) of `limb` at `depth` [m]."""
     for other in range(len(circles)):
@@ -40,7 +40,7 @@ def _hidden(circles, limb, u, v, depth):
     return False
 
 
-@part
+@kernel
 def _limb_sum(circles, limb, odds):
     """Sum over the sample points of one limb, each weighted by its share of the limb's pixels."""
     height, width = odds.shape

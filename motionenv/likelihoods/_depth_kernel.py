@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.render.raycast.limb_kernel import BOX, COLUMNS, GATHER, draw_limb, set_limb
 
 
-@part
+@kernel
 def _draw(ends, radii, r, t, k, kinv, table, depth, limbs, scratch, where):
     """Render one body into `depth`; returns first and last column and row of its bounding box."""
     height, width = depth.shape

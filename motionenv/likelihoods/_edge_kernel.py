@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.body.skeleton import LIMBS
 from motionenv.likelihoods._limbs_kernel import LANES, WORK, set_limbs
 from motionenv.likelihoods._silhouette_kernel import EXTENT, GROUP, OUTLINE, add_marked, fill, mark_bodies
@@ -55,7 +55,7 @@ _GEOMETRY = 18 * LANES
 _POINT = 2 * LANES
 
 
-@part
+@kernel
 def _set_geometry(ends, radius, r, t, k, g):
     """Write the projection of one limb of each body [pixels], spheres approximated by circles.
 
@@ -91,7 +91,7 @@ def _set_geometry(ends, radius, r, t, k, g):
         g[_S + j], g[_C + j] = sine, math.sqrt(rest if rest > 0.0 else 0.0)
 
 
-@part
+@kernel
 def _set_side(g, side):
     """Write a side of a limb's outline to the last rows of `g`.
 
@@ -111,7 +111,7 @@ def _set_side(g, side):
         g[_W + j] = length if g[_L + j] > _ZERO else _ZERO
 
 
-@part
+@kernel
 def _set_pixels(g, along, width, height, words, point, weight):
     """Write the image position of a point of a side, for each body.
 
@@ -136,7 +136,7 @@ def _set_pixels(g, along, width, height, words, point, weight):
         point[LANES + j] = (((y * words + (x >> 6)) * LANES + j) << 6) | (x & 63)
 
 
-@part
+@kernel
 def _add(point, weight, bits, odds, out):
     """Add a point's log-odds times length to `out` (LANES,), unless the body covers the pixel just outside."""
     for j in range(LANES):
@@ -145,7 +145,7 @@ def _add(point, weight, bits, odds, out):
         out[j] += np.float64(weight[j] * np.float32(free)) * odds[point[j]]
 
 
-@part
+@kernel
 def _add_outlines(w, radii, r, t, k, bits, odds, g, point, weight, out):
     """Write sums of log-odds along the outlines of a block's bodies to `out` (LANES,)."""
     height, width = odds.shape

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 from numba.cpython.unsafe.numbers import leading_zeros, trailing_zeros
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.likelihoods._limbs_kernel import END_ROWS, LANES
 from motionenv.render.raycast.limb_kernel import BOX, COLUMNS, GATHER, NEAR, draw_limb, set_limb
 
@@ -93,7 +93,7 @@ def _put_lines(ax, ay, az, ra, bx, by, bz, rb, fx, skew, cx, fy, cy, seen, outli
     _put_line(ax, ay, az, ra, by, bz, rb, mx - sx, my - sy, mz - sz, fx, skew, cx, fy, cy, there, outline, other)
 
 
-@part
+@kernel
 def _set_outlines(ends, radius, r, t, k, height, outline, extent):
     """Write a limb's image outline for each body of a block; empty unless the limb is wholly in front of the camera.
 
@@ -127,7 +127,7 @@ def _set_outlines(ends, radius, r, t, k, height, outline, extent):
         extent[_NEAR + j] = 0 if seen else 1
 
 
-@part
+@kernel
 def _set_spans(v, down, outline, width, low, high):
     """Write first and last pixel (GROUP,) of the limb of each body in row `v`; last < first where there is none.
 
@@ -162,7 +162,7 @@ def _set_spans(v, down, outline, width, low, high):
         low[j], high[j] = np.int32(math.ceil(x)), np.int32(math.floor(y))
 
 
-@part
+@kernel
 def _mark(low, high, row, group):
     """Set the bits from `low` to `high` (GROUP,) for the bodies from `group` on in a row of pixels (words, LANES)."""
     start, end = 64 * len(row), -1
@@ -177,7 +177,7 @@ def _mark(low, high, row, group):
             bits[j] |= mask if first <= last else _NONE
 
 
-@part
+@kernel
 def _mark_limb(outline, extent, centre, width, spans, bits):
     """Mark a limb of the bodies of a block, where it lies wholly in front of the camera."""
     low, high = spans[0], spans[1]
@@ -191,7 +191,7 @@ def _mark_limb(outline, extent, centre, width, spans, bits):
             _mark(low, high, bits[v], group)
 
 
-@part
+@kernel
 def _mark_near_limb(g, kinv, depth, limbs, bits, scratch, where):
     """Mark a limb that reaches behind the camera in `bits` (height, words), by casting a ray per pixel."""
     width = depth.shape[1]
@@ -206,7 +206,7 @@ def _mark_near_limb(g, kinv, depth, limbs, bits, scratch, where):
                 bits[v, u >> 6] |= _ONE << np.uint64(u & 63)
 
 
-@part
+@kernel
 def mark_bodies(w, radii, r, t, k, kinv, bits, width, spans, outline, extent):
     """Mark the silhouettes of a block's bodies.
 
@@ -230,7 +230,7 @@ def mark_bodies(w, radii, r, t, k, kinv, bits, width, spans, outline, extent):
                 _mark_near(ends, j, radii[limb], r, t, k, kinv, width, bits)
 
 
-@part
+@kernel
 def _mark_near(ends, lane, radius, r, t, k, kinv, width, bits):
     """Mark a limb of one body that reaches behind the camera."""
     height = len(bits)
@@ -243,7 +243,7 @@ def _mark_near(ends, lane, radius, r, t, k, kinv, width, bits):
     _mark_near_limb(g, kinv, depth, limbs, bits[:, :, lane], scratch, where)
 
 
-@part
+@kernel
 def add_marked(bits, picture, out):
     """Write the sum of an image over the marked pixels of each body to `out` (LANES,), and clear the marks.
 
@@ -269,7 +269,7 @@ def add_marked(bits, picture, out):
             fill(row, _NONE)
 
 
-@part
+@kernel
 def fill(a, value):
     """Write a value to every entry of a vector."""
     for i in range(len(a)):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 
 # Allow reordering of sums, for SIMD, but keep NaN semantics.
 _sums = kernel(fastmath={"reassoc", "contract", "nsz"})
@@ -109,7 +109,7 @@ def centrality(samples, weights, truth, deeper, alike) -> None:
                     alike[e, joint] += w[i]
 
 
-@part
+@kernel
 def _mean_distances(pool, w, mean):
     """Write each point's weighted mean distance to all points of the pool to `mean`."""
     mean[:] = 0.0

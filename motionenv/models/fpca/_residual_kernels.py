@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 
 sums = kernel(fastmath={"reassoc", "contract"})
 
 
-@part
+@kernel
 def _seen(residual, basis, outer, gram, g):
     """Bᵀ B (lower triangle) and Bᵀ r over the seen samples of `residual` (P,); returns Σ r² and their number."""
     gram[:] = outer[-1]

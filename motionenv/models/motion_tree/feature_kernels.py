@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.body.skeleton import LIMITS
 
 _TURN = 2 * np.pi
@@ -11,13 +11,13 @@ MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
 MIDDLE[[0, 1, 2, 5]] = np.nan  # metres, and the heading's increment
 
 
-@part
+@kernel
 def turned_towards(angle, aim):
     """`angle` less as many whole turns as bring it within half a turn of `aim`."""
     return angle - _TURN * np.round((angle - aim) / _TURN)
 
 
-@part
+@kernel
 def local_pose(before, now, out):
     """Write to `out` (25,) the pose `now` as seen from the heading frame of the pose `before`, one frame earlier."""
     c, s = np.cos(before[5]), np.sin(before[5])
@@ -29,7 +29,7 @@ def local_pose(before, now, out):
     out[5] = now[5] - before[5]
 
 
-@part
+@kernel
 def placed_pose(before, local, out):
     """Write to `out` (25,) the pose in the world that `local_pose` sees as `local` from `before`."""
     c, s = np.cos(before[5]), np.sin(before[5])
@@ -41,7 +41,7 @@ def placed_pose(before, local, out):
     out[5] = heading
 
 
-@part
+@kernel
 def _rate_of_change(earlier, now, fps, out):
     """Write (now - earlier) · fps (25,) to `out`, of angles the shorter way."""
     for j in range(25):
@@ -49,7 +49,7 @@ def _rate_of_change(earlier, now, fps, out):
         out[j] = (change if np.isnan(MIDDLE[j]) else turned_towards(change, 0.0)) * fps
 
 
-@part
+@kernel
 def _plainly_told(out):
     """Turn the angles of `out` (25,) to within half a turn of the middle of their ranges."""
     for j in range(25):
@@ -57,7 +57,7 @@ def _plainly_told(out):
             out[j] = turned_towards(out[j], MIDDLE[j])
 
 
-@part
+@kernel
 def frame_parameters(poses, start, t, fps, earlier, out):
     """Write the parameters (50,) of frame `t` of a sequence that begins at frame `start`; `earlier` (25,) is scratch.
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv._core.random import gaussian, restart
 
 #: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle].
@@ -87,7 +87,7 @@ def advance(table, gait, before, scores, rest, moves, poses) -> None:
         row[5] += way[HEADING]
 
 
-@part
+@kernel
 def _channels(table, phase, scores, row) -> None:
     """Write mean + Σ_k scores_k · component_k to `row` (25,), interpolated linearly in phase."""
     phases, rows, width = table.shape

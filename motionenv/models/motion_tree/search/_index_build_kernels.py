@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK, FAN, first_groups
 
 _simd = kernel(fastmath={"contract", "nnan", "nsz", "reassoc"})
@@ -54,7 +54,7 @@ def _widest(rows, start, stop):
     return widest
 
 
-@part
+@kernel
 def _select(rows, order, start, stop, middle, d):
     """Reorder points `start` to `stop` so that none from `middle` on precedes an earlier one in coordinate `d`."""
     stop -= 1
@@ -66,7 +66,7 @@ def _select(rows, order, start, stop, middle, d):
             stop = j
 
 
-@part
+@kernel
 def _partition(rows, order, i, j, pivot, d):
     """Partition points `i` to `j` by coordinate `d` at `pivot` (Hoare); return where the two parts meet."""
     while i <= j:

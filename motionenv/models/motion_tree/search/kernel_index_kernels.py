@@ -9,7 +9,7 @@ root down, level by level.
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv._core.random import restart, uniform
 
 _simd = kernel(fastmath={"contract", "nnan", "nsz", "reassoc"})
@@ -97,7 +97,7 @@ def _near_excess(blocks, leaf, probe, reference, out):
             out[i] += p * p
 
 
-@part
+@kernel
 def leaf_excess(blocks, leaf, probe, reference, far, out):
     """Squared distances (16,) of a probe to the points of a leaf, less `reference`; if `far`, in double precision."""
     if far:
@@ -157,7 +157,7 @@ def _least(row):
     return best
 
 
-@part
+@kernel
 def _descend(blocks, boxes, levels, first, probe, far, row):
     """Squared distance of the nearest point in the leaf reached by always taking the nearest box."""
     node = 0
@@ -167,7 +167,7 @@ def _descend(blocks, boxes, levels, first, probe, far, row):
     return _leaf_least(blocks, node, probe, far, row)
 
 
-@part
+@kernel
 def _leaf_least(blocks, leaf, probe, far, row):
     """The least squared distance of a leaf's points; if `far`, in double precision, so that its own excess is 0."""
     if not far:
@@ -179,7 +179,7 @@ def _leaf_least(blocks, leaf, probe, far, row):
     return best
 
 
-@part
+@kernel
 def _far_distance(blocks, leaf, i, probe):
     """Squared distance of a probe to point `i` of a leaf, in double precision."""
     whole = 0.0
@@ -189,7 +189,7 @@ def _far_distance(blocks, leaf, i, probe):
     return whole
 
 
-@part
+@kernel
 def _search(blocks, boxes, levels, first, probe, best, margin, far, row, stack, bounds):
     """The least squared distance of a point up to `margin`, by branch and bound from the initial value `best`."""
     stack[0, 0], stack[0, 1], bounds[0] = levels - 1, 0, 0.0
@@ -207,7 +207,7 @@ def _search(blocks, boxes, levels, first, probe, best, margin, far, row, stack, 
     return best
 
 
-@part
+@kernel
 def _push(row, level, node, limit, stack, bounds, top):
     """Push the children of a group with squared distances `row` below `limit`, the nearest last."""
     nearest = _least(row)
@@ -231,13 +231,13 @@ def reference(blocks, boxes, levels, first, probe, steepness, row, stack, bounds
     return best, far
 
 
-@part
+@kernel
 def steepness_of(beta):
     """1 / 2β, clipped to the range of single precision."""
     return min(max(0.5 / beta, 1.0 / _STEEPEST), _STEEPEST)
 
 
-@part
+@kernel
 def draw(blocks, boxes, n, probe, beta, state, work, out):
     """Draw positions `out` (count,) int32 with probabilities proportional to exp(-|z_i - probe|² / 2β), exactly.
 
@@ -266,7 +266,7 @@ def draw(blocks, boxes, n, probe, beta, state, work, out):
             )
 
 
-@part
+@kernel
 def _throw(blocks, boxes, levels, first, probe, best, far, s, state, entries, mass, child, row, powers, bits, path):
     """One rejection step: the position drawn or -1, and the new number of entries."""
     u = uniform(state) * np.float64(_total(mass, 0))
@@ -301,7 +301,7 @@ def _throw(blocks, boxes, levels, first, probe, best, far, s, state, entries, ma
     return node, entries
 
 
-@part
+@kernel
 def _tighten(mass, path, depth, whole):
     """Update the bounds along the path after its last node was opened and has the bound `whole`."""
     for j in range(depth, -1, -1):
@@ -348,7 +348,7 @@ def log_sums(blocks, boxes, n, probes, beta, tolerance, out):
         out[i] = np.log(whole) - best * s
 
 
-@part
+@kernel
 def _sum(blocks, boxes, levels, first, n, probe, best, far, s, tolerance, mass, row, powers, bits, stack, bounds):
     """Sum of the kernels of all n points relative to that at squared distance `best`; relative error `tolerance`."""
     whole, limit = 0.0, np.inf

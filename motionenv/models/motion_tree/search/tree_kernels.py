@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv._core.random import key_of, restart, uniform
 
 #: A node: the level l of its coefficient, its threshold θ, and its children for coefficients below θ (left) and from θ
@@ -34,7 +34,7 @@ def _tail_table() -> np.ndarray:
 _TAIL = _tail_table()
 
 
-@part
+@kernel
 def tail(x):
     """Φ(-x) for x >= 0, with an absolute error of 1e-10 and a relative error of 1e-6; 0 from 8 on."""
     if not x < _CERTAIN:
@@ -115,7 +115,7 @@ def build(blocks, median, nodes, starts, members):
     return node
 
 
-@part
+@kernel
 def _split(blocks, median, level, members, values, aside):
     """The first level from `level` on that splits `members`, its threshold, and the number of members below it.
 
@@ -134,7 +134,7 @@ def _split(blocks, median, level, members, values, aside):
     return level, threshold, m
 
 
-@part
+@kernel
 def _part(members, values, threshold, aside):
     """Stable partition of members: those with values below the threshold come first. Returns their number."""
     below, above = 0, 0
@@ -147,7 +147,7 @@ def _part(members, values, threshold, aside):
     return below
 
 
-@part
+@kernel
 def _step(node, probe, sharpness, state):
     """Take a branch at random (eq. 7 and 8); return the child and the branch's probability."""
     x = (np.float64(probe[node.level]) - node.threshold) * sharpness
@@ -156,7 +156,7 @@ def _step(node, probe, sharpness, state):
     return node.right if (x >= 0.0) != turns else node.left, against if turns else 1.0 - against
 
 
-@part
+@kernel
 def path_of(nodes, blocks, position, probe, sharpness):
     """The leaf of the window at `position`, and the log-probability that the search reaches it."""
     place, log_probability = 0 if len(nodes) else -1, 0.0
@@ -170,7 +170,7 @@ def path_of(nodes, blocks, position, probe, sharpness):
     return ~place, log_probability
 
 
-@part
+@kernel
 def draw(nodes, starts, members, blocks, probe, beta, kernel, state, weights):
     """One draw for one probe: the position of a window, and its log-probability.
 
@@ -193,7 +193,7 @@ def draw(nodes, starts, members, blocks, probe, beta, kernel, state, weights):
     return position, log_probability + math.log(share)
 
 
-@part
+@kernel
 def _choose(starts, members, blocks, leaf, probe, beta, kernel, state, weights):
     """Pick a window of a leaf at random; return its position and probability."""
     first, size = starts[leaf], starts[leaf + 1] - starts[leaf]
@@ -209,7 +209,7 @@ def _choose(starts, members, blocks, leaf, probe, beta, kernel, state, weights):
     return members[first + j], weights[j] / total
 
 
-@part
+@kernel
 def log_probability_of(nodes, starts, members, blocks, probe, position, beta, kernel, weights):
     """Log-probability with which `draw` draws the window at `position`; `draw` describes the other arguments."""
     leaf, log_probability = path_of(nodes, blocks, position, probe, 1.0 / math.sqrt(beta))
@@ -223,7 +223,7 @@ def log_probability_of(nodes, starts, members, blocks, probe, position, beta, ke
     return log_probability + math.log(weights[np.searchsorted(among, position)] / total)
 
 
-@part
+@kernel
 def _weigh(blocks, among, probe, beta, weights):
     """Write exp(-|z_i - z|² / 2β) of the windows at positions `among`, relative to the largest; return the sum."""
     least, total = np.inf, 0.0

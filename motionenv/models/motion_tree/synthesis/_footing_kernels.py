@@ -9,7 +9,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from motionenv._core.compilation import part
+from motionenv._core.compilation import kernel
 from motionenv.body.kinematics import feet_of
 
 #: What `keep_footing` remembers: ground (3,) of the clip as in `outlook.FutureCost`; per foot whether it is locked
@@ -34,7 +34,7 @@ def footing_on(ground) -> Footing:
     return Footing(np.array(ground, dtype=np.float64), np.zeros(2, dtype=np.bool_), np.zeros((2, 2)), np.zeros((2, 2)))
 
 
-@part
+@kernel
 def keep_footing(pose, stands, ground, footing, offsets, height):
     """Move the root and turn the legs of `pose` (1, 25) so that feet that stand, as `stands` (2,) says, stay in place.
 
@@ -59,7 +59,7 @@ def keep_footing(pose, stands, ground, footing, offsets, height):
     _reach(pose, target, offsets, height)
 
 
-@part
+@kernel
 def _lock(balls, stands, footing):
     """Lock feet that begin to stand, let go those that no longer do or are too far from their place."""
     for side in range(2):
@@ -73,7 +73,7 @@ def _lock(balls, stands, footing):
                 footing.place[side, i] = balls[side, i] + footing.shift[side, i]
 
 
-@part
+@kernel
 def _carry_root(pose, balls, footing):
     """Let the root, and `balls` (2, 3) with it, follow what the locked feet slip."""
     locked = footing.locked[0] + footing.locked[1]
@@ -90,7 +90,7 @@ def _carry_root(pose, balls, footing):
         balls[1, i] += step
 
 
-@part
+@kernel
 def _reach(pose, target, offsets, height):
     """Turn the hips and knees of `pose` (1, 25) until the feet are at `target` (2, 3): x, y of balls, z of ankles.
 
@@ -112,7 +112,7 @@ def _reach(pose, target, offsets, height):
             pose[0, knee] = min(max(pose[0, knee], straightest[side]), _KNEE)
 
 
-@part
+@kernel
 def _miss(target, ankles, balls, error):
     """Write by how much (2, 3) the feet miss the target; the largest of that."""
     worst = 0.0
@@ -123,7 +123,7 @@ def _miss(target, ankles, balls, error):
     return worst
 
 
-@part
+@kernel
 def _slopes(pose, ankles, offsets, height, slope):
     """Write how the ankles move (2, 3, 3) with flexion and abduction of the hip and flexion of the knee, in turn."""
     probed, unused = np.empty((1, 2, 3)), np.empty((1, 2, 3))
@@ -137,7 +137,7 @@ def _slopes(pose, ankles, offsets, height, slope):
                 slope[side, i, j] = (probed[0, side, i] - ankles[side, i]) / _PROBE
 
 
-@part
+@kernel
 def _damped(slope, error, turn):
     """Write to `turn` (3,) the least squares solution of slope · turn = error, damped: Jᵀ (J Jᵀ + λ²)⁻¹ e."""
     a = np.empty((3, 3))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv.models.motion_tree.search.kernel_index_kernels import (
     BLOCK,
     FAN,
@@ -43,7 +43,7 @@ def future_cost(starts, frames, place, tails, exits, distances, toll, discount, 
             return
 
 
-@part
+@kernel
 def _leave(exits, distances, discount, cost):
     """Lowest cost of an exit and its window; infinite and -1 without exits."""
     best, way = np.inf, -1
@@ -53,7 +53,7 @@ def _leave(exits, distances, discount, cost):
     return best, way
 
 
-@part
+@kernel
 def _carry_back(starts, place, way_out, toll, discount, cost):
     """Propagate costs from the tails of sequences back to their beginnings."""
     for s in range(len(starts) - 1):
@@ -85,7 +85,7 @@ def nearest_elsewhere(blocks, boxes, n, frames, asked, apart, found, distances):
         _search(blocks, boxes, n, frames, asked[a], apart, found[a], distances[a], work)
 
 
-@part
+@kernel
 def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
     probe, row, stack = work[2], work[3], work[6]
     levels, first = first_groups(n)
@@ -108,7 +108,7 @@ def _search(blocks, boxes, n, frames, here, apart, found, distances, work):
                 top += 1
 
 
-@part
+@kernel
 def _take(first, n, row, frames, here, apart, found, distances):
     """Insert the points of a leaf from position `first` on, at squared distances `row` (16,), that are near enough."""
     for i in range(min(FAN, n - first)):
@@ -116,7 +116,7 @@ def _take(first, n, row, frames, here, apart, found, distances):
             _insert(first + i, row[i], frames, apart, found, distances)
 
 
-@part
+@kernel
 def _insert(position, distance, frames, apart, found, distances):
     """Insert a window into the sorted nearest ones, replacing one within `apart` frames of it, or else the last."""
     k = len(found) - 1

@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from motionenv._core.compilation import kernel, part
+from motionenv._core.compilation import kernel
 from motionenv._core.random import normal, restart, uniform
 from motionenv.models.motion_tree.feature_kernels import (
     MIDDLE,
@@ -85,7 +85,7 @@ def grow(sources, settings, state, poses, stands, offsets, height, key, out):
         state.count[0] += 1
 
 
-@part
+@kernel
 def _follow(sources, s, settings, state, poses, random, step):
     """Draw a window, and write the entries that the tree predicts of the pose after it to `step`."""
     source = sources[s]
@@ -102,24 +102,24 @@ def _follow(sources, s, settings, state, poses, random, step):
             step[c] = after[c]
 
 
-@part
+@kernel
 def _goes_on(source, last, i):
     return last >= 0 and source.frames[i] == source.frames[last] + 1
 
 
-@part
+@kernel
 def _is_angle(c):
     """Whether entry c of a local pose is an angle of period 2π."""
     return not np.isnan(MIDDLE[c])
 
 
-@part
+@kernel
 def _plainly(value, c):
     """Entry c of a local pose, wrapped like the parameters of frames."""
     return turned_towards(value, MIDDLE[c]) if _is_angle(c) else value
 
 
-@part
+@kernel
 def coefficients(source, rows, out):
     """Write to `out` (b,) the standardised coefficients of the ten latest of `rows` (11, 25), the latest first."""
     p = len(source.channels)
@@ -133,7 +133,7 @@ def coefficients(source, rows, out):
                 out[i] += f * source.weights[lag, j, i]
 
 
-@part
+@kernel
 def _choose(sources, s, settings, state, random):
     """Position of the window after which the next frame comes.
 
@@ -170,7 +170,7 @@ def _choose(sources, s, settings, state, random):
     return offered[_pick(weight, random)]
 
 
-@part
+@kernel
 def _way_out(source, last, after):
     """The best exit from the window `after`; without such a window, the successor of the last window's exit."""
     if after >= 0 or last < 0 or source.way_out[last] < 0:
@@ -179,7 +179,7 @@ def _way_out(source, last, after):
     return following if following >= 0 else source.way_out[last]
 
 
-@part
+@kernel
 def _draw(source, settings, probe, random, drawn):
     """Draw windows from p(i | t), exactly or by the paper's search with the kernel in the leaf."""
     if not settings.paper:
@@ -194,7 +194,7 @@ def _draw(source, settings, probe, random, drawn):
         )  # fmt: skip
 
 
-@part
+@kernel
 def _pick(log_weight, random):
     """Draw an index with probabilities proportional to exp(log_weight), of which at least one is finite."""
     best, total = log_weight.max(), 0.0
@@ -208,7 +208,7 @@ def _pick(log_weight, random):
     return log_weight.argmax()
 
 
-@part
+@kernel
 def _log_weight(sources, s, i, present, settings, state):
     """Log weight of a window by future cost, activity, heading, speed and, for the upper body, match with the legs.
 
@@ -232,7 +232,7 @@ def _log_weight(sources, s, i, present, settings, state):
     return w
 
 
-@part
+@kernel
 def _apart(source, frame, present):
     """Squared distance of the coefficients of the window that ends at `frame` to `present` (b,)."""
     i, square = source.place[frame], 0.0
@@ -241,7 +241,7 @@ def _apart(source, frame, present):
     return square
 
 
-@part
+@kernel
 def _begin_blend(owns, row, state):
     """Store the difference of the generated pose from the database frame `row` (50,), and the difference's rate."""
     for c in range(25):
@@ -251,7 +251,7 @@ def _begin_blend(owns, row, state):
             state.drift[c] = (state.rows[0, c] - state.rows[1, c]) * FPS - row[25 + c]
 
 
-@part
+@kernel
 def _blend(quickness, state, step):
     """Decay differences over a frame, x(t) = (x₀ + (v₀ + y x₀) t) exp(-y t) (Bollo 2018), and add them to `step`."""
     if not quickness < np.inf:
@@ -265,7 +265,7 @@ def _blend(quickness, state, step):
         step[c] += state.difference[c]
 
 
-@part
+@kernel
 def _remember(step, state):
     """Push the new local pose to the history, with angles unwrapped relative to the previous pose."""
     for k in range(len(state.rows) - 1, 0, -1):
