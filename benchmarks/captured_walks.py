@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from motionenv.mocap.formats import asfamc
+from motionenv.mocap.readers import asfamc
 from motionenv.mocap.retargeting import retarget, to_markers
 from motionenv.types import MARKERS
 

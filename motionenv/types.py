@@ -105,21 +105,26 @@ class Motion(_Record):
     """Poses of one body over time.
 
     Attributes:
-        poses: (..., frames, 25), the pose vector in the order of `POSE` [m, rad]; NaN where unknown.
+        poses: (..., frames, 25), the pose vector in the order of `POSE` [m, rad]; NaN where unknown. A capture of the
+            lower body has NaN in the neck's and the arms' entries of every frame.
         skeleton: the body.
         fps: frame rate [Hz].
         name: label of the source.
+        filled: (..., frames, 25) bool, True where a model and not the capture gave the value; None if nowhere.
     """
 
     poses: np.ndarray
     skeleton: Skeleton
     fps: float
     name: str = ""
+    filled: np.ndarray | None = None
 
     def __post_init__(self):
         self._set(poses=frozen(self.poses, (..., None, 25), "Motion.poses"), fps=checked_fps(self.fps))
         if not isinstance(self.skeleton, Skeleton):
             raise MotionError(f"Motion.skeleton must be a Skeleton, got {type(self.skeleton).__name__}")
+        if self.filled is not None:
+            self._set(filled=frozen(self.filled, self.poses.shape, "Motion.filled", dtype=bool))
 
     @property
     def angles(self) -> np.ndarray:
@@ -130,6 +135,78 @@ class Motion(_Record):
     def seconds(self) -> float:
         """Duration [s]."""
         return self.poses.shape[-2] / self.fps
+
+
+@dataclass(frozen=True)
+class Event:
+    """A foot meets or leaves the ground.
+
+    Attributes:
+        time: since the first frame [s].
+        kind: "initial_contact" or "toe_off".
+        side: "left" or "right".
+    """
+
+    time: float
+    kind: str
+    side: str
+
+    def __post_init__(self):
+        if self.kind not in ("initial_contact", "toe_off") or self.side not in ("left", "right"):
+            raise MotionError(
+                "an Event is an initial_contact or toe_off of the left or right side, "
+                f"got {self.kind!r} of {self.side!r}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class ForcePlate(_Record):
+    """One force plate of a capture.
+
+    Attributes:
+        corners: (4, 3) [m], world frame.
+        force: (samples, 3) [N] of the ground on the foot, world frame.
+        centre: (samples, 3) [m] centre of pressure, world frame; NaN where the plate is unloaded.
+        fps: sampling rate [Hz]; sample 0 is at the time of the first frame.
+    """
+
+    corners: np.ndarray
+    force: np.ndarray
+    centre: np.ndarray
+    fps: float
+
+    def __post_init__(self):
+        force = frozen(self.force, (None, 3), "ForcePlate.force")
+        self._set(
+            corners=frozen(self.corners, (4, 3), "ForcePlate.corners"),
+            force=force,
+            centre=frozen(self.centre, (len(force), 3), "ForcePlate.centre"),
+            fps=checked_fps(self.fps),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Recording(_Record):
+    """What a capture file holds beside its points.
+
+    Attributes:
+        subject: label of the person; "" if the file doesn't name one.
+        first_frame: number of the first frame in the file.
+        events: in the order of time.
+        plates: the force plates.
+        parameters: single numbers by "GROUP:NAME", such as "PROCESSING:LLEGLENGTH", in capitals, in the file's units.
+        metres: per unit of length of the file; what `parameters` are to be multiplied by.
+        outputs: other programs' results that the file stores as points, such as "LKneeAngles": (frames, 3) in the
+            file's units (angles in degrees), by name without the subject's.
+    """
+
+    subject: str = ""
+    first_frame: int = 1
+    events: tuple[Event, ...] = ()
+    plates: tuple[ForcePlate, ...] = ()
+    parameters: dict[str, float] = field(default_factory=dict)
+    metres: float = 1.0
+    outputs: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +220,7 @@ class Markers(_Record):
         parents: for joints of a hierarchy, the index of each one's parent (-1 for a root); else None.
         rotations: for joints of a hierarchy, (..., frames, points, 3, 3), joint → world; else None.
         name: label of the source.
+        recording: what the file holds beside its points; None if nothing.
     """
 
     names: tuple[str, ...]
@@ -151,6 +229,7 @@ class Markers(_Record):
     parents: tuple[int, ...] | None = None
     rotations: np.ndarray | None = None
     name: str = ""
+    recording: Recording | None = None
 
     def __post_init__(self):
         names = tuple(str(n) for n in self.names)

@@ -14,7 +14,7 @@ from benchmarks import MOCAP
 from benchmarks.models import kinectgait
 from motionenv.body.kinematics import FOOT_BALL, forward
 from motionenv.body.skeleton import NODES, SEGMENTS
-from motionenv.mocap.formats import asfamc
+from motionenv.mocap.readers import asfamc
 from motionenv.mocap.retargeting import to_markers
 from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker

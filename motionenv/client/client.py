@@ -14,7 +14,7 @@ from motionenv.client.jobs import Job
 from motionenv.client.responses import LiftedPoints, lifted, samples
 from motionenv.client.streams import Stream
 from motionenv.errors import MotionError
-from motionenv.mocap.formats import npz
+from motionenv.mocap import npz
 from motionenv.types import Motion, Points
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from motionenv.errors import FormatError
-from motionenv.mocap.formats import asfamc, bvh, c3d, npz, trc
+from motionenv.mocap import npz
+from motionenv.mocap.readers import asfamc, bvh, c3d, trc
 from motionenv.types import Markers, Motion
 
 #: The reader of each suffix, and the options of `read` that it accepts.

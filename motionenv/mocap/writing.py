@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motionenv.errors import MotionError
-from motionenv.mocap.formats import bvh_writer, c3d_writer, csv_writer, glb, npz
+from motionenv.mocap import npz
+from motionenv.mocap.writers import bvh, c3d, csv, glb
 from motionenv.types import Motion
 
-_WRITERS = {".bvh": bvh_writer, ".c3d": c3d_writer, ".csv": csv_writer, ".glb": glb, ".npz": npz}
+_WRITERS = {".bvh": bvh, ".c3d": c3d, ".csv": csv, ".glb": glb, ".npz": npz}
 
 
 def write(motion: Motion, path) -> None:

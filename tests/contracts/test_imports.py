@@ -23,6 +23,7 @@ RANK = {
     "likelihoods": 5,
     "lifting": 6,
     "tracking": 6,
+    "gait": 4,
     "metrics": 7,
     "envs": 8,
     "": 9,  # motionenv/__init__.py: the public names
@@ -46,7 +47,7 @@ HOME = {
     "pyglet": {"render"},
     "av": {"render"},
     "PIL": {"render"},
-    "matplotlib": {"lifting"},
+    "matplotlib": {"lifting", "gait"},
     "gymnasium": {"envs"},
     "typer": {"cli"},
     "rich": {"cli"},

@@ -11,7 +11,7 @@ FOLDERS = ("motionenv", "service", "benchmarks", "renders", "tests")
 MOST = 14
 #: Folders that may show more, each for a reason.
 MORE = {
-    "motionenv": 16,  # the steps of the flow, side by side
+    "motionenv": 17,  # the steps of the flow, side by side
     "renders/fixtures": 16,  # eight, each a picture and its truth
     "tests": 20,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share

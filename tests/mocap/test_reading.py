@@ -7,7 +7,7 @@ import pytest
 
 from motionenv import mocap as files
 from motionenv.errors import FormatError
-from motionenv.mocap.formats import npz
+from motionenv.mocap import npz
 from motionenv.types import Markers, Motion, Skeleton
 
 #: What files of the collection need besides their path, and why.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motionenv.errors import FormatError
-from motionenv.mocap.formats.text import read_bytes
+from motionenv.mocap.readers.text import read_bytes
 
 #: COCO's keypoints, in file order.
 KEYPOINTS = (

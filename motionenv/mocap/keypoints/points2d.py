@@ -22,8 +22,8 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.formats.text import number, read_lines
 from motionenv.mocap.keypoints import coco
+from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
 from motionenv.types import MARKERS, Points
 

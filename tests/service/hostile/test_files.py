@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 import motionenv
-from tests.mocap.formats.test_asfamc import AMC, ASF
+from tests.mocap.readers.test_asfamc import AMC, ASF
 from tests.service.hostile.mutating import mutated
 from tests.service.jobs.handing import as_file, ended, result, uploads
 

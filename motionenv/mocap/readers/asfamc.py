@@ -14,7 +14,7 @@ import numpy as np
 from motionenv._core.rotations import from_euler
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
-from motionenv.mocap.formats.text import number, read_lines
+from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import forward, metres_per
 from motionenv.types import Markers
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionenv.errors import FormatError
-from motionenv.mocap.formats import asfamc, bvh
+from motionenv.mocap.readers import asfamc, bvh
 
 ASF = """# made by hand
 :version 1.10

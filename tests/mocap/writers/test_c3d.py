@@ -6,7 +6,8 @@ import pytest
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.mocap.formats import c3d, c3d_writer
+from motionenv.mocap.readers import c3d
+from motionenv.mocap.writers import c3d as c3d_writer
 from motionenv.types import MARKERS, POSE, Motion
 
 

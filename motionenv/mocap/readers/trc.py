@@ -6,7 +6,7 @@ import numpy as np
 
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.formats.text import count, number, read_lines, unique
+from motionenv.mocap.readers.text import count, number, read_lines, unique
 from motionenv.mocap.units_axes import metres_per, upright
 from motionenv.types import Markers
 

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.errors import FormatError
-from motionenv.mocap.formats import trc
+from motionenv.mocap.readers import trc
 
 SMALL = (
     "PathFileType\t4\t(X/Y/Z)\tsmall.trc\n"

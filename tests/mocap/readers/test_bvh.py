@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.formats import bvh
+from motionenv.mocap.readers import bvh
 
 SMALL = """HIERARCHY
 ROOT Hips

@@ -10,7 +10,7 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import markers
 from motionenv.errors import MotionError
-from motionenv.mocap.formats.export_common import check_sequence
+from motionenv.mocap.writers.common import check_sequence
 from motionenv.types import MARKERS, Motion
 
 _MM = 1000.0

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.body import markers
-from motionenv.mocap.formats import csv_writer
+from motionenv.mocap.writers import csv as csv_writer
 from motionenv.types import Motion
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from motionenv._core.files import atomic_write
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.formats.text import read_bytes
+from motionenv.mocap.readers.text import read_bytes
 from motionenv.types import POSE, Motion, Skeleton
 
 _FORMAT, _VERSION = "motionenv motion", 1

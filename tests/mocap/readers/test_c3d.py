@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from motionenv.errors import FormatError
-from motionenv.mocap.formats import asfamc, c3d, trc
+from motionenv.mocap.readers import asfamc, c3d, trc
 
 POINTS = np.array([[[100.0, 200, 300], [110, 210, 310]], [[-100.0, 5, 1000], [-90, 6, 1001]]])  # point, frame, mm
 

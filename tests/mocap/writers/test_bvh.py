@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionenv.body import NODES, SEGMENTS, forward, markers
-from motionenv.mocap.formats import bvh as reader
-from motionenv.mocap.formats import bvh_writer
+from motionenv.mocap.readers import bvh as reader
 from motionenv.mocap.retargeting import retarget
+from motionenv.mocap.writers import bvh as bvh_writer
 from motionenv.types import POSE
 
 JOINTS = {

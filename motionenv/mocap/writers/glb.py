@@ -14,7 +14,7 @@ from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import forward
 from motionenv.body.meshes import Mesh, limb_meshes
 from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_SEGMENT, SEGMENT_ORIGIN, SEGMENT_PARENT, SEGMENTS
-from motionenv.mocap.formats.export_common import check_sequence, local_rotations, y_up, y_up_turns
+from motionenv.mocap.writers.common import check_sequence, local_rotations, y_up, y_up_turns
 from motionenv.types import Motion, Skeleton
 
 _COMPONENTS = {"float32": 5126, "uint16": 5123, "uint8": 5121}

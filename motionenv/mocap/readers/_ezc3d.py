@@ -1,4 +1,4 @@
-"""Script that reads a C3D file with ezc3d and writes an NPZ to stdout; run by `motionenv.mocap.formats.c3d`.
+"""Script that reads a C3D file with ezc3d and writes an NPZ to stdout; run by `motionenv.mocap.readers.c3d`.
 
 It runs in a separate process, because ezc3d can crash or allocate all memory on a damaged file. It doesn't import
 motionenv, so that it starts fast.

@@ -13,7 +13,7 @@ import numpy as np
 from motionenv._core.rotations import from_euler
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
-from motionenv.mocap.formats.text import count, number, read_lines, unique
+from motionenv.mocap.readers.text import count, number, read_lines, unique
 from motionenv.mocap.units_axes import forward, metres_per
 from motionenv.types import Markers
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.formats import npz
+from motionenv.mocap import npz
 from motionenv.types import Motion, Skeleton
 
 

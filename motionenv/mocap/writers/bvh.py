@@ -13,7 +13,7 @@ from motionenv._core.files import atomic_write
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
-from motionenv.mocap.formats.export_common import check_sequence, local_rotations, y_up
+from motionenv.mocap.writers.common import check_sequence, local_rotations, y_up
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0

@@ -3,7 +3,7 @@
 import pytest
 
 from motionenv.errors import FormatError
-from motionenv.mocap.formats.text import count, number, read_bytes, read_lines, unique
+from motionenv.mocap.readers.text import count, number, read_bytes, read_lines, unique
 
 
 @pytest.mark.parametrize("ends", [b"\n", b"\r\n", b"\r"])

@@ -19,7 +19,7 @@ import numpy as np
 
 from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import markers
-from motionenv.mocap.formats.export_common import check_sequence
+from motionenv.mocap.writers.common import check_sequence
 from motionenv.types import MARKERS, POSE, Motion
 
 #: Names of the columns.

@@ -6,8 +6,8 @@ import pytest
 from motionenv.body import forward, from_height
 from motionenv.body.skeleton import SEGMENT_PARENT
 from motionenv.errors import GapError, MotionError
-from motionenv.mocap.formats.export_common import check_sequence, local_rotations, y_up, y_up_turns
 from motionenv.mocap.units_axes import upright
+from motionenv.mocap.writers.common import check_sequence, local_rotations, y_up, y_up_turns
 from motionenv.types import Motion, Skeleton
 
 

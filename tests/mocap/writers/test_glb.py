@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from motionenv.body import NODES, SEGMENTS, body_mesh, forward, from_height
 from motionenv.body.skeleton import SEGMENT_ORIGIN
-from motionenv.mocap.formats import glb
+from motionenv.mocap.writers import glb
 from motionenv.types import Motion
 
 VALIDATE = """

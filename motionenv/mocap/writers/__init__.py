@@ -1,0 +1,5 @@
+"""Writers of motions, one module per format."""
+
+from motionenv.mocap.writers import bvh, c3d, csv, glb
+
+__all__ = ["bvh", "c3d", "csv", "glb"]
