@@ -65,8 +65,8 @@ def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batc
     matched with the last batch axis of the poses (n poses, or one pose seen n times).
 
     Raises:
-        MotionError: a pose has infinite values, shapes don't broadcast, cameras differ in image size, or the skeleton has
-            another number of limbs than `LIMBS`.
+        MotionError: a pose has infinite values, shapes don't broadcast, cameras differ in image size, or the skeleton
+            has another number of limbs than `LIMBS`.
     """
     poses = np.asarray(poses, dtype=np.float64)
     if poses.ndim == 0 or poses.shape[-1] != 25:
