@@ -46,7 +46,7 @@ class GlScene:
     def _add(self, primitive, casts_shadow: bool = False):
         """Add a mesh; returns its node."""
         node = self.pyrender.add(load().Mesh([primitive]))
-        node.casts_shadow = casts_shadow
+        node.casts_shadow, node.shown = casts_shadow, True
         return node
 
     def pose(self, pose) -> None:
@@ -57,7 +57,7 @@ class GlScene:
         """
         ends, known = limb_segments(pose, self._skeleton), known_limbs(pose)
         for node, (start, end), shown in zip(self._limbs, ends, known, strict=True):
-            node.mesh.is_visible = bool(shown)
+            node.mesh.is_visible = node.shown = bool(shown)
             if shown:
                 self.pyrender.set_pose(node, _placed(start, _along(end - start)))
         if known.any():

@@ -145,7 +145,9 @@ def test_without_graphics_libraries_the_error_says_what_to_install(platform):
 
 
 @pytest.mark.usefixtures("opengl")
-def test_unknown_limbs_are_not_drawn_and_come_back(renderer, walking):
+def test_unknown_limbs_are_not_drawn_and_come_back(walking):
+    """Neither in ids nor in colours, and they cast no shadow: a body of which nothing is known leaves an empty scene."""
+    renderer = PyrenderRenderer(Scene())
     poses = walking(3).copy()
     poses[:, :2] = 0
     whole = renderer.render(poses[2], SKELETON, CAMERA)
@@ -156,3 +158,11 @@ def test_unknown_limbs_are_not_drawn_and_come_back(renderer, walking):
     assert not shown & {"head", "neck", "torso", "shoulders", "left_hand", "right_forearm"}
     assert not nothing.limbs.any()
     np.testing.assert_array_equal(again.limbs, whole.limbs)
+    np.testing.assert_array_equal(again.rgb, whole.rgb)
+    away = np.zeros(25)
+    away[0] = 200.0
+    np.testing.assert_array_equal(nothing.rgb, renderer.render(away, SKELETON, CAMERA).rgb)
+    blue = lambda frame: (frame.rgb[..., 2] > 1.5 * frame.rgb[..., 0]).sum()
+    assert blue(whole) > 20
+    assert blue(lower) == 0
+    renderer.close()
