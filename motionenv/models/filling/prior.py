@@ -6,11 +6,11 @@ the known ones at the five times, is linear: arms swing against the legs, and as
 the phase and the pace of a walk without estimating either, so that it also holds while people start, turn and stand.
 
 Three things keep it from claiming too much. The neck turns to where people look, whatever their legs do: the few people
-of a model suggest otherwise, and are wrong about others, so limbs tell nothing of the neck, and it of them. People differ from the model, and captures define the pelvis' angles in
-different ways, so each known angle has an error of its own (`NOISE`) and one that it keeps over time (`OFFSET`). And
-where the known angles are farther from the model's walks than walks are (`LIMIT`, in root mean square Mahalanobis
-distance), as of somebody who sits, their deviation from the mean is shortened to that distance: of such motion the
-prior knows little more than the mean posture.
+of a model suggest otherwise, and are wrong about others, so limbs tell nothing of the neck, and it nothing of them.
+People differ from the model, and captures define the pelvis' angles in different ways, so each known angle has an error
+of its own (`NOISE`) and one that it keeps over time (`OFFSET`). And where the known angles are farther from the model's
+walks than walks are (`LIMIT`, in root mean square Mahalanobis distance), as of somebody who sits, their deviation from
+the mean is shortened to that distance: of such motion the prior knows little more than the mean posture.
 """
 
 from dataclasses import dataclass

@@ -72,7 +72,7 @@ def walk_mean(motion: Motion) -> Motion:
     return Motion(np.tile(np.nanmean(motion.poses, axis=0), (len(motion.poses), 1)), motion.skeleton, motion.fps)
 
 
-@pytest.mark.parametrize(("entries", "seconds"), [([20], 0.2), ([20], 0.5), (range(17, 21), 0.3), (range(6, 25), 0.4)])
+@pytest.mark.parametrize(("entries", "seconds"), [([20], 0.2), ([20], 0.5), (range(17, 21), 0.3)])
 def test_gaps_in_time_are_nearer_than_splines_and_do_not_jump(walk, entries, seconds):
     errors, splines = [], []
     t = np.arange(len(walk.poses))

@@ -62,13 +62,13 @@ def test_motion_unlike_walking_has_nearly_the_mean_posture(prior):
     np.testing.assert_array_equal(nothing, np.tile(prior.mean[ARMS], (4, 1)))
 
 
-@pytest.mark.parametrize("fps", [25.0, 60.0, 120.0])
 def test_limbs_tell_nothing_of_the_neck(prior):
     walk = motionenv.synthesize("walk/fpca", 2.0, 60.0, seed=1, speed=1.6)
     neck = prior.predict(shown(walk.angles), 60.0, np.arange(3))
     np.testing.assert_allclose(neck, np.tile(prior.mean[:3], (len(neck), 1)), atol=1e-12)
 
 
+@pytest.mark.parametrize("fps", [25.0, 60.0, 120.0])
 def test_the_frame_rate_does_not_matter(prior, fps):
     walk = motionenv.synthesize("walk/fpca", 2.0, 600.0, seed=4, speed=1.2)
     step = round(600 / fps)

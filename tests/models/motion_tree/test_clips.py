@@ -1,5 +1,6 @@
 """Clips from folders: what file names tell of them, and what happens to files that are no capture."""
 
+import numpy as np
 import pytest
 
 import motionenv
@@ -48,3 +49,16 @@ def test_a_rate_that_is_told_is_not_for_files_that_state_theirs(tmp_path, strang
     npz, c3d = sorted(read_clips(tmp_path, fps=120.0), key=lambda clip: clip.name, reverse=True)
     assert (npz.motion.fps, c3d.motion.fps) == (30.0, 30.0)
     assert npz.motion.poses.tobytes() == stranger.poses.tobytes()
+
+
+def test_captures_of_part_of_the_body_are_left_out_or_filled(tmp_path):
+    walk = motionenv.synthesize("walk/fpca", 1.0, 30.0, seed=1)
+    poses = walk.poses.copy()
+    poses[:, 9:13] = np.nan
+    (tmp_path / "walk").mkdir()
+    motionenv.write(motionenv.Motion(poses, walk.skeleton, walk.fps), tmp_path / "walk" / "a_1.npz")
+    why = {}
+    assert not list(read_clips(tmp_path, on_left_out=why.__setitem__))
+    assert "a clip needs the left arm" in why["a_1.npz"]
+    (clip,) = read_clips(tmp_path, fill=True)
+    assert np.isfinite(clip.motion.poses).all()

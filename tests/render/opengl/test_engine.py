@@ -146,7 +146,7 @@ def test_without_graphics_libraries_the_error_says_what_to_install(platform):
 
 @pytest.mark.usefixtures("opengl")
 def test_unknown_limbs_are_not_drawn_and_come_back(walking):
-    """Neither in ids nor in colours, and they cast no shadow: a body of which nothing is known leaves an empty scene."""
+    """In neither ids nor colours nor shadows: a body of which nothing is known leaves an empty scene."""
     renderer = PyrenderRenderer(Scene())
     poses = walking(3).copy()
     poses[:, :2] = 0
