@@ -42,7 +42,7 @@ def _limb(at: int, signs: tuple[float, float, float], hinge: float, side: str) -
     """A limb by the side of the body."""
     joints = ("shoulder", "elbow", "wrist") if hinge < 0 else ("hip", "knee", "ankle")
     first, middle, last = (NODES.index(f"{side}_{joint}") for joint in joints)
-    overstretch, limit = (0.0, np.radians(5.0)) if hinge < 0 else (0.5, np.inf)
+    overstretch, limit = (0.0, np.radians(5.0)) if hinge < 0 else (0.4, np.inf)
     return Limb(at, signs, hinge, (first, middle, last), overstretch, float(limit))
 
 
@@ -55,8 +55,8 @@ LIMBS = (
 
 # From these lengths on, directions are taken exactly; below, they are averaged. Chosen on CMU's walks, whose files
 # hold the rotation of thigh and upper arm as the capture system solved it from markers on them.
-_BALL = {"known": 0.25, "stiffness": 1e-6, "reversible": True}
-_HINGE = {"known": 0.35, "stiffness": 3e-5, "reversible": False}
+_BALL = {"known": 0.3, "stiffness": 3e-4, "reversible": True}
+_TWIST = {-1.0: {"known": 0.25, "stiffness": 2e-4, "reversible": False}, 1.0: {"known": 0.35, "stiffness": 1e-2, "reversible": False}}
 
 
 def limb_angles(limb: Limb, upper, far, length: float, fps: float) -> np.ndarray:
@@ -98,7 +98,7 @@ def _twist_and_bend(limb: Limb, beta, gamma, far, length, time) -> tuple[np.ndar
     drift = np.concatenate([[0.0], np.cumsum(_turn_between(axes[:-1], axes[1:]))])
     neutral = _neutral(axes) * np.exp(-1j * drift)
     fixed = _faced(level * np.exp(-1j * drift), neutral, limb.overstretch)
-    rho = steady_directions(fixed, time, neutral, **_HINGE) + drift
+    rho = steady_directions(fixed, time, neutral, **_TWIST[limb.hinge]) + drift
     bend = np.arctan2((level * np.exp(-1j * rho)).real, -lower[:, 2])
     return rho, _held_back(bend, limb.limit)
 
@@ -144,9 +144,9 @@ def _faced(level, neutral, overstretch: float) -> np.ndarray:
         return level
     size = np.abs(level)
     facing = (level * neutral.conj()).real / np.maximum(size * np.abs(neutral), 1e-12)
+    turned = np.clip((facing + 0.4) / 0.3, -1.0, 1.0)
     share = np.clip((size / overstretch - 0.8) / 0.4, 0.0, 1.0)
-    turned = np.clip(5.0 * facing, -1.0, 1.0)
-    return level * np.where(facing < 0.2, turned + (1.0 - turned) * share, 1.0)
+    return level * (turned + (1.0 - turned) * share)
 
 
 def _held_back(bend, limit: float) -> np.ndarray:
