@@ -11,7 +11,8 @@ between the well-known frames on both sides. For short v the weight w is |v|², 
 error of the limb's direction; it grows without bound towards the well-known length, so that nothing changes abruptly
 there. Only the line along θ counts: when v passes through 0, θ goes straight on, and the coordinate along the line
 changes sign (abduction beyond 90°, a hinge that is overstretched), instead of turning by 180° between two frames.
-Where going straight on and turning around lead to different directions, both are tried, and the cheaper one is taken.
+Where going straight on and turning around lead to different directions, both are tried, and the cheapest sequence of
+such choices is taken.
 """
 
 import math
@@ -23,10 +24,12 @@ from scipy.linalg import solveh_banded
 _EXACT = 1e9
 #: Weight of the neutral direction.
 _FAINT = 1e-6
+#: Departure from the straight path [rad] from which on that is tried, too.
+_ASTRAY = 0.8
 _ROUNDS = 8
 
 
-def steady_directions(vectors, time, neutral, *, known: float, stiffness: float, reversible: bool) -> np.ndarray:
+def steady_directions(vectors, time, neutral, *, known: float, stiffness: float, reverse=None) -> np.ndarray:
     """Continuous directions θ (frames,) [rad] of vectors.
 
     Args:
@@ -35,7 +38,8 @@ def steady_directions(vectors, time, neutral, *, known: float, stiffness: float,
         neutral: (frames,) complex numbers, the direction to take where no frame says anything.
         known: length from which on a direction is taken exactly.
         stiffness: cost of speed [s]: a direction of length r is averaged over about √stiffness / r seconds.
-        reversible: whether long vectors, too, may point against θ, after v has passed through 0.
+        reverse: (frames,) cost of a vector that points against θ after v has passed through 0. None: long vectors never
+            do.
     """
     if not len(vectors):
         return np.empty(0)
@@ -44,61 +48,106 @@ def steady_directions(vectors, time, neutral, *, known: float, stiffness: float,
     coupling = stiffness / np.diff(time)
     short = length / known
     weight = np.where(exact, _EXACT, length**2 / np.maximum(1.0 - short**4, 1e-9))
-    theta = along
+    around = along
     if not exact.all():
         mean = _solved(weight + _FAINT, coupling, weight * np.exp(1j * along) + _FAINT * neutral)
-        theta = np.where(exact, along, np.angle(mean))
-    theta = np.unwrap(theta)
-    ends = _passages(exact)
-    excess = _excess(theta, length, ends, math.pi if reversible else 2 * math.pi)
-    around = theta if exact.all() else _relaxed(along, theta, weight, coupling)
-    if not excess.any():
-        return around
-    straight = _relaxed(along, _straightened(theta, ends, excess), weight, coupling)
-    cheaper = _spent(length, along, straight, coupling, ends) < _spent(length, along, around, coupling, ends)
-    return _joined(around, straight, ends, np.where(cheaper, excess, 0.0))
-
-
-def _passages(exact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and last frames of all passages, each from one well-known frame to the next."""
+        around = np.where(exact, along, np.angle(mean))
+    around = np.unwrap(around)
     at = np.flatnonzero(exact)
-    return at[:-1], at[1:]
+    excess = _excess(around[at], length[at], 2 * math.pi if reverse is None else math.pi)
+    straight = _straightened(vectors, around, at, excess)
+    tried = (excess != 0) | (_most(np.abs(straight - around + _stepped(excess, at, len(along))), at) > _ASTRAY)
+    if not exact.all():
+        around = _relaxed(along, around, weight, coupling)
+    if not tried.any():
+        return around
+    straight = _relaxed(along, straight, weight, coupling)
+    dearer = _spent(length, along, straight, coupling, at) - _spent(length, along, around, coupling, at)
+    chosen = _chosen(excess, np.where(tried, dearer, math.inf), at, reverse, len(along))
+    return _joined(around, straight, at, np.where(chosen, excess, 0.0), chosen)
 
 
-def _excess(theta, length, ends, turn: float) -> np.ndarray:
-    """By how much (passages,) [rad] each passage of θ turns further than the nearest whole `turn` would.
+# Well-known frames `at` (n,) divide time into n + 1 passages: before the first of them, between them, after the last. A
+# well-known frame belongs to the passage that it ends.
+
+
+def _passage(at, frames: int) -> np.ndarray:
+    """Number (frames,) of each frame's passage."""
+    return np.searchsorted(at, np.arange(frames))
+
+
+def _most(values, at) -> np.ndarray:
+    """Greatest of values (frames,) in each passage (n + 1,)."""
+    most = np.zeros(len(at) + 1)
+    np.maximum.at(most, _passage(at, len(values)), values)
+    return most
+
+
+def _excess(theta, length, turn: float) -> np.ndarray:
+    """By how much (n + 1,) [rad] each passage turns further than the nearest whole `turn` would, from θ (n,) at its ends.
 
     A passage straight on comes within reach of length 0. Between two vectors that are too long for that, turning is
     the shorter way.
     """
-    first, last = ends
-    moved = theta[last] - theta[first]
+    moved = np.diff(theta)
     excess = turn * np.round(moved / turn)
-    start, end = (np.arcsin(np.minimum(length[at], 1.0)) for at in ends)
-    through = np.abs(moved - excess) + start + end
-    aside = np.abs(moved) + np.abs(start - end)
-    return np.where((turn < 6.0) & (through > aside), 0.0, excess)
-
-
-def _straightened(theta, ends, excess) -> np.ndarray:
-    """θ whose passages with an excess run straight to where they end without it."""
-    out = theta.copy()
-    shift = np.zeros(len(theta))
-    shift[ends[1]] = excess
-    out -= np.cumsum(shift)
-    for first, last in zip(ends[0][excess != 0], ends[1][excess != 0], strict=True):
-        out[first : last + 1] = np.linspace(out[first], out[last], last - first + 1)
+    reach = np.arcsin(np.minimum(length, 1.0))
+    through = np.abs(moved - excess) + reach[1:] + reach[:-1]
+    aside = np.abs(moved) + np.abs(np.diff(reach))
+    out = np.zeros(len(theta) + 1)
+    out[1:-1] = np.where((turn < 2 * math.pi) & (through > aside), 0.0, excess)
     return out
 
 
-def _joined(around, straight, ends, excess) -> np.ndarray:
-    """The path `around` with the passages of `straight` wherever that has an excess taken away."""
-    shift = np.zeros(len(around))
-    shift[ends[1]] = excess
-    out = around - np.cumsum(shift)
-    for first, last in zip(ends[0][excess != 0], ends[1][excess != 0], strict=True):
-        out[first : last + 1] = straight[first : last + 1] + (out[first] - straight[first])
-    return out
+def _stepped(excess, at, frames: int) -> np.ndarray:
+    """The sum (frames,) of the excesses of all passages that have ended."""
+    steps = np.zeros(frames)
+    steps[at] = excess[: len(at)]
+    return np.cumsum(steps)
+
+
+def _straightened(vectors, theta, at, excess) -> np.ndarray:
+    """θ (frames,) that runs straight from each well-known frame to the next, and ends there without the excess."""
+    if not len(at):  # the line to which all vectors are closest
+        return np.full(len(theta), 0.5 * np.angle((vectors**2).sum()))
+    return np.interp(np.arange(len(theta)), at, (theta - _stepped(excess, at, len(theta)))[at])
+
+
+def _chosen(excess, dearer, at, reverse, frames: int) -> np.ndarray:
+    """Whether to go straight (n + 1,): the cheapest sequence of choices, by dynamic programming.
+
+    Each passage that is an odd number of half turns shorter if it goes straight reverses all vectors beyond it. The first
+    ones may be reversed, too: then all directions are half a turn off, which is for the caller to see.
+    """
+    chosen = dearer < 0
+    odd = np.round(excess / math.pi).astype(int) % 2
+    open_ = np.flatnonzero(odd)
+    if reverse is None or not len(open_):
+        return chosen
+    total = np.concatenate([[0.0], np.cumsum(reverse)])
+    staying = total[np.append(at[open_[1:] - 1], frames)] - total[at[open_]]
+    cost, decisions = [0.0, total[at[open_[0] - 1]]], []  # of not being reversed, and of being
+    for passage, stay in zip(open_, staying, strict=True):
+        through = [cost[1] + dearer[passage], cost[0] + dearer[passage]]
+        decisions.append([through[0] < cost[0], through[1] < cost[1]])
+        cost = [min(cost[0], through[0]), min(cost[1], through[1]) + stay]
+    state = int(cost[1] < cost[0])
+    for passage, decision in zip(open_[::-1], decisions[::-1], strict=True):
+        chosen[passage] = decision[state]
+        state ^= int(decision[state])
+    return chosen
+
+
+def _joined(around, straight, at, excess, chosen) -> np.ndarray:
+    """The path `around` with the `chosen` passages (n + 1,) of `straight`, and without their `excess`."""
+    if not len(at):
+        return straight if chosen[0] else around
+    out = around - _stepped(excess, at, len(around))
+    passage = _passage(at, len(around))
+    start = at[np.maximum(passage - 1, 0)]
+    soft = chosen[passage]
+    soft[at] = False
+    return np.where(soft, straight - straight[start] + out[start], out)
 
 
 def _relaxed(along, theta, weight, coupling) -> np.ndarray:
@@ -108,12 +157,12 @@ def _relaxed(along, theta, weight, coupling) -> np.ndarray:
     return theta
 
 
-def _spent(length, along, theta, coupling, ends) -> np.ndarray:
-    """Cost (passages,) of each passage of θ."""
+def _spent(length, along, theta, coupling, at) -> np.ndarray:
+    """Cost (n + 1,) of each passage of θ (frames,)."""
+    passage = _passage(at, len(theta))
     cost = (length * np.sin(along - theta)) ** 2
-    cost[:-1] += coupling * np.diff(theta) ** 2
-    total = np.concatenate([[0.0], np.cumsum(cost)])
-    return total[ends[1]] - total[ends[0]]
+    cost[1:] += coupling * np.diff(theta) ** 2
+    return np.bincount(passage, weights=cost, minlength=len(at) + 1)
 
 
 def _solved(weight, coupling, pull) -> np.ndarray:

@@ -54,9 +54,13 @@ LIMBS = (
 )
 
 # From these lengths on, directions are taken exactly; below, they are averaged. Chosen on CMU's walks, whose files
-# hold the rotation of thigh and upper arm as the capture system solved it from markers on them.
-_BALL = {"known": 0.3, "stiffness": 3e-4, "reversible": True}
-_TWIST = {-1.0: {"known": 0.25, "stiffness": 2e-4, "reversible": False}, 1.0: {"known": 0.35, "stiffness": 1e-2, "reversible": False}}
+# hold the rotation of thigh and upper arm as the capture system solved it from markers on them, and for the legs on
+# walks of gait laboratories, too: knees that bend sideways by a few degrees, as marker sets make them, must not turn the
+# hip outwards in stance.
+_SWING = {"known": 0.3, "stiffness": 3e-4}
+_TWIST = {-1.0: {"known": 0.25, "stiffness": 2e-4}, 1.0: {"known": 0.35, "stiffness": 1e-2}}
+#: Cost per frame of a limb that hangs by being abducted by 180°, which after a movement overhead it may.
+_REVERSED = 2e-4
 
 
 def limb_angles(limb: Limb, upper, far, length: float, fps: float) -> np.ndarray:
@@ -83,7 +87,7 @@ def limb_angles(limb: Limb, upper, far, length: float, fps: float) -> np.ndarray
 def _swing(u, time) -> tuple[np.ndarray, np.ndarray]:
     """Continuous β and γ (frames,) [rad] that turn a limb into the directions u (frames, 3)."""
     level = -u[:, 2] - 1j * u[:, 0]
-    beta = steady_directions(level, time, np.ones(len(u)), **_BALL)
+    beta = steady_directions(level, time, np.ones(len(u)), reverse=_REVERSED * np.maximum(-u[:, 2], 0.0), **_SWING)
     gamma = np.arctan2(u[:, 1], (level * np.exp(-1j * beta)).real)
     return beta, np.unwrap(gamma)
 
