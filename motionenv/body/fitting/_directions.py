@@ -37,7 +37,8 @@ def steady_directions(vectors, time, neutral, *, known: float, stiffness: float,
         time: (frames,) increasing [s].
         neutral: (frames,) complex numbers, the direction to take where no frame says anything.
         known: length from which on a direction is taken exactly.
-        stiffness: cost of speed [s]: a direction of length r is averaged over about √stiffness / r seconds.
+        stiffness: cost of turning [s]: a direction of length r is averaged over about √(stiffness · Δt) / r seconds, as
+            suits noise that is new in every frame, and an angle that wanders.
         reverse: (frames,) cost of a vector that points against θ after v has passed through 0. None: long vectors never
             do.
     """
@@ -48,17 +49,18 @@ def steady_directions(vectors, time, neutral, *, known: float, stiffness: float,
     coupling = stiffness / np.diff(time)
     short = length / known
     weight = np.where(exact, _EXACT, length**2 / np.maximum(1.0 - short**4, 1e-9))
-    around = along
+    around, at = along, np.flatnonzero(exact)
     if not exact.all():
         mean = _solved(weight + _FAINT, coupling, weight * np.exp(1j * along) + _FAINT * neutral)
         around = np.where(exact, along, np.angle(mean))
     around = np.unwrap(around)
-    at = np.flatnonzero(exact)
-    excess = _excess(around[at], length[at], 2 * math.pi if reverse is None else math.pi)
+    excess = _excess(around[at], length[at], reversible=reverse is not None)
+    if exact.all() and not excess.any():
+        return around
     straight = _straightened(vectors, around, at, excess)
-    tried = (excess != 0) | (_most(np.abs(straight - around + _stepped(excess, at, len(along))), at) > _ASTRAY)
-    if not exact.all():
-        around = _relaxed(along, around, weight, coupling)
+    astray = np.abs(around - _stepped(excess, at, len(along)) - straight)
+    tried = (excess != 0) | (_most(astray, at) > _ASTRAY)
+    around = _relaxed(along, around, weight, coupling)
     if not tried.any():
         return around
     straight = _relaxed(along, straight, weight, coupling)
@@ -83,19 +85,20 @@ def _most(values, at) -> np.ndarray:
     return most
 
 
-def _excess(theta, length, turn: float) -> np.ndarray:
-    """By how much (n + 1,) [rad] each passage turns further than the nearest whole `turn` would, from θ (n,) at its ends.
+def _excess(theta, length, *, reversible: bool) -> np.ndarray:
+    """How much further (n + 1,) [rad] than it need each passage goes, from θ and lengths (n,) at its ends.
 
-    A passage straight on comes within reach of length 0. Between two vectors that are too long for that, turning is
-    the shorter way.
+    It may end whole turns from there, and if `reversible`, half turns. But a passage straight on comes within reach of
+    length 0: between two vectors that are too long for that, turning is the shorter way.
     """
+    turn = math.pi if reversible else 2 * math.pi
     moved = np.diff(theta)
     excess = turn * np.round(moved / turn)
     reach = np.arcsin(np.minimum(length, 1.0))
     through = np.abs(moved - excess) + reach[1:] + reach[:-1]
     aside = np.abs(moved) + np.abs(np.diff(reach))
     out = np.zeros(len(theta) + 1)
-    out[1:-1] = np.where((turn < 2 * math.pi) & (through > aside), 0.0, excess)
+    out[1:-1] = np.where(reversible & (through > aside), 0.0, excess)
     return out
 
 
@@ -116,8 +119,8 @@ def _straightened(vectors, theta, at, excess) -> np.ndarray:
 def _chosen(excess, dearer, at, reverse, frames: int) -> np.ndarray:
     """Whether to go straight (n + 1,): the cheapest sequence of choices, by dynamic programming.
 
-    Each passage that is an odd number of half turns shorter if it goes straight reverses all vectors beyond it. The first
-    ones may be reversed, too: then all directions are half a turn off, which is for the caller to see.
+    Each passage that is an odd number of half turns shorter if it goes straight reverses all vectors beyond it. The
+    first ones may be reversed, too: then all directions are half a turn off, which is for the caller to see.
     """
     chosen = dearer < 0
     odd = np.round(excess / math.pi).astype(int) % 2
@@ -152,8 +155,9 @@ def _joined(around, straight, at, excess, chosen) -> np.ndarray:
 
 def _relaxed(along, theta, weight, coupling) -> np.ndarray:
     """θ (frames,) moved to the next minimum of the cost, by majorisation: no round increases it."""
+    held = weight + _FAINT
     for _ in range(_ROUNDS):
-        theta = _solved(weight + _FAINT, coupling, (weight + _FAINT) * theta + 0.5 * weight * np.sin(2 * (along - theta)))
+        theta = _solved(held, coupling, held * theta + 0.5 * weight * np.sin(2 * (along - theta)))
     return theta
 
 

@@ -55,8 +55,8 @@ LIMBS = (
 
 # From these lengths on, directions are taken exactly; below, they are averaged. Chosen on CMU's walks, whose files
 # hold the rotation of thigh and upper arm as the capture system solved it from markers on them, and for the legs on
-# walks of gait laboratories, too: knees that bend sideways by a few degrees, as marker sets make them, must not turn the
-# hip outwards in stance.
+# walks of gait laboratories, too: knees that bend sideways by a few degrees, as marker sets make them, must not turn
+# the hip outwards in stance.
 _SWING = {"known": 0.3, "stiffness": 3e-4}
 _TWIST = {-1.0: {"known": 0.25, "stiffness": 2e-4}, 1.0: {"known": 0.35, "stiffness": 1e-2}}
 #: Cost per frame of a limb that hangs by being abducted by 180°, which after a movement overhead it may.
@@ -64,7 +64,7 @@ _REVERSED = 2e-4
 
 
 def limb_angles(limb: Limb, upper, far, length: float, fps: float) -> np.ndarray:
-    """Flexion, abduction and rotation of the ball joint, and flexion of the hinge: (frames, 4) [rad], NaN where unknown.
+    """Flexion, abduction and rotation of the ball joint, flexion of the hinge: (frames, 4) [rad], NaN where unknown.
 
     Args:
         limb: which.
@@ -133,7 +133,8 @@ def _neutral(axes) -> np.ndarray:
     """
     z = axes[:, :, 2]
     share = 1.0 + z[:, 2]
-    front = np.stack([share - z[:, 0] ** 2, -z[:, 0] * z[:, 1], -z[:, 0] * share], axis=-1) / np.maximum(share, 1e-9)[:, None]
+    front = np.stack([share - z[:, 0] ** 2, -z[:, 0] * z[:, 1], -z[:, 0] * share], axis=-1)
+    front /= np.maximum(share, 1e-9)[:, None]
     level = np.einsum("tij,ti->tj", axes, front)
     return 0.5 * share * (level[:, 0] + 1j * level[:, 1])
 

@@ -27,7 +27,7 @@ def smooth_motion():
 
 @pytest.fixture(scope="session")
 def nodes_of():
-    """Nodes (frames, 16, 3), the direction to the left of the head (frames, 3), rotations of the torso (frames, 3, 3)."""
+    """Makes nodes (frames, 16, 3), directions to the left of the head, and rotations of the torso from poses."""
 
     def make(poses, skeleton):
         nodes, rotations = body.forward(poses, skeleton)

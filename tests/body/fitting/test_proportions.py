@@ -1,5 +1,7 @@
 """A person's limb lengths, from the whole body and from a part of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,6 +19,13 @@ def without(nodes, *names):
     hidden = nodes.copy()
     hidden[:, [NODES.index(name) for name in names]] = np.nan
     return hidden
+
+
+def longer(skeleton, *joints):
+    """A body whose segments above these joints are longer by a tenth."""
+    offsets = skeleton.offsets.copy()
+    offsets[[i for i, name in enumerate(NODES) if name.endswith(joints)]] *= 1.1
+    return replace(skeleton, offsets=offsets)
 
 
 @given(st.floats(0.9, 2.2), st.integers(0, 1000))
@@ -60,15 +69,13 @@ def test_a_part_of_an_average_person_completes_to_the_whole(smooth_motion, nodes
 
 def test_one_side_stands_for_the_other(smooth_motion, nodes_of):
     """A person with long shins: the shin that is never seen is as long as the other, not as the average one."""
-    skeleton = body.from_height(1.7)
-    skeleton.offsets[[NODES.index("left_ankle"), NODES.index("right_ankle")], 2] *= 1.1
+    skeleton = longer(body.from_height(1.7), "ankle")
     fitted = fit_skeleton(without(nodes_of(smooth_motion(2), skeleton)[0], "right_ankle"))
     assert np.allclose(fitted.offsets, skeleton.offsets, atol=1e-9)
 
 
 def test_legs_tell_the_height(smooth_motion, nodes_of):
-    skeleton = body.from_height(1.7)
-    skeleton.offsets[[NODES.index(f"{s}_{j}") for s in ("left", "right") for j in ("knee", "ankle")]] *= 1.1
+    skeleton = longer(body.from_height(1.7), "knee", "ankle")
     nodes = nodes_of(smooth_motion(2), skeleton)[0]
     assert fit_skeleton(without(nodes, *UPPER)).height == pytest.approx(1.7 * 1.1)
     assert 1.7 < fit_skeleton(nodes).height < 1.7 * 1.1  # legs and trunk together
