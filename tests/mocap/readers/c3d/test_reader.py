@@ -149,9 +149,6 @@ def test_points_and_force_plates_of_every_file_against_ezc3d(mocap):
         got, other = c3d.read(path, up="z"), ezc3d.c3d(str(path), extract_forceplat_data=True)
         points = other["data"]["points"][:3].transpose(2, 1, 0)
         lost = (other["data"]["meta_points"]["residuals"][0].T < 0) | (points == 0).all(-1)
-        axes = {"+Y": [2, 0, 1]}.get(
-            *other["parameters"]["POINT"].get("Y_SCREEN", {"value": ["+Z"]})["value"], [0, 1, 2]
-        )
         points = np.where(lost[..., None], np.nan, points) * got.recording.metres
         labels = [label.rpartition(":")[2].strip() for label in other["parameters"]["POINT"]["LABELS"]["value"]]
         for i, name in enumerate(labels):
