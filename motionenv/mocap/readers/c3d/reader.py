@@ -11,9 +11,9 @@ import numpy as np
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 from motionenv.mocap.readers.c3d._data import Layout, analog_channels, read_layout, read_points
-from motionenv.mocap.readers.c3d._force_plates import Analog, plates_up, read_plates
 from motionenv.mocap.readers.c3d._parameters import Parameters, read_encoding, read_parameters
-from motionenv.mocap.readers.c3d._recording import read_events, read_numbers, read_subject, result_names
+from motionenv.mocap.readers.c3d.force_plates import Analog, plates_up, read_plates
+from motionenv.mocap.readers.c3d.recording import read_events, read_numbers, read_subject, result_names
 from motionenv.mocap.readers.text import read_bytes, unique
 from motionenv.mocap.units_axes import MARKER_UNITS, file_metres, metres_per, unit_proposal, upright
 from motionenv.types import Markers, Recording
