@@ -75,7 +75,7 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     for i, path in enumerate(files):
         progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
         try:
-            found.append(_inspected(path, **_how(path, settings)))
+            found.append(_inspected(path, settings["fps"], settings["unit"]))
         except MotionError as error:
             found.append({"name": path.name, "problem": _plain(str(error))})
     _write_result(folder, {"pose": POSE, "files": found})
@@ -95,7 +95,7 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], **_how(files[0], settings))
+    motion = read_motion(files[0], fps=settings["fps"], unit=settings["unit"], override=False)
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
@@ -148,19 +148,11 @@ def _captures(folder: Path) -> list[Path]:
     return files
 
 
-def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
-    """Frame rate and unit, for the files that don't say."""
-    return {
-        "fps": None if path.suffix in (".c3d", ".npz") else settings["fps"],
-        "unit": None if path.suffix == ".npz" else settings["unit"],
-    }
-
-
 def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any]:
-    """What one file holds."""
+    """What one file holds. `fps` and `unit` are those of files that don't say."""
     from motionenv.models.walking.preprocessing import straightness
 
-    held = motionenv.read(path, fps=fps, unit=unit)
+    held = motionenv.read(path, fps=fps, unit=unit, override=False)
     ours = isinstance(held, Motion)
     values = held.poses if isinstance(held, Motion) else held.positions
     told: dict[str, Any] = {

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from http import HTTPStatus
 from typing import IO, Annotated, Any, TypeVar
+from urllib.parse import quote
 
 import orjson
 from fastapi import APIRouter, Header, Path, Query, Request
@@ -196,7 +197,7 @@ async def result(request: Request, job: Id) -> Response:
     path, tag = manager.result(found), f'"{found.result}"'
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
-        "Content-Disposition": f'attachment; filename="{found.filename}"', "Content-Length": str(found.size),
+        "Content-Disposition": _attachment(found.filename), "Content-Length": str(found.size),
     }  # fmt: skip
     if tag in request.headers.get("if-none-match", ""):
         return Response(status_code=304, headers={"ETag": tag})
@@ -316,3 +317,9 @@ def _chunks(file: IO[bytes]) -> Iterator[bytes]:
     with file:
         while chunk := file.read(_CHUNK):
             yield chunk
+
+
+def _attachment(name: str) -> str:
+    """Content-Disposition of a file to save as `name`, in any alphabet (RFC 6266, section 4.3)."""
+    plain = "".join(c if c.isascii() else "-" for c in name)
+    return f'attachment; filename="{plain}"' + ("" if name.isascii() else f"; filename*=UTF-8''{quote(name)}")
