@@ -19,6 +19,7 @@ _FORMAT, _VERSION = "motionenv motion", 1
 _LIMIT = 1 << 30  # [bytes] most array data: 12 hours at 120 frames per second
 _SKELETONS = 64  # most skeletons whose archive members are cached
 _FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
+_OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
 
 #: Exceptions of zipfile, zlib and numpy on damaged files.
 _DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, EOFError, RuntimeError, KeyError)
@@ -57,7 +58,8 @@ def _of_skeleton(skeleton: Skeleton) -> dict[str, np.ndarray]:
 
 
 def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
-    return {"fps": np.array(motion.fps), "name": np.array(motion.name), "poses": motion.poses}
+    fields = {"fps": np.array(motion.fps), "name": np.array(motion.name), "poses": motion.poses}
+    return fields if motion.filled is None else {**fields, "filled": motion.filled}
 
 
 @lru_cache(maxsize=_SKELETONS)
@@ -128,7 +130,7 @@ def parse(raw: bytes, path) -> Motion:
         with zipfile.ZipFile(io.BytesIO(raw)) as archive:
             _check_sizes(path, archive)
         with np.load(io.BytesIO(raw), allow_pickle=False) as file:
-            fields = {name: file[name] for name in _FIELDS if name in file}
+            fields = {name: file[name] for name in _FIELDS | _OPTIONAL if name in file}
     except _DAMAGED as error:
         if isinstance(error, FormatError):
             raise
@@ -165,6 +167,6 @@ def _motion(path, fields: dict[str, np.ndarray]) -> Motion:
         raise FormatError(path, f"its pose vector has other entries than {', '.join(POSE)}", "pose")
     try:
         skeleton = Skeleton(fields["offsets"], fields["radii"], float(fields["height"]))
-        return Motion(fields["poses"], skeleton, float(fields["fps"]), str(fields["name"]))
+        return Motion(fields["poses"], skeleton, float(fields["fps"]), str(fields["name"]), fields.get("filled"))
     except (TypeError, ValueError) as error:
         raise FormatError(path, f"has no valid motion: {error}") from None
