@@ -53,7 +53,7 @@ def info(path: Annotated[Path, typer.Argument(help="A capture file.")], fps: Fps
 
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
@@ -62,7 +62,9 @@ def convert(
     Example: motionenv mocap convert 02_01.amc --fps 120 --out walk.glb
     """
     from motionenv.mocap import read_motion, write
+    from motionenv.mocap.writing import check_suffix
 
+    check_suffix(out)
     motion = read_motion(path, fps=fps, unit=unit)
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames")

@@ -77,9 +77,9 @@ def _parts(names: tuple[str, ...], positions: np.ndarray, fps: float, title: str
     row = "\t".join(["%.5f"] * points[0].size)
     for start in range(0, len(points), _TOGETHER):
         some = np.round(points[start : start + _TOGETHER], 5) + 0.0  # no negative zeros
-        gap = np.isnan(some).any((1, 2))
-        flat = some.reshape(len(some), -1).tolist()
-        texts = [_gappy(values) if gap[i] else row % tuple(values) for i, values in enumerate(flat)]
+        flat = some.reshape(len(some), -1)
+        gaps = np.isnan(flat.sum(1)).tolist()
+        texts = [_gappy(v) if gap else row % tuple(v) for v, gap in zip(flat.tolist(), gaps, strict=True)]
         lines = [f"{i + 1}\t{i / fps:.6f}\t{text}\n" for i, text in enumerate(texts, start)]
         yield "".join(lines).encode()
 

@@ -134,7 +134,10 @@ def test_no_frame_and_no_tip_lies_off_the_body(walk, tmp_path):
 
 
 PARTS = {
-    "lower body": ([slice(6, 17)], {"Hips", "Spine2", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot"}),
+    "lower body": (
+        [slice(6, 17)],
+        {"Hips", "Spine2", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot"},
+    ),
     "one leg": ([slice(6, 21)], {"Hips", "Spine2", "RightUpLeg", "RightLeg", "RightFoot"}),
     "no knee": ([slice(6, 21), slice(24, 25)], {"Hips", "Spine2", "RightUpLeg"}),
 }  # fmt: skip

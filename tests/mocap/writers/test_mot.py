@@ -103,8 +103,9 @@ def test_signs_are_the_models(tmp_path):
     entries = (
         ("root_tilt", "pelvis_tilt", -1), ("root_obliquity", "pelvis_list", 1), ("root_heading", "pelvis_rotation", 1),
         *((f"{side}_{ours}", f"{theirs}_{side[0]}", sign) for side in ("left", "right") for ours, theirs, sign in (
-            ("hip_flexion", "hip_flexion", 1), ("hip_abduction", "hip_adduction", -1), ("hip_rotation", "hip_rotation", 1),
-            ("knee_flexion", "knee_angle", 1), ("shoulder_flexion", "arm_flex", 1), ("shoulder_abduction", "arm_add", -1),
+            ("hip_flexion", "hip_flexion", 1), ("hip_abduction", "hip_adduction", -1),
+            ("hip_rotation", "hip_rotation", 1), ("knee_flexion", "knee_angle", 1),
+            ("shoulder_flexion", "arm_flex", 1), ("shoulder_abduction", "arm_add", -1),
             ("shoulder_rotation", "arm_rot", 1), ("elbow_flexion", "elbow_flex", 1),
         )),
     )  # fmt: skip
@@ -151,6 +152,13 @@ def test_missing_limbs_are_left_out_and_gaps_refused(walk, tmp_path):
         mot.write(Motion(poses, walk.skeleton, walk.fps), tmp_path / "gap.mot")
 
 
+#: Carrier, coordinates of the ball joint, its name, the upper segment, the hinge, the lower segment, its coordinate.
+CHAINS = (
+    ("pelvis", "hip_flexion hip_adduction hip_rotation", "hip", "femur", "knee", "tibia", ("knee_angle", "z", -1)),
+    ("torso", "arm_flex arm_add arm_rot", "shoulder", "humerus", "elbow", "ulna", ("elbow_flex", "z", 1)),
+)
+
+
 def transform_axis(name: str, coordinate: str, axis: str, factor: int) -> str:
     function = "<LinearFunction><coefficients>{} 0</coefficients></LinearFunction>" if coordinate else "<Constant/>"
     vector = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}[axis]
@@ -187,18 +195,7 @@ def opensim_model(skeleton) -> tuple[str, dict[str, tuple[str, np.ndarray]]]:
     }
     stations = {"sternum": ("torso", offset["sternum"])}
     for s, side in (("r", "right"), ("l", "left")):
-        for carrier, names, ball, upper, middle, lower, hinge in (
-            (
-                "pelvis",
-                "hip_flexion hip_adduction hip_rotation",
-                "hip",
-                "femur",
-                "knee",
-                "tibia",
-                ("knee_angle", "z", -1),
-            ),
-            ("torso", "arm_flex arm_add arm_rot", "shoulder", "humerus", "elbow", "ulna", ("elbow_flex", "z", 1)),
-        ):
+        for carrier, names, ball, upper, middle, lower, hinge in CHAINS:
             turns = [(f"{n}_{s}", axis, f) for n, axis, f in zip(names.split(), "zxy", SIGN[s], strict=True)]
             place = offset[f"{side}_{ball}"] + (root if carrier == "pelvis" else 0)
             first, second = f"{upper}_{s}", f"{lower}_{s}"
@@ -209,7 +206,8 @@ def opensim_model(skeleton) -> tuple[str, dict[str, tuple[str, np.ndarray]]]:
             stations |= {f"{side}_{middle}": (second, np.zeros(3)), f"{side}_{end}": (second, offset[f"{side}_{end}"])}
     inertia = "<mass>1</mass><mass_center>0 0 0</mass_center><inertia>1 1 1 0 0 0</inertia>"
     bodies = "".join(f'<Body name="{name}">{inertia}</Body>' for name in made)
-    sets = f"<BodySet><objects>{bodies}</objects></BodySet><JointSet><objects>{''.join(made.values())}</objects></JointSet>"
+    joints_set = f"<JointSet><objects>{''.join(made.values())}</objects></JointSet>"
+    sets = f"<BodySet><objects>{bodies}</objects></BodySet>{joints_set}"
     return f'<OpenSimDocument Version="40000"><Model name="body">{sets}</Model></OpenSimDocument>', stations
 
 
