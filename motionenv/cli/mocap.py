@@ -58,7 +58,7 @@ def info(
 
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     fps: Fps = None,
     unit: Unit = None,
     body_model: BodyModel = None,
@@ -68,7 +68,9 @@ def convert(
     Example: motionenv mocap convert 02_01.amc --fps 120 --out walk.glb
     """
     from motionenv.mocap import read_motion, write
+    from motionenv.mocap.writing import check_suffix
 
+    check_suffix(out)
     motion = read_motion(path, fps=fps, unit=unit, body_model=body_model)
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames")

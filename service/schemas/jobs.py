@@ -52,7 +52,14 @@ class ConvertFields(ReadFields):
     """A conversion of a capture file."""
 
     format: Literal[
-        "application/json", "application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d"
+        "application/json",
+        "application/x-npz",
+        "text/csv",
+        "model/x-bvh",
+        "model/gltf-binary",
+        "application/x-c3d",
+        "text/x-trc",
+        "text/x-mot",
     ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
 
 
