@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
@@ -129,6 +130,7 @@ def _report(lifted) -> list[str]:
             f"left and right were swapped in {int(lifted.swapped.any(axis=1).sum())} frames, which was corrected"
         )
     if points.truth is not None:
-        error = 1000 * float(pelvis_mpjpe(found.positions, points.truth.positions).mean())
-        lines.append(f"error against the truth: {error:.0f} mm per joint, pelvis-aligned")
+        errors = 1000 * pelvis_mpjpe(found.positions, points.truth.positions)
+        if (known := np.isfinite(errors)).any():
+            lines.append(f"error against the truth: {errors[known].mean():.0f} mm per known joint, pelvis-aligned")
     return lines

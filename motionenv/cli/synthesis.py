@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from motionenv.cli._shared import (
+    Fill,
     Fps,
     Height,
     Seed,
@@ -132,16 +133,18 @@ def render(
     still: Annotated[bool, typer.Option("--still", help="Use a static camera instead of a following one.")] = False,
     fps: Fps = None,
     unit: Unit = None,
+    fill: Fill = False,
 ) -> None:
     """Render a motion to a film.
 
+    Limbs that the capture doesn't show aren't drawn; --fill estimates them.
     Example: motionenv render walk.npz --view oblique --out walk.mp4
     """
-    from motionenv.mocap import read_motion
+    from motionenv.models.filling import read_motion
 
     width, height = parsed_size(size)
     alpha = parsed_view(view)
-    loaded = read_motion(motion, fps=fps, unit=unit)
+    loaded = read_motion(motion, fill=fill, fps=fps, unit=unit)
     _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
 

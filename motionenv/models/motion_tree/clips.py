@@ -4,8 +4,10 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from motionenv.body.gaps import PARTS, check_shown
 from motionenv.errors import MotionError
-from motionenv.mocap import person_label, read_motion
+from motionenv.mocap import person_label
+from motionenv.models.filling import read_motion
 from motionenv.models.motion_tree.database import Clip
 
 _SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
@@ -18,6 +20,7 @@ def read_clips(
     fps: float | None = None,
     unit: str | None = None,
     activity: str | None = None,
+    fill: bool = False,
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
 ) -> Iterator[Clip]:
@@ -31,8 +34,11 @@ def read_clips(
         fps: frames per second, for files that don't state it.
         unit: unit of length, for files that don't state it.
         activity: activity of all files; None takes it from the names.
+        fill: whether to fill what the capture doesn't show (`motionenv.fill`); otherwise captures of part of the body
+            are left out.
         on_file: called with each file's name before it is read.
-        on_left_out: called with name and reason of each file that can't be read or retargeted.
+        on_left_out: called with name and reason of each file that can't be read or retargeted, or doesn't show the
+            whole body.
 
     Raises:
         MotionError: there is no such folder, or no capture in it.
@@ -43,7 +49,8 @@ def read_clips(
     for path in paths:
         on_file(path.name)
         try:
-            motion = read_motion(path, fps=fps, unit=unit, override=False)
+            motion = read_motion(path, fps=fps, unit=unit, override=False, fill=fill)
+            check_shown(motion.poses, PARTS, "a clip")
         except MotionError as error:
             on_left_out(path.name, str(error))
             continue
