@@ -9,7 +9,7 @@ from motionenv import __version__
 from motionenv.body import markers as markers_of
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
-from motionenv.mocap import read, retarget, to_markers
+from motionenv.mocap import MarkerMap, read, retarget, to_markers
 from motionenv.mocap.sources import find_source
 from motionenv.models.base import GaitModel
 from motionenv.models.eigenwalkers.model import Eigenwalkers
@@ -66,7 +66,12 @@ class Walks:
 
 
 def read_walks(
-    folder, *, fps: float | None = None, unit: str | None = None, on_file: Callable[[str], None] = lambda name: None
+    folder,
+    *,
+    fps: float | None = None,
+    unit: str | None = None,
+    marker_map: MarkerMap | None = None,
+    on_file: Callable[[str], None] = lambda name: None,
 ) -> Walks:
     """Read every straight, periodic walk among the capture files below `folder`.
 
@@ -77,6 +82,7 @@ def read_walks(
         folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
         fps: frames per second, for files that don't state it (AMC never does; CMU's is 120).
         unit: unit of length, for files that don't state it.
+        marker_map: which points of the files are which landmarks; None recognises them by their names.
         on_file: called with each file's name before it is read.
 
     Raises:
@@ -92,7 +98,7 @@ def read_walks(
     for path in paths:
         on_file(path.name)
         try:
-            motion, markers = _walk(path, fps, unit)
+            motion, markers = _walk(path, fps, unit, marker_map)
             cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
             person = path.stem.partition("_")[0]
             used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
@@ -134,7 +140,7 @@ def check_name(name: str) -> None:
         )
 
 
-def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Markers]:
+def _walk(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> tuple[Motion, Markers]:
     """One file as motion and markers.
 
     Raises:
@@ -142,7 +148,7 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
     """
     suffix = path.suffix.lower()
     capture = read(path, fps=None if suffix in {".c3d", ".npz"} else fps, unit=None if suffix == ".npz" else unit)
-    motion = capture if isinstance(capture, Motion) else retarget(capture)
+    motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:
         raise MotionError("holds several motions: save one per file")
     straight = straightness(motion)
@@ -151,7 +157,7 @@ def _walk(path: Path, fps: float | None, unit: str | None) -> tuple[Motion, Mark
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
     if isinstance(capture, Motion):
         return motion, Markers(MARKERS, markers_of(motion.poses, motion.skeleton), motion.fps, name=path.stem)
-    return motion, to_markers(capture)
+    return motion, to_markers(capture, marker_map=marker_map)
 
 
 def _card(name: str, walks: Walks, command: str) -> dict:

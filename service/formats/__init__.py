@@ -11,6 +11,7 @@ NPY = "application/x-npy"
 NPZ = "application/x-npz"
 CSV = "text/csv"
 BVH = "model/x-bvh"
+HTML = "text/html"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
@@ -20,6 +21,8 @@ FILES = {
     "model/gltf-binary": ".glb",
     "application/x-c3d": ".c3d",
 }
+#: Suffixes of the formats of a gait report.
+REPORTS = {HTML: ".html", JSON: ".json", CSV: ".csv"}
 #: Suffixes of videos and pictures.
 FILMS = {MP4: ".mp4", GIF: ".gif", "image/webp": ".webp", PNG: ".png"}
 MOTION = (JSON, NPY, *FILES, *FILMS)

@@ -13,10 +13,12 @@ import orjson
 
 import motionenv
 from motionenv import Motion, MotionError
+from motionenv.mocap import MarkerMap
 from motionenv.types import POSE
 
 Progress = Callable[[float, str], None]
 _SHOWN_FPS, _SHOWN_FRAMES = 30.0, 3600  # of a preview, at most
+_MOVED = 0.3  # [m] that the points of a walk move at least
 _READING = 0.8  # share of reading files in the progress of a fit
 
 
@@ -39,7 +41,9 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
             progress(_READING, "fitting")
 
     command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
-    options = {"fps": settings["fps"], "unit": settings["unit"], "on_file": reading}
+    options = {
+        "fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings), "on_file": reading,
+    }  # fmt: skip
     model: Any
     if settings["kind"] == "tree":
         from motionenv.models.motion_tree.training import fit_tree
@@ -75,7 +79,7 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     for i, path in enumerate(files):
         progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
         try:
-            found.append(_inspected(path, **_how(path, settings)))
+            found.append(_inspected(path, _marker_map(settings), **_how(path, settings)))
         except MotionError as error:
             found.append({"name": path.name, "problem": _plain(str(error))})
     _write_result(folder, {"pose": POSE, "files": found})
@@ -95,7 +99,7 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], **_how(files[0], settings))
+    motion = read_motion(files[0], marker_map=_marker_map(settings), **_how(files[0], settings))
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
@@ -105,6 +109,59 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     path = folder / f"converted{settings['suffix']}"
     motionenv.write(motion, path)
     path.rename(folder / "result")
+
+
+def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """List the points of one file and propose which landmarks they are.
+
+    Args:
+        settings: of `service.schemas.jobs.ReadFields`.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    from motionenv.mocap import LANDMARKS, find_landmarks, guess_map
+
+    path = _captures(folder)[0]
+    progress(0.0, f"reading {path.name}")
+    held = motionenv.read(path, **_how(path, settings))
+    if isinstance(held, Motion):
+        raise MotionError(f"{path.name} holds angles of the body and no points: it needs no marker map")
+    if held.positions.ndim != 3:
+        raise MotionError(f"{path.name} holds several captures: save one to a file")
+    progress(0.5, "recognising the points")
+    marker_map, told = _marker_map(settings), {"marker_set": None, "problem": None}
+    try:
+        told["marker_set"] = find_landmarks(held, marker_map).marker_set
+        motionenv.retarget(held, marker_map=marker_map)
+    except MotionError as error:
+        told["problem"] = _plain(str(error))
+    seen = np.isfinite(held.positions).all(axis=2)
+    frame = int(seen.sum(axis=1).argmax())
+    places = zip(held.positions[frame].tolist(), seen[frame], strict=True)
+    _write_result(folder, {
+        "name": path.name, "points": held.names, "frame": frame, "heading": _heading(held.positions),
+        "positions": [place if known else None for place, known in places],
+        "map": (marker_map or guess_map(held)).to_toml(), "landmarks": LANDMARKS, **told,
+    })  # fmt: skip
+
+
+def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Write a gait report on all files.
+
+    Args:
+        settings: of `service.schemas.jobs.ReportFields`, and the `suffix` of its format.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    from motionenv.gait import write_report
+
+    static = settings["static"]
+    trials = [path for path in _captures(folder) if path.name != static]
+    write_report(
+        trials, folder / "report.html", static=folder / "input" / static if static else None,
+        marker_map=_marker_map(settings), on_step=progress,
+    )  # fmt: skip
+    (folder / f"report{settings['suffix']}").rename(folder / "result")
 
 
 def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
@@ -137,7 +194,9 @@ def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 
 #: Functions by kind of job.
-KINDS = {"fit": fit_model, "inspect": inspect, "convert": convert, "render": render}
+KINDS = {
+    "fit": fit_model, "inspect": inspect, "points": points, "convert": convert, "report": report, "render": render,
+}  # fmt: skip
 
 
 def _captures(folder: Path) -> list[Path]:
@@ -156,7 +215,26 @@ def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any]:
+def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
+    """The map that was sent with the files."""
+    return MarkerMap.parse(settings["map"]) if settings["map"] else None
+
+
+def _heading(positions: np.ndarray) -> float | None:
+    """Direction in which points move [degrees], from x towards y; None if they stay where they are.
+
+    Args:
+        positions: (frames, points, 3) [m]; NaN in gaps.
+    """
+    seen = np.isfinite(positions).all(axis=2)
+    each = np.flatnonzero(seen.any(axis=0))
+    first, last = seen.argmax(axis=0)[each], len(seen) - 1 - seen[::-1].argmax(axis=0)[each]
+    moved = positions[last, each] - positions[first, each]
+    x, y = np.median(moved[:, :2], axis=0) if len(each) else (0.0, 0.0)
+    return float(np.degrees(np.arctan2(y, x))) if np.hypot(x, y) > _MOVED else None
+
+
+def _inspected(path: Path, marker_map: MarkerMap | None, fps: float | None, unit: str | None) -> dict[str, Any]:
     """What one file holds."""
     from motionenv.models.walking.preprocessing import straightness
 
@@ -171,7 +249,7 @@ def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any
     try:
         if values.ndim != (2 if ours else 3):
             raise MotionError("holds several motions: save one to a file")
-        motion = held if isinstance(held, Motion) else motionenv.retarget(held)
+        motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
         told |= {"motion": _shown(motion), "straightness": straightness(motion), "walk": None}
         told["walk"] = _walk(motion)
     except MotionError as error:

@@ -15,11 +15,12 @@ from pydantic import BaseModel, ValidationError
 from starlette.responses import Response, StreamingResponse
 
 from service.errors import Problem, at_most, documented
-from service.formats import FILES, FILMS, JSON
+from service.formats import FILES, FILMS, HTML, JSON, REPORTS
 from service.jobs.manager import JobManager, no_room
 from service.jobs.store import WAITING, Full, Job
-from service.jobs.uploads import CAPTURE, Upload, as_fields, received
+from service.jobs.uploads import CAPTURE, Upload, as_fields, received, safe_name
 from service.schemas.jobs import (
+    CapturePoints,
     ConvertFields,
     FitFields,
     Fitted,
@@ -28,6 +29,7 @@ from service.schemas.jobs import (
     JobStatus,
     ReadFields,
     RenderRequest,
+    ReportFields,
     Status,
 )  # fmt: skip
 
@@ -36,6 +38,10 @@ _POLL = 0.1  # [s] between checks of a job for which a client waits
 _CHUNK = 1 << 18
 _FRESH = {"Cache-Control": "no-store"}
 _UPLOAD_ERRORS = (400, 401, 413, 415, 422, 429, 503, 504, 507)
+#: Headers of pages that browsers show: they hold names from uploaded files, and get no access to the API.
+_SANDBOX = {
+    "Content-Security-Policy": "sandbox allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+}
 Fields = TypeVar("Fields", bound=BaseModel)
 Id = Annotated[str, Path(min_length=1, max_length=64, description="Id of the job.")]
 Name = Annotated[str, Path(pattern=r"^[a-z0-9][a-z0-9-]{0,62}$", examples=["my-walk"])]
@@ -93,6 +99,40 @@ async def inspect(request: Request, key: Key = None) -> Response:
         _check_files(upload)
         job = manager.add(
             "inspect", asked.model_dump(), upload.files, media_type=JSON, filename="inspection.json", key=key
+        )
+    return _accepted(manager, job)
+
+
+@router.post(
+    "/jobs/points", status_code=202, summary="List the points of a capture file",
+    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
+    openapi_extra=as_fields(ReadFields.model_json_schema(), few=True),
+)  # fmt: skip
+async def points(request: Request, key: Key = None) -> Response:
+    """List the points of a file, where they are, and which landmarks they may be; the result is `CapturePoints`."""
+    manager = _manager(request)
+    async with _uploaded(request, manager) as upload:
+        asked = _fields(ReadFields, upload)
+        _check_files(upload, most=1)
+        job = manager.add("points", asked.model_dump(), upload.files, media_type=JSON, filename="points.json", key=key)
+    return _accepted(manager, job)
+
+
+@router.post(
+    "/jobs/report", status_code=202, summary="Report on the gait in capture files",
+    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
+    openapi_extra=as_fields(ReportFields.model_json_schema(), few=False),
+)  # fmt: skip
+async def report(request: Request, key: Key = None) -> Response:
+    """Step parameters and joint angles over the gait cycle, as a self-contained page, JSON or CSV."""
+    manager = _manager(request)
+    async with _uploaded(request, manager) as upload:
+        asked = _fields(ReportFields, upload)
+        static = _static(asked, _check_files(upload))
+        suffix = REPORTS[asked.format]
+        settings = asked.model_dump() | {"static": static, "suffix": suffix}
+        job = manager.add(
+            "report", settings, upload.files, media_type=asked.format, filename=f"report{suffix}", key=key
         )
     return _accepted(manager, job)
 
@@ -181,9 +221,10 @@ async def get_job(
     "/jobs/{job}/result", summary="Result of a job",
     responses={
         200: {
-            "model": Fitted | Inspection,
-            "description": "`Fitted` for fit, `Inspection` for inspect, a file for the others.",
-            "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in [*FILES, *FILMS]},
+            "model": Fitted | Inspection | CapturePoints,
+            "description": "`Fitted` for fit, `Inspection` for inspect, `CapturePoints` for points, a file for the "
+            "others.",
+            "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in [*FILES, *FILMS, HTML]},
         },
         304: {"description": "The result has not changed (`If-None-Match`)."},
         **documented(401, 404, 409, 422, 429, 503, 504),
@@ -194,9 +235,10 @@ async def result(request: Request, job: Id) -> Response:
     manager = _manager(request)
     found = manager.get(job)
     path, tag = manager.result(found), f'"{found.result}"'
+    shown, policy = ("inline", _SANDBOX) if found.media_type == HTML else ("attachment", {})
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
-        "Content-Disposition": f'attachment; filename="{found.filename}"', "Content-Length": str(found.size),
+        "Content-Disposition": f'{shown}; filename="{found.filename}"', "Content-Length": str(found.size), **policy,
     }  # fmt: skip
     if tag in request.headers.get("if-none-match", ""):
         return Response(status_code=304, headers={"ETag": tag})
@@ -287,6 +329,24 @@ def _check_files(upload: Upload, most: int | None = None) -> list[str]:
     if most is not None and len(names) > most:
         raise Problem(422, f"at most {most} capture file, got {len(names)}", field="/files", bound={"max_length": most})
     return names
+
+
+def _static(asked: ReportFields, names: list[str]) -> str | None:
+    """Name under which the static trial was stored.
+
+    Raises:
+        Problem: 422: there is no such file, or no other one.
+    """
+    if asked.static is None:
+        return None
+    try:
+        static = safe_name(asked.static)
+    except Problem:  # a suffix that no uploaded file can have
+        static = ""
+    if static not in names or len(names) == 1:
+        problem = "must be the name of one of several uploaded capture files"
+        raise Problem(422, f"static {problem}", field="/static", bound={"expected": ", ".join(names)})
+    return static
 
 
 def _accepted(manager: JobManager, job: Job) -> Response:

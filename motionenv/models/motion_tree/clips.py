@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from motionenv.errors import MotionError
-from motionenv.mocap import read_motion
+from motionenv.mocap import MarkerMap, read_motion
 from motionenv.models.motion_tree.database import Clip
 
 _SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
@@ -17,6 +17,7 @@ def read_clips(
     *,
     fps: float | None = None,
     unit: str | None = None,
+    marker_map: MarkerMap | None = None,
     activity: str | None = None,
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
@@ -30,6 +31,7 @@ def read_clips(
         folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
         fps: frames per second, for files that don't state it.
         unit: unit of length, for files that don't state it.
+        marker_map: which points of the files are which landmarks; None recognises them by their names.
         activity: activity of all files; None takes it from the names.
         on_file: called with each file's name before it is read.
         on_left_out: called with name and reason of each file that can't be read or retargeted.
@@ -48,6 +50,7 @@ def read_clips(
                 path,
                 fps=None if path.suffix.lower() in says else fps,
                 unit=None if path.suffix.lower() == ".npz" else unit,
+                marker_map=marker_map,
             )
         except MotionError as error:
             on_left_out(path.name, str(error))
