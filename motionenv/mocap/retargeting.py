@@ -4,110 +4,90 @@ import numpy as np
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.skeleton import NODES
-from motionenv.errors import MotionError
-from motionenv.mocap.joint_centres import has_markers, with_joint_centres
-from motionenv.mocap.names import SCHEMES, missing
+from motionenv.mocap.body_nodes import Nodes, body_nodes
+from motionenv.mocap.clinical import Measurements, person_of
+from motionenv.mocap.marker_sets import Landmarks, MarkerMap, find_landmarks
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 
-def retarget(markers: Markers, *, scheme: str | None = None, skeleton: Skeleton | None = None) -> Motion:
-    """Fit the 25-DOF body to captured joints or markers.
+def retarget(
+    markers: Markers,
+    *,
+    marker_map: MarkerMap | str | None = None,
+    skeleton: Skeleton | None = None,
+    static: Markers | None = None,
+    measurements: Measurements | None = None,
+) -> Motion:
+    """Fit the 25-DOF body to captured joints or markers, of a whole body or of a part of it.
 
     Args:
         markers: captured points (frames, points, 3) [m].
-        scheme: naming scheme of the points: "cmu", "cmu-bvh", "mixamo", "bandai-namco", "plug-in-gait", or "markers"
-            for our own 15. None selects the first one whose points are all present.
+        marker_map: which points are which landmarks: a map, or the name of a marker set, such as "plug-in-gait". None
+            takes the set of which the most landmarks are there.
         skeleton: the body to use; None measures the person's limbs.
+        static: a standing trial of the same person, which locates the joints' axes; see `clinical.calibrate`.
+        measurements: of the person; None takes those that the file states.
 
     Returns:
-        A motion in the world of the capture; gaps remain gaps (NaN).
+        A motion in the world of the capture. Gaps, and limbs that were not captured, are NaN.
 
     Raises:
-        MotionError: an unknown scheme, or required points are missing (named).
+        MotionError: an unknown marker set, or no leg with hip and knee (what is missing is named).
         GapError: a required point is never seen.
     """
-    nodes, head_side = to_nodes(markers, scheme=scheme)
+    nodes = find_nodes(markers, marker_map=marker_map, static=static, measurements=measurements)
     if skeleton is None:
-        skeleton = fit_skeleton(nodes)
-    return Motion(fit_poses(nodes, skeleton, markers.fps, head_side), skeleton, markers.fps, markers.name)
+        skeleton = fit_skeleton(nodes.positions)
+    poses = fit_poses(nodes.positions, skeleton, markers.fps, nodes.head_side)
+    return Motion(poses, skeleton, markers.fps, markers.name)
 
 
-def to_markers(markers: Markers, *, scheme: str | None = None) -> Markers:
-    """The 15 markers of paper B, (frames, 15, 3) [m], from captured points by their names.
-
-    Args:
-        markers: captured points.
-        scheme: naming scheme of the points; see `retarget`.
-
-    Raises:
-        MotionError: an unknown scheme, or required points are missing (named).
-    """
-    nodes, _ = to_nodes(markers, scheme=scheme)
-    return Markers(MARKERS, nodes[:, : len(MARKERS)], markers.fps, name=markers.name)
-
-
-def to_nodes(markers: Markers, *, scheme: str | None = None) -> tuple[np.ndarray, np.ndarray | None]:
-    """The body's nodes (frames, 16, 3) [m], and the direction to the left of the head (frames, 3) or None.
+def to_markers(markers: Markers, *, marker_map: MarkerMap | str | None = None) -> Markers:
+    """The 15 markers of paper B, (frames, 15, 3) [m], from captured points; NaN where unknown.
 
     Args:
         markers: captured points.
-        scheme: naming scheme of the points; see `retarget`.
+        marker_map: which points are which landmarks; see `retarget`.
 
     Raises:
-        MotionError: an unknown scheme, or required points are missing (named).
+        MotionError: an unknown marker set, or no leg with hip and knee (what is missing is named).
     """
-    if markers.positions.ndim != 3:
-        raise MotionError(f"markers must be one sequence (frames, points, 3), got {markers.positions.shape}")
-    markers = _plain_names(markers)
-    if has_markers(markers.names):
-        markers = with_joint_centres(markers)
-    scheme = _checked_scheme(scheme, markers.names)
-    table, head = SCHEMES[scheme]
-    nodes = np.stack([_weighted(markers, table[node]) for node in NODES], axis=1)
-    return nodes, _head_side(markers, nodes, head)
+    nodes = find_nodes(markers, marker_map=marker_map)
+    return Markers(MARKERS, nodes.positions[:, : len(MARKERS)], markers.fps, name=markers.name)
 
 
-def _plain_names(markers: Markers) -> Markers:
-    """The same points without a rig's prefix ("mixamorig:")."""
-    names = tuple(n.rpartition(":")[2] for n in markers.names)
-    return Markers(names, markers.positions, markers.fps, markers.parents, markers.rotations, markers.name)
+def find_nodes(
+    markers: Markers,
+    *,
+    marker_map: MarkerMap | str | None = None,
+    static: Markers | None = None,
+    measurements: Measurements | None = None,
+) -> Nodes:
+    """The body's nodes (frames, 16, 3) [m] in a capture, and the attitude of its head and pelvis.
 
-
-def _checked_scheme(scheme: str | None, names: tuple[str, ...]) -> str:
-    """`scheme`, or the first one whose points are all among `names`.
+    Args:
+        markers, marker_map, static, measurements: as in `retarget`.
 
     Raises:
-        MotionError: no such scheme, or required points are missing.
+        MotionError: an unknown marker set, or no leg with hip and knee (what is missing is named).
     """
-    if scheme is None:
-        scheme = min(SCHEMES, key=lambda s: len(missing(s, names)))
-    if scheme not in SCHEMES:
-        raise MotionError(f"scheme must be one of {', '.join(SCHEMES)}, got {scheme!r}")
-    lacking = missing(scheme, names)
-    if lacking:
-        raise MotionError(
-            f"the nearest naming scheme, {scheme!r}, needs the points {', '.join(lacking)}; the file has "
-            f"{', '.join(names)}. Rename them with motionenv.Markers, or omit this file"
-        )
-    return scheme
+    landmarks = find_landmarks(markers, marker_map)
+    person, calibration = person_of(markers, static=static, measurements=measurements, marker_map=marker_map)
+    nodes = body_nodes(landmarks, person, calibration)
+    side = _captured_side(markers, landmarks, nodes.positions)
+    return nodes if side is None else Nodes(nodes.positions, side, nodes.trunk, nodes.how)
 
 
-def _weighted(markers: Markers, weights: dict[str, float]) -> np.ndarray:
-    """Weighted mean (frames, 3) [m] of points."""
-    return np.sum([w * markers.positions[:, markers.index(n)] for n, w in weights.items()], axis=0)
+def _captured_side(markers: Markers, landmarks: Landmarks, nodes: np.ndarray) -> np.ndarray | None:
+    """Direction to the left of the head (frames, 3), from the captured rotation of the head's joint.
 
-
-def _head_side(markers: Markers, nodes: np.ndarray, head: str | None) -> np.ndarray | None:
-    """Direction to the left of the head in the world (frames, 3).
-
-    From the four head markers, or from the captured rotation of the head bone, whose lateral axis is identified over
-    the whole trial: on average a person looks where the shoulders point.
+    Which axis of the joint is lateral shows over the whole trial: on average a person looks where the shoulders point.
     """
-    if head is None:
-        at = {n: markers.positions[:, markers.index(n)] for n in ("LFHD", "LBHD", "RFHD", "RBHD")}
-        return 0.5 * (at["LFHD"] + at["LBHD"] - at["RFHD"] - at["RBHD"])
-    if markers.rotations is None:
-        return None
-    turn = markers.rotations[:, markers.index(head)]
+    wanted = landmarks.marker_map.head_rotation
+    joint = next((n for n in markers.names if wanted and n.rpartition(":")[2] == wanted), None)
     shoulders = nodes[:, NODES.index("left_shoulder")] - nodes[:, NODES.index("right_shoulder")]
-    return turn @ np.nanmedian(np.einsum("tji,tj->ti", turn, shoulders), axis=0)
+    seen = np.isfinite(shoulders).all(-1)
+    if joint is None or markers.rotations is None or not seen.any():
+        return None
+    turn = markers.rotations[:, markers.index(joint)]
+    return turn @ np.median(np.einsum("tji,tj->ti", turn, shoulders)[seen], axis=0)

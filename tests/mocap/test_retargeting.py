@@ -6,14 +6,14 @@ import pytest
 from motionenv import body
 from motionenv.errors import MotionError
 from motionenv.mocap import read, write
-from motionenv.mocap.retargeting import retarget, to_markers, to_nodes
+from motionenv.mocap.retargeting import find_nodes, retarget, to_markers
 from motionenv.models.synthesis import synthesize
 from motionenv.types import MARKERS, POSE, Markers
 
 
 def distances(motion, markers):
     """Distance (frames, 16) [m] of the fitted body's nodes from the captured ones."""
-    return np.linalg.norm(body.forward(motion.poses, motion.skeleton)[0] - to_nodes(markers)[0], axis=-1)
+    return np.linalg.norm(body.forward(motion.poses, motion.skeleton)[0] - find_nodes(markers).positions, axis=-1)
 
 
 @pytest.fixture(scope="module")
@@ -114,12 +114,12 @@ def test_mixamo_names_with_and_without_prefix():
         assert np.allclose(found, np.stack([nodes[m] for m in MARKERS], 1), atol=1e-9)
 
 
-def test_unknown_names_and_schemes_are_named():
+def test_unknown_names_and_sets_are_named():
     points = Markers(["LeftArm", "nonsense"], np.zeros((3, 2, 3)), 30)
-    with pytest.raises(MotionError, match=r"needs the points .*the file has LeftArm, nonsense"):
+    with pytest.raises(MotionError, match=r"no leg with hip and knee: the nearest marker set is 'mixamo'.*left_hip"):
         retarget(points)
-    with pytest.raises(MotionError, match=r"scheme must be one of cmu, .*got 'vicon'"):
-        retarget(points, scheme="vicon")
+    with pytest.raises(MotionError, match=r"no marker set 'vicon'; known are anatomical"):
+        retarget(points, marker_map="vicon")
 
 
 def test_our_own_markers_come_back_from_the_c3d_that_we_write(tmp_path):

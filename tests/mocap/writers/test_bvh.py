@@ -113,7 +113,7 @@ def test_channels_are_the_pose_vector(any_motion, tmp_path):
 def test_retargeting_gives_the_walk_back(walk, tmp_path):
     """Exactly where points tell the pose: the axial turn of a limb that is nearly straight is an estimate."""
     bvh_writer.write(walk, tmp_path / "a.bvh")
-    back = retarget(reader.read(tmp_path / "a.bvh"), scheme="mixamo")
+    back = retarget(reader.read(tmp_path / "a.bvh"), marker_map="mixamo")
     off = np.linalg.norm(markers(back.poses, back.skeleton) - markers(walk.poses, walk.skeleton), axis=-1)
     assert np.median(off) < 1e-4
     assert np.percentile(off, 95) < 0.005

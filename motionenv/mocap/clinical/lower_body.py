@@ -1,0 +1,259 @@
+"""Pelvis, thighs, shanks and feet over time, from the landmarks of a capture.
+
+What is there decides how a joint's centre is found: a centre that the file itself holds; midway between lateral and
+medial marker; the chord function with the wand; and without a wand, the chord function in the plane of the pelvis'
+lateral axis.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from motionenv.mocap.clinical.gait_model import (
+    SIGN,
+    Segment,
+    chord,
+    davis_hip,
+    frame,
+    harrington_hip,
+    middle,
+    pelvis,
+    unit,
+)
+from motionenv.mocap.clinical.measurements import Measurements, Side, completed
+
+#: Mean varus of the knee [rad] beyond which the thigh's wand can't be in the plane of the knee's axis, as where a knee
+#: alignment device was used: legs aren't that bowed.
+_MOST_VARUS = np.radians(20.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """One leg over time: centres (frames, 3) [m] and rotations (frames, 3, 3), segment → world; None where unknown.
+
+    Attributes:
+        hip, knee, ankle: centres of the joints.
+        thigh, shank, foot: rotations; z points from knee to hip, from ankle to knee, and from toe to heel.
+    """
+
+    hip: np.ndarray | None = None
+    knee: np.ndarray | None = None
+    ankle: np.ndarray | None = None
+    thigh: np.ndarray | None = None
+    shank: np.ndarray | None = None
+    foot: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LowerBody:
+    """The lower body over time.
+
+    Attributes:
+        pelvis: None without ASIS or sacrum.
+        left, right: the legs.
+        how: for each kind of joint, how its centre was found.
+    """
+
+    pelvis: Segment | None
+    left: Leg
+    right: Leg
+    how: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a standing trial adds, by "left_knee" and the like; see `calibrate`.
+
+    Attributes:
+        turns: angle [rad] between the wand's plane and the joint's axis.
+        distances: from the lateral marker to the joint's centre [m].
+        feet: by side, the static offsets (plantar flexion, rotation) of the foot [rad].
+    """
+
+    turns: dict[str, float] = field(default_factory=dict)
+    distances: dict[str, float] = field(default_factory=dict)
+    feet: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def lower_body(
+    positions: dict[str, np.ndarray], person: Measurements, calibration: Calibration | None = None
+) -> LowerBody:
+    """Segments and joint centres of the lower body by the Conventional Gait Model.
+
+    Args:
+        positions: landmarks (frames, 3) [m].
+        person: measurements; what they lack is estimated.
+        calibration: from `calibrate`, for trials whose standing trial had medial markers.
+    """
+    calibration = calibration or Calibration()
+    person_known = person
+    person = completed(person, positions)
+    base = pelvis(positions)
+    how: dict[str, str] = {}
+    legs = {}
+    for side in ("left", "right"):
+        hip = _hip(positions, base, person, person_known, side, how)
+        legs[side] = _leg(positions, base, hip, person, side, calibration, how)
+    return LowerBody(base, legs["left"], legs["right"], how)
+
+
+def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibration:
+    """What a standing trial tells about a person's joints and feet.
+
+    Medial markers, which are often taken off for walking, give the directions of the axes of knee and ankle relative
+    to the wands, and the joints' half widths. The feet, flat on the ground, give the static offsets of the foot.
+
+    Args:
+        positions: landmarks (frames, 3) [m] of the standing trial.
+        person: measurements.
+    """
+    body = lower_body(positions, person)
+    found = Calibration()
+    for side in ("left", "right"):
+        leg: Leg = getattr(body, side)
+        for joint, above, wand in (("knee", leg.hip, "thigh"), ("ankle", leg.knee, "shank")):
+            lateral, medial = (positions.get(f"{side}_{joint}_{face}") for face in ("lateral", "medial"))
+            pole = positions.get(f"{side}_{wand}")
+            if above is None or lateral is None or medial is None or pole is None:
+                continue
+            distance = middle(0.5 * np.linalg.norm(lateral - medial, axis=-1))
+            flat = chord(above, lateral, pole, distance)
+            found.turns[f"{side}_{joint}"] = _angle_about(above - lateral, flat - lateral, medial - lateral)
+            found.distances[f"{side}_{joint}"] = distance
+        offsets = _foot_offsets(positions, leg, side)
+        if offsets is not None:
+            found.feet[side] = offsets
+    return found
+
+
+def _hip(positions, base, person: Measurements, known: Measurements, side: str, how: dict[str, str]):
+    """Centre of the hip: the file's own, by the legs' lengths where measured (Davis), or by the pelvis (Harrington)."""
+    if f"{side}_hip" in positions:
+        how["hip"] = "the file's own centres"
+        return positions[f"{side}_hip"]
+    if base is None:
+        return None
+    width = person.asis_distance
+    if not np.isfinite(width):
+        width = middle(np.linalg.norm(positions["left_asis"] - positions["right_asis"], axis=-1))
+    if np.isfinite(getattr(known, side).leg_length):
+        how["hip"] = "Davis et al. (1991) from the measured legs"
+        return davis_hip(base, person, side, width)
+    how["hip"] = "Harrington et al. (2007) from the pelvis"
+    return harrington_hip(base, positions, side, width)
+
+
+def _leg(positions, base, hip, person: Measurements, side: str, calibration: Calibration, how: dict[str, str]) -> Leg:
+    """The segments below one hip."""
+    own: Side = getattr(person, side)
+    sign, radius = SIGN[side], person.marker_radius
+    across = None if base is None else sign * base.rotation[..., 1]
+    half_widths = {"knee": 0.5 * own.knee_width + radius, "ankle": 0.5 * own.ankle_width + radius}
+    find = partial(_joint, positions, side=side, calibration=calibration, how=how)
+    knee, knee_side = find("knee", "thigh", hip, across, half_widths["knee"])
+    ankle, ankle_side = find("ankle", "shank", knee, knee_side, half_widths["ankle"])
+    knee_side = across if knee_side is None else knee_side
+    ankle_side = knee_side if ankle_side is None else ankle_side
+    leg = Leg(hip, knee, ankle, _limb(hip, knee, knee_side, sign), _limb(knee, ankle, ankle_side, sign))
+    foot = _foot(positions, leg, own, side, calibration.feet.get(side))
+    return replace(leg, foot=foot)
+
+
+def _limb(above, below, lateral, sign: float) -> np.ndarray | None:
+    """Rotation of a limb with z from its lower to its upper joint and y in the plane of `lateral`; None if unknown."""
+    if above is None or below is None or lateral is None:
+        return None
+    return frame(above - below, sign * lateral)
+
+
+def _joint(
+    positions, joint: str, wand: str, above, across, distance: float, *, side: str, calibration: Calibration, how
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Centre of a knee or ankle, and the direction from it to the lateral side; None where unknown.
+
+    Args:
+        positions: landmarks.
+        joint: "knee" or "ankle".
+        wand: landmark of the segment above, "thigh" or "shank".
+        above: (frames, 3) centre of the joint above.
+        across: (frames, 3) direction to the lateral side, for want of a wand.
+        distance: from the lateral marker to the centre [m].
+        side: "left" or "right".
+        calibration: from the standing trial.
+        how: is told how the centre was found.
+    """
+    key = f"{side}_{joint}"
+    lateral, medial, pole = (positions.get(name) for name in (f"{key}_lateral", f"{key}_medial", f"{side}_{wand}"))
+    if key in positions:
+        how[joint] = "the file's own centres"
+        return positions[key], None if lateral is None else lateral - positions[key]
+    if lateral is None:
+        return None, None
+    if medial is not None:
+        how[joint] = "midway between lateral and medial markers"
+        return 0.5 * (lateral + medial), lateral - medial
+    if above is None:
+        return None, None
+    if pole is not None:
+        turn = calibration.turns.get(key, 0.0)
+        centre = chord(above, lateral, pole, calibration.distances.get(key, distance), turn)
+        if joint == "ankle" or turn or _aligned(positions, above, centre, lateral, side):
+            how[joint] = "chord function with wands" + (", turned as the standing trial tells" if turn else "")
+            return centre, lateral - centre
+        how[joint] = "chord function without wands, as these aren't in the plane of the knee's axis"
+    if across is None:
+        return None, None
+    how.setdefault(joint, "chord function without wands, in the plane of the pelvis' lateral axis")
+    centre = chord(above, lateral, lateral + across, distance)
+    return centre, lateral - centre
+
+
+def _aligned(positions, hip, knee, lateral, side: str) -> bool:
+    """Whether the thigh's wand gives a knee that bends forwards and back: its mean varus is one that legs have."""
+    ankle = positions.get(f"{side}_ankle_lateral")
+    if ankle is None:
+        return True
+    thigh = frame(hip - knee, SIGN[side] * (lateral - knee))
+    down = np.einsum("tji,tj->ti", thigh, unit(ankle - lateral))
+    varus = np.arctan2(-SIGN[side] * down[:, 1], np.hypot(down[:, 0], down[:, 2]))
+    return not abs(middle(varus)) > _MOST_VARUS
+
+
+def _foot(positions, leg: Leg, own: Side, side: str, standing: tuple[float, float] | None) -> np.ndarray | None:
+    """Rotation of the foot (frames, 3, 3): of the line from toe to ankle, corrected by the static offsets."""
+    raw = _raw_foot(positions, leg, side)
+    offsets = (own.plantar_flexion, own.foot_rotation)
+    if not np.isfinite(offsets).all():
+        offsets = standing or _foot_offsets(positions, leg, side) or (np.nan, np.nan)
+    if raw is None or not np.isfinite(offsets).all():
+        return None
+    plantar, turn = -offsets[0], -SIGN[side] * offsets[1]
+    c, s = np.cos(plantar), np.sin(plantar)
+    about_y = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    c, s = np.cos(turn), np.sin(turn)
+    return raw @ about_y @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+def _raw_foot(positions, leg: Leg, side: str) -> np.ndarray | None:
+    """Rotation of the line from toe to ankle, with the shank's lateral axis."""
+    toe = positions.get(f"{side}_toe")
+    if toe is None or leg.ankle is None or leg.shank is None:
+        return None
+    return frame(leg.ankle - toe, leg.shank[..., 1])
+
+
+def _foot_offsets(positions, leg: Leg, side: str) -> tuple[float, float] | None:
+    """Plantar flexion and rotation [rad] of the line from toe to heel against that from toe to ankle."""
+    raw, heel = _raw_foot(positions, leg, side), positions.get(f"{side}_heel")
+    if raw is None or heel is None:
+        return None
+    sole = np.einsum("tji,tj->ti", raw, unit(heel - positions[f"{side}_toe"]))
+    return middle(np.arctan2(-sole[:, 0], sole[:, 2])), SIGN[side] * middle(np.arcsin(np.clip(sole[:, 1], -1, 1)))
+
+
+def _angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
+    """Median signed angle [rad] about `axis` from `start` to `end`, all (frames, 3)."""
+    z = unit(axis)
+    a, b = (unit(v - z * (v * z).sum(-1, keepdims=True)) for v in (start, end))
+    return middle(np.arctan2((np.cross(a, b) * z).sum(-1), (a * b).sum(-1)))

@@ -1,0 +1,164 @@
+"""Marker maps: which points of a file are which landmarks. The sets that motionenv ships are maps too.
+
+A map is a small TOML file:
+
+    name = "our laboratory"
+
+    [points]
+    left_knee_lateral = "KneeL"              # one point
+    left_hip = { HipL1 = 0.5, HipL2 = 0.5 }  # weighted points; the weights sum to 1
+    left_asis = ["LASI", "LASIS"]            # the first of these that the file has
+
+    [sides]                                  # saves writing left and right: "{}" stands for the side's word
+    left = "L"
+    right = "R"
+
+    [sided]
+    heel = "{}Heel"
+
+Names of points are compared without case, spaces, dots, dashes and underscores, and without a subject's name in front.
+"""
+
+import tomllib
+import unicodedata
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+from motionenv.errors import MotionError
+from motionenv.mocap.marker_sets.landmarks import LANDMARKS, SIDED
+
+#: One way to find a landmark: points and their weights, which sum to 1.
+Weights = Mapping[str, float]
+
+_KEYS = {"name", "title", "source", "head_rotation", "points", "sides", "sided"}
+_SUM = 1e-6  # tolerance of the sum of weights
+
+
+@dataclass(frozen=True)
+class MarkerMap:
+    """Which points of a file are which landmarks.
+
+    Attributes:
+        points: for each landmark of `LANDMARKS`, the ways to find it, best first; each a point or weighted points.
+        name: what to call it.
+        title: one line about it.
+        source: who defines these names.
+        head_rotation: the joint whose captured rotation is the head's; "" if there is none.
+    """
+
+    points: Mapping[str, tuple[Weights, ...]]
+    name: str = "marker map"
+    title: str = ""
+    source: str = ""
+    head_rotation: str = field(default="")
+
+    @classmethod
+    def parse(cls, text: str) -> "MarkerMap":
+        """The map in the text of a TOML file.
+
+        Raises:
+            MotionError: not TOML, an unknown landmark or key, or weights that don't sum to 1; names it.
+        """
+        try:
+            table = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise MotionError(f"a marker map must be TOML: {error}; see motionenv mocap map --help") from None
+        if unknown := sorted(set(table) - _KEYS):
+            raise MotionError(f"a marker map has no entry {unknown[0]!r}; it may have {', '.join(sorted(_KEYS))}")
+        points = {**_both_sides(table), **_section(table, "points")}
+        if not points:
+            raise MotionError('a marker map needs a section [points] with lines such as left_hip = "LHJC"')
+        words = {key: str(table.get(key, "")) for key in ("title", "source", "head_rotation")}
+        return cls({k: _ways(k, v) for k, v in points.items()}, str(table.get("name", "marker map")), **words)
+
+    def to_toml(self) -> str:
+        """The map as the text of a TOML file that `parse` reads."""
+        told = {key: getattr(self, key) for key in ("name", "title", "source", "head_rotation")}
+        head = [f"{key} = {_quoted(text)}" for key, text in told.items() if text]
+        lines = [f"{landmark} = {_written(ways)}" for landmark, ways in self.points.items()]
+        return "\n".join([*head, "", "[points]", *lines, ""])
+
+
+def plain_name(name: str) -> str:
+    """`name` as names are compared: without a subject's prefix, case, and all but letters and digits."""
+    bare = unicodedata.normalize("NFKC", name.rpartition(":")[2]).casefold()
+    return "".join(c for c in bare if c.isalnum()) or bare.strip()
+
+
+def _section(table: Mapping, key: str) -> dict:
+    """A section of the file, whose entries must be landmarks.
+
+    Raises:
+        MotionError: not a section, or an unknown landmark (the nearest is named).
+    """
+    section = table.get(key, {})
+    if not isinstance(section, Mapping):
+        raise MotionError(f"[{key}] of a marker map must be a section, got {section!r}")
+    allowed = SIDED if key == "sided" else LANDMARKS
+    for landmark in section:
+        if landmark not in allowed:
+            near = get_close_matches(landmark, allowed, 1, 0.0)[0]
+            raise MotionError(f"[{key}] of a marker map names no landmark {landmark!r}; did you mean {near!r}?")
+    return dict(section)
+
+
+def _both_sides(table: Mapping) -> dict:
+    """The entries of [sided] for the left and the right."""
+    sided = _section(table, "sided")
+    words = table.get("sides", {})
+    if sided and (not isinstance(words, Mapping) or set(words) != {"left", "right"}):
+        raise MotionError("a marker map with [sided] needs [sides] with the words for left and right")
+    return {
+        f"{side}_{landmark}": _with_word(value, str(words[side]))
+        for side in ("left", "right")
+        for landmark, value in sided.items()
+    }
+
+
+def _with_word(value, word: str):
+    """`value` with the word for the side in the place of {}."""
+    if isinstance(value, str):
+        return value.replace("{}", word)
+    if isinstance(value, Mapping):
+        return {name.replace("{}", word): weight for name, weight in value.items()}
+    return [_with_word(entry, word) for entry in value] if isinstance(value, Sequence) else value
+
+
+def _ways(landmark: str, value) -> tuple[Weights, ...]:
+    """The ways to find a landmark.
+
+    Raises:
+        MotionError: neither a name, nor weights that sum to 1, nor a list of these.
+    """
+    ways = value if isinstance(value, list) else [value]
+    return tuple(_weights(landmark, way) for way in ways)
+
+
+def _weights(landmark: str, way) -> Weights:
+    """One way to find a landmark."""
+    if isinstance(way, str) and way.strip():
+        return {way: 1.0}
+    numbers = isinstance(way, Mapping) and all(
+        isinstance(w, int | float) and not isinstance(w, bool) for w in way.values()
+    )
+    if not numbers or not way or not abs(sum(way.values()) - 1.0) < _SUM:
+        wanted = "a point's name, weights such as { A = 0.5, B = 0.5 } that sum to 1, or a list of these"
+        raise MotionError(f"{landmark} of a marker map must be {wanted}; got {way!r}")
+    return {name: float(weight) for name, weight in way.items()}
+
+
+def _quoted(text: str) -> str:
+    """A TOML string."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'
+
+
+def _written(ways: tuple[Weights, ...]) -> str:
+    """The ways to find a landmark, in TOML."""
+    texts = []
+    for way in ways:
+        only = len(way) == 1
+        pairs = ", ".join(f"{_quoted(name)} = {weight!r}" for name, weight in way.items())
+        texts.append(_quoted(next(iter(way))) if only else f"{{ {pairs} }}")
+    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"

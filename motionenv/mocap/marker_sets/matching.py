@@ -1,0 +1,145 @@
+"""Recognise the marker set of a file by the names of its points, and find the landmarks."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from re import split
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_name
+from motionenv.types import Markers
+
+_SHARED = 0.6  # share of the names that begin or end with a word for it to be a prefix or suffix of the file
+_FEWEST = 3  # letters of a prefix without a separator
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """The landmarks that a file shows.
+
+    Attributes:
+        positions: for each landmark of `motionenv.mocap.LANDMARKS` that the file has, (frames, 3) [m], NaN in gaps.
+        fps: frame rate [Hz].
+        marker_map: the set or map that named them.
+        points: for each landmark, the points of the file and their weights.
+    """
+
+    positions: dict[str, np.ndarray]
+    fps: float
+    marker_map: MarkerMap
+    points: dict[str, Weights]
+
+    @property
+    def marker_set(self) -> str:
+        """Name of the set or map."""
+        return self.marker_map.name
+
+
+@cache
+def marker_sets() -> tuple[MarkerMap, ...]:
+    """The marker sets that motionenv knows, each a TOML table in `motionenv/mocap/marker_sets/sets`."""
+    tables = sorted((f for f in files(__package__).joinpath("sets").iterdir()), key=lambda f: f.name)
+    return tuple(MarkerMap.parse(table.read_text(encoding="utf-8")) for table in tables if table.name.endswith(".toml"))
+
+
+def marker_set(name: str) -> MarkerMap:
+    """The marker set called `name`.
+
+    Raises:
+        MotionError: there is none; lists the names.
+    """
+    named = {known.name: known for known in marker_sets()}
+    if name not in named:
+        raise MotionError(f"there is no marker set {name!r}; known are {', '.join(sorted(named))}")
+    return named[name]
+
+
+def recognise(names: Sequence[str]) -> tuple[MarkerMap, dict[str, Weights]]:
+    """The marker set of which the most landmarks are among `names`, and the points of each landmark.
+
+    Between sets of which equally many are found, the smaller one is taken: less of it is missing.
+    """
+    found = [(known, resolve(known, names)) for known in marker_sets()]
+    return max(found, key=lambda one: (len(one[1]), len(one[1]) / len(one[0].points)))
+
+
+def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) -> Landmarks:
+    """The landmarks that a capture shows.
+
+    Points that no frame shows are no landmarks.
+
+    Args:
+        markers: captured points (frames, points, 3).
+        marker_map: a map, or the name of a marker set; None recognises the set by the names.
+
+    Raises:
+        MotionError: not one sequence, an unknown set, or a map of which no landmark is in the file.
+    """
+    if markers.positions.ndim != 3:
+        raise MotionError(f"markers must be one sequence (frames, points, 3), got {markers.positions.shape}")
+    seen = np.isfinite(markers.positions).all(-1).any(0)
+    names = [name if shown else "" for name, shown in zip(markers.names, seen, strict=True)]
+    if marker_map is None:
+        chosen, points = recognise(names)
+    else:
+        chosen = marker_set(marker_map) if isinstance(marker_map, str) else marker_map
+        points = resolve(chosen, names)
+        if not points:
+            have = ", ".join(markers.names)
+            raise MotionError(f"no point of the marker map {chosen.name!r} is in the file, which has {have}")
+    index = {name: i for i, name in enumerate(markers.names)}
+    positions = {
+        landmark: np.sum([w * markers.positions[:, index[name]] for name, w in weights.items()], axis=0)
+        for landmark, weights in points.items()
+    }
+    return Landmarks(positions, markers.fps, chosen, points)
+
+
+def resolve(marker_map: MarkerMap, names: Sequence[str]) -> dict[str, Weights]:
+    """For each landmark of `marker_map` whose points are among `names`, the names in the file and their weights."""
+    views = [_lookup(view) for view in _views(names)]
+    return max((_resolved(marker_map, names, lookup) for lookup in views), key=len)
+
+
+def _resolved(marker_map: MarkerMap, names: Sequence[str], lookup: dict[str, int]) -> dict[str, Weights]:
+    """`resolve` for one reading of the file's names."""
+    exact = {name: i for i, name in reversed(list(enumerate(names)))}
+    found: dict[str, Weights] = {}
+    for landmark, ways in marker_map.points.items():
+        for way in ways:
+            at = [exact.get(name, lookup.get(plain_name(name), -1)) for name in way]
+            if min(at) >= 0:
+                found[landmark] = {names[i]: weight for i, weight in zip(at, way.values(), strict=True)}
+                break
+    return found
+
+
+def _lookup(view: Sequence[str]) -> dict[str, int]:
+    """Index of the first point of each plain name; unnamed points have none."""
+    return {name: i for i, name in reversed(list(enumerate(view))) if name}
+
+
+def _views(names: Sequence[str]) -> list[list[str]]:
+    """Readings of the file's names: as they are, and without a word that most of them begin or end with."""
+    plain = [plain_name(name) for name in names]
+    views = [plain]
+    words = [[plain_name(word) for word in split(r"[\W_]+", name.rpartition(":")[2]) if word] for name in names]
+    several = [w for w in words if len(w) > 1]
+    for at, cut in ((0, str.removeprefix), (-1, str.removesuffix)):
+        word, count = Counter(w[at] for w in several).most_common(1)[0] if several else ("", 0)
+        if word and count >= _SHARED * len(names):
+            views.append([cut(name, word) for name in plain])
+    shared = _shared_start([name for name in plain if name])
+    if shared >= _FEWEST:
+        views.append([name[shared:] for name in plain])
+    return views
+
+
+def _shared_start(names: Sequence[str]) -> int:
+    """Number of letters with which all names begin."""
+    first, last = min(names, default=""), max(names, default="")
+    return next((i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))

@@ -1,0 +1,87 @@
+"""The lower body by the Conventional Gait Model: which way to a joint is taken, and what a standing trial adds."""
+
+import numpy as np
+import pytest
+
+from motionenv.mocap.clinical.lower_body import calibrate, lower_body
+from motionenv.mocap.clinical.measurements import Measurements, Side
+
+PERSON = Measurements(*[Side(leg_length=0.9, knee_width=0.1, ankle_width=0.07)] * 2)
+
+# A person who stands and faces x. Knees and ankles have their axes along y, with centres 0.1 m from the midline.
+STANDING = {
+    "left_asis": (0.16, 0.12, 1.0), "right_asis": (0.16, -0.12, 1.0), "sacrum": (0, 0, 1.0),
+    "left_thigh": (0.08, 0.20, 0.7), "right_thigh": (0.08, -0.20, 0.7),
+    "left_knee_lateral": (0.08, 0.157, 0.5), "right_knee_lateral": (0.08, -0.157, 0.5),
+    "left_shank": (0.07, 0.20, 0.3), "right_shank": (0.07, -0.20, 0.3),
+    "left_ankle_lateral": (0.06, 0.142, 0.09), "right_ankle_lateral": (0.06, -0.142, 0.09),
+    "left_heel": (0.0, 0.10, 0.03), "right_heel": (0.0, -0.10, 0.03),
+    "left_toe": (0.20, 0.10, 0.03), "right_toe": (0.20, -0.10, 0.03),
+}  # fmt: skip
+
+
+def standing(without=(), **more) -> dict[str, np.ndarray]:
+    points = {k: v for k, v in (STANDING | more).items() if k not in without}
+    return {name: np.tile(np.array(point, dtype=float), (3, 1)) for name, point in points.items()}
+
+
+def test_the_two_sides_are_mirror_images():
+    body = lower_body(standing(), PERSON)
+    for joint in ("hip", "knee", "ankle"):
+        left, right = getattr(body.left, joint), getattr(body.right, joint)
+        np.testing.assert_allclose(left * [1, -1, 1], right, atol=1e-12)
+    assert 0.05 < body.left.knee[0, 1] < 0.157
+    for turn in (body.left.thigh, body.left.shank, body.left.foot, body.right.foot):
+        np.testing.assert_allclose(turn @ turn.swapaxes(-1, -2), np.tile(np.eye(3), (3, 1, 1)), atol=1e-12)
+
+
+def test_a_flat_foot_is_level_by_its_own_static_offsets():
+    body = lower_body(standing(), PERSON)
+    np.testing.assert_allclose(body.left.foot[0][:, 2], [-1, 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("more", "without", "how"),
+    [
+        ({}, (), "chord function with wands"),
+        ({}, ("left_thigh", "right_thigh"), "chord function without wands, in the plane of the pelvis' lateral axis"),
+        ({"left_knee_medial": (0.08, 0.05, 0.5)}, (), "midway between lateral and medial markers"),
+        ({"left_knee": (0.08, 0.1, 0.5)}, (), "the file's own centres"),
+    ],
+)
+def test_what_is_there_decides_the_way(more, without, how):
+    body = lower_body(standing(without=without, **more), PERSON)
+    said = body.how["knee"] if "left_knee_medial" not in more and "left_knee" not in more else None
+    centre = body.left.knee[0]
+    assert said is None or said.startswith(how)
+    if "left_knee" in more:
+        np.testing.assert_allclose(centre, [0.08, 0.1, 0.5])
+    elif "left_knee_medial" in more:
+        np.testing.assert_allclose(centre, [0.08, 0.1035, 0.5])
+    else:
+        assert np.linalg.norm(centre - STANDING["left_knee_lateral"]) == pytest.approx(0.057)
+
+
+def test_one_leg_or_no_pelvis_leaves_the_rest_unknown():
+    one = lower_body(standing(without=[name for name in STANDING if name.startswith("right_k")]), PERSON)
+    assert one.right.knee is None
+    assert one.right.shank is None
+    assert one.left.shank is not None
+    none = lower_body(standing(without=("sacrum",)), PERSON)
+    assert none.pelvis is None
+    assert none.left.hip is None
+
+
+def test_a_standing_trial_with_medial_markers_locates_the_axes_of_the_walk():
+    """Wands 20 degrees off: with the standing trial the walk has the centres of the true axes, without it not."""
+    off = {"left_thigh": (0.08 + 0.06, 0.195, 0.7), "left_shank": (0.07 + 0.04, 0.19, 0.3)}
+    medial = {"left_knee_medial": (0.08, 0.043, 0.5), "left_ankle_medial": (0.06, 0.058, 0.09)}
+    truth = lower_body(standing(**off, **medial), PERSON)
+    calibration = calibrate(standing(**off, **medial), PERSON)
+    walk = lower_body(standing(**off), PERSON, calibration)
+    plain = lower_body(standing(**off), PERSON)
+    for joint in ("knee", "ankle"):
+        right = getattr(truth.left, joint)
+        assert np.linalg.norm(getattr(walk.left, joint) - right, axis=-1).max() < 0.004
+        assert np.linalg.norm(getattr(plain.left, joint) - right, axis=-1).min() > 0.008
+    assert set(calibration.feet) == {"left", "right"}
