@@ -119,7 +119,7 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         folder: of this job.
         progress: called with share and message.
     """
-    from motionenv.mocap import LANDMARKS, find_landmarks, guess_map
+    from motionenv.mocap.marker_sets import LANDMARKS, guess_map, recognise, resolve
 
     path = _captures(folder)[0]
     progress(0.0, f"reading {path.name}")
@@ -129,19 +129,22 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if held.positions.ndim != 3:
         raise MotionError(f"{path.name} holds several captures: save one to a file")
     progress(0.5, "recognising the points")
-    marker_map, told = _marker_map(settings), {"marker_set": None, "problem": None}
+    marker_map, problem = _marker_map(settings), None
     try:
-        told["marker_set"] = find_landmarks(held, marker_map).marker_set
         motionenv.retarget(held, marker_map=marker_map)
     except MotionError as error:
-        told["problem"] = _plain(str(error))
+        problem = _plain(str(error))
+    known, named = recognise(held.names)
+    shown = marker_map or guess_map(held)
+    assigned = resolve(shown, held.names)
     seen = np.isfinite(held.positions).all(axis=2)
     frame = int(seen.sum(axis=1).argmax())
     places = zip(held.positions[frame].tolist(), seen[frame], strict=True)
     _write_result(folder, {
         "name": path.name, "points": held.names, "frame": frame, "heading": _heading(held.positions),
-        "positions": [place if known else None for place, known in places],
-        "map": (marker_map or guess_map(held)).to_toml(), "landmarks": LANDMARKS, **told,
+        "positions": [place if there else None for place, there in places], "problem": problem,
+        "marker_set": known.name if named else None, "map": shown.to_toml(), "assigned": assigned,
+        "unfound": [landmark for landmark in shown.points if landmark not in assigned], "landmarks": LANDMARKS,
     })  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """`/v1/jobs` and `POST /v1/models`."""
 
 from datetime import datetime
+from textwrap import shorten
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -13,6 +14,7 @@ from service.schemas.synthesis import SynthesisRequest
 
 Kind = Literal["fit", "inspect", "points", "convert", "report", "render"]
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
+_PROBLEM = 500  # characters of what is wrong with a marker map, at most
 
 
 def _checked_map(text: str) -> str:
@@ -24,7 +26,7 @@ def _checked_map(text: str) -> str:
     try:
         MarkerMap.parse(text)
     except MotionError as error:
-        raise PydanticCustomError("marker_map", "{problem}", {"problem": str(error)}) from None
+        raise PydanticCustomError("marker_map", "{problem}", {"problem": shorten(str(error), _PROBLEM)}) from None
     return text
 
 
@@ -158,9 +160,16 @@ class CapturePoints(BaseModel):
         description="Direction in which the points move during the capture [degrees], from x towards y; null if they "
         "stay within 0.3 m."
     )
-    marker_set: str | None = Field(description="The marker set that the names belong to; null if none is recognised.")
+    marker_set: str | None = Field(
+        description="The marker set of which the most landmarks are among the points; null if none is."
+    )
     problem: str | None = Field(None, description="Why the points aren't a body's, with this map or without one.")
     map: str = Field(description="Marker map (TOML): the one that was sent, or else a guess from names and positions.")
+    assigned: dict[str, dict[str, float]] = Field(
+        description="For each landmark that this map finds in the file, the points and their weights, which sum to 1.",
+        examples=[{"left_knee_lateral": {"KneeL": 1.0}}],
+    )
+    unfound: list[str] = Field(description="Landmarks of this map for which the file has no points.")
     landmarks: dict[str, str] = Field(description="All landmarks that a map may name, each described by a sentence.")
 
 

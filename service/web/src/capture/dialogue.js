@@ -4,7 +4,7 @@ import { save } from "../controls/download.js";
 import { make } from "../controls/widgets.js";
 import { Dots } from "./dots.js";
 import { BONES, grouped, needed, sideOf, titleOf, wordsOf as words } from "./landmarks.js";
-import { fromToml, MapEditor, pointsOf, toToml } from "./marker_map.js";
+import { alone, MapEditor, toToml } from "./marker_map.js";
 
 const HINT = "Choose a landmark, then click its dot or pick its name. Leave out what the file doesn't have.";
 const button = (textContent, properties = {}) => make("button", { type: "button", textContent, ...properties });
@@ -12,15 +12,15 @@ const button = (textContent, properties = {}) => make("button", { type: "button"
 /**
  * The dialogue, about the points of one file.
  *
- * `found`: `CapturePoints` of the service, with a map; `use(map)` is called with the map (TOML) when the user is done,
- * and resolves to why it can't be used, or to null.
+ * `found`: `CapturePoints` of the service. `check(map)` resolves to those with another map (TOML), and `use(map)` uses
+ * the map and resolves to why it can't be used, or to null; both throw errors with messages for the user.
  */
 export class Dialogue {
-  constructor(found, use) {
-    this.found = found;
-    this.use = use;
-    this.landmarks = Object.keys(found.landmarks);
-    this.editor = new MapEditor(fromToml(found.map, found.landmarks));
+  constructor(found, { check, use }) {
+    Object.assign(this, { found, check, use });
+    this.groups = grouped(Object.keys(found.landmarks));
+    this.landmarks = Object.values(this.groups).flat();
+    this.editor = new MapEditor(new Map(Object.entries(found.assigned)));
     this.selected = this.landmarks.find((landmark) => !this.editor.entries.has(landmark)) ?? this.landmarks[0];
     this.build();
   }
@@ -100,7 +100,7 @@ export class Dialogue {
   list() {
     this.rows = new Map();
     this.counts = new Map();
-    const groups = Object.entries(grouped(this.landmarks)).filter(([, landmarks]) => landmarks.length);
+    const groups = Object.entries(this.groups);
     this.needs = make("p", { className: "needs hint" });
     return make(
       "div",
@@ -150,7 +150,7 @@ export class Dialogue {
   /** A dot was clicked: it is the selected landmark, and the next landmark without a point is selected. */
   click(point) {
     const landmark = this.selected;
-    if (this.editor.entries.get(landmark) === point) {
+    if (alone(this.editor.entries.get(landmark)) === point) {
       this.say(`${point} is the ${words(landmark)} already.`);
       return;
     }
@@ -191,13 +191,13 @@ export class Dialogue {
   /** Load a map from a file. */
   async load(file) {
     if (!file) return;
+    this.say(`Loading ${file.name} …`);
     try {
-      const entries = fromToml(await file.text(), this.found.landmarks);
-      const lacking = [...entries].filter(([, entry]) => !this.known(entry)).map(([landmark]) => words(landmark));
-      const note = lacking.length ? ` This file has no points for: ${lacking.join(", ")}.` : "";
-      this.replace(entries, `Loaded ${file.name}.${note}`);
+      const { assigned, unfound } = await this.check(await file.text());
+      const note = unfound.length ? ` The file has no points for: ${unfound.map(words).join(", ")}.` : "";
+      this.replace(new Map(Object.entries(assigned)), `Loaded ${file.name}.${note}`);
     } catch (error) {
-      this.say(`${file.name} is no marker map: ${error.message}.`, true);
+      this.say(`${file.name}: ${error.message}`, true);
     }
   }
 
@@ -228,49 +228,39 @@ export class Dialogue {
     this.status.classList.toggle("bad", bad);
   }
 
-  /** Whether the file has the points of an entry: one of a list, all of the weighted ones. */
-  known(entry) {
-    const has = (point) => this.found.points.includes(point);
-    return Array.isArray(entry) ? entry.some(has) : entry !== undefined && pointsOf(entry).every(has);
-  }
-
-  /** The point that stands for a landmark in the picture: the first one of the file. */
-  pointOf(landmark) {
-    return pointsOf(this.editor.entries.get(landmark)).find((point) => this.found.points.includes(point));
+  /** The points that mark a landmark. */
+  pointsOf(landmark) {
+    return Object.keys(this.editor.entries.get(landmark) ?? {});
   }
 
   /** How a point is drawn. */
   look(point) {
     const landmark = this.marks.get(point);
-    const selected = landmark === this.selected || pointsOf(this.editor.entries.get(this.selected)).includes(point);
-    return { side: landmark && sideOf(landmark), selected, label: landmark && titleOf(landmark) };
+    return { side: landmark && sideOf(landmark), selected: this.pointsOf(this.selected).includes(point), label: landmark && titleOf(landmark) };
   }
 
   bones() {
-    const end = (landmarks) => landmarks.map((landmark) => this.pointOf(landmark)).find(Boolean);
+    const end = (landmarks) => landmarks.map((landmark) => this.pointsOf(landmark)[0]).find(Boolean);
     return BONES.map(([from, to]) => [end(from), end(to)]);
   }
 
   /** Show the map as it is now. */
   update() {
     const { entries } = this.editor;
-    this.marks = new Map([...entries].flatMap(([landmark, entry]) => pointsOf(entry).map((point) => [point, landmark])));
+    this.marks = new Map([...entries].flatMap(([landmark, weights]) => Object.keys(weights).map((point) => [point, landmark])));
     for (const [landmark, { input, point }] of this.rows) {
       input.checked = landmark === this.selected;
-      const entry = entries.get(landmark);
-      point.textContent = pointsOf(entry).join(Array.isArray(entry) ? " / " : " + ");
-      input.closest("label").classList.toggle("lacking", entry !== undefined && !this.known(entry));
+      point.textContent = this.pointsOf(landmark).join(" + ");
     }
     for (const [count, landmarks] of this.counts) {
       count.textContent = `${landmarks.filter((landmark) => entries.has(landmark)).length} of ${landmarks.length}`;
     }
-    const lacking = needed((landmark) => this.known(entries.get(landmark)));
+    const lacking = needed((landmark) => entries.has(landmark));
     this.needs.textContent = lacking.length ? `Still needed: ${lacking.join("; ")}.` : "Enough for a motion. More landmarks show more of the body.";
     this.title.textContent = titleOf(this.selected);
     this.description.textContent = this.found.landmarks[this.selected];
-    const entry = entries.get(this.selected);
-    this.select.value = typeof entry === "string" ? entry : "";
-    this.clearing.disabled = entry === undefined;
+    this.select.value = alone(entries.get(this.selected)) ?? "";
+    this.clearing.disabled = !entries.has(this.selected);
     this.undoing.disabled = !this.editor.past.length;
     this.dots.draw();
   }

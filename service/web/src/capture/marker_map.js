@@ -1,56 +1,23 @@
 // Marker maps: which points of a file are which landmarks of the body. As TOML, in an editor, and remembered.
 
-import { parse, TomlError } from "smol-toml";
-
 const KEY = "motionenv.map."; // in the browser's storage
 const MOST = 200; // maps that are remembered
 
-/** The points that an entry of a map names: "A", { A: 0.5, B: 0.5 } or ["A", "B"]. */
-export const pointsOf = (entry) =>
-  typeof entry === "string" ? [entry] : Array.isArray(entry) ? entry : Object.keys(entry ?? {});
-
 const quoted = (text) => JSON.stringify(text).replaceAll("\x7f", "\\u007f"); // what TOML and JSON escape alike
 
-function written(entry) {
-  if (typeof entry === "string") return quoted(entry);
-  if (Array.isArray(entry)) return `[${entry.map(quoted).join(", ")}]`;
-  const weights = Object.entries(entry).map(([point, weight]) => `${quoted(point)} = ${weight}`);
-  return `{ ${weights.join(", ")} }`;
+function written(weights) {
+  const [first, ...more] = Object.entries(weights);
+  if (!more.length) return quoted(first[0]);
+  return `{ ${[first, ...more].map(([point, weight]) => `${quoted(point)} = ${weight}`).join(", ")} }`;
 }
 
-/** A marker map as TOML. */
+/** A marker map as TOML, which the service reads; `entries`: for each landmark, points and their weights. */
 export function toToml(name, entries) {
-  const lines = [...entries].map(([landmark, entry]) => `${landmark} = ${written(entry)}`);
+  const lines = [...entries].map(([landmark, weights]) => `${landmark} = ${written(weights)}`);
   return [`name = ${quoted(name)}`, "", "[points]", ...lines, ""].join("\n");
 }
 
-/** The entries of a map in TOML, by landmark. Throws an Error with a message for the user. */
-export function fromToml(text, landmarks) {
-  let found;
-  try {
-    found = parse(text);
-  } catch (error) {
-    if (!(error instanceof TomlError)) throw error;
-    throw new Error(`line ${error.line} isn't TOML, such as left_knee_lateral = "KneeL"`);
-  }
-  if (!isTable(found.points)) throw new Error("it has no section [points]");
-  const unknown = Object.keys(found.points).find((landmark) => !Object.hasOwn(landmarks, landmark));
-  if (unknown) throw new Error(`there is no landmark ${unknown}`);
-  const wrong = Object.entries(found.points).find(([, entry]) => !sound(entry));
-  if (wrong) throw new Error(`${wrong[0]} must be the name of a point, names, or names with weights`);
-  return new Map(Object.entries(found.points));
-}
-
-const isTable = (value) => typeof value === "object" && !Array.isArray(value) && !(value instanceof Date);
-
-function sound(entry) {
-  if (typeof entry === "string") return entry !== "";
-  if (Array.isArray(entry)) return entry.length > 0 && entry.every((name) => typeof name === "string");
-  const weights = isTable(entry) ? Object.values(entry) : [];
-  return weights.length > 0 && weights.every(Number.isFinite);
-}
-
-/** A map that is being edited, with undo. `entries`: of the beginning. */
+/** A map that is being edited, with undo. `entries`: for each landmark, points and their weights. */
 export class MapEditor {
   constructor(entries) {
     this.entries = entries;
@@ -59,7 +26,7 @@ export class MapEditor {
 
   /** The landmark that a point alone marks, or undefined. */
   landmarkOf(point) {
-    return [...this.entries].find(([, entry]) => entry === point)?.[0];
+    return [...this.entries].find(([, weights]) => alone(weights) === point)?.[0];
   }
 
   /** Let a point mark a landmark; returns the landmark that it marked before, if another. */
@@ -68,7 +35,7 @@ export class MapEditor {
     if (before === landmark) return undefined;
     this.change((entries) => {
       if (before) entries.delete(before);
-      entries.set(landmark, point);
+      entries.set(landmark, { [point]: 1 });
     });
     return before;
   }
@@ -94,6 +61,12 @@ export class MapEditor {
   undo() {
     this.entries = this.past.pop() ?? this.entries;
   }
+}
+
+/** The point that marks a landmark alone, or undefined. */
+export function alone(weights = {}) {
+  const points = Object.keys(weights);
+  return points.length === 1 ? points[0] : undefined;
 }
 
 /** FNV-1a (64 bits) of the sorted names: the same for files with the same points. */

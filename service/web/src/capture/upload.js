@@ -111,16 +111,17 @@ export class Upload {
   /** Let the user say which point is which. */
   async name() {
     const file = this.nameable;
-    const map = remembered(file.points);
-    const fields = { ...this.options, ...(map && { map }) };
-    const job = await finished("/v1/jobs/points", this.sent([file]), fields, () => {});
-    const found = await (await resultOf(job)).json();
-    const use = async (chosen) => {
-      const problem = await this.apply(chosen, file.points);
+    const check = async (map) => {
+      const fields = { ...this.options, ...(map && { map }) };
+      const job = await finished("/v1/jobs/points", this.sent([file]), fields, () => {});
+      return (await resultOf(job)).json();
+    };
+    const use = async (map) => {
+      const problem = await this.apply(map, file.points);
       if (problem === null) this.evaluate().catch((error) => this.failed(error));
       return problem;
     };
-    new Dialogue(found, use).open();
+    new Dialogue(await check(remembered(file.points)), { check, use }).open();
   }
 
   step(number, words, progress = null) {
