@@ -1,5 +1,7 @@
 """Conversion of file coordinates to the world: length units, vertical axis, and joint hierarchies."""
 
+from difflib import get_close_matches
+
 import numpy as np
 
 from motionenv._core.validation import is_number
@@ -8,31 +10,95 @@ from motionenv.errors import MotionError
 #: Metres per unit. "cmu" is the Carnegie Mellon database's: 0.45 units to the inch.
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 
+#: The units in which optical systems write markers.
+MARKER_UNITS = ("mm", "cm", "m", "inch")
+
 _SPELLINGS = {
-    "metre": "m", "metres": "m", "meter": "m", "meters": "m",
-    "centimetre": "cm", "centimetres": "cm", "centimeter": "cm", "centimeters": "cm",
-    "millimetre": "mm", "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
+    "metre": "m", "metres": "m", "meter": "m", "meters": "m", "metro": "m", "metros": "m", "mtr": "m", "mtrs": "m",
+    "decimetre": "dm", "decimetres": "dm", "decimeter": "dm", "decimeters": "dm",
+    "centimetre": "cm", "centimetres": "cm", "centimeter": "cm", "centimeters": "cm", "cms": "cm",
+    "millimetre": "mm", "millimetres": "mm", "millimeter": "mm", "millimeters": "mm", "mms": "mm",
     "in": "inch", "inches": "inch",
 }  # fmt: skip
+_NAMED = {
+    "m": "metres", "dm": "decimetres", "cm": "centimetres", "mm": "millimetres", "inch": "inches",
+    "cmu": f"CMU's units ({METRES['cmu'] * 1000:.1f} mm)",
+}  # fmt: skip
+_ALIKE = 0.85  # of the letters of a long spelling, at least, for a misspelt one: "milimeters"
+_TALL, _PEOPLE = 1.7, (0.5, 2.4)  # [m] usual and plausible spans of the markers on a person, or on a person's legs
 
 #: File axes that become the world's x, y, z (forward, left, up): a cyclic permutation, which preserves handedness.
 _CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
 
 
 def metres_per(unit) -> float:
-    """Metres per file unit: a name in `METRES` (or a usual spelling), or a number.
+    """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text.
 
     Raises:
         MotionError: neither; lists the names.
     """
     if isinstance(unit, str):
-        name = unit.strip().lower()
-        name = _SPELLINGS.get(name, name)
-        if name in METRES:
-            return METRES[name]
-    elif is_number(unit) and 0 < unit < np.inf:
+        if (metres := file_metres(unit)) is not None:
+            return metres
+        try:
+            unit = float(unit)
+        except ValueError:
+            pass
+    if is_number(unit) and 0 < unit < np.inf:
         return float(unit)
     raise MotionError(f"unit must be one of {', '.join(METRES)} or the metres per file unit (above 0), got {unit!r}")
+
+
+def file_metres(written: str) -> float | None:
+    """Metres per unit from the name that a file gives it, however it is spelt ("MM ", "mm.", "milimeters").
+
+    Args:
+        written: what stands in the file.
+
+    Returns:
+        None if it names no unit.
+    """
+    letters = "".join(c for c in written.lower() if c.isalpha())
+    name = _SPELLINGS.get(letters, letters)
+    if name not in METRES and (alike := get_close_matches(letters, _SPELLINGS, 1, _ALIKE)):
+        name = _SPELLINGS[alike[0]]
+    return METRES.get(name)
+
+
+def span(points) -> float:
+    """Longest side of the box around the points of a frame, the median over frames; NaN without points.
+
+    Args:
+        points: (frames, points, 3); NaN in gaps.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    seen = points[np.isfinite(points).all(-1).any(-1)]
+    if not seen.size:
+        return np.nan
+    return float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(-1)))
+
+
+def unit_proposal(points, units=tuple(METRES)) -> str:
+    """What to pass as the unit of a file that states none, from the size of the body, for the end of a message.
+
+    Args:
+        points: (frames, points, 3) [file units]; NaN in gaps.
+        units: names in `METRES` to choose from.
+    """
+    size = span(points)
+    if not size > 0:
+        return f"pass unit= (--unit), one of {', '.join(METRES)}"
+    name = min(units, key=lambda unit: abs(np.log(size * METRES[unit] / _TALL)))
+    tall = size * METRES[name]
+    if _PEOPLE[0] <= tall <= _PEOPLE[1]:
+        return (
+            f"in {_NAMED.get(name, name)} the points would span {tall:.2f} m, which fits a person: "
+            f'pass unit="{name}" (--unit {name})'
+        )
+    return (
+        f"no usual one fits a person: pass the metres per unit; unit={_TALL / size:.3g} (--unit {_TALL / size:.3g}) "
+        f"makes the points span {_TALL} m"
+    )
 
 
 def upright(points, up: str) -> np.ndarray:

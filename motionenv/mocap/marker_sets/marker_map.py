@@ -25,8 +25,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
-from motionenv.errors import MotionError
+from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.marker_sets.landmarks import LANDMARKS, SIDED
+from motionenv.mocap.readers.text import read_lines
 
 #: One way to find a landmark: points and their weights, which sum to 1.
 Weights = Mapping[str, float]
@@ -71,6 +72,19 @@ class MarkerMap:
             raise MotionError('a marker map needs a section [points] with lines such as left_hip = "LHJC"')
         words = {key: str(table.get(key, "")) for key in ("title", "source", "head_rotation")}
         return cls({k: _ways(k, v) for k, v in points.items()}, str(table.get("name", "marker map")), **words)
+
+    @classmethod
+    def read(cls, path) -> "MarkerMap":
+        """The map in a TOML file.
+
+        Raises:
+            FormatError: not a marker map, or not readable; says what is wrong.
+        """
+        lines = read_lines(path)
+        try:
+            return cls.parse("\n".join(lines))
+        except MotionError as error:
+            raise FormatError(path, str(error)) from None
 
     def to_toml(self) -> str:
         """The map as the text of a TOML file that `parse` reads."""

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionenv.errors import MotionError
+from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.marker_sets.landmarks import LANDMARKS
 from motionenv.mocap.marker_sets.marker_map import MarkerMap, plain_name
 
@@ -58,3 +58,14 @@ def test_names_are_compared_without_what_laboratories_add(name):
 
 def test_names_of_signs_alone_stay_apart():
     assert plain_name("*") != plain_name("#")
+
+
+def test_a_map_is_read_from_a_file_and_a_bad_one_is_named(tmp_path):
+    path = tmp_path / "карта.toml"
+    path.write_text('[points]\nleft_hip = "Бедро"\n', encoding="utf-8")
+    assert MarkerMap.read(path).points["left_hip"] == ({"Бедро": 1.0},)
+    path.write_text("left", encoding="utf-8")
+    with pytest.raises(FormatError, match=r"карта\.toml: a marker map must be TOML"):
+        MarkerMap.read(path)
+    with pytest.raises(FormatError, match=r"nothing\.toml"):
+        MarkerMap.read(tmp_path / "nothing.toml")

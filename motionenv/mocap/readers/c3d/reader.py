@@ -1,0 +1,124 @@
+"""The reader of C3D files.
+
+The libraries `ezc3d` and `c3d` each refuse files that are whole, and crash or hang on damaged ones; the tests compare
+with both.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from motionenv._core.validation import checked_fps
+from motionenv.errors import FormatError
+from motionenv.mocap.readers.c3d._data import Layout, analog_channels, read_layout, read_points
+from motionenv.mocap.readers.c3d._force_plates import plates_up, read_plates
+from motionenv.mocap.readers.c3d._parameters import Parameters, read_encoding, read_parameters
+from motionenv.mocap.readers.c3d._recording import read_events, read_numbers, read_subject, result_names
+from motionenv.mocap.readers.text import read_bytes, unique
+from motionenv.mocap.units_axes import MARKER_UNITS, file_metres, metres_per, unit_proposal, upright
+from motionenv.types import Markers, Recording
+
+
+def read(
+    path, fps: float | None = None, unit: str | float | None = None, up: str | None = None, override: bool = True
+) -> Markers:
+    """Read the markers and virtual points of a C3D file, and what it holds beside them.
+
+    All encodings are read: integers and floats of Intel, DEC and SGI/MIPS processors. A subject's name in front of a
+    label ("Subject:NAME") is removed; repeated labels get "_2", "_3". Negative residuals and points at exactly
+    (0, 0, 0) are gaps: NaN. Where the header and the parameters disagree about the number of frames, points or analog
+    values, those that account for the file's length are used.
+
+    Args:
+        path: the file.
+        fps: frame rate; overrides the file's POINT:RATE.
+        unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit; overrides the file's POINT:UNITS.
+        up: the file's vertical axis, "x", "y" or "z"; None uses POINT:Y_SCREEN; without it, the axis to which the
+            force plates are perpendicular; without those, "z".
+        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
+
+    Returns:
+        Positions [m], z up. Its `recording` has the events, force plates of types 1 to 4, single numbers of the
+        parameters, and the angles, forces, moments, powers and scalars that the file stores as points.
+
+    Raises:
+        FormatError: not a complete C3D file, one without frames or points, or a frame rate, unit or axis that must be
+            given; names the block or the parameter.
+    """
+    raw = read_bytes(path)
+    encoding = read_encoding(path, raw)
+    parameters = read_parameters(raw, encoding)
+    layout = read_layout(path, raw, encoding, parameters)
+    labels = _labels(path, parameters, layout.points)
+    points, stored = read_points(path, raw, encoding, layout)
+    results = result_names(parameters, labels)
+    kept = [i for i, label in enumerate(labels) if label not in results]
+    names = unique(_bare(labels[i]) for i in kept)
+    metres = _metres(path, parameters, points[:, kept], unit, override)
+    up, fps = _up(path, parameters, up), _fps(path, parameters, layout, fps, override)
+    others = [i for i, label in enumerate(labels) if label in results]
+    outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
+    recording = Recording(
+        subject=read_subject(parameters, labels),
+        first_frame=layout.first,
+        events=read_events(parameters, layout, fps),
+        plates=read_plates(parameters, layout, analog_channels(parameters, layout, stored), metres, up, fps),
+        parameters=read_numbers(parameters),
+        metres=metres,
+        outputs={name: points[:, i] for name, i in outputs},
+    )
+    return Markers(names, upright(points[:, kept] * metres, up), fps, name=Path(path).stem, recording=recording)
+
+
+def _bare(label: str) -> str:
+    """A label without the subject's name."""
+    return label.rpartition(":")[2].strip() or "unlabelled"
+
+
+def _labels(path, parameters: Parameters, points: int) -> list[str]:
+    """A label for each point; "" for points without.
+
+    Raises:
+        FormatError: the parameter section is damaged before the labels.
+    """
+    labels = parameters.texts("POINT:LABELS")
+    if not any(labels) and not parameters.whole:
+        problem = "the parameter section is damaged, and the points' labels are lost: export the file again"
+        raise FormatError(path, problem, "POINT:LABELS")
+    return [*labels[:points], *[""] * (points - len(labels))]
+
+
+def _metres(path, parameters: Parameters, points: np.ndarray, unit, override: bool) -> float:
+    """Metres per file unit."""
+    written = parameters.text("POINT:UNITS")
+    stated = file_metres(written)
+    if unit is not None and (override or stated is None):
+        return metres_per(unit)
+    if stated is None:
+        what = f"the unit of length {written!r} is unknown" if written else "the unit of length is missing"
+        raise FormatError(path, f"{what}; {unit_proposal(points, MARKER_UNITS)}", "POINT:UNITS")
+    return stated
+
+
+def _up(path, parameters: Parameters, up: str | None) -> str:
+    """The file's vertical axis."""
+    if up is not None:
+        return up
+    written = parameters.text("POINT:Y_SCREEN").lower()
+    if not written:
+        return plates_up(parameters) or "z"
+    if written.lstrip("+") not in ("x", "y", "z"):
+        problem = f'the axis up the screen must be +X, +Y or +Z, got {written!r}; pass up=, e.g. up="z"'
+        raise FormatError(path, problem, "POINT:Y_SCREEN")
+    return written.lstrip("+")
+
+
+def _fps(path, parameters: Parameters, layout: Layout, fps: float | None, override: bool) -> float:
+    """Frame rate from the caller, the parameters or the header."""
+    rates = [parameters.number("POINT:RATE"), layout.rate, parameters.number("TRIAL:CAMERA_RATE")]
+    stated = next((float(rate) for rate in rates if 0 < rate < np.inf), None)
+    if fps is not None and (override or stated is None):
+        return checked_fps(fps)
+    if stated is None:
+        raise FormatError(path, "doesn't specify its frame rate; pass fps= (--fps)", "POINT:RATE")
+    return stated

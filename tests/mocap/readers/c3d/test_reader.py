@@ -1,0 +1,366 @@
+import struct
+import warnings
+
+import c3d as peer
+import ezc3d
+import numpy as np
+import pytest
+
+from motionenv.errors import FormatError
+from motionenv.mocap.readers import asfamc, c3d, trc
+
+POINTS = np.array([[[100.0, 200, 300], [110, 210, 310]], [[-100.0, 5, 1000], [-90, 6, 1001]]])  # point, frame, mm
+
+
+def save(folder, labels=("A", "B"), points=POINTS, rate=100.0, parameters=(("UNITS", ["mm"]),), residuals=None):
+    """A C3D file made by ezc3d."""
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    file["parameters"]["POINT"]["LABELS"]["value"] = list(labels)
+    for name, value in parameters:
+        file.add_parameter("POINT", name, value)
+    data = np.ones((4, *points.shape[:2]))
+    data[:3] = np.moveaxis(points, -1, 0)
+    file["data"]["points"] = data
+    if residuals is not None:
+        file["data"]["meta_points"]["residuals"] = residuals
+    path = folder / "made.c3d"
+    file.write(str(path))
+    return path
+
+
+def test_points_become_metres_frame_by_frame(tmp_path):
+    got = c3d.read(save(tmp_path))
+    assert got.names == ("A", "B")
+    assert got.fps == 100
+    assert got.parents is None
+    np.testing.assert_allclose(got.positions, POINTS.transpose(1, 0, 2) / 1000, atol=1e-6)
+
+
+def test_y_screen_or_the_caller_says_which_axis_is_up(tmp_path):
+    path = save(tmp_path, parameters=(("UNITS", ["m"]), ("X_SCREEN", ["+X"]), ("Y_SCREEN", ["+Y"])))
+    np.testing.assert_allclose(c3d.read(path).positions[0, 0], [300, 100, 200])
+    np.testing.assert_allclose(c3d.read(path, up="z").positions[0, 0], [100, 200, 300])
+    np.testing.assert_allclose(c3d.read(path, up="x").positions[0, 0], [200, 300, 100])
+    path = save(tmp_path, parameters=(("UNITS", ["m"]), ("Y_SCREEN", ["-Z"])))
+    with pytest.raises(FormatError, match="Y_SCREEN: .*pass up="):
+        c3d.read(path)
+
+
+def test_every_kind_of_gap_is_nan(tmp_path):
+    points = np.tile(POINTS, (2, 1, 1))
+    points[0, 1] = 0.0
+    points[1, 0] = np.nan
+    residuals = np.zeros((1, 4, 2))
+    residuals[0, 2, 1] = -1
+    got = c3d.read(save(tmp_path, "ABCD", points, residuals=residuals))
+    gaps = np.isnan(got.positions)
+    assert (gaps.all(-1) == gaps.any(-1)).all()
+    np.testing.assert_array_equal(gaps.all(-1), [[False, True, False, False], [True, False, True, False]])
+
+
+def test_subjects_are_cut_off_repeats_numbered_angles_left_out(tmp_path):
+    labels = ["Ann:KNEE", "Bob:KNEE", "KneeAngle", "Ann:Force", "", "X "]
+    parameters = (("UNITS", ["mm"]), ("ANGLES", ["KneeAngle"]), ("FORCES", ["Ann:Force"]))
+    got = c3d.read(save(tmp_path, labels, np.tile(POINTS, (3, 1, 1)), parameters=parameters))
+    assert got.names == ("KNEE", "KNEE_2", "unlabelled", "X")
+
+
+def test_names_from_windows_are_latin(tmp_path):
+    path = save(tmp_path, ["H__FTE", "B"])
+    path.write_bytes(path.read_bytes().replace(b"H__FTE", b"H\xfcfte_"))
+    assert c3d.read(path).names == ("Hüfte_", "B")
+
+
+@pytest.mark.parametrize("units", [[], [""], ["furlong"]])
+def test_an_unknown_unit_is_asked_for_and_proposed_by_the_size_of_the_body(tmp_path, units):
+    """The points are 700 mm apart."""
+    path = save(tmp_path, parameters=(("UNITS", units),))
+    with pytest.raises(FormatError, match=r'POINT:UNITS: .*in millimetres .* 0.70 m, .*pass unit="mm" \(--unit mm\)'):
+        c3d.read(path)
+    np.testing.assert_allclose(c3d.read(path, unit="mm").positions[0, 0], [0.1, 0.2, 0.3], atol=1e-7)
+
+
+@pytest.mark.parametrize("written", ["mm", "MM ", "mm.", "[mm]", "milimeters", "Millimetres", "millimeter"])
+def test_units_are_read_however_they_are_spelt(tmp_path, written):
+    got = c3d.read(save(tmp_path, parameters=(("UNITS", [written]),)))
+    np.testing.assert_allclose(got.positions[0, 0], [0.1, 0.2, 0.3], atol=1e-7)
+    assert got.recording.metres == 0.001
+
+
+def test_options_for_silent_files_leave_what_a_file_states(tmp_path):
+    path = save(tmp_path)
+    assert c3d.read(path, unit="m", fps=50).fps == 50
+    kept = c3d.read(path, unit="m", fps=50, override=False)
+    assert kept.fps == 100
+    np.testing.assert_allclose(kept.positions[0, 0], [0.1, 0.2, 0.3], atol=1e-7)
+    silent = save(tmp_path, parameters=())
+    np.testing.assert_allclose(c3d.read(silent, unit="cm", override=False).positions[0, 0], [1, 2, 3], atol=1e-6)
+
+
+def test_a_missing_frame_rate_is_asked_for(tmp_path):
+    path = save(tmp_path, rate=123.25)
+    path.write_bytes(path.read_bytes().replace(struct.pack("<f", 123.25), bytes(4)))  # ezc3d crashes on writing 0
+    with pytest.raises(FormatError, match="pass fps="):
+        c3d.read(path)
+    assert c3d.read(path, fps=50).fps == 50
+
+
+@pytest.mark.parametrize(
+    "name", ["pc_int.c3d", "pc_real.c3d", "DEC_INT.C3D", "Dec_real.c3d", "sgi_int.c3d", "sgi_real.c3d"]
+)
+def test_every_encoding_against_another_library(mocap, name):
+    path = mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample02" / name
+    got = c3d.read(path)
+    with open(path, "rb") as file:
+        reader = peer.Reader(file)
+        frames = np.array([points for _, points, _ in reader.read_frames()])
+    expected = np.where(frames[..., 3:4] < 0, np.nan, frames[..., :3] / 1000)
+    assert got.fps == reader.point_rate
+    assert got.names == tuple(label.strip() for label in reader.point_labels[: frames.shape[1]])
+    np.testing.assert_allclose(got.positions, expected, atol=1e-6)
+
+
+def test_encodings_of_one_trial_agree(mocap):
+    folder = mocap / "btkdata" / "C3DSamples" / "c3d.org"
+    ways = [folder / "sample01" / f"Eb015{kind}.c3d" for kind in ("pi", "pr", "vi", "vr", "si", "sr")]
+    ways += [folder / "sample08" / f"TEST{letter}PI.c3d" for letter in "ABCD"]
+    first, *others = [c3d.read(path) for path in ways]
+    assert first.positions.shape == (450, 26, 3)
+    for other in others:
+        np.testing.assert_allclose(other.positions, first.positions, atol=1e-6)
+        assert other.recording.events == first.recording.events
+        for plate, same in zip(first.recording.plates, other.recording.plates, strict=True):
+            np.testing.assert_allclose(plate.force, same.force, atol=1e-3)
+
+
+def ezc3d_reads_right(path) -> bool:
+    """It doesn't know SGI, and takes analog values for points where ANALOG:RATE is missing."""
+    name = path.as_posix()
+    return not any(part in name for part in ("/sgi_", "Eb015s", "MACsample", "sample28", "561xxa01", "phasespace"))
+
+
+def test_points_and_force_plates_of_every_file_against_ezc3d(mocap):
+    """Where FORCE_PLATFORM:ZERO has frames of no load, ezc3d doesn't subtract them, and may have forces point down."""
+    compared = 0
+    for path in sorted(p for p in mocap.rglob("*") if p.suffix.lower() == ".c3d"):
+        if not ezc3d_reads_right(path):
+            continue
+        got, other = c3d.read(path, up="z"), ezc3d.c3d(str(path), extract_forceplat_data=True)
+        points = other["data"]["points"][:3].transpose(2, 1, 0)
+        lost = (other["data"]["meta_points"]["residuals"][0].T < 0) | (points == 0).all(-1)
+        axes = {"+Y": [2, 0, 1]}.get(
+            *other["parameters"]["POINT"].get("Y_SCREEN", {"value": ["+Z"]})["value"], [0, 1, 2]
+        )
+        points = np.where(lost[..., None], np.nan, points) * got.recording.metres
+        labels = [label.rpartition(":")[2].strip() for label in other["parameters"]["POINT"]["LABELS"]["value"]]
+        for i, name in enumerate(labels):
+            if labels.count(name) == 1 and name in got.names:
+                np.testing.assert_allclose(
+                    got.positions[:, got.index(name)], points[:, i], atol=1e-9, err_msg=path.name
+                )
+        zero = other["parameters"].get("FORCE_PLATFORM", {}).get("ZERO", {"value": [1, 0]})["value"]
+        if zero[0] >= 1 and zero[1] >= zero[0]:
+            continue
+        for plate, same in zip(got.recording.plates, other["data"]["platform"], strict=True):
+            force, centre = same["force"].T, same["center_of_pressure"].T * got.recording.metres
+            flip = -1 if (plate.force[:, 2] * force[:, 2]).sum() < 0 else 1
+            np.testing.assert_allclose(plate.force, flip * force, atol=1e-6, err_msg=path.name)
+            seen = np.isfinite(plate.centre[:, 0])
+            np.testing.assert_allclose(plate.centre[seen], centre[seen], atol=1e-9, err_msg=path.name)
+            np.testing.assert_array_equal(seen, np.abs(force[:, 2]) >= 10)
+            compared += 1
+    assert compared > 20
+
+
+#: Events in the order of the inventory of the collection.
+EVENTS = {
+    "PiG/PiG_Motion-FlatFoot-Full": 12, "PiG/PiG_Motion-FlatFoot-Hole": 10, "PiG/PiG_Motion-FlatFoot-One": 8,
+    "PiG/PiG_Motion3_FF": 12, "PiG/PiG_Motion3_FF_N18": 12, "PiG/PiG_Motion3_noFF": 12,
+    "c3d.org/sample04/sub_labels": 8, "c3d.org/sample09/PlugInC3D": 8, "others/FunctionalWalk": 11,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "count"), EVENTS.items())
+def test_contacts_are_where_the_force_plates_say(mocap, name, count):
+    """Each time that a plate is loaded from unloaded for long is within 0.12 s of an initial contact in the file."""
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / f"{name}.c3d")
+    events = got.recording.events
+    assert len(events) == count
+    times = [event.time for event in events]
+    assert times == sorted(times)
+    assert times[0] >= 0
+    assert times[-1] <= (len(got.positions) - 1) / got.fps
+    contacts = np.array([event.time for event in events if event.kind == "initial_contact"])
+    for plate in got.recording.plates:
+        loaded = plate.force[:, 2] > 50
+        begins = np.flatnonzero(loaded[1:] & ~loaded[:-1]) / plate.fps
+        held = [b for b in begins if loaded[int(b * plate.fps) + 1 :][: int(0.3 * plate.fps)].all()]
+        for begin in held:
+            assert np.abs(contacts - begin).min() < 0.12, (name, begin)
+
+
+def test_events_of_the_header_where_the_parameters_have_none(mocap):
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample02" / "sgi_real.c3d").recording
+    told = [(round(event.time, 2), event.kind, event.side) for event in got.events]
+    assert told == [
+        (0.38, "initial_contact", "right"), (0.84, "initial_contact", "left"), (0.92, "toe_off", "right"),
+        (1.4, "toe_off", "left"),
+    ]  # fmt: skip
+
+
+def test_a_foot_is_where_the_plate_feels_it(mocap):
+    """In mid-stance the centre of pressure is below the foot that is on the plate, and the plate carries the weight."""
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / "PiG" / "PiG_Motion3_FF.c3d")
+    heels = got.positions[:, [got.index("LHEE"), got.index("RHEE")]]
+    for plate in got.recording.plates:
+        loaded = np.flatnonzero(plate.force[:, 2] > 300)
+        middle = loaded[len(loaded) // 2]
+        heel = heels[round(middle / plate.fps * got.fps)]
+        assert np.linalg.norm(heel[:, :2] - plate.centre[middle, :2], axis=-1).min() < 0.2
+        assert abs(plate.centre[middle, 2]) < 0.01
+        assert plate.force[middle, 2] > 400
+
+
+def test_the_subjects_numbers_and_outputs(mocap):
+    folder = mocap / "btkdata" / "C3DSamples"
+    got = c3d.read(folder / "PiG" / "PiG_Motion-FlatFoot-Full.c3d").recording
+    assert (got.subject, got.first_frame, got.metres) == ("BELT_C", 148, 0.001)
+    assert got.parameters["PROCESSING:LLEGLENGTH"] == 800
+    assert got.parameters["PROCESSING:BODYMASS"] == 47.5
+    assert not any(key.startswith(("POINT:", "ANALOG:")) for key in got.parameters)
+    knee = got.outputs["LKneeAngles"]
+    assert knee.shape == (315, 3)
+    assert 40 < np.nanmax(knee[:, 0]) < 80  # degrees
+    named = c3d.read(folder / "c3d.org" / "sample04" / "sub_labels.c3d")
+    assert named.recording.subject == "Matt"
+    assert {"LHipAngles", "RKneeMoment"} <= set(named.recording.outputs)
+    assert not set(named.recording.outputs) & set(named.names)
+
+
+def test_the_floor_says_what_is_up_where_the_file_does_not(mocap):
+    """These files are y up and say neither that nor their unit; the iliac spines are above the knees, and they
+    above the ankles."""
+    folder = mocap / "btkdata" / "C3DSamples"
+    for name in ("c3d.org/sample28/dynamic.C3D", "others/561xxa01_anonym.C3D"):
+        got = c3d.read(folder / name, unit="mm")
+        asis, knee, ankle = (np.nanmean(got.positions[:, got.index(n), 2]) for n in ("r asis", "r knee 1", "r mall"))
+        assert 0.75 < asis < 1.0
+        assert 0.4 < knee < 0.5
+        assert 0.05 < ankle < 0.2
+        assert 300 < np.nanmax(got.recording.plates[0].force[:, 2]) < 800
+
+
+def test_frames_that_the_header_lost_are_found(tmp_path):
+    """Its 16 bits overflow; the file's length and POINT:FRAMES agree."""
+    points = np.random.default_rng(3).uniform(100, 900, (2, 300, 3))
+    path = save(tmp_path, points=points)
+    for first, last in ((1, 0), (1, 0xFFFF), (0, 0)):
+        path.write_bytes(broken(path.read_bytes(), 6, struct.pack("<2H", first, last)))
+        np.testing.assert_allclose(c3d.read(path).positions, points.transpose(1, 0, 2) / 1000, atol=1e-6)
+
+
+def test_no_frames_and_no_points_are_refused_by_name(tmp_path):
+    raw = save(tmp_path).read_bytes()
+    for key in (b"FRAMES", b"USED"):
+        at = raw.index(key) + len(key) + 4
+        raw = broken(raw, at, b"\0\0") if raw[at - 2] == 2 else raw
+    path = tmp_path / "made.c3d"
+    path.write_bytes(broken(raw, 6, struct.pack("<2H", 1, 0)))
+    with pytest.raises(FormatError, match="block 1: has no frames"):
+        c3d.read(path)
+    path.write_bytes(broken(raw, 2, b"\0\0"))
+    with pytest.raises(FormatError, match="block 1: has no points"):
+        c3d.read(path)
+
+
+def test_one_frame_is_a_static_trial(mocap):
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / "PiG" / "PiG_Calibration-FlatFoot-One.c3d")
+    assert len(got.positions) == 1
+    assert np.isfinite(got.positions[0, got.index("LASI")]).all()
+
+
+def test_c3d_and_trc_of_one_trial_agree(mocap):
+    """The laboratory is z up; its C3D says so, its TRC can't."""
+    folder = mocap / "btkdata"
+    one = c3d.read(folder / "C3DSamples" / "others" / "Res16bits.c3d")
+    other = trc.read(folder / "TRCSamples" / "Res16bits.trc", up="z")
+    assert one.fps == other.fps
+    np.testing.assert_allclose(one.positions, other.positions, atol=1e-6)
+
+
+def test_cmu_is_z_up_and_the_markers_sit_about_the_joints(mocap):
+    markers = c3d.read(mocap / "cmu_c3d" / "02_01.c3d")
+    joints = asfamc.read(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
+    assert markers.fps == 120
+    assert len(markers.positions) == len(joints.positions)
+    pairs = {
+        "LKNE": "lfemur",
+        "RKNE": "rfemur",
+        "LANK": "ltibia",
+        "RANK": "rtibia",
+        "LELB": "lhumerus",
+        "RELB": "rhumerus",
+    }
+    for marker, joint in pairs.items():
+        apart = markers.positions[:, markers.index(marker)] - joints.positions[:, joints.index(joint)]
+        assert np.sqrt((apart**2).sum(-1).mean()) < 0.12, marker
+
+
+def test_cmu_forearms_end_with_the_bone_called_wrist(mocap):
+    """From elbow to wrist it is as far between markers as between the ends of "humerus" and "wrist", not "radius"."""
+    markers = c3d.read(mocap / "cmu_c3d" / "02_01.c3d")
+    joints = asfamc.read(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
+    m = {name: markers.positions[:, markers.index(name)] for name in ("LELB", "LWRA", "LWRB")}
+    j = {name: joints.positions[:, joints.index(name)] for name in ("lhumerus", "lradius", "lwrist")}
+    skin = np.linalg.norm((m["LWRA"] + m["LWRB"]) / 2 - m["LELB"], axis=-1).mean()
+    assert abs(np.linalg.norm(j["lwrist"] - j["lhumerus"], axis=-1).mean() - skin) < 0.02
+    assert abs(np.linalg.norm(j["lradius"] - j["lhumerus"], axis=-1).mean() - skin) > 0.06
+
+
+def broken(raw, at, new):
+    return raw[:at] + new + raw[at + len(new) :]
+
+
+BAD = {
+    "empty": (lambda raw: b"", "is empty"),
+    "text": (lambda raw: b"HIERARCHY\nROOT", "block 1: isn't a C3D file"),
+    "header only": (lambda raw: raw[:512], "byte 512: is truncated: the parameters should start in block 2"),
+    "half": (lambda raw: raw[: len(raw) // 2], "is truncated: its header gives"),
+    "one byte short": (lambda raw: raw[:-1].ljust(len(raw) - 512, b"\0")[: len(raw) - 512], "is truncated"),
+    "processor": (lambda raw: broken(raw, 515, b"\x07"), "block 2: the processor type must be"),
+    "no data": (lambda raw: broken(raw, 16, b"\xff\xff"), "is truncated: its header gives"),
+    "labels lost": (lambda raw: broken(raw, 516, b"\x7f" * 1024), "POINT:LABELS: the parameter section is damaged"),
+    "parameters gone": (lambda raw: broken(raw, 516, bytes(1024)), "POINT:UNITS: the unit of length is missing"),
+}
+
+
+@pytest.mark.parametrize(("breaking", "problem"), BAD.values(), ids=BAD)
+def test_broken_files_name_the_block(mocap, tmp_path, breaking, problem):
+    raw = (mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample02" / "pc_real.c3d").read_bytes()
+    path = tmp_path / "broken.c3d"
+    path.write_bytes(breaking(raw))
+    with pytest.raises(FormatError, match=problem) as caught:
+        c3d.read(path)
+    assert str(path) in str(caught.value)
+
+
+def test_random_damage_gives_an_answer_or_an_error_of_ours(mocap, tmp_path):
+    raw = (mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample02" / "pc_real.c3d").read_bytes()
+    rng = np.random.default_rng(20240607)
+    shapes, errors = [], []
+    path = tmp_path / "damaged.c3d"
+    for i in range(300):
+        data = np.frombuffer(raw, dtype=np.uint8).copy()
+        # most of the damage where the structure is: header and parameters
+        where = rng.integers(0, 13 * 512 if i % 3 else len(data), size=rng.integers(1, 30))
+        data[where] = rng.integers(0, 256, size=where.shape)
+        path.write_bytes(data.tobytes())
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                shapes.append(c3d.read(path, fps=50, unit="mm", up="z").positions.shape)
+            except FormatError as error:
+                errors.append(str(error))
+    assert len(shapes) > 150  # with ezc3d about 60 of them
+    assert any("truncated" in error for error in errors)
