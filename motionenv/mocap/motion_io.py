@@ -5,18 +5,22 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import MotionError
+from motionenv.mocap.marker_sets import MarkerMap
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget
 from motionenv.types import Motion
 
 
-def read_motion(path, *, fps: float | None = None, unit: str | None = None) -> Motion:
+def read_motion(
+    path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | str | None = None
+) -> Motion:
     """Read the motion in a file; capture is retargeted to the body.
 
     Args:
         path: .npz, .amc, .bvh, .c3d or .trc.
         fps: frame rate, if the file doesn't specify it.
         unit: unit of length, if the file doesn't specify it.
+        marker_map: which points are which landmarks; see `motionenv.retarget`.
 
     Raises:
         MotionError: as in `motionenv.read` and `motionenv.retarget`.
@@ -25,7 +29,7 @@ def read_motion(path, *, fps: float | None = None, unit: str | None = None) -> M
     if isinstance(loaded, Motion):
         return loaded
     try:
-        return retarget(loaded)
+        return retarget(loaded, marker_map=marker_map)
     except MotionError as error:
         raise type(error)(f"{path}: {error}") from error
 

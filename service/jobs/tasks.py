@@ -143,8 +143,9 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     _write_result(folder, {
         "name": path.name, "points": held.names, "frame": frame, "heading": _heading(held.positions),
         "positions": [place if there else None for place, there in places], "problem": problem,
-        "marker_set": known.name if named else None, "map": shown.to_toml(), "assigned": assigned,
-        "unfound": [landmark for landmark in shown.points if landmark not in assigned], "landmarks": LANDMARKS,
+        "marker_set": known.name if named else None, "landmarks": LANDMARKS, "assigned": assigned,
+        "map": shown.to_toml() if shown.points else None,
+        "unfound": [landmark for landmark in shown.points if landmark not in assigned],
     })  # fmt: skip
 
 

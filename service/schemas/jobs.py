@@ -164,7 +164,10 @@ class CapturePoints(BaseModel):
         description="The marker set of which the most landmarks are among the points; null if none is."
     )
     problem: str | None = Field(None, description="Why the points aren't a body's, with this map or without one.")
-    map: str = Field(description="Marker map (TOML): the one that was sent, or else a guess from names and positions.")
+    map: str | None = Field(
+        description="Marker map (TOML): the one that was sent, or else a guess from names and heights; null if nothing "
+        "could be guessed."
+    )
     assigned: dict[str, dict[str, float]] = Field(
         description="For each landmark that this map finds in the file, the points and their weights, which sum to 1.",
         examples=[{"left_knee_lateral": {"KneeL": 1.0}}],

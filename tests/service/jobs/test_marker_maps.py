@@ -37,7 +37,7 @@ def test_points_are_listed_with_a_frame_that_shows_them(job_server, walk):
     assert told["heading"] == pytest.approx(0, abs=5)
     assert (told["marker_set"], told["landmarks"]) == (None, LANDMARKS)
     assert told["problem"]
-    assert set(MarkerMap.parse(told["map"]).points) <= set(LANDMARKS)
+    assert (told["map"], told["assigned"], told["unfound"]) == (None, {}, [])
 
 
 def test_who_stays_has_no_heading_and_what_has_no_points_is_told_so(job_server, walk):
@@ -62,8 +62,10 @@ def test_a_map_makes_a_motion_of_any_names(job_server, walk):
     converted = done(job_server, "convert", content, map=odd_map(), format="application/x-npz").content
     with np.load(io.BytesIO(converted)) as made:
         np.testing.assert_allclose(made["poses"][::2], found, atol=1e-12)
-    told = done(job_server, "points", content, map=odd_map()).json()
-    assert (told["problem"], MarkerMap.parse(told["map"])) == (None, MarkerMap.parse(odd_map()))
+    told = done(job_server, "points", content, map=odd_map() + 'c7 = "none"\n').json()
+    assert (told["problem"], told["unfound"]) == (None, ["c7"])
+    assert told["assigned"] == {marker: {ODD[marker]: 1.0} for marker in MARKERS}
+    assert MarkerMap.parse(told["map"]).points["head"] == ({"Dot0": 1.0},)
 
 
 def test_legs_alone_have_null_for_the_rest(job_server, walk):
@@ -107,11 +109,12 @@ def test_what_is_no_map_is_refused_before_a_job_begins(job_server, path, text, e
 
 def test_a_gait_laboratorys_legs_need_no_map(job_server, mocap):
     """Plug-in Gait's lower body, of BTK's samples."""
-    content = (mocap / "btkdata/C3DSamples/PiG/PiG_Motion-FlatFoot-One.c3d").read_bytes()
+    content = (mocap / "btkdata/C3DSamples/PiG/PiG_Motion3_FF.c3d").read_bytes()
     told = done(job_server, "points", content).json()
     assert told["problem"] is None
     assert told["marker_set"]
-    assert MarkerMap.parse(told["map"]).points["left_asis"]
+    assert set(told["assigned"]) == set(MarkerMap.parse(told["map"]).points)
+    assert told["assigned"]["left_asis"] == {next(name for name in told["points"] if name.endswith("LASI")): 1.0}
     (found,) = done(job_server, "inspect", content).json()["files"]
     poses = np.array(found["motion"]["poses"], dtype=float)
     assert np.isnan(poses[:, UPPER]).all()
