@@ -37,7 +37,7 @@ export class CaptureActions {
       report.classList.add("strong");
       parts[0].prepend(report);
       const saving = Object.entries(FORMATS).map(([name, format]) => this.saving(name, format));
-      parts.push(...this.statics(), make("div", { className: "actions" }, make("span", { className: "hint", textContent: "Save as" }), ...saving));
+      parts.push(...this.statics(), make("div", { className: "save" }, make("span", { className: "hint", textContent: "Save as" }), ...saving));
     }
     this.say("");
     this.element.replaceChildren(...parts, this.note, this.links);

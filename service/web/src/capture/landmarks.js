@@ -36,6 +36,7 @@ export const BONES = ["left", "right"].flatMap((side) => {
   ];
 }).concat([
   [["left_asis"], ["right_asis"]],
+  [["left_hip"], ["right_hip"]],
   [["left_psis"], ["right_psis"]],
   [["sacrum"], ["t10", "c7"]],
 ]);

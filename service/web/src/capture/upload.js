@@ -121,7 +121,8 @@ export class Upload {
       if (problem === null) this.evaluate().catch((error) => this.failed(error));
       return problem;
     };
-    new Dialogue(await check(remembered(file.points)), { check, use }).open();
+    this.app.naming = new Dialogue(await check(remembered(file.points)), { check, use });
+    this.app.naming.open();
   }
 
   step(number, words, progress = null) {
