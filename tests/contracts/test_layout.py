@@ -13,6 +13,7 @@ MOST = 14
 MORE = {
     "motionenv": 17,  # the steps of the flow, side by side
     "renders/fixtures": 16,  # eight, each a picture and its truth
+    "motionenv/mocap/marker_sets/sets": 20,  # one table per marker set
     "tests": 20,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
     "tests/models": 16,  # mirrors models, and adds a model that a package of somebody else brings

@@ -124,10 +124,10 @@ def _lookup(view: Sequence[str]) -> dict[str, int]:
 
 
 def _views(names: Sequence[str]) -> list[list[str]]:
-    """Readings of the file's names: as they are, and without a word that most of them begin or end with."""
+    """Readings of the file's names: as they are, the side first, and without a word that most begin or end with."""
     plain = [plain_name(name) for name in names]
-    views = [plain]
     words = [[plain_name(word) for word in split(r"[\W_]+", name.rpartition(":")[2]) if word] for name in names]
+    views = [plain, [_side_first(whole, parts) for whole, parts in zip(plain, words, strict=True)]]
     several = [w for w in words if len(w) > 1]
     for at, cut in ((0, str.removeprefix), (-1, str.removesuffix)):
         word, count = Counter(w[at] for w in several).most_common(1)[0] if several else ("", 0)
@@ -137,6 +137,19 @@ def _views(names: Sequence[str]) -> list[list[str]]:
     if shared >= _FEWEST:
         views.append([name[shared:] for name in plain])
     return views
+
+
+def _side_first(whole: str, words: list[str]) -> str:
+    """A plain name with the letter of its side in front, where the side is a word at an end: "Asis Left" is "lasis"."""
+    for side in ("left", "right"):
+        for at in (0, -1):
+            if len(words) > 1 and words[at] in (side, side[0]):
+                return side[0] + "".join(words[1:] if at == 0 else words[:-1])
+        if whole.startswith(side) and whole != side:
+            return side[0] + whole.removeprefix(side)
+        if whole.endswith(side) and whole != side:
+            return side[0] + whole.removesuffix(side)
+    return whole
 
 
 def _shared_start(names: Sequence[str]) -> int:

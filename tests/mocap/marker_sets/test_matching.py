@@ -15,7 +15,7 @@ PIG = [n for w in marker_set("plug-in-gait").points.values() for n in w[0]]
 
 def test_every_set_says_where_its_names_come_from():
     sets = marker_sets()
-    assert len({known.name for known in sets}) == len(sets) == 14
+    assert len({known.name for known in sets}) == len(sets) == 16
     assert all(known.title and known.source for known in sets)
 
 
@@ -67,6 +67,15 @@ def test_real_files_are_recognised(mocap, file, options, expected, least):
 )
 def test_prefixes_suffixes_and_case_do_not_matter(renamed):
     names = [renamed.format(n[0], n[1:]) if renamed.count("{") > 1 else renamed.format(n).swapcase() for n in PIG]
+    found, points = recognise(names)
+    assert found.name == "plug-in-gait"
+    assert len(points) == len(marker_set("plug-in-gait").points)
+
+
+@pytest.mark.parametrize("renamed", ["{1}_{0}", "{1} {2}", "{2}{1}", "{2}_{1}", "{1}-{0}"], ids=lambda pattern: pattern)
+def test_the_side_may_stand_at_either_end(renamed):
+    word = {"L": "Left", "R": "Right"}
+    names = [renamed.format(n[0], n[1:], word[n[0]]) if n[0] in word else n for n in PIG]
     found, points = recognise(names)
     assert found.name == "plug-in-gait"
     assert len(points) == len(marker_set("plug-in-gait").points)

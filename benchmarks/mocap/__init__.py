@@ -1,0 +1,1 @@
+"""Benchmarks of reading laboratories' files: how many become motion, joint angles, gait events."""
