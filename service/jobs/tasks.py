@@ -4,6 +4,7 @@
 Imports that only one kind needs are local, since every job starts by importing this module.
 """
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from motionenv.types import POSE
 Progress = Callable[[float, str], None]
 _SHOWN_FPS, _SHOWN_FRAMES = 30.0, 3600  # of a preview, at most
 _MOVED = 0.3  # [m] that the points of a walk move at least
+#: What to do at the command line about names that no marker set has.
+_COMMANDS = re.compile(r" If these points have other names, .*", re.DOTALL)
 _READING = 0.8  # share of reading files in the progress of a fit
 
 
@@ -63,7 +66,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
     _write_result(folder, {
         "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_,
         "used": [path.name for path in files if path.name not in left_out],
-        "left_out": {name: _plain(why) for name, why in left_out.items()},
+        "left_out": {name: plain(why) for name, why in left_out.items()},
     })  # fmt: skip
 
 
@@ -81,7 +84,7 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         try:
             found.append(_inspected(path, _marker_map(settings), **_how(path, settings)))
         except MotionError as error:
-            found.append({"name": path.name, "problem": _plain(str(error))})
+            found.append({"name": path.name, "problem": plain(str(error))})
     _write_result(folder, {"pose": POSE, "files": found})
 
 
@@ -133,7 +136,7 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     try:
         motionenv.retarget(held, marker_map=marker_map)
     except MotionError as error:
-        problem = _plain(str(error))
+        problem = plain(str(error))
     known, named = recognise(held.names)
     shown = marker_map or guess_map(held)
     assigned = resolve(shown, held.names)
@@ -220,8 +223,9 @@ def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
-    """The map that was sent with the files."""
-    return MarkerMap.parse(settings["map"]) if settings["map"] else None
+    """The map that was sent with the files; jobs of an older version have no such setting."""
+    text = settings.get("map")
+    return MarkerMap.parse(text) if text else None
 
 
 def _heading(positions: np.ndarray) -> float | None:
@@ -257,7 +261,7 @@ def _inspected(path: Path, marker_map: MarkerMap | None, fps: float | None, unit
         told |= {"motion": _shown(motion), "straightness": straightness(motion), "walk": None}
         told["walk"] = _walk(motion)
     except MotionError as error:
-        told["problem"] = _plain(str(error))
+        told["problem"] = plain(str(error))
     return told
 
 
@@ -290,6 +294,7 @@ def _write_result(folder: Path, what: dict[str, Any]) -> None:
     (folder / "result").write_bytes(orjson.dumps(what, option=orjson.OPT_SERIALIZE_NUMPY))
 
 
-def _plain(problem: str) -> str:
-    """A message without paths of this machine."""
-    return problem.replace(f"{Path.cwd()}/", "").replace("input/", "")
+def plain(problem: str) -> str:
+    """A message in the words of this interface, and without paths of this machine."""
+    problem = problem.replace(f"{Path.cwd()}/", "").replace("input/", "")
+    return _COMMANDS.sub(" If these points have other names, send a marker map in the field map", problem)

@@ -12,6 +12,7 @@ from tests.service.jobs.handing import ODD, as_c3d, ended, odd_map, odd_points, 
 
 LEGS = tuple(marker for marker in MARKERS if marker == "pelvis" or marker.endswith(("hip", "knee", "ankle")))
 ANGLES = [POSE.index(f"{side}_{angle}") for side in ("left", "right") for angle in ("hip_flexion", "knee_flexion")]
+BVH = {"format": "model/x-bvh"}
 UPPER = slice(POSE.index("neck_flexion"), POSE.index("left_hip_flexion"))
 
 
@@ -55,6 +56,10 @@ def test_a_map_makes_a_motion_of_any_names(job_server, walk):
     (unknown,) = done(job_server, "inspect", content).json()["files"]
     assert unknown["points"] == list(ODD.values())
     assert unknown.get("motion") is None
+    job = ended(job_server, job_server.http.post("/v1/jobs/convert", files=uploads({"odd.c3d": content}), data=BVH))
+    for problem in (unknown["problem"], job["error"]["detail"]):
+        assert "send a marker map in the field map" in problem
+        assert "--map" not in problem
     (known,) = done(job_server, "inspect", content, map=odd_map()).json()["files"]
     found = np.array(known["motion"]["poses"], dtype=float)
     np.testing.assert_allclose(found[:, ANGLES], walk.poses[::2][:, ANGLES], atol=np.radians(3))

@@ -211,6 +211,11 @@ export class Dialogue {
   }
 
   async done() {
+    const lacking = this.lacking();
+    if (lacking) {
+      this.say(lacking, true);
+      return;
+    }
     this.using.disabled = true;
     this.say("Fitting the body …");
     try {
@@ -226,6 +231,12 @@ export class Dialogue {
   say(text, bad = false) {
     this.status.textContent = text;
     this.status.classList.toggle("bad", bad);
+  }
+
+  /** What is still needed, as a sentence; empty if nothing is. */
+  lacking() {
+    const parts = needed((landmark) => this.editor.entries.has(landmark));
+    return parts.length ? `Still needed: ${parts.join("; ")}.` : "";
   }
 
   /** The points that mark a landmark. */
@@ -255,8 +266,7 @@ export class Dialogue {
     for (const [count, landmarks] of this.counts) {
       count.textContent = `${landmarks.filter((landmark) => entries.has(landmark)).length} of ${landmarks.length}`;
     }
-    const lacking = needed((landmark) => entries.has(landmark));
-    this.needs.textContent = lacking.length ? `Still needed: ${lacking.join("; ")}.` : "Enough for a motion. More landmarks show more of the body.";
+    this.needs.textContent = this.lacking() || "Enough for a motion. More landmarks show more of the body.";
     this.title.textContent = titleOf(this.selected);
     this.description.textContent = this.found.landmarks[this.selected];
     this.select.value = alone(entries.get(this.selected)) ?? "";
