@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import MotionError
+from motionenv.mocap.marker_sets import MarkerMap
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget
 from motionenv.mocap.units_axes import METRES
@@ -14,7 +15,13 @@ _UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 
 def read_motion(
-    path, *, fps: float | None = None, unit: str | float | None = None, body_model=None, override: bool = True
+    path,
+    *,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    marker_map: MarkerMap | str | None = None,
+    body_model=None,
+    override: bool = True,
 ) -> Motion:
     """Read the motion in a file; capture is retargeted to the body.
 
@@ -23,6 +30,7 @@ def read_motion(
         fps: frame rate, if the file doesn't specify it or is wrong.
         unit: unit of length, if the file doesn't specify it or is wrong.
         body_model: for AMASS's files of poses: the NPZ file of the body model.
+        marker_map: which points are which landmarks; see `motionenv.retarget`.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Raises:
@@ -32,7 +40,7 @@ def read_motion(
     if isinstance(loaded, Motion):
         return loaded
     try:
-        return retarget(loaded)
+        return retarget(loaded, marker_map=marker_map)
     except MotionError as error:
         raise type(error)(f"{path}: {error}") from error
 

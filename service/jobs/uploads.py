@@ -23,7 +23,7 @@ from service.jobs.file_store import FileStore, Incoming
 CAPTURE = (".amc", ".bvh", ".c3d", ".npz", ".trc")
 SUFFIXES = (*CAPTURE, ".asf")
 _FILES, _FIELDS = 500, 32  # at most
-_FIELD_BYTES = 4096
+_FIELD_BYTES = 1 << 15  # a marker map takes a few thousand
 _NAME, _NAME_BYTES = 80, 200  # of a file's name that are kept; file systems allow 255 bytes
 _BUFFER = 1 << 20
 _MAGIC = {".npz": (0, b"PK", "a ZIP archive"), ".c3d": (1, b"\x50", "the second byte 0x50")}
