@@ -17,7 +17,7 @@ _PICTURES = {".png", ".pdf", ".svg"}
 
 def lift(
     points: Annotated[Path, typer.Argument(help="2D points (COCO .json, or a .csv table), or 3D motion capture.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
     scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,

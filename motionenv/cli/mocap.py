@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fill, Fps, Unit, note, progress
+from motionenv.cli._shared import BodyModel, Fill, Fps, Unit, note, progress
 
 
 def mocap_list() -> None:
@@ -41,21 +41,27 @@ def download(
     typer.echo(f"{to}  {len(paths)} files")
 
 
-def info(path: Annotated[Path, typer.Argument(help="A capture file.")], fps: Fps = None, unit: Unit = None) -> None:
+def info(
+    path: Annotated[Path, typer.Argument(help="A capture file.")],
+    fps: Fps = None,
+    unit: Unit = None,
+    body_model: BodyModel = None,
+) -> None:
     """Summarise a capture file.
 
     Example: motionenv mocap info walk.c3d
     """
     from motionenv.mocap import describe
 
-    typer.echo(describe(path, fps=fps, unit=unit))
+    typer.echo(describe(path, fps=fps, unit=unit, body_model=body_model))
 
 
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     fps: Fps = None,
     unit: Unit = None,
+    body_model: BodyModel = None,
     fill: Fill = False,
 ) -> None:
     """Retarget capture to the 25-DOF body and write it in another format.
@@ -65,9 +71,11 @@ def convert(
     """
     from motionenv.body.gaps import listed, missing_parts
     from motionenv.mocap import write
+    from motionenv.mocap.writing import check_suffix
     from motionenv.models.filling import read_motion
 
-    motion = read_motion(path, fill=fill, fps=fps, unit=unit)
+    check_suffix(out)
+    motion = read_motion(path, fill=fill, fps=fps, unit=unit, body_model=body_model)
     if missing := missing_parts(motion.poses):
         note(f"{path.name} doesn't show {listed(missing)}: --fill estimates them")
     write(motion, out)

@@ -45,7 +45,7 @@ def demo(
 
 def synth(
     model: Annotated[str, typer.Argument(help="Name or file of the model: see `motionenv models`.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
     seed: Seed = 0,
@@ -75,7 +75,10 @@ def synth(
 
 
 def sample(
-    out: Annotated[Path, typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .npz.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd, .trc."),
+    ],
     tree: Annotated[str, typer.Option(help="Name or file of the tree: see `motionenv fit tree`.")] = "mixed/tree",
     start: Annotated[str | None, typer.Option(help="Initial activity; by default any.")] = None,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,

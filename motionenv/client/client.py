@@ -14,7 +14,7 @@ from motionenv.client.jobs import Job
 from motionenv.client.responses import LiftedPoints, lifted, samples
 from motionenv.client.streams import Stream
 from motionenv.errors import MotionError
-from motionenv.mocap import npz
+from motionenv.mocap import MarkerMap, npz
 from motionenv.types import Motion, Points
 
 if TYPE_CHECKING:
@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 _NPZ = "application/x-npz"
 _FILES = {
     ".npz": _NPZ, ".csv": "text/csv", ".bvh": "model/x-bvh", ".glb": "model/gltf-binary", ".c3d": "application/x-c3d",
-    ".json": "application/json",
+    ".trc": "text/x-trc", ".mot": "text/x-mot", ".json": "application/json",
 }  # fmt: skip
+_REPORTS = {".html": "text/html", ".json": "application/json", ".csv": "text/csv"}
 _FILMS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
 _SAVED = {**_FILES, **_FILMS, ".npy": "application/x-npy", ".png": "image/png"}
 
@@ -149,7 +150,7 @@ class Client:
         """Write a motion or a video of it to a file as it arrives, whole or not at all.
 
         Args:
-            path: of the file: .bvh, .c3d, .csv, .glb, .json, .npy, .npz, or .mp4, .gif, .webp, .png.
+            path: of the file: .bvh, .c3d, .csv, .glb, .json, .mot, .npy, .npz, .trc, or .mp4, .gif, .webp, .png.
             model: its name.
             seconds: duration [s].
             fps: frames per second.
@@ -219,7 +220,8 @@ class Client:
             files: of capture (.amc with its .asf, .bvh, .c3d, .npz, .trc); for eigenwalkers, the part of a file's name
                 before the first _ identifies the person.
             kind: fpca, eigenwalkers or tree.
-            how: fps and unit, for files that don't contain them; for a tree, activity and mirrored.
+            how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
+                their names; for a tree, activity and mirrored.
         """
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 
@@ -228,17 +230,43 @@ class Client:
 
         Args:
             files: of capture.
-            how: fps and unit, for files that don't contain them.
+            how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
+                their names.
         """
         return self._uploaded("/v1/jobs/inspect", files, how)
+
+    def points(self, files: Iterable[str | Path], **how: Any) -> Job:
+        """List the points of a capture file, where they are, and which landmarks they may be: a marker map to edit.
+
+        Args:
+            files: a capture file, with its .asf where it is .amc.
+            how: as of `inspect`; a marker_map is checked instead of guessed.
+        """
+        return self._uploaded("/v1/jobs/points", files, how)
+
+    def report(
+        self, files: Iterable[str | Path], suffix: str = ".html", *, static: str | Path | None = None,
+        marker_map: MarkerMap | None = None,
+    ) -> Job:  # fmt: skip
+        """Report on the gait in motion capture: step parameters, and joint angles over the cycle.
+
+        Args:
+            files: of capture.
+            suffix: of the format: .html, .json or .csv.
+            static: the one of the files that holds a static trial.
+            marker_map: which points of the files are which landmarks; None recognises them by their names.
+        """
+        name = None if static is None else Path(static).name
+        fields = {"format": _media_type(suffix, _REPORTS), "static": name, "marker_map": marker_map}
+        return self._uploaded("/v1/jobs/report", files, fields)
 
     def convert(self, files: Iterable[str | Path], suffix: str, **how: Any) -> Job:
         """Retarget motion capture to the body, and write it in another format.
 
         Args:
             files: a capture file, with its .asf where it is .amc.
-            suffix: of the format: .bvh, .c3d, .csv, .glb, .json or .npz.
-            how: fps and unit, for files that don't contain them.
+            suffix: of the format: .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc.
+            how: as of `inspect`.
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 
@@ -291,12 +319,14 @@ class Client:
         return npz.parse(response.content, f"the response of {self._connection.url}")
 
     def _uploaded(self, path: str, files: Iterable[str | Path], fields: Mapping[str, Any]) -> Job:
-        """The job that uploading files creates.
+        """The job that uploading files creates; a marker map becomes the field `map`.
 
         Raises:
             MotionError: a file can't be read.
         """
-        form = {name: str(value) for name, value in fields.items() if value is not None}
+        form = {name: str(value) for name, value in fields.items() if value is not None and name != "marker_map"}
+        if isinstance(marker_map := fields.get("marker_map"), MarkerMap):
+            form["map"] = marker_map.to_toml()
         with ExitStack() as stack:
             try:
                 opened = [("files", (Path(f).name, stack.enter_context(open(f, "rb")))) for f in files]

@@ -21,7 +21,7 @@ class Job:
 
     Attributes:
         id: of the job.
-        kind: fit, inspect, convert or render.
+        kind: fit, inspect, points, convert, report or render.
         status: queued, running, done, failed or cancelled.
         progress: 0 to 1.
         message: what it is doing.

@@ -12,7 +12,7 @@ from motionenv.body import markers as markers_of
 from motionenv.body.gaps import PARTS, known_markers, listed, missing_parts
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
-from motionenv.mocap import read, retarget, to_markers
+from motionenv.mocap import MarkerMap, person_label, read, retarget, to_markers
 from motionenv.mocap.sources import find_source
 from motionenv.models import filling
 from motionenv.models.base import GaitModel
@@ -74,6 +74,7 @@ def read_walks(
     *,
     fps: float | None = None,
     unit: str | None = None,
+    marker_map: MarkerMap | None = None,
     fill: bool = False,
     on_file: Callable[[str], None] = lambda name: None,
 ) -> Walks:
@@ -86,6 +87,7 @@ def read_walks(
         folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
         fps: frames per second, for files that don't state it (AMC never does; CMU's is 120).
         unit: unit of length, for files that don't state it.
+        marker_map: which points of the files are which landmarks; None recognises them by their names.
         fill: whether to fill what the capture doesn't show (`motionenv.fill`). Otherwise captures of part of the body
             give walks of that part.
         on_file: called with each file's name before it is read.
@@ -103,9 +105,9 @@ def read_walks(
     for path in paths:
         on_file(path.name)
         try:
-            motion, markers = _walk(path, fps, unit, fill)
+            motion, markers = _walk(path, fps, unit, marker_map, fill)
             cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
-            person = path.stem.partition("_")[0]
+            person = person_label(path)
             used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
         except MotionError as error:
             left_out[path.name] = str(error)
@@ -145,15 +147,16 @@ def check_name(name: str) -> None:
         )
 
 
-def _walk(path: Path, fps: float | None, unit: str | None, fill: bool) -> tuple[Motion, Markers]:
+def _walk(
+    path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None, fill: bool
+) -> tuple[Motion, Markers]:
     """One file as motion and markers.
 
     Raises:
         MotionError: the file can't be read or retargeted, or the walk isn't straight or has no period.
     """
-    suffix = path.suffix.lower()
-    capture = read(path, fps=None if suffix in {".c3d", ".npz"} else fps, unit=None if suffix == ".npz" else unit)
-    motion = capture if isinstance(capture, Motion) else retarget(capture)
+    capture = read(path, fps=fps, unit=unit, override=False)
+    motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:
         raise MotionError("holds several motions: save one per file")
     straight = straightness(motion)
@@ -165,7 +168,7 @@ def _walk(path: Path, fps: float | None, unit: str | None, fill: bool) -> tuple[
     shown = np.where(known_markers(motion.poses)[..., None], markers_of(motion.poses, motion.skeleton), np.nan)
     if isinstance(capture, Motion):
         return motion, Markers(MARKERS, shown, motion.fps, name=path.stem)
-    markers = to_markers(capture)
+    markers = to_markers(capture, marker_map=marker_map)
     if fill:
         markers = replace(markers, positions=np.where(np.isnan(markers.positions), shown, markers.positions))
     return motion, markers

@@ -11,6 +11,8 @@ NPY = "application/x-npy"
 NPZ = "application/x-npz"
 CSV = "text/csv"
 BVH = "model/x-bvh"
+TRC, MOT = "text/x-trc", "text/x-mot"
+HTML = "text/html"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
@@ -19,7 +21,11 @@ FILES = {
     BVH: ".bvh",
     "model/gltf-binary": ".glb",
     "application/x-c3d": ".c3d",
+    TRC: ".trc",
+    MOT: ".mot",
 }
+#: Suffixes of the formats of a gait report.
+REPORTS = {HTML: ".html", JSON: ".json", CSV: ".csv"}
 #: Suffixes of videos and pictures.
 FILMS = {MP4: ".mp4", GIF: ".gif", "image/webp": ".webp", PNG: ".png"}
 MOTION = (JSON, NPY, *FILES, *FILMS)

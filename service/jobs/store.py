@@ -51,7 +51,7 @@ class Job:
 
     Attributes:
         id: unguessable.
-        kind: "fit", "inspect", "convert" or "render".
+        kind: of `service.jobs.tasks.KINDS`.
         settings: of the request.
         model: name of the model that it fits, or None.
         media_type: of the result.

@@ -4,6 +4,7 @@
 Imports that only one kind needs are local, since every job starts by importing this module.
 """
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,14 @@ import orjson
 
 import motionenv
 from motionenv import Motion, MotionError
+from motionenv.mocap import MarkerMap
 from motionenv.types import POSE
 
 Progress = Callable[[float, str], None]
 _SHOWN_FPS, _SHOWN_FRAMES = 30.0, 3600  # of a preview, at most
+_MOVED = 0.3  # [m] that the points of a walk move at least
+#: What to do at the command line about names that no marker set has.
+_COMMANDS = re.compile(r" If these points have other names, .*", re.DOTALL)
 _READING = 0.8  # share of reading files in the progress of a fit
 
 
@@ -39,7 +44,9 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
             progress(_READING, "fitting")
 
     command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
-    options = {"fps": settings["fps"], "unit": settings["unit"], "on_file": reading}
+    options = {
+        "fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings), "on_file": reading,
+    }  # fmt: skip
     model: Any
     if settings["kind"] == "tree":
         from motionenv.models.motion_tree.training import fit_tree
@@ -59,7 +66,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
     _write_result(folder, {
         "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_,
         "used": [path.name for path in files if path.name not in left_out],
-        "left_out": {name: _plain(why) for name, why in left_out.items()},
+        "left_out": {name: plain(why) for name, why in left_out.items()},
     })  # fmt: skip
 
 
@@ -75,9 +82,9 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     for i, path in enumerate(files):
         progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
         try:
-            found.append(_inspected(path, **_how(path, settings)))
+            found.append(_inspected(path, _marker_map(settings), settings["fps"], settings["unit"]))
         except MotionError as error:
-            found.append({"name": path.name, "problem": _plain(str(error))})
+            found.append({"name": path.name, "problem": plain(str(error))})
     _write_result(folder, {"pose": POSE, "files": found})
 
 
@@ -95,7 +102,8 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], **_how(files[0], settings))
+    options = {"fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings)}
+    motion = read_motion(files[0], override=False, **options)
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
@@ -105,6 +113,63 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     path = folder / f"converted{settings['suffix']}"
     motionenv.write(motion, path)
     path.rename(folder / "result")
+
+
+def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """List the points of one file and propose which landmarks they are.
+
+    Args:
+        settings: of `service.schemas.jobs.ReadFields`.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    from motionenv.mocap.marker_sets import LANDMARKS, guess_map, recognise, resolve
+
+    path = _captures(folder)[0]
+    progress(0.0, f"reading {path.name}")
+    held = motionenv.read(path, fps=settings["fps"], unit=settings["unit"], override=False)
+    if isinstance(held, Motion):
+        raise MotionError(f"{path.name} holds angles of the body and no points: it needs no marker map")
+    if held.positions.ndim != 3:
+        raise MotionError(f"{path.name} holds several captures: save one to a file")
+    progress(0.5, "recognising the points")
+    marker_map, problem = _marker_map(settings), None
+    try:
+        motionenv.retarget(held, marker_map=marker_map)
+    except MotionError as error:
+        problem = plain(str(error))
+    known, named = recognise(held.names)
+    shown = marker_map or guess_map(held)
+    assigned = resolve(shown, held.names)
+    seen = np.isfinite(held.positions).all(axis=2)
+    frame = int(seen.sum(axis=1).argmax())
+    places = zip(held.positions[frame].tolist(), seen[frame], strict=True)
+    _write_result(folder, {
+        "name": path.name, "points": held.names, "frame": frame, "heading": _heading(held.positions),
+        "positions": [place if there else None for place, there in places], "problem": problem,
+        "marker_set": known.name if named else None, "landmarks": LANDMARKS, "assigned": assigned,
+        "map": shown.to_toml() if shown.points else None,
+        "unfound": [landmark for landmark in shown.points if landmark not in assigned],
+    })  # fmt: skip
+
+
+def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Write a gait report on all files.
+
+    Args:
+        settings: of `service.schemas.jobs.ReportFields`, and the `suffix` of its format.
+        folder: of this job.
+        progress: called with share and message.
+    """
+    from motionenv.gait import write_report
+
+    static = settings["static"]
+    trials = [path for path in _captures(folder) if path.name != static]
+    write_report(
+        trials, folder / "report.html", static=folder / "input" / static if static else None,
+        marker_map=_marker_map(settings), on_step=progress,
+    )  # fmt: skip
+    (folder / f"report{settings['suffix']}").rename(folder / "result")
 
 
 def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
@@ -137,7 +202,9 @@ def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 
 #: Functions by kind of job.
-KINDS = {"fit": fit_model, "inspect": inspect, "convert": convert, "render": render}
+KINDS = {
+    "fit": fit_model, "inspect": inspect, "points": points, "convert": convert, "report": report, "render": render,
+}  # fmt: skip
 
 
 def _captures(folder: Path) -> list[Path]:
@@ -148,19 +215,31 @@ def _captures(folder: Path) -> list[Path]:
     return files
 
 
-def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
-    """Frame rate and unit, for the files that don't say."""
-    return {
-        "fps": None if path.suffix in (".c3d", ".npz") else settings["fps"],
-        "unit": None if path.suffix == ".npz" else settings["unit"],
-    }
+def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
+    """The map that was sent with the files; jobs of an older version have no such setting."""
+    text = settings.get("map")
+    return MarkerMap.parse(text) if text else None
 
 
-def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any]:
-    """What one file holds."""
+def _heading(positions: np.ndarray) -> float | None:
+    """Direction in which points move [degrees], from x towards y; None if they stay where they are.
+
+    Args:
+        positions: (frames, points, 3) [m]; NaN in gaps.
+    """
+    seen = np.isfinite(positions).all(axis=2)
+    each = np.flatnonzero(seen.any(axis=0))
+    first, last = seen.argmax(axis=0)[each], len(seen) - 1 - seen[::-1].argmax(axis=0)[each]
+    moved = positions[last, each] - positions[first, each]
+    x, y = np.median(moved[:, :2], axis=0) if len(each) else (0.0, 0.0)
+    return float(np.degrees(np.arctan2(y, x))) if np.hypot(x, y) > _MOVED else None
+
+
+def _inspected(path: Path, marker_map: MarkerMap | None, fps: float | None, unit: str | None) -> dict[str, Any]:
+    """What one file holds. `fps` and `unit` are those of files that don't say."""
     from motionenv.models.walking.preprocessing import straightness
 
-    held = motionenv.read(path, fps=fps, unit=unit)
+    held = motionenv.read(path, fps=fps, unit=unit, override=False)
     ours = isinstance(held, Motion)
     values = held.poses if isinstance(held, Motion) else held.positions
     told: dict[str, Any] = {
@@ -171,11 +250,11 @@ def _inspected(path: Path, fps: float | None, unit: str | None) -> dict[str, Any
     try:
         if values.ndim != (2 if ours else 3):
             raise MotionError("holds several motions: save one to a file")
-        motion = held if isinstance(held, Motion) else motionenv.retarget(held)
+        motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
         told |= {"motion": _shown(motion), "straightness": straightness(motion), "walk": None}
         told["walk"] = _walk(motion)
     except MotionError as error:
-        told["problem"] = _plain(str(error))
+        told["problem"] = plain(str(error))
     return told
 
 
@@ -208,6 +287,7 @@ def _write_result(folder: Path, what: dict[str, Any]) -> None:
     (folder / "result").write_bytes(orjson.dumps(what, option=orjson.OPT_SERIALIZE_NUMPY))
 
 
-def _plain(problem: str) -> str:
-    """A message without paths of this machine."""
-    return problem.replace(f"{Path.cwd()}/", "").replace("input/", "")
+def plain(problem: str) -> str:
+    """A message in the words of this interface, and without paths of this machine."""
+    problem = problem.replace(f"{Path.cwd()}/", "").replace("input/", "")
+    return _COMMANDS.sub(" If these points have other names, send a marker map in the field map", problem)

@@ -103,8 +103,7 @@ def _do(work: dict[str, Any], reporter: Reporter) -> None:
         full = isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT)
         if not full and not isinstance(error, MotionError):
             raise
-        detail = str(error).replace(f"{Path.cwd()}{os.sep}", "").replace(f"input{os.sep}", "")
-        reporter.send(failed=507 if full else 422, detail=detail)
+        reporter.send(failed=507 if full else 422, detail=kinds.plain(str(error)))
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from http import HTTPStatus
 from typing import IO, Annotated, Any, TypeVar
+from urllib.parse import quote
 
 import orjson
 from fastapi import APIRouter, Header, Path, Query, Request
@@ -15,11 +16,12 @@ from pydantic import BaseModel, ValidationError
 from starlette.responses import Response, StreamingResponse
 
 from service.errors import Problem, at_most, documented
-from service.formats import FILES, FILMS, JSON
+from service.formats import FILES, FILMS, HTML, JSON, REPORTS
 from service.jobs.manager import JobManager, no_room
 from service.jobs.store import WAITING, Full, Job
-from service.jobs.uploads import CAPTURE, Upload, as_fields, received
+from service.jobs.uploads import CAPTURE, Upload, as_fields, received, safe_name
 from service.schemas.jobs import (
+    CapturePoints,
     ConvertFields,
     FitFields,
     Fitted,
@@ -28,6 +30,7 @@ from service.schemas.jobs import (
     JobStatus,
     ReadFields,
     RenderRequest,
+    ReportFields,
     Status,
 )  # fmt: skip
 
@@ -36,6 +39,10 @@ _POLL = 0.1  # [s] between checks of a job for which a client waits
 _CHUNK = 1 << 18
 _FRESH = {"Cache-Control": "no-store"}
 _UPLOAD_ERRORS = (400, 401, 413, 415, 422, 429, 503, 504, 507)
+#: Headers of pages that browsers show: they hold names from uploaded files, and get no access to the API.
+_SANDBOX = {
+    "Content-Security-Policy": "sandbox allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+}
 Fields = TypeVar("Fields", bound=BaseModel)
 Id = Annotated[str, Path(min_length=1, max_length=64, description="Id of the job.")]
 Name = Annotated[str, Path(pattern=r"^[a-z0-9][a-z0-9-]{0,62}$", examples=["my-walk"])]
@@ -93,6 +100,40 @@ async def inspect(request: Request, key: Key = None) -> Response:
         _check_files(upload)
         job = manager.add(
             "inspect", asked.model_dump(), upload.files, media_type=JSON, filename="inspection.json", key=key
+        )
+    return _accepted(manager, job)
+
+
+@router.post(
+    "/jobs/points", status_code=202, summary="List the points of a capture file",
+    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
+    openapi_extra=as_fields(ReadFields.model_json_schema(), few=True),
+)  # fmt: skip
+async def points(request: Request, key: Key = None) -> Response:
+    """List the points of a file, where they are, and which landmarks they may be; the result is `CapturePoints`."""
+    manager = _manager(request)
+    async with _uploaded(request, manager) as upload:
+        asked = _fields(ReadFields, upload)
+        _check_files(upload, most=1)
+        job = manager.add("points", asked.model_dump(), upload.files, media_type=JSON, filename="points.json", key=key)
+    return _accepted(manager, job)
+
+
+@router.post(
+    "/jobs/report", status_code=202, summary="Report on the gait in capture files",
+    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
+    openapi_extra=as_fields(ReportFields.model_json_schema(), few=False),
+)  # fmt: skip
+async def report(request: Request, key: Key = None) -> Response:
+    """Step parameters and joint angles over the gait cycle, as a self-contained page, JSON or CSV."""
+    manager = _manager(request)
+    async with _uploaded(request, manager) as upload:
+        asked = _fields(ReportFields, upload)
+        static = _static(asked, _check_files(upload))
+        suffix = REPORTS[asked.format]
+        settings = asked.model_dump() | {"static": static, "suffix": suffix}
+        job = manager.add(
+            "report", settings, upload.files, media_type=asked.format, filename=f"report{suffix}", key=key
         )
     return _accepted(manager, job)
 
@@ -181,9 +222,10 @@ async def get_job(
     "/jobs/{job}/result", summary="Result of a job",
     responses={
         200: {
-            "model": Fitted | Inspection,
-            "description": "`Fitted` for fit, `Inspection` for inspect, a file for the others.",
-            "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in [*FILES, *FILMS]},
+            "model": Fitted | Inspection | CapturePoints,
+            "description": "`Fitted` for fit, `Inspection` for inspect, `CapturePoints` for points, a file for the "
+            "others.",
+            "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in [*FILES, *FILMS, HTML]},
         },
         304: {"description": "The result has not changed (`If-None-Match`)."},
         **documented(401, 404, 409, 422, 429, 503, 504),
@@ -194,9 +236,10 @@ async def result(request: Request, job: Id) -> Response:
     manager = _manager(request)
     found = manager.get(job)
     path, tag = manager.result(found), f'"{found.result}"'
+    shown, policy = ("inline", _SANDBOX) if found.media_type == HTML else ("attachment", {})
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
-        "Content-Disposition": f'attachment; filename="{found.filename}"', "Content-Length": str(found.size),
+        "Content-Disposition": _disposition(shown, found.filename), "Content-Length": str(found.size), **policy,
     }  # fmt: skip
     if tag in request.headers.get("if-none-match", ""):
         return Response(status_code=304, headers={"ETag": tag})
@@ -289,6 +332,24 @@ def _check_files(upload: Upload, most: int | None = None) -> list[str]:
     return names
 
 
+def _static(asked: ReportFields, names: list[str]) -> str | None:
+    """Name under which the static trial was stored.
+
+    Raises:
+        Problem: 422: there is no such file, or no other one.
+    """
+    if asked.static is None:
+        return None
+    try:
+        static = safe_name(asked.static)
+    except Problem:  # a suffix that no uploaded file can have
+        static = ""
+    if static not in names or len(names) == 1:
+        problem = "must be the name of one of several uploaded capture files"
+        raise Problem(422, f"static {problem}", field="/static", bound={"expected": ", ".join(names)})
+    return static
+
+
 def _accepted(manager: JobManager, job: Job) -> Response:
     """202 with the location of the job."""
     headers = {"Location": f"/v1/jobs/{job.id}", **_FRESH}
@@ -316,3 +377,9 @@ def _chunks(file: IO[bytes]) -> Iterator[bytes]:
     with file:
         while chunk := file.read(_CHUNK):
             yield chunk
+
+
+def _disposition(kind: str, name: str) -> str:
+    """Content-Disposition of a file called `name`, in any alphabet (RFC 6266, section 4.3)."""
+    plain = "".join(c if c.isascii() else "-" for c in name)
+    return f'{kind}; filename="{plain}"' + ("" if name.isascii() else f"; filename*=UTF-8''{quote(name)}")

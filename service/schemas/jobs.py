@@ -1,21 +1,51 @@
 """`/v1/jobs` and `POST /v1/models`."""
 
 from datetime import datetime
+from textwrap import shorten
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
+from motionenv import MotionError
+from motionenv.mocap import MarkerMap
 from service.errors import ProblemDetail
 from service.schemas.synthesis import SynthesisRequest
 
-Kind = Literal["fit", "inspect", "convert", "render"]
+Kind = Literal["fit", "inspect", "points", "convert", "report", "render"]
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
+_PROBLEM = 500  # characters of what is wrong with a marker map, at most
 
 
-class ReadFields(BaseModel):
-    """How uploaded files are read (form fields)."""
+def _checked_map(text: str) -> str:
+    """The text of a marker map.
+
+    Raises:
+        PydanticCustomError: it is none; names the line or the landmark.
+    """
+    try:
+        MarkerMap.parse(text)
+    except MotionError as error:
+        raise PydanticCustomError("marker_map", "{problem}", {"problem": shorten(str(error), _PROBLEM)}) from None
+    return text
+
+
+class MapFields(BaseModel):
+    """Which points of uploaded files are which landmarks (form field)."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    map: Annotated[str, Field(min_length=1, max_length=32_768), AfterValidator(_checked_map)] | None = Field(
+        None,
+        description="Marker map (TOML): landmarks of the body, each with the point or the weighted points of the files "
+        "that mark it, or with several names, of which the first that a file has counts. Without it, points are "
+        "recognised by their names. A job of kind points proposes one.",
+        examples=['[points]\nleft_knee_lateral = "KneeL"\nleft_hip = { HipL1 = 0.5, HipL2 = 0.5 }\n'],
+    )
+
+
+class ReadFields(MapFields):
+    """How uploaded files are read (form fields)."""
 
     fps: float | None = Field(
         None,
@@ -52,8 +82,31 @@ class ConvertFields(ReadFields):
     """A conversion of a capture file."""
 
     format: Literal[
-        "application/json", "application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d"
+        "application/json",
+        "application/x-npz",
+        "text/csv",
+        "model/x-bvh",
+        "model/gltf-binary",
+        "application/x-c3d",
+        "text/x-trc",
+        "text/x-mot",
     ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
+
+
+class ReportFields(MapFields):
+    """A gait report on capture files."""
+
+    format: Literal["text/html", "application/json", "text/csv"] = Field(
+        "text/html", description="Media type of the result: a page with figures, or its numbers."
+    )
+    static: str | None = Field(
+        None,
+        min_length=1,
+        max_length=255,
+        description="Name of the uploaded file that holds the static trial, which calibrates the joint centres; it "
+        "isn't reported on.",
+        examples=["standing.c3d"],
+    )
 
 
 class RenderRequest(SynthesisRequest):
@@ -96,6 +149,38 @@ class Fitted(BaseModel):
     card: dict[str, Any] = Field(description="Model card: data, people, licence, how it was made.")
     used: list[str] = Field(description="Files that the model learned from.")
     left_out: dict[str, str] = Field(description="Files that were left out, and why.")
+
+
+Position = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class CapturePoints(BaseModel):
+    """Result of a job of kind points: what is needed to say which point is which landmark."""
+
+    name: str = Field(description="Name of the file.")
+    points: list[str] = Field(description="Names of markers or joints.")
+    frame: int = Field(ge=0, description="The first frame in which most points are visible, counted from 0.")
+    positions: list[Position | None] = Field(
+        description="(points, 3) [m] in that frame, z up; null for points that it lacks."
+    )
+    heading: float | None = Field(
+        description="Direction in which the points move during the capture [degrees], from x towards y; null if they "
+        "stay within 0.3 m."
+    )
+    marker_set: str | None = Field(
+        description="The marker set of which the most landmarks are among the points; null if none is."
+    )
+    problem: str | None = Field(None, description="Why the points aren't a body's, with this map or without one.")
+    map: str | None = Field(
+        description="Marker map (TOML): the one that was sent, or else a guess from names and heights; null if nothing "
+        "could be guessed."
+    )
+    assigned: dict[str, dict[str, float]] = Field(
+        description="For each landmark that this map finds in the file, the points and their weights, which sum to 1.",
+        examples=[{"left_knee_lateral": {"KneeL": 1.0}}],
+    )
+    unfound: list[str] = Field(description="Landmarks of this map for which the file has no points.")
+    landmarks: dict[str, str] = Field(description="All landmarks that a map may name, each described by a sentence.")
 
 
 Row = Annotated[list[float | None], Field(min_length=25, max_length=25)]

@@ -65,6 +65,8 @@ class MarkerMap:
             table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise MotionError(f"a marker map must be TOML: {error}; see motionenv mocap map --help") from None
+        except RecursionError:
+            raise MotionError('a marker map must be TOML, with lines such as left_hip = "LHJC"') from None
         if unknown := sorted(set(table) - _KEYS):
             raise MotionError(f"a marker map has no entry {unknown[0]!r}; it may have {', '.join(sorted(_KEYS))}")
         points = {**_both_sides(table), **_section(table, "points")}

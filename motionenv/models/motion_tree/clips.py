@@ -6,6 +6,7 @@ from pathlib import Path
 
 from motionenv.body.gaps import PARTS, check_shown
 from motionenv.errors import MotionError
+from motionenv.mocap import MarkerMap, person_label
 from motionenv.models.filling import read_motion
 from motionenv.models.motion_tree.database import Clip
 
@@ -18,6 +19,7 @@ def read_clips(
     *,
     fps: float | None = None,
     unit: str | None = None,
+    marker_map: MarkerMap | None = None,
     activity: str | None = None,
     fill: bool = False,
     on_file: Callable[[str], None] = lambda name: None,
@@ -32,6 +34,7 @@ def read_clips(
         folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
         fps: frames per second, for files that don't state it.
         unit: unit of length, for files that don't state it.
+        marker_map: which points of the files are which landmarks; None recognises them by their names.
         activity: activity of all files; None takes it from the names.
         fill: whether to fill what the capture doesn't show (`motionenv.fill`); otherwise captures of part of the body
             are left out.
@@ -47,19 +50,13 @@ def read_clips(
         raise MotionError(f"no AMC, BVH, C3D, NPZ or TRC file below {folder}: name a folder of motion capture")
     for path in paths:
         on_file(path.name)
-        says = {".c3d", ".npz"}
         try:
-            motion = read_motion(
-                path,
-                fps=None if path.suffix.lower() in says else fps,
-                unit=None if path.suffix.lower() == ".npz" else unit,
-                fill=fill,
-            )
+            motion = read_motion(path, fps=fps, unit=unit, marker_map=marker_map, override=False, fill=fill)
             check_shown(motion.poses, PARTS, "a clip")
         except MotionError as error:
             on_left_out(path.name, str(error))
             continue
         known = _BANDAI.fullmatch(path.stem)
         done = known["activity"] if known else path.parent.name
-        person = known["style"] if known else path.stem.partition("_")[0]
+        person = known["style"] if known else person_label(path)
         yield Clip(motion, path.name, activity or done, person)

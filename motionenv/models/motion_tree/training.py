@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from motionenv import __version__
 from motionenv.errors import MotionError
+from motionenv.mocap import MarkerMap
 from motionenv.models.motion_tree.clips import read_clips
 from motionenv.models.motion_tree.database import build_database
 from motionenv.models.motion_tree.features import WINDOW
@@ -17,6 +18,7 @@ def fit_tree(
     *,
     fps: float | None = None,
     unit: str | None = None,
+    marker_map: MarkerMap | None = None,
     activity: str | None = None,
     mirrored: bool = False,
     fill: bool = False,
@@ -30,6 +32,7 @@ def fit_tree(
         folder: searched with its subfolders.
         fps: frames per second, for files that don't state it.
         unit: unit of length, for files that don't state it.
+        marker_map: which points of the files are which landmarks; None recognises them by their names.
         activity: activity of all files; None takes it from the names.
         mirrored: also include the left-right mirror image of every clip.
         fill: whether to fill what the capture doesn't show (`motionenv.fill`).
@@ -46,7 +49,10 @@ def fit_tree(
         left_out[name] = why
         on_left_out(name, why)
 
-    clips = read_clips(folder, fps=fps, unit=unit, activity=activity, fill=fill, on_file=on_file, on_left_out=leave_out)
+    clips = read_clips(
+        folder, fps=fps, unit=unit, marker_map=marker_map, activity=activity, fill=fill, on_file=on_file,
+        on_left_out=leave_out,
+    )  # fmt: skip
     short = f"has no {WINDOW + 1} contiguous frames at 30 frames/s"
     try:
         database = build_database(clips, mirrored=mirrored, on_short=lambda name: leave_out(name, short))

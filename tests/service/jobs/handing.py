@@ -5,10 +5,14 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+import ezc3d
 import httpx
+import numpy as np
 import psutil
 
 import motionenv
+from motionenv import Motion, body
+from motionenv.types import MARKERS
 
 #: A job that takes minutes.
 LONG = {"seconds": 600, "fps": 60, "seed": 1, "picture": {"width": 640, "height": 480}}
@@ -29,6 +33,56 @@ def as_file(motion, suffix: str) -> bytes:
         path = Path(folder) / f"motion{suffix}"
         motionenv.write(motion, path)
         return path.read_bytes()
+
+
+#: Names that no marker set has, for the 15 markers.
+ODD = {marker: f"Dot{i}" for i, marker in enumerate(MARKERS)}
+
+
+def odd_map(markers=MARKERS) -> str:
+    """The marker map of files with the names of `ODD`."""
+    return "\n".join(['name = "odd"', "[points]", *(f'{marker} = "{ODD[marker]}"' for marker in markers), ""])
+
+
+def odd_points(motion: Motion, markers=MARKERS) -> tuple[list[str], np.ndarray]:
+    """Names and positions (frames, markers, 3) [m] of markers of a motion, as a laboratory of no renown names them."""
+    places = body.markers(motion.poses, motion.skeleton)
+    return [ODD[marker] for marker in markers], places[:, [MARKERS.index(marker) for marker in markers]]
+
+
+def as_c3d(names: list[str], positions: np.ndarray, fps: float) -> bytes:
+    """A C3D file of points (frames, points, 3) [m]; NaN is a gap."""
+    file = ezc3d.c3d()
+    known = np.isfinite(positions).all(axis=2)
+    points = np.ones((4, len(names), len(positions)))
+    points[:3] = np.nan_to_num(1000 * positions).transpose(2, 1, 0)
+    file["data"]["points"] = points
+    file["data"]["meta_points"]["residuals"] = np.where(known, 0.0, -1.0).T[None]
+    file["parameters"]["POINT"]["RATE"]["value"] = [fps]
+    file["parameters"]["POINT"]["LABELS"]["value"] = names
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "odd.c3d"
+        file.write(str(path))
+        return path.read_bytes()
+
+
+def as_trc(names: list[str], positions: np.ndarray, fps: float) -> bytes:
+    """A TRC file of points (frames, points, 3) [m], with y up as usual; NaN is a gap."""
+    frames, count = positions.shape[:2]
+    values = 1000 * np.stack([positions[..., 0], positions[..., 2], -positions[..., 1]], axis=2).reshape(frames, -1)
+    axes = "\t".join(f"{axis}{i + 1}" for i in range(count) for axis in "XYZ")
+    rows = [
+        f"{i + 1}\t{i / fps:.5f}\t" + "\t".join("" if np.isnan(v) else f"{v:.4f}" for v in row)
+        for i, row in enumerate(values)
+    ]
+    head = [
+        "PathFileType\t4\t(X/Y/Z)\todd.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{fps}\t{fps}\t{frames}\t{count}\tmm\t{fps}\t1\t{frames}",
+        "Frame#\tTime\t" + "\t\t\t".join(names), f"\t\t{axes}", "",
+    ]  # fmt: skip
+    return "\n".join([*head, *rows, ""]).encode()
 
 
 def uploads(files: dict[str, bytes]) -> list:

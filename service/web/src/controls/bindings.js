@@ -1,6 +1,6 @@
 // Event handlers of buttons, boxes and fields.
 
-import { capturePanel } from "./capture_panel.js";
+import { capturePanel } from "../capture/panel.js";
 import { downloads, synthesisRequest } from "./download.js";
 import { keys } from "./keyboard.js";
 

@@ -25,6 +25,7 @@ const JOINT = 0.019;
 const STICK = 0.009;
 const LINE = 0.0028;
 const UP = new Vector3(0, 1, 0);
+const NOTHING = new Matrix4().makeScale(0, 0, 0); // of dots and lines that are unknown
 const LEFT = "#2c699e";
 const RIGHT = "#c2571f";
 const MIDDLE = "#8a929c";
@@ -149,6 +150,8 @@ export class Figure {
     const wide = this.walker.body.height / this.builtFor;
     this.limbs.forEach((mesh, limb) => {
       const length = this.ends(limb);
+      mesh.visible = mesh.userData.shadow.visible = Number.isFinite(length); // unknown limbs are NaN
+      if (!mesh.visible) return;
       mesh.position.copy(this.a);
       mesh.quaternion.setFromUnitVectors(UP, this.b.sub(this.a).divideScalar(length));
       mesh.scale.set(wide, length / mesh.userData.length, wide);
@@ -164,7 +167,8 @@ export class Figure {
     this.turn.identity();
     this.size.setScalar(dot);
     for (let i = 0; i < this.tints.length; i++) {
-      this.joints.setMatrixAt(i, this.matrix.compose(this.a.fromArray(at, 3 * i), this.turn, this.size));
+      this.matrix.compose(this.a.fromArray(at, 3 * i), this.turn, this.size);
+      this.joints.setMatrixAt(i, Number.isFinite(at[3 * i]) ? this.matrix : NOTHING);
     }
     this.joints.instanceMatrix.needsUpdate = true;
     if (!this.lines.visible) return;
@@ -172,6 +176,10 @@ export class Figure {
       this.a.fromArray(at, 3 * from);
       this.b.fromArray(at, 3 * to);
       const length = this.a.distanceTo(this.b);
+      if (!Number.isFinite(length)) {
+        this.lines.setMatrixAt(i, NOTHING);
+        return;
+      }
       const middle = this.a.clone().lerp(this.b, 0.5);
       this.turn.setFromUnitVectors(UP, this.b.sub(this.a).divideScalar(length));
       this.lines.setMatrixAt(i, this.matrix.compose(middle, this.turn, this.size.set(line, length, line)));

@@ -70,6 +70,7 @@ export class Plot {
   described(name, { curves, cyclic }) {
     if (!curves) return `${name} flexion over the last seconds`;
     const known = curves[name][0].filter((v) => !Number.isNaN(v));
+    if (!known.length) return `${name} flexion: not captured on the left`;
     const [least, most] = [Math.min, Math.max].map((f) => Math.round(f(...known)));
     return `${name} flexion over ${cyclic ? "one cycle" : "the capture"}: from ${least} to ${most} degrees on the left`;
   }

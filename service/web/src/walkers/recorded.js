@@ -7,6 +7,8 @@ import { Stream } from "../api/stream.js";
 
 const STANDING = 0.1; // share of a capture's frames in which the lower foot may be below the ground
 const HIPS = 0.53; // height of the hips of a standing body, in body heights
+const UPPER = [6, 17]; // entries of a pose that are of neck and arms
+const TRUNK = [1, 3, 4, 15]; // nodes: sternum, shoulders, neck
 const GROWN_FPS = 30;
 const KEPT = 5 * 60 * GROWN_FPS; // frames of streamed motion
 const NEAR = 0.2; // [s] of buffered motion below which the stream resumes
@@ -30,7 +32,7 @@ class Recorded extends Walker {
     const [first, second] = [this.poses[Math.floor(at)], this.poses[Math.ceil(at)]];
     const share = at - Math.floor(at);
     for (let i = 0; i < 25; i++) this.pose[i] = share ? (1 - share) * first[i] + share * second[i] : first[i];
-    [this.ground[0], this.ground[1]] = this.pose;
+    for (let i = 0; i < 2; i++) if (Number.isFinite(this.pose[i])) this.ground[i] = this.pose[i]; // it stays in a gap
     this.draw();
   }
 
@@ -49,7 +51,7 @@ class Recorded extends Walker {
   }
 }
 
-/** Plays a capture in a loop: the `motion` and `walk` of an inspection. */
+/** Plays a capture in a loop: the `motion` and `walk` of an inspection. What it doesn't know is NaN, and isn't drawn. */
 export class CaptureWalker extends Recorded {
   constructor(parameters, { fps, height, offsets, radii, poses }, walk) {
     const arrays = {
@@ -63,13 +65,14 @@ export class CaptureWalker extends Recorded {
     this.seconds = Math.max(1, poses.length - 1) / fps;
     this.marks = (walk?.starts ?? []).map((start) => start / this.seconds).filter((mark) => mark <= 1);
     this.sink = this.floor();
+    this.legsOnly = this.poses.every((pose) => pose.subarray(...UPPER).every(Number.isNaN));
   }
 
   /** Height of the captured ground [m]: captures have their floors anywhere. */
   floor() {
     const lower = this.poses.map((pose) => {
       forward(pose, this.body, this.nodes, this.rotations);
-      return Math.min(this.nodes[41], this.nodes[44]);
+      return Math.min(...[this.nodes[41], this.nodes[44]].filter(Number.isFinite));
     });
     const known = lower.filter(Number.isFinite);
     return known.length ? quantile(known, STANDING) - this.body.ankleHeight * this.body.height : 0;
@@ -82,6 +85,15 @@ export class CaptureWalker extends Recorded {
   draw() {
     this.pose[2] -= this.sink;
     super.draw();
+    if (this.legsOnly && Number.isNaN(this.pose[UPPER[0]])) this.hideTrunk();
+  }
+
+  /** A capture of pelvis and legs says nothing of the trunk above, which poses have no angles for. */
+  hideTrunk() {
+    for (const node of TRUNK) this.nodes.fill(Number.NaN, 3 * node, 3 * node + 3);
+    this.body.limbNodes.forEach((ends, limb) => {
+      if (ends.some((node) => TRUNK.includes(node))) this.limbs.fill(Number.NaN, 6 * limb, 6 * limb + 6);
+    });
   }
 
   facts() {

@@ -1,0 +1,112 @@
+// What can be done with capture that was read: name its points, save it in another format, report on its gait.
+
+import { finished, resultOf } from "../api/jobs.js";
+import { ServiceError } from "../api/requests.js";
+import { save } from "../controls/download.js";
+import { make } from "../controls/widgets.js";
+
+const FORMATS = {
+  BVH: ["model/x-bvh", "bvh", "Skeleton and angles, for animation software"],
+  C3D: ["application/x-c3d", "c3d", "Joint positions, for gait software"],
+  GLB: ["model/gltf-binary", "glb", "The body, for 3D viewers"],
+  CSV: ["text/csv", "csv", "Angles over time, for spreadsheets"],
+  NPZ: ["application/x-npz", "npz", "NumPy arrays, for Python"],
+};
+const NUMBERS = { JSON: ["application/json", "json"], CSV: ["text/csv", "csv"] };
+
+/** The buttons below an upload. */
+export class CaptureActions {
+  constructor(upload) {
+    this.upload = upload;
+    this.element = make("div", { className: "capture-actions", hidden: true });
+    this.note = make("p", { className: "hint" });
+    this.note.setAttribute("role", "status");
+  }
+
+  /** Offer what can be done; `shown`: the file on the stage, or undefined. */
+  show(shown) {
+    const { upload } = this;
+    this.shown = shown;
+    this.links = make("p", { className: "hint" });
+    const naming = this.button("Name the points", () => upload.name());
+    naming.hidden = !upload.nameable;
+    naming.classList.toggle("strong", !shown);
+    const parts = [make("div", { className: "actions" }, naming)];
+    if (shown) {
+      const report = this.button("Gait report", () => this.report());
+      report.classList.add("strong");
+      parts[0].prepend(report);
+      const saving = Object.entries(FORMATS).map(([name, format]) => this.saving(name, format));
+      parts.push(...this.statics(), make("div", { className: "save" }, make("span", { className: "hint", textContent: "Save as" }), ...saving));
+    }
+    this.say("");
+    this.element.replaceChildren(...parts, this.note, this.links);
+    this.element.hidden = false;
+  }
+
+  /** The choice of a static trial, if there is a choice. */
+  statics() {
+    const names = this.upload.usable.map(({ name }) => name);
+    this.static = make("select", {}, make("option", { value: "", textContent: "none" }), ...names.map((value) => make("option", { value, textContent: value })));
+    return names.length > 1 ? [make("label", { className: "field", textContent: "Static trial" }, this.static)] : [];
+  }
+
+  button(textContent, action) {
+    const element = make("button", { type: "button", textContent });
+    element.addEventListener("click", async () => {
+      element.disabled = true;
+      try {
+        await action();
+      } catch (error) {
+        this.say(error instanceof ServiceError ? error.message : `Failed: ${error.message}`, true);
+      }
+      element.disabled = false;
+    });
+    return element;
+  }
+
+  saving(name, [format, suffix, title]) {
+    const element = this.button(name, () => this.convert(name, format, suffix));
+    return Object.assign(element, { title });
+  }
+
+  async convert(name, format, suffix) {
+    this.say(`Creating the ${name} …`);
+    const { upload, shown } = this;
+    const job = await finished("/v1/jobs/convert", upload.sent([shown]), { ...upload.fields, format }, () => {});
+    const blob = await (await resultOf(job)).blob();
+    save(blob, `${shown.name.replace(/\.[^.]*$/, "")}.${suffix}`);
+    this.say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`);
+  }
+
+  /** Create the report, open it, and link to it. */
+  async report() {
+    this.links.replaceChildren();
+    const { result } = await this.reported("text/html");
+    this.say("The report is ready.");
+    const open = make("a", { href: result, target: "_blank", rel: "noopener", textContent: "Open the report" });
+    const numbers = Object.entries(NUMBERS).map(([name, [format, suffix]]) => this.button(name, () => this.numbers(format, suffix)));
+    this.links.replaceChildren(open, " or save its numbers as ", ...numbers);
+    window.open(result, "_blank", "noopener"); // a browser may block it, hence the link
+  }
+
+  async numbers(format, suffix) {
+    const job = await this.reported(format);
+    save(await (await resultOf(job)).blob(), `report.${suffix}`);
+    this.say("Saved.");
+  }
+
+  /** The job of a report that is done. */
+  reported(format) {
+    const { upload } = this;
+    const { map } = upload.fields;
+    this.say("Creating the report …");
+    const fields = { format, map, static: this.static.value };
+    return finished("/v1/jobs/report", upload.sent(upload.usable), fields, (words) => this.say(words));
+  }
+
+  say(words, bad = false) {
+    this.note.textContent = words;
+    this.note.classList.toggle("bad", bad);
+  }
+}

@@ -1,0 +1,57 @@
+// Fitting a model to the walks of an upload.
+
+import { finished, resultOf } from "../api/jobs.js";
+import { request } from "../api/requests.js";
+import { make } from "../controls/widgets.js";
+
+/** The last step of an upload, and the buttons for its model. */
+export class Fitting {
+  constructor(upload) {
+    this.upload = upload;
+    this.buttons = make("div", { className: "actions" });
+  }
+
+  /** Fit a model to walks, files of the inspection. */
+  async fit(walks) {
+    const { upload } = this;
+    this.buttons.replaceChildren();
+    upload.step(3, "Fitting a model …");
+    const kind = people(walks) > 1 ? "eigenwalkers" : "fpca";
+    const fields = { ...upload.fields, kind, name: nameFor(walks[0].name) };
+    const job = await finished("/v1/models", upload.sent(walks), fields, (words, progress) => upload.step(3, words, progress));
+    this.offer(await (await resultOf(job)).json());
+    await upload.app.listModels();
+  }
+
+  offer({ model, kind, left_out: left }) {
+    const others = Object.entries(left).map(([name, why]) => `${name} was left out: ${why}.`);
+    this.upload.done(`Model ${model} (${kind}). ${others.join(" ")}`);
+    const walk = make("button", { type: "button", className: "strong", textContent: "Use model" });
+    const forget = make("button", { type: "button", textContent: "Delete model" });
+    walk.addEventListener("click", () => this.upload.app.load(model));
+    forget.addEventListener("click", () => this.forget(model));
+    this.buttons.replaceChildren(walk, forget);
+  }
+
+  async forget(model) {
+    const { upload } = this;
+    try {
+      await request(`/v1/models/${model}`, { method: "DELETE" });
+      this.buttons.replaceChildren();
+      upload.done("Model deleted.");
+      if (upload.app.state.model === model) await upload.app.load("walk/fpca");
+      await upload.app.listModels();
+    } catch (error) {
+      upload.failed(error);
+    }
+  }
+}
+
+/** Number of people: the part of a file name before the first _ identifies one. */
+const people = (files) => new Set(files.map(({ name }) => name.split("_")[0])).size;
+
+/** A model name made from a file name. */
+function nameFor(file) {
+  const stem = file.toLowerCase().replace(/\.[^.]*$/, "").replace(/[^a-z0-9]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 40);
+  return `${stem || "walk"}-${Date.now().toString(36).slice(-5)}`;
+}

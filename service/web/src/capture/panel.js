@@ -1,0 +1,58 @@
+// Upload of motion capture: where files are dropped, and what can be told of them beforehand.
+
+import { make } from "../controls/widgets.js";
+import { Upload } from "./upload.js";
+
+const KINDS = ".bvh,.c3d,.amc,.asf,.trc,.npz";
+const UNTOLD = "AMC files don't contain their frame rate: enter the frames per second (120 for CMU), then choose the files again.";
+const UNITS = ["", "m", "dm", "cm", "mm", "inch", "cmu"];
+
+/** Build the panel in an element; `app` shows the result. */
+export function capturePanel(element, app) {
+  const input = make("input", { type: "file", multiple: true, accept: KINDS });
+  input.setAttribute("aria-label", "Motion-capture files");
+  const drop = make("label", { className: "drop" }, input, "Drop BVH, C3D, AMC with its ASF, TRC or NPZ here, or click to choose");
+  const { fps, unit, fields } = details();
+  const report = make("div", {});
+  element.append(drop, fields, report);
+
+  const take = async (files) => {
+    if (!files.length || input.disabled) return;
+    if (!fps.value && [...files].some(({ name }) => /\.amc$/i.test(name))) {
+      fields.open = true;
+      fps.focus();
+      report.replaceChildren(make("p", { className: "hint bad", textContent: UNTOLD }));
+      input.value = "";
+      return;
+    }
+    input.disabled = true;
+    const upload = new Upload(report, app, [...files], { fps: fps.value, unit: unit.value });
+    fields.open = !(await upload.run()) || fields.open;
+    input.disabled = false;
+    input.value = "";
+  };
+  input.addEventListener("change", () => take(input.files));
+  for (const event of ["dragover", "dragleave", "drop"]) {
+    // On the whole page: a browser leaves the page for a file that is dropped elsewhere.
+    addEventListener(event, (happened) => {
+      happened.preventDefault();
+      drop.classList.toggle("over", event === "dragover");
+      if (event !== "dragleave") drop.scrollIntoView({ block: "nearest" });
+      if (event === "drop") take(happened.dataTransfer.files);
+    });
+  }
+}
+
+/** Fields for what some files don't contain. */
+function details() {
+  const fps = make("input", { type: "number", min: 1, max: 10000, step: "any", placeholder: "as in the file" });
+  const unit = make("select", {}, ...UNITS.map((value) => make("option", { value, textContent: value || "as in the file" })));
+  const fields = make(
+    "details",
+    { className: "inner" },
+    make("summary", { textContent: "Missing information" }),
+    make("label", { className: "field", textContent: "Frames per second" }, fps),
+    make("label", { className: "field", textContent: "Unit of length" }, unit),
+  );
+  return { fps, unit, fields };
+}

@@ -1,0 +1,163 @@
+// One upload of motion capture: read, shown, cut into gait cycles, fitted, and handed on as files and as a report.
+
+import { ServiceError } from "../api/requests.js";
+import { finished, resultOf } from "../api/jobs.js";
+import { parameters } from "../controls/model_list.js";
+import { make } from "../controls/widgets.js";
+import { CaptureWalker } from "../walkers/recorded.js";
+import { CaptureActions } from "./actions.js";
+import { Dialogue } from "./dialogue.js";
+import { Fitting } from "./fitting.js";
+import { hashOf, remember, remembered } from "./marker_map.js";
+
+const STEPS = ["Upload", "Read", "Find gait cycles", "Fit"];
+const NO_WALK = "Nothing to fit: the files contain no straight walk of at least two strides.";
+const NO_BODY = "The points were read, but their names are those of no known marker set: say which point is which.";
+const UNREAD = "The file couldn't be read, for the reason below. Missing information can be entered above; then choose it again.";
+
+/** An upload. `files`: of the browser; `options`: frame rate and unit, where the user gave them. */
+export class Upload {
+  constructor(element, app, files, options) {
+    Object.assign(this, { app, files, options });
+    this.mapped = null; // { map, names }: the marker map in use, and the points of the files that it is for
+    this.rows = STEPS.map((name) => make("li", { textContent: name }));
+    this.bar = make("progress", { max: 1, value: 0 });
+    this.bar.setAttribute("aria-label", "Progress");
+    this.words = make("p", { className: "hint" });
+    this.words.setAttribute("role", "status");
+    this.found = make("ul", { className: "found" });
+    this.actions = new CaptureActions(this);
+    this.fitting = new Fitting(this);
+    const steps = make("ol", { className: "steps" }, ...this.rows);
+    element.replaceChildren(steps, this.bar, this.words, this.found, this.fitting.buttons, this.actions.element);
+  }
+
+  /** Take all steps; returns whether the files could be read. */
+  async run() {
+    let read = true;
+    try {
+      this.step(0, "Uploading …");
+      this.inspection = await this.inspect(this.files, {});
+      const known = this.inspection.files.find(({ points }) => points && remembered(points));
+      if (known) await this.apply(remembered(known.points), known.points);
+      read = this.inspection.files.some(({ points }) => points);
+      await this.evaluate();
+    } catch (error) {
+      this.failed(error);
+    }
+    return read;
+  }
+
+  /** The service's `Inspection` of files. */
+  async inspect(files, fields, told = (words, progress) => this.step(1, words, progress)) {
+    const job = await finished("/v1/jobs/inspect", files, { ...this.options, ...fields }, told);
+    return (await resultOf(job)).json();
+  }
+
+  /** Read the files with these points by a marker map, and keep it if one becomes a motion. Returns the problem if none does, or null. */
+  async apply(map, points) {
+    const hash = hashOf(points);
+    const alike = this.inspection.files.filter((file) => file.points && hashOf(file.points) === hash);
+    const { files } = await this.inspect(this.sent(alike), { map }, () => {});
+    if (!files.some((file) => file.motion)) return files[0].problem;
+    const fresh = new Map(files.map((file) => [file.name, file]));
+    this.inspection.files = this.inspection.files.map((file) => fresh.get(file.name) ?? file);
+    this.mapped = { map, hash };
+    remember(points, map);
+    return null;
+  }
+
+  /** Show what was read, and fit a model to it. */
+  async evaluate() {
+    const { files } = this.inspection;
+    const some = (part) => files.some((file) => file[part]);
+    this.bar.hidden = false;
+    this.words.classList.remove("bad");
+    this.step(some("points") ? 2 : 1, "");
+    this.found.replaceChildren(...files.map((file) => make("li", { textContent: describe(file) })));
+    const shown = this.usable.find((file) => file.walk) ?? this.usable[0];
+    if (shown) this.app.invite(new CaptureWalker(await parameters("walk/fpca"), shown.motion, shown.walk));
+    this.actions.show(shown);
+    const walks = this.usable.filter((file) => file.walk);
+    if (!walks.length) throw new ServiceError(some("motion") ? NO_WALK : some("points") ? NO_BODY : UNREAD);
+    await this.fitting.fit(walks);
+  }
+
+  /** The files that are motion; with a marker map, only those that it is for. */
+  get usable() {
+    return this.inspection.files.filter(({ motion, points }) => motion && (!this.mapped || hashOf(points) === this.mapped.hash));
+  }
+
+  /** The fields that every job on `usable` files needs. */
+  get fields() {
+    return { ...this.options, ...(this.mapped && { map: this.mapped.map }) };
+  }
+
+  /** The files of the browser behind those of an inspection, and all skeletons: the service sorts files, and changes names. */
+  sent(inspected) {
+    const captures = this.files.filter(({ name }) => !/\.asf$/i.test(name));
+    const names = new Set(inspected.map(({ name }) => name.toLowerCase()));
+    if (names.size === captures.length) return this.files;
+    return this.files.filter(({ name }) => /\.asf$/i.test(name) || names.has(safeName(name).toLowerCase()));
+  }
+
+  /** The file that can be told which point is which, or undefined: the one that isn't a motion yet, or the one that is shown. */
+  get nameable() {
+    const { files, pose } = this.inspection;
+    const named = files.filter(({ points }) => points && points.join() !== pose.join());
+    return named.find(({ motion }) => !motion) ?? named[0];
+  }
+
+  /** Let the user say which point is which. */
+  async name() {
+    const file = this.nameable;
+    const check = async (map) => {
+      const fields = { ...this.options, ...(map && { map }) };
+      const job = await finished("/v1/jobs/points", this.sent([file]), fields, () => {});
+      return (await resultOf(job)).json();
+    };
+    const use = async (map) => {
+      const problem = await this.apply(map, file.points);
+      if (problem === null) this.evaluate().catch((error) => this.failed(error));
+      return problem;
+    };
+    this.app.naming = new Dialogue(await check(remembered(file.points)), { check, use });
+    this.app.naming.open();
+  }
+
+  step(number, words, progress = null) {
+    this.rows.forEach((row, i) => (row.className = i < number ? "done" : i === number ? "doing" : ""));
+    if (progress === null) this.bar.removeAttribute("value");
+    else this.bar.value = progress;
+    this.words.textContent = words;
+  }
+
+  /** All steps are taken. */
+  done(words) {
+    this.rows.forEach((row) => (row.className = "done"));
+    this.bar.hidden = true;
+    this.words.textContent = words;
+  }
+
+  failed(error) {
+    this.bar.hidden = true;
+    this.words.classList.add("bad");
+    this.words.textContent = error instanceof ServiceError ? error.message : `Failed: ${error.message}`;
+  }
+}
+
+/** The content of a file as a sentence. */
+function describe({ name, problem, points, frames, fps, motion, walk }) {
+  if (!points) return problem.startsWith(name) ? problem : `${name}: ${problem}`;
+  const body = motion ? `, a body of ${motion.height.toFixed(2)} m` : "";
+  const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}`;
+  if (!walk) return `${read}. ${problem ?? ""}`;
+  return `${read}; ${walk.starts.length} strides of ${walk.stride.toFixed(2)} s at ${walk.speed.toFixed(2)} m/s.`;
+}
+
+/** A file's name as the service keeps it (service/jobs/uploads.py). */
+function safeName(name) {
+  const [, stem, suffix] = /^(.*)(\.[^.]*)$/.exec(name) ?? ["", name, ""];
+  const plain = stem.normalize("NFKD").replace(/[^\x00-\x7f]/g, "").replace(/[^A-Za-z0-9_]+/g, "-").slice(0, 80);
+  return (plain.replace(/^-+|-+$/g, "") || "capture") + suffix;
+}

@@ -1,0 +1,66 @@
+"""Gait reports as jobs: a page that browsers show without giving it access, or its numbers."""
+
+import csv
+import io
+from importlib.util import find_spec
+
+import pytest
+
+import motionenv
+from motionenv.types import MARKERS
+from tests.service.jobs.handing import as_c3d, as_file, ended, odd_map, odd_points, result, uploads
+
+needs_reports = pytest.mark.skipif(find_spec("motionenv.gait") is None, reason="motionenv.gait isn't there yet")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return motionenv.synthesize("walk/fpca", 8, 60, seed=3, speed=1.2)
+
+
+def reported(server, files: dict[str, bytes], **fields):
+    """The result of a report on files."""
+    return result(server, ended(server, server.http.post("/v1/jobs/report", files=uploads(files), data=fields)))
+
+
+@needs_reports
+def test_a_report_is_a_page_without_access(job_server, walk):
+    answer = reported(job_server, {"me_01.npz": as_file(walk, ".npz")})
+    assert answer.headers["Content-Type"].startswith("text/html")
+    assert answer.headers["Content-Disposition"] == 'inline; filename="report.html"'
+    policy = answer.headers["Content-Security-Policy"]
+    assert policy.startswith("sandbox")
+    assert "default-src 'none'" in policy
+    assert "me_01" in answer.text
+
+
+@needs_reports
+def test_the_numbers_of_a_report_come_as_json_and_csv(job_server, walk):
+    content = {"me_01.c3d": as_c3d(*odd_points(walk), 60)}
+    told = reported(job_server, content, map=odd_map(), format="application/json")
+    assert told.headers["Content-Disposition"] == 'attachment; filename="report.json"'
+    assert isinstance(told.json(), dict)
+    rows = list(csv.reader(io.StringIO(reported(job_server, content, map=odd_map(), format="text/csv").text)))
+    assert len(rows) > 1
+    assert len(rows[0]) > 1
+
+
+@needs_reports
+def test_the_static_trial_is_not_reported_on(job_server, walk):
+    still = motionenv.Motion(walk.poses[:1].repeat(60, axis=0), walk.skeleton, 60)
+    files = {"me 01.c3d": as_c3d(*odd_points(walk), 60), "at rest.c3d": as_c3d(*odd_points(still), 60)}
+    told = reported(job_server, files, map=odd_map(MARKERS), static="at rest.c3d")
+    assert "me-01" in told.text
+
+
+@pytest.mark.parametrize("static", ["b.c3d", "a.txt", "a", "a.c3d", ""])
+def test_a_static_trial_must_be_one_of_several_files(job_server, static):
+    answer = job_server.http.post("/v1/jobs/report", files=uploads({"a.c3d": b"\x02\x50"}), data={"static": static})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["field"] == "/static"
+
+
+def test_other_formats_than_a_reports_are_refused(job_server):
+    data = {"format": "application/pdf"}
+    answer = job_server.http.post("/v1/jobs/report", files=uploads({"a.c3d": b"\x02\x50"}), data=data)
+    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "/format")
