@@ -45,7 +45,8 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
 
     command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
     options = {
-        "fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings), "on_file": reading,
+        "fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings),
+        "fill": settings["fill"], "on_file": reading,
     }  # fmt: skip
     model: Any
     if settings["kind"] == "tree":
@@ -96,19 +97,21 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         folder: of this job.
         progress: called with share and message.
     """
-    from motionenv.mocap import read_motion
+    from motionenv.models.filling import read_motion
 
     files = _captures(folder)
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
     options = {"fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings)}
-    motion = read_motion(files[0], override=False, **options)
+    motion = read_motion(files[0], fill=settings["fill"], override=False, **options)
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
     if settings["suffix"] == ".json":
-        _write_result(folder, {"name": files[0].name, "pose": POSE, **_shown(motion, motion.fps, len(motion.poses))})
+        marked = {} if motion.filled is None else {"filled": motion.filled}
+        shown = _shown(motion, motion.fps, len(motion.poses))
+        _write_result(folder, {"name": files[0].name, "pose": POSE, **shown, **marked})
         return
     path = folder / f"converted{settings['suffix']}"
     motionenv.write(motion, path)

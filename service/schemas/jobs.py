@@ -59,7 +59,16 @@ class ReadFields(MapFields):
     )
 
 
-class FitFields(ReadFields):
+class FillFields(ReadFields):
+    """How uploaded files are read that become whole motions."""
+
+    fill: bool = Field(
+        False, description="Whether to fill what the files don't show, such as the arms beside a lower body, by the "
+        "prior of walk/fpca. Otherwise it stays unknown."
+    )  # fmt: skip
+
+
+class FitFields(FillFields):
     """A model to be fitted to uploaded motion capture."""
 
     kind: Literal["fpca", "eigenwalkers", "tree"] = Field(
@@ -78,7 +87,7 @@ class FitFields(ReadFields):
     mirrored: bool = Field(False, description="Tree: whether to add left-right mirror images.")
 
 
-class ConvertFields(ReadFields):
+class ConvertFields(FillFields):
     """A conversion of a capture file."""
 
     format: Literal[
