@@ -156,6 +156,21 @@ def test_frames_that_the_header_lost_are_found(tmp_path):
         np.testing.assert_allclose(c3d.read(path).positions, points.transpose(1, 0, 2) / 1000, atol=1e-6)
 
 
+def test_more_frames_than_16_bits_count(tmp_path):
+    """TRIAL's fields have two words each, the lower first."""
+    points = np.tile(np.arange(70_000.0)[:, None] + 1, (1, 1, 3))
+    pair = lambda count: [count % 65536, count // 65536]
+    path = save(tmp_path, ["A"], points)
+    assert struct.unpack("<H", path.read_bytes()[8:10]) == (65535,)
+    file = ezc3d.c3d(str(path))
+    for name, count in (("ACTUAL_START_FIELD", 1), ("ACTUAL_END_FIELD", 70_000)):
+        file.add_parameter("TRIAL", name, pair(count))
+    file.write(str(path))
+    got = c3d.read(path)
+    assert got.positions.shape == (70_000, 1, 3)
+    assert got.positions[-1, 0, 0] == pytest.approx(70.0)
+
+
 def test_no_frames_and_no_points_are_refused_by_name(tmp_path):
     raw = save(tmp_path).read_bytes()
     for key in (b"FRAMES", b"USED"):
