@@ -24,6 +24,14 @@ def from_euler(order: str, angles) -> np.ndarray:
     return turned.reshape(*angles.shape[:-1], 3, 3)
 
 
+def from_rotation_vector(vectors) -> np.ndarray:
+    """Rotations (..., 3, 3) about the directions of `vectors` (..., 3) by their lengths [rad]."""
+    from scipy.spatial.transform import Rotation
+
+    vectors = np.asarray(vectors, dtype=np.float64)
+    return Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(*vectors.shape, 3)
+
+
 def to_euler(order: str, rotations) -> np.ndarray:
     """Angles (..., 3) [rad] with `from_euler(order, angles) == rotations`, the middle one within ±π/2.
 

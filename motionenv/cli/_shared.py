@@ -17,7 +17,11 @@ err = Console(stderr=True)
 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")]
 Fps = Annotated[float | None, typer.Option(help="Frame rate, if the file doesn't specify it (CMU's AMC files: 120).")]
-Unit = Annotated[str | None, typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu.")]
+Unit = Annotated[
+    str | None,
+    typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu, or metres per unit."),
+]
+BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
 Height = Annotated[float | None, typer.Option(help="Body height [m]; by default the model's.")]
 Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by default the walker's own.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fps, Unit, progress
+from motionenv.cli._shared import BodyModel, Fps, Unit, progress
 
 
 def mocap_list() -> None:
@@ -41,14 +41,19 @@ def download(
     typer.echo(f"{to}  {len(paths)} files")
 
 
-def info(path: Annotated[Path, typer.Argument(help="A capture file.")], fps: Fps = None, unit: Unit = None) -> None:
+def info(
+    path: Annotated[Path, typer.Argument(help="A capture file.")],
+    fps: Fps = None,
+    unit: Unit = None,
+    body_model: BodyModel = None,
+) -> None:
     """Summarise a capture file.
 
     Example: motionenv mocap info walk.c3d
     """
     from motionenv.mocap import describe
 
-    typer.echo(describe(path, fps=fps, unit=unit))
+    typer.echo(describe(path, fps=fps, unit=unit, body_model=body_model))
 
 
 def convert(
@@ -56,6 +61,7 @@ def convert(
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
     fps: Fps = None,
     unit: Unit = None,
+    body_model: BodyModel = None,
 ) -> None:
     """Retarget capture to the 25-DOF body and write it in another format.
 
@@ -63,6 +69,6 @@ def convert(
     """
     from motionenv.mocap import read_motion, write
 
-    motion = read_motion(path, fps=fps, unit=unit)
+    motion = read_motion(path, fps=fps, unit=unit, body_model=body_model)
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames")

@@ -1,8 +1,8 @@
-"""Motion capture files: read BVH, ASF/AMC, C3D, TRC and NPZ (in metres, z up); write BVH, C3D, CSV, GLB and NPZ."""
+"""Motion capture files, in metres, z up: read BVH, ASF/AMC, C3D, TRC, NPZ and AMASS; write BVH, C3D, CSV, GLB, NPZ."""
 
 from motionenv.mocap.marker_sets import LANDMARKS, MarkerMap, find_landmarks, guess_map
 from motionenv.mocap.motion_io import describe, read_motion
-from motionenv.mocap.reading import read
+from motionenv.mocap.reading import person_label, read
 from motionenv.mocap.retargeting import retarget, to_markers
 from motionenv.mocap.writing import encode, write
 
@@ -13,6 +13,7 @@ __all__ = [
     "encode",
     "find_landmarks",
     "guess_map",
+    "person_label",
     "read",
     "read_motion",
     "retarget",

@@ -11,12 +11,11 @@ import numpy as np
 from motionenv.body.skeleton import NODES
 from motionenv.errors import GapError
 from motionenv.mocap.clinical import Calibration, LowerBody, Measurements, lower_body
-from motionenv.mocap.clinical.gait_model import unit
+from motionenv.mocap.clinical.gait_model import NEUTRAL_TILT, unit
 from motionenv.mocap.marker_sets import Landmarks
 
 # Distance from marker to joint centre: half the joint's width plus the marker's radius [m], typical of adults.
 _SHOULDER, _ELBOW = 0.047, 0.045
-_NEUTRAL_TILT = np.radians(10.0)  # anterior tilt of the pelvis when the trunk is upright (Kadaba et al. 1990)
 _HEAD = ("left_head_front", "left_head_back", "right_head_front", "right_head_back")
 
 
@@ -60,7 +59,7 @@ def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibrat
         positions[:, NODES.index(name)] = values
     upright = None
     if legs.pelvis is not None:
-        c, s = np.cos(_NEUTRAL_TILT), np.sin(_NEUTRAL_TILT)
+        c, s = np.cos(NEUTRAL_TILT), np.sin(NEUTRAL_TILT)
         upright = legs.pelvis.rotation @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
     return Nodes(positions, _head_side(at), upright, legs.how)
 

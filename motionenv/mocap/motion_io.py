@@ -8,24 +8,35 @@ from motionenv.errors import MotionError
 from motionenv.mocap.marker_sets import MarkerMap
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget
-from motionenv.types import Motion
+from motionenv.mocap.units_axes import METRES
+from motionenv.types import Markers, Motion, Recording
+
+_UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 
 def read_motion(
-    path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | str | None = None
+    path,
+    *,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    body_model=None,
+    override: bool = True,
+    marker_map: MarkerMap | str | None = None,
 ) -> Motion:
     """Read the motion in a file; capture is retargeted to the body.
 
     Args:
         path: .npz, .amc, .bvh, .c3d or .trc.
-        fps: frame rate, if the file doesn't specify it.
-        unit: unit of length, if the file doesn't specify it.
+        fps: frame rate, if the file doesn't specify it or is wrong.
+        unit: unit of length, if the file doesn't specify it or is wrong.
+        body_model: for AMASS's files of poses: the NPZ file of the body model.
+        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
         marker_map: which points are which landmarks; see `motionenv.retarget`.
 
     Raises:
         MotionError: as in `motionenv.read` and `motionenv.retarget`.
     """
-    loaded = read(path, fps=fps, unit=unit)
+    loaded = read(path, fps=fps, unit=unit, body_model=body_model, override=override)
     if isinstance(loaded, Motion):
         return loaded
     try:
@@ -34,24 +45,49 @@ def read_motion(
         raise type(error)(f"{path}: {error}") from error
 
 
-def describe(path, *, fps: float | None = None, unit: str | None = None) -> str:
+def describe(path, *, fps: float | None = None, unit: str | float | None = None, body_model=None) -> str:
     """Summary of a capture file, in a few lines.
 
     Args:
         path: the file.
-        fps: frame rate, if the file doesn't specify it.
-        unit: unit of length, if the file doesn't specify it.
+        fps: frame rate, if the file doesn't specify it or is wrong.
+        unit: unit of length, if the file doesn't specify it or is wrong.
+        body_model: for AMASS's files of poses: the NPZ file of the body model.
 
     Raises:
         MotionError: as in `motionenv.read`.
     """
-    held = read(path, fps=fps, unit=unit)
+    held = read(path, fps=fps, unit=unit, body_model=body_model)
     if isinstance(held, Motion):
         points, values = "the 25-DOF body", held.poses
     else:
         points, values = f"{len(held.names)} points: {', '.join(held.names)}", held.positions
     frames = values.shape[-2] if isinstance(held, Motion) else values.shape[-3]
     gaps = float(np.isnan(values).mean())
-    return (
-        f"{Path(path).name}: {frames} frames, {frames / held.fps:.2f} s at {held.fps:g} fps, gaps {gaps:.1%}\n{points}"
-    )
+    lines = [
+        f"{Path(path).name}: {frames} frames, {frames / held.fps:.2f} s at {held.fps:g} fps, gaps {gaps:.1%}",
+        points,
+    ]
+    if isinstance(held, Markers) and held.recording is not None:
+        lines += _recording_lines(held.recording)
+    return "\n".join(lines)
+
+
+def _recording_lines(recording: Recording) -> list[str]:
+    """What a file holds beside its points, in up to two lines."""
+    per_metre = f"{1 / recording.metres:.6g} units of length per metre"
+    held = [
+        f"subject {recording.subject}" if recording.subject else "",
+        _counted(len(recording.events), "event"),
+        _counted(len(recording.plates), "force plate"),
+        _UNITS.get(recording.metres, per_metre),
+    ]
+    lines = [", ".join(part for part in held if part)]
+    if angles := [name for name in recording.outputs if "angle" in name.lower()]:
+        lines.append(f"stored angles: {', '.join(angles)}")
+    return lines
+
+
+def _counted(count: int, what: str) -> str:
+    """The count and the word, such as "2 events"; "" for none."""
+    return f"{count} {what}{'s' if count > 1 else ''}" if count else ""

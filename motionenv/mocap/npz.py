@@ -2,7 +2,6 @@
 
 import io
 import struct
-import zipfile
 import zlib
 from collections.abc import Iterator
 from functools import lru_cache
@@ -12,16 +11,13 @@ import numpy as np
 
 from motionenv._core.files import atomic_write
 from motionenv.errors import FormatError, MotionError
+from motionenv.mocap.readers.npz_arrays import LIMIT, load_arrays
 from motionenv.mocap.readers.text import read_bytes
 from motionenv.types import POSE, Motion, Skeleton
 
 _FORMAT, _VERSION = "motionenv motion", 1
-_LIMIT = 1 << 30  # [bytes] most array data: 12 hours at 120 frames per second
 _SKELETONS = 64  # most skeletons whose archive members are cached
 _FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
-
-#: Exceptions of zipfile, zlib and numpy on damaged files.
-_DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, EOFError, RuntimeError, KeyError)
 
 
 def write(motion: Motion, path) -> None:
@@ -41,8 +37,8 @@ def parts(motion: Motion) -> Iterator[bytes]:
     Raises:
         MotionError: `motion` is too large.
     """
-    if motion.poses.nbytes > _LIMIT:
-        raise MotionError(f"an NPZ file has at most {_LIMIT >> 20} MiB of poses, got {motion.poses.nbytes >> 20}")
+    if motion.poses.nbytes > LIMIT:
+        raise MotionError(f"an NPZ file has at most {LIMIT >> 20} MiB of poses, got {motion.poses.nbytes >> 20}")
     body = motion.skeleton
     kept = _kept_members(body.offsets.tobytes(), body.radii.tobytes(), body.height)
     return iter([_zipped([*kept, *(_member(name, array) for name, array in _of_motion(motion).items())])])
@@ -124,39 +120,18 @@ def parse(raw: bytes, path) -> Motion:
     Raises:
         FormatError: as in `read`.
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-            _check_sizes(path, archive)
-        with np.load(io.BytesIO(raw), allow_pickle=False) as file:
-            fields = {name: file[name] for name in _FIELDS if name in file}
-    except _DAMAGED as error:
-        if isinstance(error, FormatError):
-            raise
-        raise FormatError(path, f"isn't an NPZ file, or is damaged: {error}") from None
-    return _motion(path, fields)
+    fields, held = load_arrays(raw, path, _FIELDS)
+    return _motion(path, fields, held)
 
 
-def _check_sizes(path, archive: zipfile.ZipFile):
-    """Reject archives that wouldn't fit in memory, by the arrays' headers, before anything is decompressed."""
-    total = 0
-    for member in archive.infolist():
-        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other kinds raise their own errors
-            raise FormatError(path, "is damaged, or packed by something other than NumPy", member.filename)
-        with archive.open(member) as file:
-            version = np.lib.format.read_magic(file)
-            reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            shape, _, dtype = reader(file)
-        total += abs(int(np.prod([*shape, dtype.itemsize], dtype=object)))
-        if dtype.hasobject:
-            raise FormatError(path, "has Python objects, which are never loaded", member.filename)
-        if total > _LIMIT:
-            raise FormatError(path, f"has arrays of more than {_LIMIT >> 20} MiB", member.filename)
-
-
-def _motion(path, fields: dict[str, np.ndarray]) -> Motion:
-    """The motion from a file's arrays."""
+def _motion(path, fields: dict[str, np.ndarray], held: list[str]) -> Motion:
+    """The motion from a file's arrays, whose names are `held`."""
     if str(fields.get("format")) != _FORMAT:
-        raise FormatError(path, f"is an NPZ file of another kind: its 'format' isn't {_FORMAT!r}")
+        names = ", ".join(held[:8]) + (" ..." if len(held) > 8 else "") or "no arrays"
+        raise FormatError(
+            path, f"is an NPZ file of another kind, with {names}: neither motionenv's ('format' {_FORMAT!r}) nor "
+            "AMASS's ('poses' and 'trans', or 'joints')",
+        )  # fmt: skip
     if fields.get("version") != _VERSION:
         raise FormatError(path, f"is of version {fields.get('version')}; this motionenv reads version {_VERSION}")
     if missing := _FIELDS - set(fields):

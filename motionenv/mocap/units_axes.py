@@ -25,6 +25,7 @@ _NAMED = {
     "cmu": f"CMU's units ({METRES['cmu'] * 1000:.1f} mm)",
 }  # fmt: skip
 _ALIKE = 0.85  # of the letters of a long spelling, at least, for a misspelt one: "milimeters"
+_LEGS, _SLENDER = 0.6, 1.5  # [m] least height of points on legs, and its least ratio to their length and width
 _TALL, _PEOPLE = 1.7, (0.5, 2.4)  # [m] usual and plausible spans of the markers on a person, or on a person's legs
 
 #: File axes that become the world's x, y, z (forward, left, up): a cyclic permutation, which preserves handedness.
@@ -65,8 +66,8 @@ def file_metres(written: str) -> float | None:
     return METRES.get(name)
 
 
-def span(points) -> float:
-    """Longest side of the box around the points of a frame, the median over frames; NaN without points.
+def box(points) -> np.ndarray:
+    """Sides (3,) of the box around the points of a frame, the median over frames; NaN without points.
 
     Args:
         points: (frames, points, 3); NaN in gaps.
@@ -74,8 +75,22 @@ def span(points) -> float:
     points = np.asarray(points, dtype=np.float64)
     seen = points[np.isfinite(points).all(-1).any(-1)]
     if not seen.size:
-        return np.nan
-    return float(np.median((np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(-1)))
+        return np.full(3, np.nan)
+    return np.median(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=0)
+
+
+def vertical_axis(points, default: str) -> str:
+    """The axis, "x", "y" or "z", along which upright people extend; `default` where it isn't clear.
+
+    It is clear if the points extend along it at least 0.6 m and 1.5 times as far as along each other axis.
+
+    Args:
+        points: (frames, points, 3) [m]; NaN in gaps.
+        default: the axis otherwise.
+    """
+    sides = box(points)
+    _, second, first = np.sort(sides)
+    return "xyz"[sides.argmax()] if first >= max(_SLENDER * second, _LEGS) else default
 
 
 def unit_proposal(points, units=tuple(METRES)) -> str:
@@ -85,7 +100,7 @@ def unit_proposal(points, units=tuple(METRES)) -> str:
         points: (frames, points, 3) [file units]; NaN in gaps.
         units: names in `METRES` to choose from.
     """
-    size = span(points)
+    size = box(points).max()
     if not size > 0:
         return f"pass unit= (--unit), one of {', '.join(METRES)}"
     name = min(units, key=lambda unit: abs(np.log(size * METRES[unit] / _TALL)))
@@ -115,18 +130,18 @@ def upright(points, up: str) -> np.ndarray:
     return np.asarray(points)[..., _CYCLES[up]]
 
 
-def forward(parents, offsets, local) -> tuple[np.ndarray, np.ndarray]:
+def forward(parents, offsets, local, up: str = "y") -> tuple[np.ndarray, np.ndarray]:
     """Forward kinematics: positions (frames, J, 3) and rotations (frames, J, 3, 3) of y-up joints in the z-up world.
 
     Args:
         parents: (J,) index of each joint's parent, -1 for roots; parents come first.
         offsets: (frames, J, 3) joint in its parent's frame (roots: in the file's world).
         local: (frames, J, 3, 3) rotation joint → parent.
+        up: the file's world's vertical axis; the joints' own frames are y up in the rest pose.
     """
     positions, rotations = np.array(offsets, dtype=np.float64), np.array(local, dtype=np.float64)
     for j, p in enumerate(parents):
         if p >= 0:
             positions[:, j] = positions[:, p] + (rotations[:, p] @ positions[:, j, :, None])[..., 0]
             rotations[:, j] = rotations[:, p] @ rotations[:, j]
-    cycle = _CYCLES["y"]
-    return positions[..., cycle], rotations[..., cycle, :][..., cycle]
+    return positions[..., _CYCLES[up]], rotations[..., _CYCLES[up], :][..., _CYCLES["y"]]

@@ -9,7 +9,7 @@ from motionenv import __version__
 from motionenv.body import markers as markers_of
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
-from motionenv.mocap import MarkerMap, read, retarget, to_markers
+from motionenv.mocap import MarkerMap, person_label, read, retarget, to_markers
 from motionenv.mocap.sources import find_source
 from motionenv.models.base import GaitModel
 from motionenv.models.eigenwalkers.model import Eigenwalkers
@@ -100,7 +100,7 @@ def read_walks(
         try:
             motion, markers = _walk(path, fps, unit, marker_map)
             cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
-            person = path.stem.partition("_")[0]
+            person = person_label(path)
             used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
         except MotionError as error:
             left_out[path.name] = str(error)
@@ -146,8 +146,7 @@ def _walk(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap
     Raises:
         MotionError: the file can't be read or retargeted, or the walk isn't straight or has no period.
     """
-    suffix = path.suffix.lower()
-    capture = read(path, fps=None if suffix in {".c3d", ".npz"} else fps, unit=None if suffix == ".npz" else unit)
+    capture = read(path, fps=fps, unit=unit, override=False)
     motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:
         raise MotionError("holds several motions: save one per file")

@@ -82,7 +82,7 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     for i, path in enumerate(files):
         progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
         try:
-            found.append(_inspected(path, _marker_map(settings), **_how(path, settings)))
+            found.append(_inspected(path, **_how(settings)))
         except MotionError as error:
             found.append({"name": path.name, "problem": plain(str(error))})
     _write_result(folder, {"pose": POSE, "files": found})
@@ -102,7 +102,7 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], marker_map=_marker_map(settings), **_how(files[0], settings))
+    motion = read_motion(files[0], **_how(settings), override=False)
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
@@ -126,7 +126,7 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     path = _captures(folder)[0]
     progress(0.0, f"reading {path.name}")
-    held = motionenv.read(path, **_how(path, settings))
+    held = motionenv.read(path, fps=settings["fps"], unit=settings["unit"], override=False)
     if isinstance(held, Motion):
         raise MotionError(f"{path.name} holds angles of the body and no points: it needs no marker map")
     if held.positions.ndim != 3:
@@ -214,12 +214,9 @@ def _captures(folder: Path) -> list[Path]:
     return files
 
 
-def _how(path: Path, settings: dict[str, Any]) -> dict[str, Any]:
-    """Frame rate and unit, for the files that don't say."""
-    return {
-        "fps": None if path.suffix in (".c3d", ".npz") else settings["fps"],
-        "unit": None if path.suffix == ".npz" else settings["unit"],
-    }
+def _how(settings: dict[str, Any]) -> dict[str, Any]:
+    """How files are read: frame rate and unit of those that don't say, and the marker map."""
+    return {"fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings)}
 
 
 def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
@@ -242,11 +239,11 @@ def _heading(positions: np.ndarray) -> float | None:
     return float(np.degrees(np.arctan2(y, x))) if np.hypot(x, y) > _MOVED else None
 
 
-def _inspected(path: Path, marker_map: MarkerMap | None, fps: float | None, unit: str | None) -> dict[str, Any]:
-    """What one file holds."""
+def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> dict[str, Any]:
+    """What one file holds. `fps` and `unit` are those of files that don't say."""
     from motionenv.models.walking.preprocessing import straightness
 
-    held = motionenv.read(path, fps=fps, unit=unit)
+    held = motionenv.read(path, fps=fps, unit=unit, override=False)
     ours = isinstance(held, Motion)
     values = held.poses if isinstance(held, Motion) else held.positions
     told: dict[str, Any] = {

@@ -24,7 +24,7 @@ CAPTURE = (".amc", ".bvh", ".c3d", ".npz", ".trc")
 SUFFIXES = (*CAPTURE, ".asf")
 _FILES, _FIELDS = 500, 32  # at most
 _FIELD_BYTES = 1 << 15  # a marker map takes a few thousand
-_NAME = 80  # characters of a file's name that are kept
+_NAME, _NAME_BYTES = 80, 200  # of a file's name that are kept; file systems allow 255 bytes
 _BUFFER = 1 << 20
 _MAGIC = {".npz": (0, b"PK", "a ZIP archive"), ".c3d": (1, b"\x50", "the second byte 0x50")}
 
@@ -153,7 +153,7 @@ class _Reader:
             if len(self.upload.files) >= _FILES:
                 raise Problem(422, f"at most {_FILES} files are allowed", field="/files", bound={"max_length": _FILES})
             safe = safe_name(options.get(b"filename", b"").decode("utf-8", "replace"))
-            if any(file.name.lower() == safe.lower() for file in self.upload.files):
+            if any(file.name.casefold() == safe.casefold() for file in self.upload.files):
                 raise Problem(422, f"two files are named {safe}: give each a different name", field="/files")
             self.open.append(self.file_store.receive())
             return _File(self.file_store, self.open[-1], safe)
@@ -217,7 +217,9 @@ class _File:
 
 
 def safe_name(name: str) -> str:
-    """A sanitised file name: letters, digits, _ and -, and a known suffix.
+    """A sanitised file name: letters and digits of any alphabet, _ and -, and a known suffix.
+
+    Letters are composed (NFC), so that a name is the same from every operating system.
 
     Args:
         name: from the client.
@@ -233,8 +235,15 @@ def safe_name(name: str) -> str:
             422, f"file names must end in one of {', '.join(SUFFIXES)}", field="/files",
             bound={"expected": " ".join(SUFFIXES)},
         )  # fmt: skip
-    plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
-    return (re.sub(r"[^A-Za-z0-9_]+", "-", plain)[:_NAME].strip("-") or "capture") + suffix
+    composed = unicodedata.normalize("NFC", stem)
+    plain = re.sub("-+", "-", "".join(c if _kept(c) else "-" for c in composed)).lstrip("-")
+    short = plain[:_NAME].encode()[:_NAME_BYTES].decode(errors="ignore")
+    return (unicodedata.normalize("NFC", short).strip("-") or "capture") + suffix
+
+
+def _kept(character: str) -> bool:
+    """Whether a character is part of a word: a letter, a mark upon one (as Hindi's vowels), a digit, or _."""
+    return character == "_" or unicodedata.category(character)[0] in "LMN"
 
 
 def as_fields(schema: dict[str, Any], few: bool) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from http import HTTPStatus
 from typing import IO, Annotated, Any, TypeVar
+from urllib.parse import quote
 
 import orjson
 from fastapi import APIRouter, Header, Path, Query, Request
@@ -238,7 +239,7 @@ async def result(request: Request, job: Id) -> Response:
     shown, policy = ("inline", _SANDBOX) if found.media_type == HTML else ("attachment", {})
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
-        "Content-Disposition": f'{shown}; filename="{found.filename}"', "Content-Length": str(found.size), **policy,
+        "Content-Disposition": _disposition(shown, found.filename), "Content-Length": str(found.size), **policy,
     }  # fmt: skip
     if tag in request.headers.get("if-none-match", ""):
         return Response(status_code=304, headers={"ETag": tag})
@@ -376,3 +377,9 @@ def _chunks(file: IO[bytes]) -> Iterator[bytes]:
     with file:
         while chunk := file.read(_CHUNK):
             yield chunk
+
+
+def _disposition(kind: str, name: str) -> str:
+    """Content-Disposition of a file to be shown or saved as `name`, in any alphabet (RFC 6266, section 4.3)."""
+    plain = "".join(c if c.isascii() else "-" for c in name)
+    return f'{kind}; filename="{plain}"' + ("" if name.isascii() else f"; filename*=UTF-8''{quote(name)}")

@@ -1,5 +1,7 @@
 """Files read as motions of the body, and told in two lines."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -40,3 +42,26 @@ def test_a_file_is_told_by_frames_seconds_gaps_and_names(mocap, any_motion, tmp_
     told = describe(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
     assert told.startswith("02_01.amc: 343 frames, 2.86 s at 120 fps, gaps 0.0%\n")
     assert "lfemur" in told
+
+
+def test_a_laboratorys_file_is_told_with_its_events_plates_and_angles(mocap):
+    lines = describe(mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample04" / "sub_labels.c3d").split("\n")
+    assert lines[2] == "subject Matt, 8 events, 2 force plates, unit mm"
+    assert lines[3].startswith("stored angles: LHipAngles, LKneeAngles, LAnkleAngles")
+    assert "Force" not in lines[3]
+
+
+def test_no_file_of_the_collection_is_told_in_words_of_another_library(mocap):
+    """Refusals name the file and say what to pass, or that there is nothing in it."""
+    told, refused = {}, {}
+    for path in sorted(p for p in mocap.rglob("*") if p.suffix.lower() in (".c3d", ".trc")):
+        try:
+            told[path.name] = describe(path)
+        except FormatError as error:
+            refused[path.name] = str(error)
+    assert len(told) > 60
+    for name, text in refused.items():
+        assert name in text
+        assert re.search(r"pass unit=\"mm\" \(--unit mm\)|is empty|is truncated", text), text
+    for text in (*told.values(), *refused.values()):
+        assert not re.search(r"ezc3d|bad_alloc|Traceback|Error\b|np\.|array\(", text), text

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import motionenv
+import motionenv.body
 from motionenv.errors import MotionError
 from motionenv.models import training
+from motionenv.types import MARKERS
 
 TRIALS = ("07_01", "07_02", "38_01", "35_01", "35_02", "16_15", "16_21")
 
@@ -63,6 +65,25 @@ def test_a_folder_without_walks_is_refused(mocap, tmp_path):
     with pytest.raises(MotionError, match="none of 1 files is a straight walk.*not straight"):
         training.read_walks(tmp_path, fps=120, on_file=seen.append)
     assert seen == ["29_01.amc"]
+
+
+def test_a_unit_and_a_rate_for_all_files_are_only_for_those_that_state_none(tmp_path):
+    """The C3D states millimetres and 60 frames per second, the TRC neither a known unit nor a valid rate."""
+    motion = motionenv.synthesize("walk/fpca", 6, 60, seed=4, speed=1.2)
+    motionenv.write(motion, tmp_path / "Пётр_01.c3d")
+    motionenv.write(motion, tmp_path / "Иван_01.npz")
+    points = motionenv.body.markers(motion.poses, motion.skeleton)
+    lines = ["PathFileType\t4\t(X/Y/Z)\tx", "DataRate\tNumFrames\tNumMarkers\tUnits", f"0\t{len(points)}\t15\t?"]
+    lines.append("Frame#\tTime\t" + "\t\t\t".join(MARKERS))
+    for t, frame in enumerate(points):
+        lines.append("\t".join([str(t + 1), repr(t / 60), *map(repr, frame.ravel().tolist())]))
+    (tmp_path / "Zoë_01.trc").write_text("\n".join(lines), encoding="utf-8")
+    walks = training.read_walks(tmp_path, fps=60, unit="m")
+    assert not walks.left_out
+    assert set(walks.subjects) == {"Пётр", "Иван", "Zoë"}
+    for found in walks.motions:
+        assert found.fps == 60
+        np.testing.assert_allclose(found.skeleton.height, motion.skeleton.height, rtol=0.1)
 
 
 def test_only_known_models_are_fitted(walks):

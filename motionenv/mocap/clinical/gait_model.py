@@ -13,6 +13,9 @@ from motionenv.mocap.clinical.measurements import Measurements, Side
 
 _THETA, _BETA = 0.5, 0.314  # [rad] Davis et al. (1991): hip's direction in the frontal and the sagittal plane
 
+#: Anterior tilt of the pelvis [rad] when the trunk is upright (Kadaba et al. 1990).
+NEUTRAL_TILT = np.radians(10.0)
+
 #: Sign of y on the side to which "lateral" points.
 SIGN = {"left": 1.0, "right": -1.0}
 

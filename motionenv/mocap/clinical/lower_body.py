@@ -2,7 +2,7 @@
 
 What is there decides how a joint's centre is found: a centre that the file itself holds; midway between lateral and
 medial marker; the chord function with the wand; and without a wand, the chord function in the plane of the pelvis'
-lateral axis.
+lateral axis. Legs without markers on the joints, but with rigid clusters, get functional centres (`functional_legs`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from motionenv.mocap.clinical.functional_legs import functional_legs
 from motionenv.mocap.clinical.gait_model import (
     SIGN,
     Segment,
@@ -85,15 +86,30 @@ def lower_body(
         positions: landmarks (frames, 3) [m].
         person: measurements; what they lack is estimated.
         calibration: from `calibrate`, for trials whose standing trial had medial markers.
+
+    Raises:
+        GapError: a leg has but clusters, and its joints hardly move.
     """
-    calibration = calibration or Calibration()
-    person_known = person
-    person = completed(person, positions)
-    base = pelvis(positions)
+    body = _from_landmarks(positions, person, calibration or Calibration())
+    hips = {side: hip for side in ("left", "right") if (hip := getattr(body, side).hip) is not None}
+    found = functional_legs(positions, body.pelvis, hips)
+    if not found.landmarks:
+        return body
+    base = found.pelvis or body.pelvis
+    whole = _from_landmarks({**positions, **found.landmarks}, person, calibration or Calibration(), base)
+    return replace(whole, how=whole.how | body.how | found.how)
+
+
+def _from_landmarks(
+    positions: dict[str, np.ndarray], known: Measurements, calibration: Calibration, base: Segment | None = None
+) -> LowerBody:
+    """`lower_body` without the help of clusters; `base` is the pelvis where landmarks don't tell it."""
+    person = completed(known, positions)
+    base = base or pelvis(positions)
     how: dict[str, str] = {}
     legs = {}
     for side in ("left", "right"):
-        hip = _hip(positions, base, person, person_known, side, how)
+        hip = _hip(positions, base, person, known, side, how)
         legs[side] = _leg(positions, base, hip, person, side, calibration, how)
     return LowerBody(base, legs["left"], legs["right"], how)
 
@@ -108,7 +124,7 @@ def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibra
         positions: landmarks (frames, 3) [m] of the standing trial.
         person: measurements.
     """
-    body = lower_body(positions, person)
+    body = _from_landmarks(positions, person, Calibration())
     found = Calibration()
     for side in ("left", "right"):
         leg: Leg = getattr(body, side)

@@ -1,7 +1,7 @@
 """Recognise the marker set of a file by the names of its points, and find the landmarks."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -14,6 +14,7 @@ from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_nam
 from motionenv.types import Markers
 
 _SHARED = 0.6  # share of the names that begin or end with a word for it to be a prefix or suffix of the file
+_CLUSTER = 3  # markers of a cluster that determine a pose
 _FEWEST = 3  # letters of a prefix without a separator
 
 
@@ -61,10 +62,18 @@ def marker_set(name: str) -> MarkerMap:
 def recognise(names: Sequence[str]) -> tuple[MarkerMap, dict[str, Weights]]:
     """The marker set of which the most landmarks are among `names`, and the points of each landmark.
 
-    Between sets of which equally many are found, the smaller one is taken: less of it is missing.
+    Between sets of which equally many are found, the smaller one is taken: less of it is missing. A cluster of markers
+    on a limb counts half: a marker on a joint at the limb's end tells more.
     """
     found = [(known, resolve(known, names)) for known in marker_sets()]
-    return max(found, key=lambda one: (len(one[1]), len(one[1]) / len(one[0].points)))
+    return max(found, key=lambda one: (_worth(one[1]), _worth(one[1]) / _worth(one[0].points)))
+
+
+def _worth(points: Iterable[str]) -> float:
+    """Number of landmarks, of which the markers of a rigid cluster are together half a one, and none if too few."""
+    limbs = Counter(limb for limb, cluster, _ in (name.partition("_cluster_") for name in points) if cluster)
+    whole = sum(1 for name in points if "_cluster_" not in name)
+    return whole + 0.5 * sum(count >= _CLUSTER for count in limbs.values())
 
 
 def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) -> Landmarks:

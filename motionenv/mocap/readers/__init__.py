@@ -1,5 +1,5 @@
 """Readers of motion capture files, one module per format."""
 
-from motionenv.mocap.readers import asfamc, bvh, c3d, trc
+from motionenv.mocap.readers import amass, asfamc, bvh, c3d, trc
 
-__all__ = ["asfamc", "bvh", "c3d", "trc"]
+__all__ = ["amass", "asfamc", "bvh", "c3d", "trc"]

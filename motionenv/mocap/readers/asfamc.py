@@ -38,7 +38,7 @@ class _Bone:
     parent: int = -1
 
 
-def read(path, asf=None, fps: float | None = None, unit: str | float | None = None) -> Markers:
+def read(path, asf=None, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
     """Read the root and the end of every bone. Points are named like their bone: "lfemur" is the left knee.
 
     (In the CMU database "lradius" ends at two thirds of the forearm, where it twists; "lwrist" is the rest of it.)
@@ -49,6 +49,7 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
             named after the subject, the first part of the AMC file's name ("01" of "01_01.amc").
         fps: frame rate, which AMC files don't specify (120 in the CMU database).
         unit: a name in `motionenv.mocap.units_axes.METRES` or metres per file unit; overrides the ASF file.
+        override: whether `unit` replaces what the ASF file states; False uses it only where it states nothing.
 
     Returns:
         Positions [m] of the root and the bones' ends, and world rotations of the bones relative to their rest pose.
@@ -61,7 +62,7 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
     fps = checked_fps(fps)
     lines = read_lines(path)
     asf = _Asf(_beside(path) if asf is None else asf)
-    scale = asf.metres() if unit is None else metres_per(unit)
+    scale = metres_per(unit) if unit is not None and (override or not asf.has_length()) else asf.metres()
     bones = asf.bones()
     amc = _Amc(path, bones)
     values = amc.values(lines)
@@ -117,6 +118,10 @@ class _Asf:
         if len(words) < n:
             raise FormatError(self.path, f"{key!r} with {n} values is missing", f"line {i}")
         return [number(self.path, i, word, key) for word in words[:n]]
+
+    def has_length(self) -> bool:
+        """Whether the file states its unit of length."""
+        return "length" in self._fields(self._section("units"))
 
     def metres(self) -> float:
         """Metres per file unit: `length` is the number of file units per inch."""

@@ -14,7 +14,7 @@ from motionenv._core.rotations import from_euler
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 from motionenv.mocap.readers.text import count, number, read_lines, unique
-from motionenv.mocap.units_axes import forward, metres_per
+from motionenv.mocap.units_axes import box, forward, metres_per, unit_proposal
 from motionenv.types import Markers
 
 _CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
@@ -29,7 +29,7 @@ class _Joint:
     channels: list[str] = field(default_factory=list)
 
 
-def read(path, fps: float | None = None, unit: str | float | None = None) -> Markers:
+def read(path, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
     """Read the joints of a BVH file; end sites are named "<joint>_end".
 
     Args:
@@ -42,7 +42,8 @@ def read(path, fps: float | None = None, unit: str | float | None = None) -> Mar
         Positions [m] and joint → world rotations (identity in the rest pose given by the file's OFFSETs).
 
     Raises:
-        FormatError: a malformed file, or a frame time or a unit that must be given; names the line.
+        FormatError: a malformed file, or a frame time or a unit that must be given; names the line, and the unit that
+            would fit a person.
     """
     lines = read_lines(path)
     start = next((i for i, line in enumerate(lines) if line.strip().upper() == "MOTION"), None)
@@ -55,8 +56,8 @@ def read(path, fps: float | None = None, unit: str | float | None = None) -> Mar
     offsets, local = _locals(joints, values)
     positions, rotations = forward(parents, offsets * scale, local)
     if unit is None:
-        _check_size(path, positions[0])
-    fps = _fps(path, frame_time) if fps is None else checked_fps(fps)
+        _check_size(path, positions[:1] / scale, scale)
+    fps = _rate(path, frame_time, fps, override)
     return Markers(unique(j.name for j in joints), positions, fps, tuple(parents), rotations, Path(path).stem)
 
 
@@ -142,13 +143,17 @@ class _Hierarchy:
         self._open.pop()
 
 
-def _check_size(path, pose: np.ndarray):
-    """Reject joints (J, 3) [m], read as centimetres, of implausible size; the root may be the stage's origin."""
-    size = np.ptp(pose[1:] if len(pose) > 1 else pose, axis=0).max()
+def _check_size(path, pose: np.ndarray, scale: float):
+    """Reject joints (1, J, 3) [file units] that are of no person's size if `scale` is metres per unit.
+
+    The root may be the stage's origin.
+    """
+    pose = pose[:, 1:] if pose.shape[1] > 1 else pose
+    size = box(pose).max() * scale
     low, high = _PEOPLE
     if not low <= size <= high:
-        problem = f"in centimetres the first pose would be {size:.3g} m long, not the size of a person"
-        raise FormatError(path, f'{problem}; pass its unit= (--unit), e.g. "m", or "cmu" for CMU\'s', "MOTION")
+        problem = f"doesn't say its unit of length, and in centimetres the first pose would be {size:.3g} m long"
+        raise FormatError(path, f"{problem}; {unit_proposal(pose)}", "MOTION")
 
 
 def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.ndarray]:
@@ -181,6 +186,18 @@ def _values(path, rows: list[tuple[int, list[str]]]) -> np.ndarray:
         for word in words:
             number(path, i, word, "a channel's value")
     raise AssertionError("a value was bad before and isn't now")
+
+
+def _rate(path, frame_time: str, fps: float | None, override: bool) -> float:
+    """Frames per second from the caller or the file."""
+    if fps is not None and override:
+        return checked_fps(fps)
+    try:
+        return _fps(path, frame_time)
+    except FormatError:
+        if fps is None:
+            raise
+        return checked_fps(fps)
 
 
 def _fps(path, frame_time: str) -> float:

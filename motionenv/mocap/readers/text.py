@@ -8,8 +8,12 @@ import numpy as np
 from motionenv.errors import FormatError
 
 
-def read_lines(path) -> list[str]:
+def read_lines(path, latin: bool = False) -> list[str]:
     """The lines of a text file, without line ends of any system.
+
+    Args:
+        path: the file.
+        latin: whether a file that isn't UTF-8 is read as Latin-1, which Windows programs write.
 
     Raises:
         FormatError: missing, unreadable, empty, binary or not UTF-8.
@@ -22,6 +26,8 @@ def read_lines(path) -> list[str]:
     try:
         return raw.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
+        if latin:
+            return raw.decode("latin-1").splitlines()
         line = raw.count(b"\n", 0, error.start) + 1
         raise FormatError(path, "is not UTF-8 text; save it as UTF-8", f"line {line}") from None
 

@@ -5,47 +5,55 @@ from pathlib import Path
 import numpy as np
 
 from motionenv._core.validation import checked_fps
-from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.readers.text import count, number, read_lines, unique
-from motionenv.mocap.units_axes import metres_per, upright
+from motionenv.errors import FormatError
+from motionenv.mocap.readers.text import number, read_lines, unique
+from motionenv.mocap.units_axes import MARKER_UNITS, file_metres, metres_per, unit_proposal, upright, vertical_axis
 from motionenv.types import Markers
 
-_HEADER = ("DataRate", "NumFrames", "Units")
 _CLOCK = 0.01  # relative tolerance between the Time column and the DataRate
+_EVEN = 0.1  # relative tolerance of the steps of the Time column, which is often rounded
 
 
-def read(path, fps: float | None = None, unit: str | float | None = None, up: str = "y") -> Markers:
+def read(
+    path, fps: float | None = None, unit: str | float | None = None, up: str | None = None, override: bool = True
+) -> Markers:
     """Read the markers of a TRC file; blanks and points at exactly (0, 0, 0) are gaps: NaN.
+
+    Decimal commas, missing or additional tabs, and columns separated by blanks are read too.
 
     Args:
         path: the file.
         fps: frame rate; overrides the file's "DataRate".
         unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit; overrides the file's "Units".
-        up: the file's vertical axis, "x", "y" or "z". The format doesn't specify it; OpenSim's files are y up, others
-            depend on the laboratory.
+        up: the file's vertical axis, "x", "y" or "z". The format doesn't specify it. None is the axis along which the
+            points, of a standing or walking person, extend at least 1.5 times as far as along each other one; if there
+            is none, "y", as in OpenSim's files.
+        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Returns:
         Positions [m], z up, of every labelled marker. ("NumMarkers" is ignored: some files don't count virtual markers
-        in it, others count unlabelled ones.) Repeated labels get "_2", "_3". The unlabelled trajectories that Cortex
-        appends in varying columns are ignored.
+        in it, others count unlabelled ones. "NumFrames" is ignored where it disagrees with the number of rows, but the
+        times rise in even steps: programs that cut a trial leave it as it was.) Repeated labels get "_2", "_3". The
+        unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Raises:
         FormatError: a malformed file, or a frame rate or a unit that must be given; names the line.
     """
-    lines = read_lines(path)
+    lines = read_lines(path, latin=True)
     header = _header(path, lines)
     names = _names(path, lines)
     first = _first_row(path, lines)
     rows = [(i, line) for i, line in enumerate(lines[first - 1 :], first) if line.strip()]
-    frames = count(path, 3, header["NumFrames"], "NumFrames")
-    if len(rows) != frames:
-        raise FormatError(path, f"'NumFrames' says {frames}, but there are {len(rows)}", f"line {len(lines)}")
     values = np.array([_row(path, i, line, len(names)) for i, line in rows])
-    fps = _fps(path, header["DataRate"], values[:, 1]) if fps is None else checked_fps(fps)
-    points = values[:, 2:].reshape(frames, len(names), 3)
+    if header.get("NumFrames", str(len(rows))) != str(len(rows)) and not _even(values[:, 1]):
+        problem = f"'NumFrames' says {header['NumFrames']}, but there are {len(rows)}: it is truncated"
+        raise FormatError(path, problem, f"line {len(lines)}")
+    fps = _fps(path, header.get("DataRate", ""), values[:, 1], fps, override)
+    points = values[:, 2:].reshape(len(rows), len(names), 3)
     gap = (points == 0).all(-1) | np.isnan(points).any(-1)
-    points = np.where(gap[..., None], np.nan, points) * _scale(path, header["Units"], unit)
-    return Markers(unique(names), upright(points, up), fps, name=Path(path).stem)
+    points = np.where(gap[..., None], np.nan, points)
+    points = points * _metres(path, header.get("Units", ""), points, unit, override)
+    return Markers(unique(names), upright(points, up or vertical_axis(points, "y")), fps, name=Path(path).stem)
 
 
 def _header(path, lines: list[str]) -> dict[str, str]:
@@ -54,18 +62,26 @@ def _header(path, lines: list[str]) -> dict[str, str]:
         raise FormatError(path, "must begin with PathFileType: this isn't a TRC file", "line 1")
     if len(lines) < 4:
         raise FormatError(path, "is truncated inside its header", f"line {len(lines)}")
-    keys, values = lines[1].split(), lines[2].split()
-    header = dict(zip(keys, values, strict=False))
-    if missing := [key for key in _HEADER if key not in header]:
-        raise FormatError(path, f"has no value for {', '.join(missing)}", "line 3")
-    return header
+    return dict(zip(lines[1].split(), lines[2].split(), strict=False))
+
+
+def _even(times: np.ndarray) -> bool:
+    """Whether the times rise in even steps."""
+    steps = np.diff(times)
+    return len(steps) > 0 and bool((np.abs(steps - np.median(steps)) <= _EVEN * np.median(steps)).all())
+
+
+def _words(line: str) -> list[str]:
+    """The columns of a line: separated by tabs, or by blanks where there are no tabs."""
+    return [word.strip() for word in line.split("\t")] if "\t" in line else line.split()
 
 
 def _names(path, lines: list[str]) -> list[str]:
     """The markers' labels, from the line that starts with "Frame#"."""
-    words = [word.strip() for word in lines[3].split("\t")]
-    if not words[0].lower().startswith("frame"):
-        raise FormatError(path, f"expected the line of labels, which starts with Frame#, got {words[0]!r}", "line 4")
+    words = _words(lines[3])
+    if not words or not words[0].lower().startswith("frame"):
+        got = words[0] if words else ""
+        raise FormatError(path, f"expected the line of labels, which starts with Frame#, got {got!r}", "line 4")
     names = [word for word in words[2:] if word]
     if not names:
         raise FormatError(path, "names no marker", "line 4")
@@ -83,18 +99,24 @@ def _first_row(path, lines: list[str]) -> int:
 
 def _row(path, i: int, line: str, markers: int) -> list[float]:
     """Frame number, time and coordinates of one line; NaN for blanks."""
-    words = line.split("\t")
+    words = _words(line)
     need = 2 + 3 * markers
     if len(words) < need:
         raise FormatError(path, f"expected {need} columns for {markers} markers, got {len(words)}", f"line {i}")
-    words = [word.strip() for word in words[:need]]
+    words = words[:need]
     try:
         values = [float(word or "nan") for word in words]
     except ValueError:
         values = [np.inf]
     if np.isinf(values).any():
+        words = [_pointed(word) for word in words]
         values = [number(path, i, word, f"column {c}") if _filled(word) else np.nan for c, word in enumerate(words, 1)]
     return values
+
+
+def _pointed(word: str) -> str:
+    """A number with a decimal point for a decimal comma."""
+    return word.replace(",", ".") if word.count(",") == 1 and "." not in word else word
 
 
 def _filled(word: str) -> bool:
@@ -102,11 +124,25 @@ def _filled(word: str) -> bool:
     return word.lower() not in ("", "nan")
 
 
-def _fps(path, rate: str, times: np.ndarray) -> float:
+def _fps(path, written: str, times: np.ndarray, fps: float | None, override: bool) -> float:
+    """Frame rate from the caller, or the file's, if its times agree."""
+    if fps is not None and override:
+        return checked_fps(fps)
+    try:
+        return _stated_fps(path, written, times)
+    except FormatError:
+        if fps is None:
+            raise
+        return checked_fps(fps)
+
+
+def _stated_fps(path, written: str, times: np.ndarray) -> float:
     """The file's frame rate, if its times agree."""
-    fps = number(path, 3, rate, "DataRate")
+    if not written:
+        raise FormatError(path, "has no value for DataRate; pass fps= (--fps)", "line 3")
+    fps = number(path, 3, _pointed(written), "DataRate")
     if fps <= 0:
-        raise FormatError(path, f"'DataRate' must be above 0, got {rate!r}; pass fps= (--fps)", "line 3")
+        raise FormatError(path, f"'DataRate' must be above 0, got {written!r}; pass fps= (--fps)", "line 3")
     took, expected = times[-1] - times[0], (len(times) - 1) / fps
     if not abs(took - expected) <= _CLOCK * expected + 0.001:
         problem = f"the times span {took:g} s, but 'DataRate' makes {expected:g} s of the frames; pass fps= (--fps)"
@@ -114,11 +150,12 @@ def _fps(path, rate: str, times: np.ndarray) -> float:
     return fps
 
 
-def _scale(path, written: str, unit) -> float:
+def _metres(path, written: str, points: np.ndarray, unit, override: bool) -> float:
     """Metres per file unit."""
-    try:
-        return metres_per(written if unit is None else unit)
-    except MotionError as error:
-        if unit is not None:
-            raise
-        raise FormatError(path, f"{error}; pass unit= (--unit)", "line 3") from None
+    stated = file_metres(written)
+    if unit is not None and (override or stated is None):
+        return metres_per(unit)
+    if stated is None:
+        what = f"the unit of length {written!r} is unknown" if written else "the unit of length is missing"
+        raise FormatError(path, f"{what}; {unit_proposal(points, MARKER_UNITS)}", "line 3")
+    return stated

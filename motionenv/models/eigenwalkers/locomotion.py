@@ -14,6 +14,7 @@ import numpy as np
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.kinematics import feet
 from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
+from motionenv.errors import GapError
 from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import grounded, positions_at
 from motionenv.types import MARKERS, Motion, Skeleton
@@ -93,7 +94,13 @@ def gait(coefficients) -> Gait:
     Raises:
         GapError: a marker is not known; names it.
     """
-    return _gait(np.asarray(coefficients, dtype=np.float64).tobytes())
+    coefficients = np.asarray(coefficients, dtype=np.float64)
+    unknown = [
+        name for name, series in zip(MARKERS, coefficients.swapaxes(0, 1), strict=True) if np.isnan(series).any()
+    ]
+    if unknown:
+        raise GapError(f"the walker has no {', '.join(unknown)}: use a walker whose markers are all known")
+    return _gait(coefficients.tobytes())
 
 
 @lru_cache(maxsize=64)

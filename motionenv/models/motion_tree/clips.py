@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from motionenv.errors import MotionError
-from motionenv.mocap import MarkerMap, read_motion
+from motionenv.mocap import MarkerMap, person_label, read_motion
 from motionenv.models.motion_tree.database import Clip
 
 _SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
@@ -44,18 +44,12 @@ def read_clips(
         raise MotionError(f"no AMC, BVH, C3D, NPZ or TRC file below {folder}: name a folder of motion capture")
     for path in paths:
         on_file(path.name)
-        says = {".c3d", ".npz"}
         try:
-            motion = read_motion(
-                path,
-                fps=None if path.suffix.lower() in says else fps,
-                unit=None if path.suffix.lower() == ".npz" else unit,
-                marker_map=marker_map,
-            )
+            motion = read_motion(path, fps=fps, unit=unit, override=False, marker_map=marker_map)
         except MotionError as error:
             on_left_out(path.name, str(error))
             continue
         known = _BANDAI.fullmatch(path.stem)
         done = known["activity"] if known else path.parent.name
-        person = known["style"] if known else path.stem.partition("_")[0]
+        person = known["style"] if known else person_label(path)
         yield Clip(motion, path.name, activity or done, person)

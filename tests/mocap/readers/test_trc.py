@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -48,14 +50,62 @@ def test_small_file_by_hand(tmp_path):
         lambda text: text.replace("\t2\t2\tmm", "\t2\t7\tmm"),
         lambda text: text.replace("31\n", "31\t7\t8\t9\n"),
         lambda text: text + "\n\n",
+        lambda text: text.replace(".", ",").replace("L,Knee", "L.Knee").replace("R,Knee", "R.Knee"),
+        lambda text: text.replace("\tmm", "\tMM."),
+        lambda text: text.replace("\tmm", "\tMilimeters"),
+        lambda text: text.replace("\t2\t2\tmm", "\t27107\t2\tmm"),
+        lambda text: re.sub("\t+", "  ", text).replace("  \n", "\n"),
+        lambda text: text.replace("small.trc", "C:\\M\xfcller.trc"),
     ],
-    ids=["windows", "mark", "no blank", "no X1", "spaces", "Times", "padded", "tabs", "count", "unlabelled", "blanks"],
+    ids=[
+        "windows",
+        "mark",
+        "no blank",
+        "no X1",
+        "spaces",
+        "Times",
+        "padded",
+        "tabs",
+        "count",
+        "unlabelled",
+        "blanks",
+        "commas",
+        "capitals",
+        "misspelt",
+        "cut out of a longer trial",
+        "no tabs",
+        "latin",
+    ],
 )
 def test_ways_to_write_the_same(tmp_path, change):
     expected = trc.read(save(tmp_path, SMALL)).positions
     text = change(SMALL)
     assert text != SMALL
-    np.testing.assert_array_equal(trc.read(save(tmp_path, text)).positions, expected)
+    path = tmp_path / "b.trc"
+    path.write_bytes(text.encode("latin-1" if "\xfc" in text else "utf-8"))
+    np.testing.assert_array_equal(trc.read(path).positions, expected)
+
+
+def test_upright_points_say_which_axis_is_up(tmp_path):
+    """A body of 1.7 m by 0.4 m by 0.5 m, whose length is along x, y or z in turn."""
+    tall = np.array([[0.0, 0.0, 0.0], [1.7, 0.4, 0.5]])
+    for shift, up in enumerate("xyz"):
+        cells = np.roll(tall, shift, axis=1).ravel()
+        rows = "".join(f"{i}\t{i / 100}\t" + "\t".join(map(str, cells + 1)) + "\n" for i in (0, 1))
+        text = SMALL.split("1\t0.000")[0].replace("\tmm", "\tm") + rows
+        got = trc.read(save(tmp_path, text)).positions
+        assert np.ptp(got[0, :, 2]) == pytest.approx(1.7), up
+        np.testing.assert_array_equal(got, trc.read(save(tmp_path, text), up=up).positions)
+
+
+def test_options_for_silent_files_leave_what_a_file_states(tmp_path):
+    path = save(tmp_path, SMALL)
+    same, got = trc.read(path), trc.read(path, fps=50, unit="m", override=False)
+    assert got.fps == 100
+    np.testing.assert_array_equal(got.positions, same.positions)
+    silent = save(tmp_path, SMALL.replace("\tmm", "\t238").replace("100.00", "0"))
+    got = trc.read(silent, fps=100, unit="mm", override=False)
+    np.testing.assert_array_equal(got.positions, same.positions)
 
 
 @pytest.mark.parametrize("gap", ["\t\t", "nan\tnan\tNaN", "0\t0.0\t0.00", " \t1\t2"])
@@ -94,14 +144,17 @@ def test_what_is_written_is_read(tmp_path_factory, names, frames, unit, random):
 BAD = {
     "another kind": ("HIERARCHY\n", "line 1: must begin with PathFileType"),
     "cut in the header": ("\n".join(SMALL.split("\n")[:2]), "line 2: is truncated inside its header"),
-    "no unit": (SMALL.replace("Units\t", "Unit\t"), "line 3: has no value for Units"),
-    "unknown unit": (SMALL.replace("\tmm", "\t238"), "line 3: unit must be one of .*'238'; pass unit="),
+    "no unit": (SMALL.replace("Units\t", "Unit\t"), "line 3: the unit of length is missing; .*pass "),
+    "unknown unit": (SMALL.replace("\tmm", "\t238"), "line 3: the unit of length '238' is unknown; .*pass "),
+    "no rate": (SMALL.replace("DataRate", "Rate"), "line 3: has no value for DataRate; pass fps="),
     "no labels": (SMALL.replace("Frame#", "Fram"), "line 4: expected the line of labels"),
     "no marker": (SMALL.replace("L.Knee", "").replace("R.Knee", ""), "line 4: names no marker"),
     "no data": (SMALL.split("1\t0.000")[0], "line 6: has no data after its header"),
-    "no frames": (SMALL.replace("\t2\t2\tmm", "\t0\t2\tmm"), "line 3: NumFrames must be a whole number above 0"),
-    "enormous": (SMALL.replace("\t2\t2\tmm", "\t1000000000000\t2\tmm"), "says 1000000000000, but there are 2"),
-    "cut off": (SMALL.split("2\t0.010")[0], "'NumFrames' says 2, but there are 1"),
+    "cut off": (SMALL.split("2\t0.010")[0], "'NumFrames' says 2, but there are 1: it is truncated"),
+    "frames lost": (
+        SMALL.replace("\t2\t2\tmm", "\t9\t2\tmm") + "9\t0.080\t1\t2\t3\t4\t5\t6\n",
+        "'NumFrames' says 9, but there are 3",
+    ),
     "cut line": (SMALL[:-9], "line 8: expected 8 columns for 2 markers, got"),
     "not a number": (SMALL.replace("501", "5o1"), "line 8: column 4 must be a number, got '5o1'"),
     "infinite": (SMALL.replace("501", "-inf"), "line 8: column 4 must be finite"),

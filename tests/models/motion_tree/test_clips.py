@@ -48,3 +48,16 @@ def test_a_rate_that_is_told_is_not_for_files_that_state_theirs(tmp_path, strang
     npz, c3d = sorted(read_clips(tmp_path, fps=120.0), key=lambda clip: clip.name, reverse=True)
     assert (npz.motion.fps, c3d.motion.fps) == (30.0, 30.0)
     assert npz.motion.poses.tobytes() == stranger.poses.tobytes()
+
+
+def test_a_unit_that_is_told_is_not_for_files_that_state_theirs(tmp_path, stranger):
+    motionenv.write(stranger, tmp_path / "a.c3d")  # in millimetres, and says so
+    (told,) = read_clips(tmp_path, unit="m")
+    (untold,) = read_clips(tmp_path)
+    assert told.motion.poses.tobytes() == untold.motion.poses.tobytes()
+
+
+def test_people_of_any_alphabet_are_people(tmp_path, stranger):
+    for name in ("Пётр_01", "Иван_01", "Zoe\u0308_1", "Zo\u00eb_2"):
+        motionenv.write(stranger, tmp_path / f"{name}.npz")
+    assert {clip.person for clip in read_clips(tmp_path)} == {"Пётр", "Иван", "Zo\u00eb"}

@@ -3,6 +3,8 @@
 import io
 import json
 import shutil
+import unicodedata
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -91,6 +93,35 @@ def _copied(folder, trials, data):
         for name in (f"{trial[:2]}/{trial}.amc", f"{trial[:2]}/{trial[:2]}.asf"):
             shutil.copy(folder / name, to / name)
     return to
+
+
+def test_people_of_any_alphabet_are_people(job_server, walks):
+    """Two trials of each: by the first letters alone, or by Latin ones, there would be one person."""
+    people = {"p0": "Пётр", "p1": "Иван", "p2": "山田", "p3": "Zoe\u0308"}
+    named = {f"{people[name[:2]]}{name[2:]}": content for name, content in walks.items()}
+    asked = job_server.http.post(
+        "/v1/models", files=uploads(named), data={"kind": "eigenwalkers", "name": "of-any-alphabet"}
+    )
+    job = ended(job_server, asked)
+    told = result(job_server, job).json()
+    assert told["card"]["people"] == 4
+    assert set(told["used"]) == {unicodedata.normalize("NFC", name) for name in named}
+    asked = job_server.http.post(
+        "/v1/jobs/convert", files=uploads({"Пётр_0.npz": walks["p0_0.npz"]}), data={"format": "text/csv"}
+    )
+    answer = result(job_server, ended(job_server, asked))
+    said = answer.headers["Content-Disposition"]
+    assert said.startswith("attachment; filename=\"----_0.csv\"; filename*=UTF-8''")
+    assert unquote(said.rpartition("''")[2]) == "Пётр_0.csv"
+
+
+def test_a_unit_for_all_files_is_only_for_those_that_state_none(job_server):
+    motion = motionenv.synthesize("walk/fpca", 2, 60, seed=5)
+    files = {"a.c3d": as_file(motion, ".c3d"), "b.npz": as_file(motion, ".npz")}
+    asked = job_server.http.post("/v1/jobs/inspect", files=uploads(files), data={"unit": "m", "fps": "30"})
+    for found in result(job_server, ended(job_server, asked)).json()["files"]:
+        assert found["fps"] == 60
+        assert 1.5 < found["motion"]["height"] < 2.0, found["name"]
 
 
 @pytest.mark.parametrize("suffix", [".bvh", ".c3d"])

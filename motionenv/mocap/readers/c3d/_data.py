@@ -161,5 +161,5 @@ def analog_channels(parameters: Parameters, layout: Layout, stored: np.ndarray) 
 def _per_channel(parameters: Parameters, name: str, channels: int) -> np.ndarray | None:
     """ANALOG:`name` and its continuations (beyond 255), one number per channel; None if some are missing."""
     keys = [f"ANALOG:{name}", *(f"ANALOG:{name}{i}" for i in range(2, 258))]
-    found = np.concatenate([parameters.numbers(key).ravel() for key in keys if key in parameters.values] or [[]])
+    found = np.concatenate([parameters.numbers(key).ravel() for key in keys])
     return found[:channels] if len(found) >= channels else None

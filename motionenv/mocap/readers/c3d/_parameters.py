@@ -9,6 +9,7 @@ from motionenv.errors import FormatError
 BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86
 _TEXT = -1
+_COUNTABLE = 2.0**40
 _BYTES = {_TEXT: 1, 1: 1, 2: 2, 4: 4}  # per value of each type
 
 
@@ -70,17 +71,18 @@ class Parameters:
     def numbers(self, key: str) -> np.ndarray:
         """The numbers of `key`, float64, in the shape that the file gives them; empty without."""
         value = self.values.get(key)
-        return np.asarray(value, dtype=np.float64) if isinstance(value, np.ndarray) else np.empty(0)
+        with np.errstate(invalid="ignore"):  # signalling NaN
+            return np.asarray(value, dtype=np.float64) if isinstance(value, np.ndarray) else np.empty(0)
 
     def number(self, key: str, default: float = np.nan) -> float:
         """The first number of `key`; `default` without."""
         return float(next(iter(self.numbers(key).ravel(order="F")), default))
 
     def counts(self, key: str) -> np.ndarray:
-        """The whole numbers of `key`, in which more than 32767 is negative, for the type is signed."""
+        """The whole numbers of `key`, whose signed type has those above 32767 as negative; 0 for what is no number."""
         numbers = self.numbers(key)
-        numbers = numbers[np.isfinite(numbers)] if numbers.ndim == 1 else np.nan_to_num(numbers)
-        return np.where(numbers < 0, numbers + 65536, numbers).astype(np.int64)
+        whole = np.where(np.abs(numbers) < _COUNTABLE, numbers, 0)
+        return np.where(whole < 0, whole + 65536, whole).astype(np.int64)
 
 
 def read_encoding(path, raw: bytes) -> Encoding:

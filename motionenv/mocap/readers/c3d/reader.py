@@ -11,9 +11,9 @@ import numpy as np
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 from motionenv.mocap.readers.c3d._data import Layout, analog_channels, read_layout, read_points
-from motionenv.mocap.readers.c3d._force_plates import plates_up, read_plates
 from motionenv.mocap.readers.c3d._parameters import Parameters, read_encoding, read_parameters
-from motionenv.mocap.readers.c3d._recording import read_events, read_numbers, read_subject, result_names
+from motionenv.mocap.readers.c3d.force_plates import Analog, plates_up, read_plates
+from motionenv.mocap.readers.c3d.recording import read_events, read_numbers, read_subject, result_names
 from motionenv.mocap.readers.text import read_bytes, unique
 from motionenv.mocap.units_axes import MARKER_UNITS, file_metres, metres_per, unit_proposal, upright
 from motionenv.types import Markers, Recording
@@ -58,11 +58,12 @@ def read(
     up, fps = _up(path, parameters, up), _fps(path, parameters, layout, fps, override)
     others = [i for i, label in enumerate(labels) if label in results]
     outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
+    channels = analog_channels(parameters, layout, stored)
     recording = Recording(
         subject=read_subject(parameters, labels),
         first_frame=layout.first,
         events=read_events(parameters, layout, fps),
-        plates=read_plates(parameters, layout, analog_channels(parameters, layout, stored), metres, up, fps),
+        plates=() if channels is None else read_plates(Analog(parameters, layout, channels, metres, up, fps)),
         parameters=read_numbers(parameters),
         metres=metres,
         outputs={name: points[:, i] for name, i in outputs},

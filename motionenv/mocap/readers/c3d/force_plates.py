@@ -6,10 +6,10 @@ centre of pressure is at x = −M_y/F_z, y = M_x/F_z.
 """
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv.errors import MotionError
 from motionenv.mocap.readers.c3d._data import Layout
 from motionenv.mocap.readers.c3d._parameters import Parameters
 from motionenv.mocap.units_axes import file_metres, upright
@@ -21,27 +21,41 @@ _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
 _NEWTONS = {"kn": 1000.0, "lbf": 4.4482216, "lb": 4.4482216}
 
 
-def read_plates(
-    parameters: Parameters, layout: Layout, channels: np.ndarray | None, metres: float, up: str, fps: float
-) -> tuple[ForcePlate, ...]:
-    """The plates whose description and data are whole; a damaged one, or one of another type, is left out.
+@dataclass(frozen=True)
+class Analog:
+    """The analog data of a trial.
 
-    Args:
+    Attributes:
         parameters: of the file.
         layout: of its data.
-        channels: (samples, channels), analog values in their units; None without.
+        channels: (samples, channels), in their units.
         metres: per unit of length.
         up: the file's vertical axis.
         fps: frames per second.
     """
-    if channels is None:
-        return ()
+
+    parameters: Parameters
+    layout: Layout
+    channels: np.ndarray
+    metres: float
+    up: str
+    fps: float
+
+
+def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:
+    """The plates whose description and data are whole; a damaged one, or one of another type, is left out.
+
+    Args:
+        analog: of the trial.
+    """
+    parameters = analog.parameters
     shapes = {"CORNERS": (3, 4), "ORIGIN": (3,), "CHANNEL": (None,), "CAL_MATRIX": (6, 6)}
     described = {name: _by_plate(parameters, name, shape) for name, shape in shapes.items()}
     found = []
     for i, kind in enumerate(parameters.counts("FORCE_PLATFORM:TYPE").ravel()[: _used(parameters)]):
         own = {name: value[..., i] for name, value in described.items() if value is not None and i < value.shape[-1]}
-        plate = _plate(int(kind), own, parameters, layout, channels, metres, up, fps)
+        with np.errstate(all="ignore"):  # damaged numbers, which make no plate
+            plate = _plate(int(kind), own, analog)
         if plate is not None:
             found.append(plate)
     return tuple(found)
@@ -54,7 +68,8 @@ def plates_up(parameters: Parameters) -> str | None:
         parameters: of the file.
     """
     corners = _by_plate(parameters, "CORNERS", (3, 4))
-    found = [_axes(corners[..., i]) for i in range(corners.shape[-1])] if corners is not None else []
+    with np.errstate(all="ignore"):
+        found = [_axes(corners[..., i]) for i in range(corners.shape[-1])] if corners is not None else []
     normals = [np.abs(axes[2]) for axes in found[: _used(parameters)] if axes is not None]
     if not normals or min(normal.max() for normal in normals) < _LEVEL:
         return None
@@ -66,7 +81,7 @@ def _used(parameters: Parameters) -> int:
     return int(parameters.number("FORCE_PLATFORM:USED", 0) or 0)
 
 
-def _by_plate(parameters: Parameters, name: str, shape: tuple) -> np.ndarray | None:
+def _by_plate(parameters: Parameters, name: str, shape: tuple[int | None, ...]) -> np.ndarray | None:
     """A parameter with the plates on its last axis, which files of one plate leave out; None in another shape."""
     value = parameters.numbers(f"FORCE_PLATFORM:{name}")
     if value.ndim == len(shape):
@@ -75,45 +90,43 @@ def _by_plate(parameters: Parameters, name: str, shape: tuple) -> np.ndarray | N
     return value if fits else None
 
 
-def _plate(kind, own, parameters, layout, channels, metres, up, fps) -> ForcePlate | None:
-    """One plate; None if it isn't whole."""
+def _plate(kind: int, own: dict[str, np.ndarray], analog: Analog) -> ForcePlate | None:
+    """The plate of type `kind` that `own` parameters describe; None if it isn't whole."""
     n = _CHANNELS.get(kind)
     if n is None or not {"CORNERS", "ORIGIN", "CHANNEL"} <= set(own) or (kind == 4 and "CAL_MATRIX" not in own):
         return None
     columns = own["CHANNEL"][:n].astype(int) - 1
     axes = _axes(own["CORNERS"])
-    if len(columns) < n or columns.min() < 0 or columns.max() >= channels.shape[1] or axes is None:
+    if len(columns) < n or columns.min() < 0 or columns.max() >= analog.channels.shape[1] or axes is None:
         return None
-    values = _without_baseline(parameters, layout, channels[:, columns])
-    units = [_unit(parameters, int(column)) for column in columns]
-    force, moment, at = _loads(kind, values, units, own, metres)
+    values = _without_baseline(analog, analog.channels[:, columns])
+    units = [_unit(analog.parameters, int(column)) for column in columns]
+    force, moment, at = _loads(kind, values, units, own, analog.metres)
     if at is None:
         at = _centre(force, moment)
     at[~(np.abs(force[:, 2]) >= _UNLOADED)] = np.nan
-    middle = own["CORNERS"].mean(1) * metres
-    world = upright(force @ axes, up)
+    world = upright(force @ axes, analog.up)
     if np.sign(world[np.abs(world[:, 2]) >= _UNLOADED, 2]).sum() < 0:  # feet can't pull: it is the force on the plate
         world = -world
-    centre = upright(at @ axes + middle, up)
-    try:
-        return ForcePlate(upright(own["CORNERS"].T * metres, up), world, centre, fps * layout.per_frame)
-    except MotionError:
-        return None
+    centre = upright(at @ axes + own["CORNERS"].mean(1) * analog.metres, analog.up)
+    corners = upright(own["CORNERS"].T * analog.metres, analog.up)
+    return ForcePlate(corners, world, centre, analog.fps * analog.layout.per_frame)
 
 
 def _axes(corners: np.ndarray) -> np.ndarray | None:
     """The plate's x, y, z in the file's frame, (3, 3), one per row; None if the corners (3, 4) span no surface."""
     x, y = corners[:, 0] - corners[:, 1], corners[:, 0] - corners[:, 3]
     z = np.cross(x, y)
-    if not np.isfinite(corners).all() or not np.linalg.norm(z) > 0:
+    if not np.isfinite(corners).all() or not 0 < np.linalg.norm(z) < np.inf:
         return None
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
     return np.array([x, np.cross(z, x), z])
 
 
-def _without_baseline(parameters: Parameters, layout: Layout, values: np.ndarray) -> np.ndarray:
+def _without_baseline(analog: Analog, values: np.ndarray) -> np.ndarray:
     """Values less their mean over the unloaded frames of FORCE_PLATFORM:ZERO; (1, 0) or (0, 0) means none."""
-    zero = parameters.numbers("FORCE_PLATFORM:ZERO").ravel()
+    layout = analog.layout
+    zero = analog.parameters.numbers("FORCE_PLATFORM:ZERO").ravel()
     if len(zero) != 2 or not 1 <= zero[0] <= zero[1] <= layout.frames:
         return values
     first, last = (zero - [1, 0]).astype(int) * layout.per_frame
@@ -125,7 +138,9 @@ def _unit(parameters: Parameters, column: int) -> str:
     return "".join(c for c in units[column].lower() if c.isalpha()) if column < len(units) else ""
 
 
-def _loads(kind, values, units, own, metres) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+def _loads(
+    kind: int, values: np.ndarray, units: list[str], own: dict[str, np.ndarray], metres: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Force (samples, 3) [N], moment about the surface's centre [N m], and centre of pressure [m] if it is measured."""
     newtons = _NEWTONS.get(units[0], 1.0)
     origin = own["ORIGIN"] * metres
@@ -165,6 +180,5 @@ def _kistler(values: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.nda
 def _centre(force: np.ndarray, moment: np.ndarray) -> np.ndarray:
     """Centre of pressure (samples, 3) in the plate's frame."""
     at = np.zeros_like(force)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at[:, 0], at[:, 1] = -moment[:, 1] / force[:, 2], moment[:, 0] / force[:, 2]
+    at[:, 0], at[:, 1] = -moment[:, 1] / force[:, 2], moment[:, 0] / force[:, 2]
     return at

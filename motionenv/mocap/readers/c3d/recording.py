@@ -3,14 +3,12 @@
 import re
 from collections.abc import Sequence
 
-import numpy as np
-
 from motionenv.mocap.readers.c3d._data import Layout
 from motionenv.mocap.readers.c3d._parameters import Parameters
 from motionenv.types import Event
 
 #: Names of results that are stored as points where no list in the group POINT names them, after Vicon's conventions.
-_RESULT = re.compile(r"[LR]?[A-Za-z]+(Angles?|Forces?|Moments?|Powers?|NormalisedGRF|PathAngle|CentreOfMassFloor)V?")
+_RESULT = re.compile(r"[LR]?[A-Za-z]+(Angles?|Forces?|Moments?|Powers?|NormalisedGRF)V?")
 _LISTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 _CONTACT = (
     "footstrike", "heelstrike", "initialcontact", "footcontact", "heelcontact", "footon", "touchdown", "strike",
@@ -43,8 +41,9 @@ def read_numbers(parameters: Parameters) -> dict[str, float]:
         parameters: of the file.
     """
     found = {}
-    for key, value in parameters.values.items():
-        if isinstance(value, np.ndarray) and value.size == 1 and key.partition(":")[0] not in _FILE:
+    for key in parameters.values:
+        value = parameters.numbers(key)
+        if value.size == 1 and key.partition(":")[0] not in _FILE:
             found[key] = float(value.ravel()[0])
     return found
 

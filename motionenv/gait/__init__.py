@@ -1,0 +1,1 @@
+"""Gait analysis: events, steady stretches, step parameters, and reports."""

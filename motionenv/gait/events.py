@@ -1,0 +1,74 @@
+"""Initial contacts and toe-offs of a capture: from its file, its force plates, or the paths of the feet."""
+
+from dataclasses import dataclass
+
+from motionenv.errors import MotionError
+from motionenv.gait.feet import Feet
+from motionenv.gait.kinematic_events import kinematic_events
+from motionenv.gait.plate_events import plate_events
+from motionenv.types import Event, Recording
+
+#: Where events may come from.
+METHODS = ("auto", "file", "plates", "kinematics")
+_SAME = 0.15  # [s] within which two events of a kind and side are the same one
+
+
+@dataclass(frozen=True)
+class Events:
+    """The gait events of a capture.
+
+    Attributes:
+        events: in the order of time.
+        sources: how many events came from the "file", from "plates" and from "kinematics".
+    """
+
+    events: tuple[Event, ...]
+    sources: dict[str, int]
+
+    def times(self, kind: str, side: str) -> list[float]:
+        """Times [s] of the events of one kind and side.
+
+        Args:
+            kind: "initial_contact" or "toe_off".
+            side: "left" or "right".
+        """
+        return [event.time for event in self.events if (event.kind, event.side) == (kind, side)]
+
+
+def find_events(feet: Feet, recording: Recording | None = None, method: str = "auto") -> Events:
+    """The initial contacts and toe-offs of a capture.
+
+    "auto" believes the file's events first, then its force plates, and takes from the paths of the feet those that
+    neither of them has.
+
+    Args:
+        feet: heels, toes and pelvis.
+        recording: what the file holds beside its points; None if nothing.
+        method: one of `METHODS`.
+
+    Raises:
+        MotionError: an unknown method, or one for which the file has nothing.
+    """
+    if method not in METHODS:
+        raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    recording = recording or Recording()
+    ways = {
+        "file": lambda: recording.events,
+        "plates": lambda: plate_events(recording.plates, feet),
+        "kinematics": lambda: kinematic_events(feet),
+    }
+    chosen = ways if method == "auto" else {method: ways[method]}
+    kept: list[Event] = []
+    sources = {}
+    for name, find in chosen.items():
+        new = [event for event in find() if not any(_same(event, other) for other in kept)]
+        kept += new
+        sources[name] = len(new)
+    if not kept and method in ("file", "plates"):
+        raise MotionError(f"the capture has no events from {method}: use method='auto' or 'kinematics'")
+    return Events(tuple(sorted(kept, key=lambda event: event.time)), {k: n for k, n in sources.items() if n})
+
+
+def _same(a: Event, b: Event) -> bool:
+    """Whether two events are one."""
+    return (a.kind, a.side) == (b.kind, b.side) and abs(a.time - b.time) < _SAME

@@ -1,0 +1,99 @@
+"""The points from which gait events and steps are measured: heels, toes and the pelvis."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.body.kinematics import forward
+from motionenv.body.skeleton import NODES, SEGMENTS
+from motionenv.errors import GapError
+from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
+from motionenv.mocap.retargeting import find_nodes
+from motionenv.types import Markers, Motion
+
+# Heel and toe of the body in the foot's frame, from the ankle, relative to stature: the ends of its drawn foot.
+_HEEL, _TOE = np.array([-0.040, 0.0, -0.017]), np.array([0.102, 0.0, -0.023])
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """Heels, toes and the pelvis over time.
+
+    Attributes:
+        pelvis: (frames, 3) [m], midway between the hips; NaN in gaps.
+        heel: by side, (frames, 3) [m]; sides that the capture doesn't show are missing.
+        toe: by side, (frames, 3) [m].
+        fps: frame rate [Hz].
+        notes: what stands in for a heel or a toe that the capture doesn't show.
+    """
+
+    pelvis: np.ndarray
+    heel: dict[str, np.ndarray]
+    toe: dict[str, np.ndarray]
+    fps: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """The sides that the capture shows."""
+        return tuple(side for side in ("left", "right") if side in self.heel and side in self.toe)
+
+
+def feet_of(capture: Markers | Motion, marker_map: MarkerMap | str | None = None) -> Feet:
+    """Heels, toes and pelvis of a capture.
+
+    Where there is no marker on a heel, the ankle stands in for it; where there is none on a toe, the metatarsal heads
+    do, or else the ankle.
+
+    Args:
+        capture: markers (frames, points, 3), or a motion (frames, 25).
+        marker_map: which points are which landmarks; None recognises the marker set.
+
+    Raises:
+        GapError: no foot, or no pelvis.
+        MotionError: as in `motionenv.retarget`.
+    """
+    if isinstance(capture, Motion):
+        return _of_motion(capture)
+    at = find_landmarks(capture, marker_map).positions
+    nodes = find_nodes(capture, marker_map=marker_map).positions
+    pelvis = nodes[:, NODES.index("pelvis")]
+    if not np.isfinite(pelvis).any():
+        raise GapError(f"{capture.name or 'this capture'} never shows both hips, so steps can't be measured")
+    heel, toe, notes = {}, {}, []
+    for side in ("left", "right"):
+        ankle = nodes[:, NODES.index(f"{side}_ankle")]
+        if not np.isfinite(ankle).any():
+            continue
+        heel[side] = _first(at, side, ("heel",), ankle, notes)
+        toe[side] = _first(at, side, ("toe", "metatarsal_5", "metatarsal_1"), ankle, notes)
+    if not heel:
+        raise GapError(f"{capture.name or 'this capture'} shows no ankle, so steps can't be measured")
+    return Feet(pelvis, heel, toe, capture.fps, tuple(notes))
+
+
+def _first(at, side: str, names: tuple[str, ...], ankle: np.ndarray, notes: list[str]) -> np.ndarray:
+    """The first of the landmarks that the capture shows, or the ankle."""
+    for name in names:
+        if f"{side}_{name}" in at:
+            if name != names[0]:
+                notes.append(f"{name} stands in for the {side} {names[0]}, which has no marker")
+            return at[f"{side}_{name}"]
+    notes.append(f"the ankle stands in for the {side} {names[0]}, which has no marker")
+    return ankle
+
+
+def _of_motion(motion: Motion) -> Feet:
+    """Heels and toes of the body's drawn feet."""
+    if motion.poses.ndim != 2:
+        raise GapError(f"steps are measured in one motion (frames, 25), got {motion.poses.shape}")
+    nodes, turns = forward(motion.poses, motion.skeleton)
+    heel, toe = {}, {}
+    for side in ("left", "right"):
+        ankle, turn = nodes[:, NODES.index(f"{side}_ankle")], turns[:, SEGMENTS.index(f"{side}_foot")]
+        if np.isfinite(ankle).any():
+            heel[side] = ankle + turn @ _HEEL * motion.skeleton.height
+            toe[side] = ankle + turn @ _TOE * motion.skeleton.height
+    if not heel:
+        raise GapError(f"{motion.name or 'this motion'} has no leg, so steps can't be measured")
+    return Feet(nodes[:, NODES.index("pelvis")], heel, toe, motion.fps)

@@ -1,0 +1,30 @@
+"""Filtering and interpolation of captured paths."""
+
+import numpy as np
+from scipy.signal import butter, filtfilt
+
+_ORDER = 2  # of the Butterworth filter, applied forwards and backwards
+
+
+def bridged(path: np.ndarray) -> np.ndarray:
+    """`path` (frames, n) with gaps filled linearly, and the ends held; NaN if nothing is known."""
+    known = np.isfinite(path).all(-1)
+    if not known.any():
+        return path
+    frames = np.arange(len(path))
+    return np.stack([np.interp(frames, frames[known], column[known]) for column in path.T], -1)
+
+
+def smoothed(path: np.ndarray, fps: float, cutoff: float) -> np.ndarray:
+    """`path` (frames, n) without gaps, low-pass filtered without delay.
+
+    Args:
+        path: (frames, n); gaps are bridged first.
+        fps: frame rate [Hz].
+        cutoff: frequency [Hz] at which the amplitude is halved; above 0.45 of the frame rate nothing is filtered.
+    """
+    path = bridged(path)
+    if cutoff >= 0.45 * fps or len(path) < 10:
+        return path
+    b, a = butter(_ORDER, cutoff / (fps / 2))
+    return filtfilt(b, a, path, axis=0, padlen=min(3 * max(len(a), len(b)), len(path) - 1))
