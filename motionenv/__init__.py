@@ -55,6 +55,8 @@ _HOME = {
     "MotionTree": "models.motion_tree",
     "WalkerPrior": "models.eigenwalkers.walker_prior",
     "WalkingModel": "models.walking",
+    "fill": "models.filling",
+    "read_motion": "models.filling",
     "load": "models.registry",
     "parameters": "models.storage.export",
     "synthesize": "models.synthesis",

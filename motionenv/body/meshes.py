@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from motionenv.body.gaps import known_limbs
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import (
     CLOTHES,
@@ -15,7 +16,7 @@ from motionenv.body.skeleton import (
     LIMBS,
     SEGMENT_ORIGIN,
 )
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 from motionenv.types import Skeleton
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def body_mesh(pose, skeleton: Skeleton, sections: int = 32) -> "trimesh.Trimesh"
     Limbs are closed surfaces that overlap at the joints.
 
     Args:
-        pose: (25,) [m, rad], in the order of `motionenv.types.POSE`.
+        pose: (25,) [m, rad], in the order of `motionenv.types.POSE`; limbs whose angles are NaN are left out.
         skeleton: the body.
         sections: number of vertices around each limb.
 
@@ -150,16 +151,21 @@ def body_mesh(pose, skeleton: Skeleton, sections: int = 32) -> "trimesh.Trimesh"
         The mesh, with vertices in the world [m].
 
     Raises:
-        MotionError: `pose` has another shape or gaps.
+        MotionError: `pose` has another shape or infinite values.
+        GapError: no limb is known.
     """
     import trimesh
 
     pose = np.asarray(pose, dtype=np.float64)
-    if pose.shape != (25,) or not np.isfinite(pose).all():
-        raise MotionError(f"pose must be one pose (25,) without NaN, got {pose!r}")
+    if pose.shape != (25,) or np.isinf(pose).any():
+        raise MotionError(f"pose must be one pose (25,), NaN where unknown, got {pose!r}")
+    known = known_limbs(pose)
+    if not known.any():
+        raise GapError("no limb of this pose is known: choose another frame, or fill the motion with motionenv.fill")
     nodes, rotations = forward(pose, skeleton)
     parts: list[list[np.ndarray]] = [[], [], [], []]
-    for worn, segment, mesh in zip(CLOTHES, LIMB_SEGMENT, limb_meshes(skeleton, sections), strict=True):
+    limbs = zip(CLOTHES, LIMB_SEGMENT, limb_meshes(skeleton, sections), known, strict=True)
+    for worn, segment, mesh in ((worn, segment, mesh) for worn, segment, mesh, shown in limbs if shown):
         first = sum(map(len, parts[0]))
         parts[0].append(mesh.vertices @ rotations[segment].T + nodes[SEGMENT_ORIGIN[segment]])
         parts[1].append(mesh.faces + first)

@@ -22,6 +22,9 @@ Unit = Annotated[
     typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu, or metres per unit."),
 ]
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
+Fill = Annotated[
+    bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by the model's prior.")
+]
 Height = Annotated[float | None, typer.Option(help="Body height [m]; by default the model's.")]
 Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by default the walker's own.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]

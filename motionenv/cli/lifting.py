@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
@@ -16,7 +17,7 @@ _PICTURES = {".png", ".pdf", ".svg"}
 
 def lift(
     points: Annotated[Path, typer.Argument(help="2D points (COCO .json, or a .csv table), or 3D motion capture.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
     scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,
@@ -129,6 +130,7 @@ def _report(lifted) -> list[str]:
             f"left and right were swapped in {int(lifted.swapped.any(axis=1).sum())} frames, which was corrected"
         )
     if points.truth is not None:
-        error = 1000 * float(pelvis_mpjpe(found.positions, points.truth.positions).mean())
-        lines.append(f"error against the truth: {error:.0f} mm per joint, pelvis-aligned")
+        errors = 1000 * pelvis_mpjpe(found.positions, points.truth.positions)
+        if (known := np.isfinite(errors)).any():
+            lines.append(f"error against the truth: {errors[known].mean():.0f} mm per known joint, pelvis-aligned")
     return lines

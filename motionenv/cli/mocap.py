@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import BodyModel, Fps, Unit, progress
+from motionenv.cli._shared import BodyModel, Fill, Fps, Unit, note, progress
 
 
 def mocap_list() -> None:
@@ -58,17 +58,26 @@ def info(
 
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     fps: Fps = None,
     unit: Unit = None,
     body_model: BodyModel = None,
+    fill: Fill = False,
 ) -> None:
     """Retarget capture to the 25-DOF body and write it in another format.
 
+    Limbs that the capture doesn't show stay unknown; --fill estimates them.
     Example: motionenv mocap convert 02_01.amc --fps 120 --out walk.glb
     """
-    from motionenv.mocap import read_motion, write
+    from motionenv.body.gaps import listed, missing_parts
+    from motionenv.mocap import write
+    from motionenv.mocap.writing import check_suffix
+    from motionenv.models.filling import read_motion
 
-    motion = read_motion(path, fps=fps, unit=unit, body_model=body_model)
+    check_suffix(out)
+    motion = read_motion(path, fill=fill, fps=fps, unit=unit, body_model=body_model)
+    if missing := missing_parts(motion.poses):
+        note(f"{path.name} doesn't show {listed(missing)}: --fill estimates them")
     write(motion, out)
-    typer.echo(f"{out}  {motion.poses.shape[0]} frames")
+    share = "" if motion.filled is None else f", {motion.filled.mean():.0%} of the entries filled by the model"
+    typer.echo(f"{out}  {motion.poses.shape[0]} frames{share}")

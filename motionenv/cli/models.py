@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fps, Unit, check_folder, err, note, progress
+from motionenv.cli._shared import Fill, Fps, Unit, check_folder, err, note, progress
 from motionenv.errors import MotionError
 
 
@@ -15,6 +15,7 @@ def fit(
     out: Annotated[Path, typer.Option(help="Model file to write (.npz).")],
     fps: Fps = None,
     unit: Unit = None,
+    fill: Fill = False,
     mirrored: Annotated[bool, typer.Option("--mirrored", help="Tree: add mirror images of the clips.")] = False,
     activity: Annotated[str | None, typer.Option(help="Tree: activity of all clips; by default from names.")] = None,
 ) -> None:
@@ -30,12 +31,14 @@ def fit(
             raise MotionError(f"--mirrored and --activity are only for tree, not for {model}: omit them")
     check_folder(out)
     asked = {"--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--activity": activity}
-    options = "".join(f" {key} {value}" for key, value in asked.items() if value) + " --mirrored" * mirrored
+    options = "".join(f" {key} {value}" for key, value in asked.items() if value)
+    options += " --fill" * fill + " --mirrored" * mirrored
     command = f"motionenv fit {model} --mocap {mocap.name}{options} --out {out.name}"
+    reading = {"fps": fps, "unit": unit, "fill": fill}
     if model == "tree":
-        _fit_tree(mocap, out, fps, unit, activity, mirrored, command)
+        _fit_tree(mocap, out, command, activity=activity, mirrored=mirrored, **reading)
     else:
-        _fit_walk(model, mocap, out, fps, unit, command)
+        _fit_walk(model, mocap, out, command, **reading)
 
 
 def models() -> None:
@@ -55,11 +58,11 @@ def models() -> None:
             typer.echo(f"    {key}: {value}")
 
 
-def _fit_walk(model, mocap, out, fps, unit, command) -> None:
+def _fit_walk(model, mocap, out, command, **reading) -> None:
     from motionenv.models import training
 
     with progress("reading walks", None) as step:
-        walks = training.read_walks(mocap, fps=fps, unit=unit, on_file=step)
+        walks = training.read_walks(mocap, on_file=step, **reading)
     for name, why in walks.left_out.items():
         note(f"left out {name}: {why}")
     with err.status(f"fitting {model} to {len(walks.motions)} walks of {len(set(walks.subjects))} people"):
@@ -67,13 +70,12 @@ def _fit_walk(model, mocap, out, fps, unit, command) -> None:
     typer.echo(f"{out}  {len(walks.motions)} walks of {len(set(walks.subjects))} people")
 
 
-def _fit_tree(mocap, out, fps, unit, activity, mirrored, command) -> None:
+def _fit_tree(mocap, out, command, **how) -> None:
     from motionenv.models.motion_tree.training import fit_tree
 
     with progress("reading clips", None) as step:
         tree = fit_tree(
-            mocap, fps=fps, unit=unit, activity=activity, mirrored=mirrored, command=command,
-            on_file=step, on_left_out=lambda name, why: note(f"left out {name}: {why}"),
+            mocap, command=command, **how, on_file=step, on_left_out=lambda name, why: note(f"left out {name}: {why}"),
         )  # fmt: skip
     tree.save(out)
     card = tree.card_

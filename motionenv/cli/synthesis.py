@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from motionenv.cli._shared import (
+    Fill,
     Fps,
     Height,
     Seed,
@@ -44,7 +45,7 @@ def demo(
 
 def synth(
     model: Annotated[str, typer.Argument(help="Name or file of the model: see `motionenv models`.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb or .npz.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
     seed: Seed = 0,
@@ -74,7 +75,10 @@ def synth(
 
 
 def sample(
-    out: Annotated[Path, typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .npz.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd, .trc."),
+    ],
     tree: Annotated[str, typer.Option(help="Name or file of the tree: see `motionenv fit tree`.")] = "mixed/tree",
     start: Annotated[str | None, typer.Option(help="Initial activity; by default any.")] = None,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
@@ -129,16 +133,18 @@ def render(
     still: Annotated[bool, typer.Option("--still", help="Use a static camera instead of a following one.")] = False,
     fps: Fps = None,
     unit: Unit = None,
+    fill: Fill = False,
 ) -> None:
     """Render a motion to a film.
 
+    Limbs that the capture doesn't show aren't drawn; --fill estimates them.
     Example: motionenv render walk.npz --view oblique --out walk.mp4
     """
-    from motionenv.mocap import read_motion
+    from motionenv.models.filling import read_motion
 
     width, height = parsed_size(size)
     alpha = parsed_view(view)
-    loaded = read_motion(motion, fps=fps, unit=unit)
+    loaded = read_motion(motion, fill=fill, fps=fps, unit=unit)
     _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
 

@@ -42,7 +42,9 @@ def track(
     fps: Annotated[
         float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
     ] = None,
-    motion: Annotated[Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv or .glb.")] = None,
+    motion: Annotated[
+        Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot, .rrd or .trc.")
+    ] = None,
     seed: Seed = 0,
 ) -> None:
     """Track a person with a particle filter, and film the track.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _NPZ = "application/x-npz"
 _FILES = {
     ".npz": _NPZ, ".csv": "text/csv", ".bvh": "model/x-bvh", ".glb": "model/gltf-binary", ".c3d": "application/x-c3d",
-    ".json": "application/json",
+    ".trc": "text/x-trc", ".mot": "text/x-mot", ".json": "application/json",
 }  # fmt: skip
 _REPORTS = {".html": "text/html", ".json": "application/json", ".csv": "text/csv"}
 _FILMS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
@@ -150,7 +150,7 @@ class Client:
         """Write a motion or a video of it to a file as it arrives, whole or not at all.
 
         Args:
-            path: of the file: .bvh, .c3d, .csv, .glb, .json, .npy, .npz, or .mp4, .gif, .webp, .png.
+            path: of the file: .bvh, .c3d, .csv, .glb, .json, .mot, .npy, .npz, .trc, or .mp4, .gif, .webp, .png.
             model: its name.
             seconds: duration [s].
             fps: frames per second.
@@ -221,7 +221,7 @@ class Client:
                 before the first _ identifies the person.
             kind: fpca, eigenwalkers or tree.
             how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
-                their names; for a tree, activity and mirrored.
+                their names; fill, to fill what isn't captured; for a tree, activity and mirrored.
         """
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 
@@ -265,8 +265,8 @@ class Client:
 
         Args:
             files: a capture file, with its .asf where it is .amc.
-            suffix: of the format: .bvh, .c3d, .csv, .glb, .json or .npz.
-            how: as of `inspect`.
+            suffix: of the format: .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc.
+            how: as of `inspect`; and fill, to fill what isn't captured.
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 

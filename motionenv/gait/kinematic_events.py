@@ -90,5 +90,3 @@ def _seen(path: np.ndarray, time: float, fps: float) -> bool:
     at, around = round(time * fps), max(round(_AROUND * fps), 1)
     near = np.isfinite(path[max(at - around, 0) : at + around + 1]).all(-1)
     return bool(near.size) and near.mean() >= _HIDDEN
-
-

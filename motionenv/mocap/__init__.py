@@ -1,10 +1,14 @@
-"""Motion capture files, in metres, z up: read BVH, ASF/AMC, C3D, TRC, NPZ and AMASS; write BVH, C3D, CSV, GLB, NPZ."""
+"""Motion capture files, in metres and z up.
+
+BVH, C3D, TRC and NPZ are read and written; ASF/AMC and AMASS are only read; CSV, GLB, MOT and RRD are only written.
+"""
 
 from motionenv.mocap.marker_sets import LANDMARKS, MarkerMap, find_landmarks, guess_map
 from motionenv.mocap.motion_io import describe, read_motion
 from motionenv.mocap.reading import person_label, read
 from motionenv.mocap.retargeting import retarget, to_markers
-from motionenv.mocap.writing import encode, write
+from motionenv.mocap.writers.rrd import write_rrd
+from motionenv.mocap.writing import encode, write, write_markers
 
 __all__ = [
     "LANDMARKS",
@@ -19,4 +23,6 @@ __all__ = [
     "retarget",
     "to_markers",
     "write",
+    "write_markers",
+    "write_rrd",
 ]

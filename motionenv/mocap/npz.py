@@ -18,6 +18,7 @@ from motionenv.types import POSE, Motion, Skeleton
 _FORMAT, _VERSION = "motionenv motion", 1
 _SKELETONS = 64  # most skeletons whose archive members are cached
 _FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
+_OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
 
 
 def write(motion: Motion, path) -> None:
@@ -53,7 +54,8 @@ def _of_skeleton(skeleton: Skeleton) -> dict[str, np.ndarray]:
 
 
 def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
-    return {"fps": np.array(motion.fps), "name": np.array(motion.name), "poses": motion.poses}
+    fields = {"fps": np.array(motion.fps), "name": np.array(motion.name), "poses": motion.poses}
+    return fields if motion.filled is None else {**fields, "filled": motion.filled}
 
 
 @lru_cache(maxsize=_SKELETONS)
@@ -120,7 +122,7 @@ def parse(raw: bytes, path) -> Motion:
     Raises:
         FormatError: as in `read`.
     """
-    fields, held = load_arrays(raw, path, _FIELDS)
+    fields, held = load_arrays(raw, path, _FIELDS | _OPTIONAL)
     return _motion(path, fields, held)
 
 
@@ -140,6 +142,6 @@ def _motion(path, fields: dict[str, np.ndarray], held: list[str]) -> Motion:
         raise FormatError(path, f"its pose vector has other entries than {', '.join(POSE)}", "pose")
     try:
         skeleton = Skeleton(fields["offsets"], fields["radii"], float(fields["height"]))
-        return Motion(fields["poses"], skeleton, float(fields["fps"]), str(fields["name"]))
+        return Motion(fields["poses"], skeleton, float(fields["fps"]), str(fields["name"]), fields.get("filled"))
     except (TypeError, ValueError) as error:
         raise FormatError(path, f"has no valid motion: {error}") from None

@@ -1,53 +1,114 @@
-"""Write motions to files; the suffix selects the writer."""
+"""Write motions and captures to files; the suffix selects the writer."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.mocap import npz
-from motionenv.mocap.writers import bvh, c3d, csv, glb
-from motionenv.types import Motion
+from motionenv.mocap.writers import bvh, c3d, csv, glb, mot, rrd, trc
+from motionenv.mocap.writers.common import Angles
+from motionenv.types import Event, Markers, Motion
 
-_WRITERS = {".bvh": bvh, ".c3d": c3d, ".csv": csv, ".glb": glb, ".npz": npz}
+_WRITERS = {
+    ".bvh": bvh, ".c3d": c3d, ".csv": csv, ".glb": glb, ".mot": mot, ".npz": npz, ".rrd": rrd, ".trc": trc,
+}  # fmt: skip
+_WITH_EVENTS = (".c3d", ".rrd")  # and clinical angles
+_OF_MARKERS = (".c3d", ".trc")
 
 
-def write(motion: Motion, path) -> None:
+def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
     """Write a motion atomically, in the format of the suffix.
 
     ==========  =====================================================================  ==========================
     suffix      content                                                                gaps (NaN)
     ==========  =====================================================================  ==========================
     .bvh        the skeleton and its joint angles [cm, degrees], for animation tools   refused
-    .c3d        the 15 markers [mm], for gait analysis                                 residual -1
+    .c3d        the 15 markers [mm], events and angles, for gait analysis              residual -1
     .csv        poses and markers [m, rad], for statistics                             empty fields
     .glb        the moving, coloured cylinder body [m], for viewers and web pages      refused
+    .mot        coordinates of Rajagopal2015 [m, degrees], for OpenSim                 refused
     .npz        everything, to the bit, for motionenv; batched sequences too           kept
+    .rrd        markers, body, angles and events over time, for the Rerun viewer       left out
+    .trc        the 15 markers [mm], y up, for OpenSim                                 blanks
     ==========  =====================================================================  ==========================
+
+    Formats that refuse gaps in time take motions in which limbs are missing in every frame, and leave those out.
 
     Args:
         motion: (frames, 25) poses and their skeleton.
         path: the file.
+        events: of the motion; for .c3d and .rrd.
+        angles: clinical angles of the motion [degrees], with `names` and `values` (frames, angles); for .c3d and .rrd.
 
     Raises:
-        GapError: the motion has gaps, which the format can't represent.
-        MotionError: another suffix, not one sequence, or the file can't be written.
+        GapError: the motion has gaps in time, which the format can't represent.
+        MotionError: another suffix, events or angles in a format that can't hold them, not one sequence, or the file
+            can't be written.
     """
     _check_motion(motion)
     check_suffix(path)
-    _WRITERS[Path(path).suffix.lower()].write(motion, path)
+    suffix = Path(path).suffix.lower()
+    _WRITERS[suffix].write(motion, path, **_beside(path, suffix, _WITH_EVENTS, events, angles))
+
+
+def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
+    """Write captured points under their own names, atomically, in the format of the suffix.
+
+    A C3D file also gets the events and angles, and from `capture.recording` the subject, its measurements, the unit of
+    length and the number of the first frame: a laboratory's own file with what was computed from it added. Analogue
+    channels and force plates aren't written.
+
+    Args:
+        capture: one sequence (frames, points, 3) of at least one frame; gaps are NaN.
+        path: the file, .c3d (z up) or .trc (OpenSim's axes: world x, y, z are its x, -z, y).
+        events: of the capture; for .c3d. None given writes the recording's own.
+        angles: clinical angles of the capture [degrees], with `names` and `values` (frames, angles); for .c3d.
+
+    Raises:
+        MotionError: another suffix, events or angles in a format that can't hold them, not one sequence, an infinite
+            position, a name that the format can't hold, or the file can't be written.
+    """
+    _check_capture(capture)
+    suffix = Path(path).suffix.lower()
+    if suffix not in _OF_MARKERS:
+        raise MotionError(
+            f"can't write captured points to {path}: suffix {suffix!r} isn't supported; supported are "
+            f"{', '.join(_OF_MARKERS)}. Other formats hold a body: retarget the points to one, and pass that to write"
+        )
+    writer: Any = _WRITERS[suffix]
+    writer.write_markers(capture, path, **_beside(path, suffix, (".c3d",), events, angles))
+
+
+def _beside(path, suffix: str, able: tuple[str, ...], events: Sequence[Event], angles: Angles | None) -> dict[str, Any]:
+    """Those of the arguments `events` and `angles` that are given, which only some writers have.
+
+    Raises:
+        MotionError: the writer of `suffix` isn't among the `able`.
+    """
+    given: dict[str, Any] = {"events": tuple(events)} if len(events) else {}
+    if angles is not None:
+        given["angles"] = angles
+    if given and suffix not in able:
+        what, instead = " and ".join(given), " or ".join(able)
+        raise MotionError(f"can't write {path}: a {suffix} file holds no {what}, but {instead} does; pass none of them")
+    return given
 
 
 def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
     """The bytes of the file that `write` would write, in parts that are made on demand.
 
-    BVH and CSV are encoded a few hundred frames at a time, the others in one part. NPZ is not compressed, for speed.
+    BVH, CSV, MOT and TRC are encoded a few hundred frames at a time, the others in one part. NPZ is not compressed, for
+    speed.
 
     Args:
         motion: (frames, 25) poses and their skeleton.
         suffix: as in `write`, such as ".bvh".
 
     Raises:
-        GapError: the motion has gaps, which the format can't represent.
+        GapError: the motion has gaps in time, which the format can't represent.
         MotionError: another suffix, or not one sequence.
     """
     _check_motion(motion)
@@ -60,12 +121,28 @@ def _check_motion(motion) -> None:
         raise MotionError(f"motion must be a Motion, got {type(motion).__name__}; retarget Markers to a body first")
 
 
+def _check_capture(capture) -> None:
+    """Reject what no file of captured points can hold."""
+    if not isinstance(capture, Markers):
+        raise MotionError(f"capture must be Markers, got {type(capture).__name__}; write takes a Motion")
+    positions = capture.positions
+    if positions.ndim != 3 or not positions.size:
+        problem = "one sequence (frames, points, 3) with at least one frame and point"
+        raise MotionError(f"capture.positions must be {problem}, got {positions.shape}: write batched ones one by one")
+    if np.isinf(positions).any():
+        frame, point, _ = np.argwhere(np.isinf(positions))[0]
+        where = f"{capture.names[point]} of frame {frame}"
+        raise MotionError(f"{where} is infinite; positions must be finite, or NaN where unknown")
+
+
 def check_suffix(path) -> None:
     """Reject paths with a suffix that `write` doesn't support, before any work.
 
     Raises:
-        MotionError: another suffix; lists the supported ones.
+        MotionError: another suffix, with a list of the supported ones, or one whose library isn't installed.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(_WRITERS)}")
+    if suffix == ".rrd":
+        rrd.check_installed()

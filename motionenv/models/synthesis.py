@@ -1,6 +1,7 @@
 """Motion from any gait model, and the same motion on a body of another height."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from motionenv._core.validation import checked_number
 from motionenv.body.skeleton import limb_radii
@@ -62,6 +63,4 @@ def scaled(motion: Motion, height: float) -> Motion:
     factor = height / motion.skeleton.height
     poses = motion.poses.copy()
     poses[..., :3] *= factor
-    return Motion(
-        poses, Skeleton(motion.skeleton.offsets * factor, limb_radii(height), height), motion.fps, motion.name
-    )
+    return replace(motion, poses=poses, skeleton=Skeleton(motion.skeleton.offsets * factor, limb_radii(height), height))

@@ -2,15 +2,19 @@
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from motionenv import __version__
 from motionenv.body import markers as markers_of
+from motionenv.body.gaps import PARTS, known_markers, listed, missing_parts
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import MarkerMap, person_label, read, retarget, to_markers
 from motionenv.mocap.sources import find_source
+from motionenv.models import filling
 from motionenv.models.base import GaitModel
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
@@ -52,7 +56,7 @@ class Walks:
 
     Attributes:
         motions: the retargeted walks, each (frames, 25).
-        markers: the 15 markers of each walk.
+        markers: the 15 markers of each walk; NaN where the capture doesn't show them.
         subjects: the person's label of each walk.
         left_out: files that were not used, and why.
         cmu: whether every walk is a known CMU file.
@@ -71,6 +75,7 @@ def read_walks(
     fps: float | None = None,
     unit: str | None = None,
     marker_map: MarkerMap | None = None,
+    fill: bool = False,
     on_file: Callable[[str], None] = lambda name: None,
 ) -> Walks:
     """Read every straight, periodic walk among the capture files below `folder`.
@@ -83,6 +88,8 @@ def read_walks(
         fps: frames per second, for files that don't state it (AMC never does; CMU's is 120).
         unit: unit of length, for files that don't state it.
         marker_map: which points of the files are which landmarks; None recognises them by their names.
+        fill: whether to fill what the capture doesn't show (`motionenv.fill`). Otherwise captures of part of the body
+            give walks of that part.
         on_file: called with each file's name before it is read.
 
     Raises:
@@ -98,7 +105,7 @@ def read_walks(
     for path in paths:
         on_file(path.name)
         try:
-            motion, markers = _walk(path, fps, unit, marker_map)
+            motion, markers = _walk(path, fps, unit, marker_map, fill)
             cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
             person = person_label(path)
             used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
@@ -140,7 +147,9 @@ def check_name(name: str) -> None:
         )
 
 
-def _walk(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> tuple[Motion, Markers]:
+def _walk(
+    path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None, fill: bool
+) -> tuple[Motion, Markers]:
     """One file as motion and markers.
 
     Raises:
@@ -154,9 +163,15 @@ def _walk(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap
     if straight < STRAIGHT:
         raise MotionError(f"not straight: net displacement is {straight:.0%} of the path's length")
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
+    if fill:
+        motion = filling.fill(motion)
+    shown = np.where(known_markers(motion.poses)[..., None], markers_of(motion.poses, motion.skeleton), np.nan)
     if isinstance(capture, Motion):
-        return motion, Markers(MARKERS, markers_of(motion.poses, motion.skeleton), motion.fps, name=path.stem)
-    return motion, to_markers(capture, marker_map=marker_map)
+        return motion, Markers(MARKERS, shown, motion.fps, name=path.stem)
+    markers = to_markers(capture, marker_map=marker_map)
+    if fill:
+        markers = replace(markers, positions=np.where(np.isnan(markers.positions), shown, markers.positions))
+    return motion, markers
 
 
 def _card(name: str, walks: Walks, command: str) -> dict:
@@ -168,7 +183,20 @@ def _card(name: str, walks: Walks, command: str) -> dict:
         "trials": len(walks.motions),
         "frames": int(sum(len(m.poses) for m in walks.motions)),
         "seconds": round(sum(m.seconds for m in walks.motions), 1),
+        **_parts(walks.motions),
         **{key: text.format(_USES[name]) for key, text in known.items()},
         "command": command,
         "motionenv": __version__,
     }
+
+
+def _parts(motions: tuple[Motion, ...]) -> dict[str, str]:
+    """Card entries about parts of the body that walks don't show, or that a model filled."""
+    told = {}
+    lacking = [part for part in PARTS if all(part in missing_parts(motion.poses) for motion in motions)]
+    if lacking:
+        told["not shown by any walk"] = listed(lacking)
+    filled = sum(motion.filled is not None for motion in motions)
+    if filled:
+        told["filled by another model"] = f"what {filled} of {len(motions)} walks don't show"
+    return told

@@ -44,7 +44,7 @@ class Trait:
 
 
 def traits(model: GaitModel) -> list[Trait]:
-    """The traits of a gait model; deterministic.
+    """The traits of a gait model; deterministic. Those of limbs that the model doesn't know are left out.
 
     Args:
         model: a fitted model.
@@ -57,7 +57,7 @@ def traits(model: GaitModel) -> list[Trait]:
     z = np.column_stack([np.ones(_DRAWN), z])
     found = []
     for (name, (low, high, unit, _)), values in zip(FEATURES.items(), features.T, strict=True):
-        if values.std() < 1e-9:  # height doesn't vary in a model of one body
+        if not values.std() >= 1e-9:  # height doesn't vary in a model of one body; NaN of limbs that it lacks
             continue
         weights = np.linalg.lstsq(z, values)[0]
         gain = float(np.linalg.norm(weights[1:]))

@@ -13,11 +13,13 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from motionenv._core.validation import checked_number
+from motionenv.body.gaps import known_markers
 from motionenv.body.kinematics import FOOT_BALL, feet, markers
 from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_SHIFTS, LIMBS, NODES
 from motionenv.errors import MotionError
 from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import body_heights, grounded, positions_at
+from motionenv.models.walking.tables import in_order, lacking_angles
 from motionenv.types import MARKERS, POSE, SPEED_RANGE, Skeleton
 
 if TYPE_CHECKING:
@@ -74,9 +76,11 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
         checked_number(speed, "speed", *SPEED_RANGE)
     flat = scores.reshape(-1, scores.shape[-1])
     channels = model.fpca_.evaluate(flat[:, None], np.arange(SAMPLES) / SAMPLES)
+    channels = in_order(channels, model.fpca_.channels_, np.nan)
     poses = np.zeros((len(flat), SAMPLES, 25))
     poses[..., 6:], poses[..., 3:6] = channels[..., :19], channels[..., 19:22]
-    poses[..., _HINGES] = CONTACT.stiffness * np.logaddexp(0.0, poses[..., _HINGES] / CONTACT.stiffness)
+    hinges = [i for i in _HINGES if i not in lacking_angles(model)]
+    poses[..., hinges] = CONTACT.stiffness * np.logaddexp(0.0, poses[..., hinges] / CONTACT.stiffness)
     floor = np.percentile(channels[..., 22:], 10, axis=1)[:, None]
     above = CONTACT.give * np.logaddexp(0.0, (channels[..., 22:] - floor) / CONTACT.give)
     ankles = body.height * (ANKLE_HEIGHT + above)
@@ -122,6 +126,8 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
 def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
     """Fourier series of a model's channels, as `motionenv.parameters` describes them, and its stride times.
 
+    The mean of channels that the model lacks is NaN.
+
     Args:
         model: fitted. Columns of its basis are scaled to amplitude 1.
     """
@@ -131,8 +137,8 @@ def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
     steps = np.concatenate([np.zeros((1, len(components))), np.diag(components.deviations)])
     log_seconds = np.log(model.stride_seconds(components.means + steps))
     return {
-        "mean": scale[:, None] * fpca.mean_coefficients_,
-        "components": scale[:, None] * fpca.component_coefficients_,
+        "mean": in_order(scale[:, None] * fpca.mean_coefficients_, fpca.channels_, np.nan),
+        "components": in_order(scale[:, None] * fpca.component_coefficients_, fpca.channels_, 0.0),
         "log_seconds_mean": log_seconds[0],
         "log_seconds_weights": log_seconds[1:] - log_seconds[0],
     }
@@ -160,7 +166,8 @@ def walk_cycles(model: "WalkingModel", scores: np.ndarray) -> tuple[InPlace, np.
         scores: (n, q).
     """
     cycle, body = walk_in_place(model, scores), model.skeleton()
-    return cycle, markers(cycle.frames, body), np.full(len(scores), body.height)
+    shown = np.where(known_markers(cycle.frames)[..., None], markers(cycle.frames, body), np.nan)
+    return cycle, shown, np.full(len(scores), body.height)
 
 
 def marker_cycles(model: "FourierModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:

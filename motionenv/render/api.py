@@ -26,7 +26,7 @@ def render(
     batch axis, so that (n, 25) poses are seen by one camera each, and one (25,) pose is seen n times.
 
     Args:
-        poses: (..., 25) [m, rad].
+        poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn (`motionenv.body.gaps.known_limbs`).
         skeleton: the body.
         cameras: one `Camera`, or a sequence of them, all of one image size.
         scene: light, clothes, ground and sky; None uses the defaults.
@@ -37,7 +37,7 @@ def render(
         Images (..., height, width): rgb, depth [m] and limb ids. Use a `Raycaster` for several threads.
 
     Raises:
-        MotionError: a pose isn't finite, shapes don't broadcast, or there is no such engine.
+        MotionError: a pose has infinite values, shapes don't broadcast, or there is no such engine.
         EngineError: pyrender can't run here; the message says what to install.
     """
     if engine not in ENGINES:

@@ -15,7 +15,7 @@ class Batch:
     """Images to render, flattened to one batch axis.
 
     Attributes:
-        poses: (n, 25) [m, rad], finite.
+        poses: (n, 25) [m, rad], NaN where unknown.
         cameras: the distinct cameras, all of one image size.
         which: (n,) index into `cameras`.
         shape: the original batch axes; n is their product.
@@ -65,15 +65,15 @@ def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batc
     matched with the last batch axis of the poses (n poses, or one pose seen n times).
 
     Raises:
-        MotionError: a pose isn't finite, shapes don't broadcast, cameras differ in image size, or the skeleton has
-            another number of limbs than `LIMBS`.
+        MotionError: a pose has infinite values, shapes don't broadcast, cameras differ in image size, or the skeleton
+            has another number of limbs than `LIMBS`.
     """
     poses = np.asarray(poses, dtype=np.float64)
     if poses.ndim == 0 or poses.shape[-1] != 25:
         raise MotionError(f"poses must have shape (..., 25), got {poses.shape}")
-    if not np.isfinite(poses).all():
-        bad = tuple(int(i) for i in np.argwhere(~np.isfinite(poses))[0])
-        raise MotionError(f"poses must be finite; poses{list(bad)} is {poses[bad]}: fill gaps first")
+    if np.isinf(poses).any():
+        bad = tuple(int(i) for i in np.argwhere(np.isinf(poses))[0])
+        raise MotionError(f"poses must be finite, or NaN where unknown; poses{list(bad)} is {poses[bad]}")
     if skeleton.radii.shape != (len(LIMBS), 2) or not (skeleton.radii > 0).all():
         raise MotionError(f"skeleton.radii must be {len(LIMBS)} pairs above 0, got {skeleton.radii.shape}")
     views = _checked(cameras)

@@ -12,6 +12,7 @@ NPZ = "application/x-npz"
 CSV = "text/csv"
 BVH = "model/x-bvh"
 HTML = "text/html"
+TRC, MOT = "text/x-trc", "text/x-mot"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
@@ -20,6 +21,8 @@ FILES = {
     BVH: ".bvh",
     "model/gltf-binary": ".glb",
     "application/x-c3d": ".c3d",
+    TRC: ".trc",
+    MOT: ".mot",
 }
 #: Suffixes of the formats of a gait report.
 REPORTS = {HTML: ".html", JSON: ".json", CSV: ".csv"}

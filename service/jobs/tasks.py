@@ -45,7 +45,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
 
     command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
     options = {
-        "fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings), "on_file": reading,
+        **_how(settings), "fill": settings.get("fill", False), "on_file": reading,
     }  # fmt: skip
     model: Any
     if settings["kind"] == "tree":
@@ -96,13 +96,13 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         folder: of this job.
         progress: called with share and message.
     """
-    from motionenv.mocap import read_motion
+    from motionenv.models.filling import read_motion
 
     files = _captures(folder)
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], **_how(settings), override=False)
+    motion = read_motion(files[0], **_how(settings), fill=settings.get("fill", False), override=False)
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")

@@ -14,7 +14,24 @@ from starlette.responses import Response
 import motionenv
 from motionenv.types import Motion
 from service.errors import Problem, at_most, documented
-from service.formats import BVH, CSV, FILES, FILMS, GIF, JSON, MOTION, MP4, NPY, NPZ, PNG, films, motion, negotiated
+from service.formats import (
+    BVH,
+    CSV,
+    FILES,
+    FILMS,
+    GIF,
+    JSON,
+    MOT,
+    MOTION,
+    MP4,
+    NPY,
+    NPZ,
+    PNG,
+    TRC,
+    films,
+    motion,
+    negotiated,
+)
 from service.responses import caching
 from service.responses.threaded_response import ThreadedResponse
 from service.schemas.synthesis import MotionResponse, Picture
@@ -22,11 +39,12 @@ from service.settings import Settings
 
 _INLINE = 600  # frames that are synthesized in less time than passing them to a thread takes
 _INSTANT = (JSON, NPY, NPZ)
-_CHUNKED = (JSON, CSV, BVH)  # if they are long; MP4 always
+_CHUNKED = (JSON, CSV, BVH, TRC, MOT)  # if they are long; MP4 always
 _GIF_FPS = 50  # players slow faster ones down
 _C3D_FRAMES = 65_535
 _SEED_BITS = 32  # of a seed that the service draws
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
+_TEXT = {"schema": {"type": "string"}}
 _HEADERS = {
     "ETag": {"description": "Only with a seed: the same request gives the same bytes.", "schema": {"type": "string"}},
     "Motion-Seed": {"description": "The seed of the motion.", "schema": {"type": "integer"}},
@@ -37,7 +55,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
         "description": "The motion, in the format that `Accept` selects.",
         "headers": _HEADERS,
         "model": MotionResponse,
-        "content": dict.fromkeys((NPY, *FILES, *FILMS), _BINARY) | {CSV: {"schema": {"type": "string"}}},
+        "content": dict.fromkeys((NPY, *FILES, *FILMS), _BINARY) | dict.fromkeys((CSV, TRC, MOT), _TEXT),
     },
     304: {"description": "The motion has not changed (`If-None-Match`).", "headers": _HEADERS},
     **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 501, 503, 504),

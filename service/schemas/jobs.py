@@ -59,7 +59,17 @@ class ReadFields(MapFields):
     )
 
 
-class FitFields(ReadFields):
+class FillFields(ReadFields):
+    """What is done about limbs that were not captured."""
+
+    fill: bool = Field(
+        False,
+        description="Whether a model of gait fills what the capture doesn't show. Otherwise it stays unknown, which "
+        "trees, BVH and GLB can't hold.",
+    )
+
+
+class FitFields(FillFields):
     """A model to be fitted to uploaded motion capture."""
 
     kind: Literal["fpca", "eigenwalkers", "tree"] = Field(
@@ -78,11 +88,18 @@ class FitFields(ReadFields):
     mirrored: bool = Field(False, description="Tree: whether to add left-right mirror images.")
 
 
-class ConvertFields(ReadFields):
+class ConvertFields(FillFields):
     """A conversion of a capture file."""
 
     format: Literal[
-        "application/json", "application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d"
+        "application/json",
+        "application/x-npz",
+        "text/csv",
+        "model/x-bvh",
+        "model/gltf-binary",
+        "application/x-c3d",
+        "text/x-trc",
+        "text/x-mot",
     ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
 
 

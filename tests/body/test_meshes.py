@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from motionenv.body import LIMBS, body_mesh, forward, from_height, limb_meshes, limb_segments, rounded_cone
 from motionenv.body.skeleton import CLOTHES, LIMB_SEGMENT, SEGMENT_ORIGIN
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 
 SIZES = st.floats(0.01, 0.3)
 
@@ -91,5 +91,9 @@ def test_whole_body_stands_on_the_ground():
     assert len(colours) == len(set(CLOTHES)) == 4
     left = mesh.vertices[:, 1].max()
     assert -mesh.vertices[:, 1].min() == pytest.approx(left)
-    with pytest.raises(MotionError, match="without NaN"):
+    with pytest.raises(MotionError, match=r"one pose \(25,\)"):
+        body_mesh(np.full(25, np.inf), skeleton)
+    pose[6:17] = np.nan  # a lower body: nothing above the pelvis
+    assert body_mesh(pose, skeleton).bounds[1, 2] == pytest.approx(limb_segments(pose, skeleton)[2, 0, 2] + 0.052 * 1.8)
+    with pytest.raises(GapError, match="no limb"):
         body_mesh(np.full(25, np.nan), skeleton)

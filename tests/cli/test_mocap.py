@@ -6,6 +6,7 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import typer
 
@@ -78,3 +79,20 @@ def test_info_and_convert_real_capture(run, mocap, tmp_path):
 @pytest.mark.parametrize("fps", ["nan", "0", "-1", "inf"])
 def test_a_frame_rate_that_is_none_is_refused(run, mocap, fps):
     refused(run("mocap", "info", mocap / "cmu_asfamc" / "02" / "02_01.amc", "--fps", fps), "fps")
+
+
+def test_lower_bodies_are_converted_as_they_are_or_filled(run, tmp_path):
+    walk = motionenv.synthesize("walk/fpca", 1.0, 30.0, seed=1)
+    poses = walk.poses.copy()
+    poses[:, 6:17] = np.nan
+    motionenv.write(motionenv.Motion(poses, walk.skeleton, walk.fps), tmp_path / "lower.npz")
+    as_is = run("mocap", "convert", "lower.npz", "--out", "same.npz")
+    assert as_is.out == "same.npz  30 frames\n"
+    assert as_is.err == "lower.npz doesn't show the neck, the left arm and the right arm: --fill estimates them\n"
+    filled = run("mocap", "convert", "lower.npz", "--fill", "--out", "whole.npz")
+    assert (filled.out, filled.err) == ("whole.npz  30 frames, 44% of the entries filled by the model\n", "")
+    same, whole = (motionenv.read(tmp_path / name).poses for name in ("same.npz", "whole.npz"))
+    np.testing.assert_array_equal(same, poses)
+    np.testing.assert_array_equal(whole, motionenv.read_motion(tmp_path / "lower.npz", fill=True).poses)
+    for options in ([], ["--fill"]):
+        assert run("render", "lower.npz", *options, "--size", "64x48", "--out", "w.gif").out == "w.gif  30 frames\n"

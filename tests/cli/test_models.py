@@ -98,3 +98,21 @@ def test_fit_tree_without_capture_leaves_nothing(run, tmp_path):
     assert result.code == 2
     assert "none of 1 files can be used; the first, broken.bvh" in " ".join(result.err.split())
     assert [p.name for p in tmp_path.iterdir()] == ["broken.bvh"]
+
+
+def test_fit_takes_lower_bodies_and_fills_them_on_request(run, tmp_path):
+    (tmp_path / "walks").mkdir()
+    for seed in range(6):
+        walk = motionenv.synthesize("walk/fpca", 4.0, 40.0, seed=seed)
+        poses = walk.poses.copy()
+        poses[:, 6:17] = np.nan
+        motionenv.write(motionenv.Motion(poses, walk.skeleton, walk.fps), tmp_path / "walks" / f"{seed}_1.npz")
+    assert run("fit", "walk/fpca", "--mocap", "walks", "--out", "legs.npz").code == 0
+    assert run("synth", "legs.npz", "--seconds", 1, "--out", "legs-walk.npz").code == 0
+    assert np.isnan(motionenv.read(tmp_path / "legs-walk.npz").poses[:, 6:17]).all()
+    tree = run("fit", "tree", "--mocap", "walks", "--out", "t.npz")
+    assert tree.code == 2
+    assert "a clip needs the neck, the left arm and the right arm" in tree.err
+    assert "--fill" in tree.err
+    assert run("fit", "tree", "--mocap", "walks", "--fill", "--out", "t.npz").code == 0
+    assert motionenv.load(tmp_path / "t.npz").card_["command"].endswith("--mocap walks --fill --out t.npz")

@@ -27,7 +27,9 @@ def test_without_a_seed_walkers_differ(client):
     assert (one.poses != other.poses).any()
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".csv", ".bvh", ".glb", ".c3d", ".json", ".npy", ".mp4", ".webp", ".png"])
+@pytest.mark.parametrize(
+    "suffix", [".npz", ".csv", ".bvh", ".glb", ".c3d", ".trc", ".mot", ".json", ".npy", ".mp4", ".webp", ".png"]
+)
 def test_files_come_in_every_format(client, tmp_path, suffix):
     path = tmp_path / f"walk{suffix}"
     client.save(path, "walk/fpca", 1, 30, seed=1, picture={"width": 64, "height": 64})

@@ -6,7 +6,7 @@ import sys
 
 HEAVY = {
     "OpenGL", "PIL", "av", "ezc3d", "fastapi", "gymnasium", "matplotlib", "numba", "pooch", "pyglet", "pyrender",
-    "requests", "rich", "scipy", "service", "trimesh", "typer", "uvicorn",
+    "requests", "rerun", "rich", "scipy", "service", "trimesh", "typer", "uvicorn",
 }  # fmt: skip
 
 PROBE = """

@@ -38,6 +38,7 @@ HOME = {
     "numba": STAGES,
     "ezc3d": {"mocap"},
     "pygltflib": {"mocap"},
+    "rerun": {"mocap"},
     "platformdirs": {"_core", "models"},
     "pooch": {"mocap"},
     "requests": {"mocap"},
@@ -65,6 +66,7 @@ DISTRIBUTION = {
     "python_multipart": "python-multipart",
     "prometheus_client": "prometheus-client",
     "pydantic_settings": "pydantic-settings",
+    "rerun": "rerun-sdk",
     "sklearn": "scikit-learn",
     "stable_baselines3": "stable-baselines3",
 }
@@ -152,7 +154,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("plots",)),
+        ("motionenv", ("plots", "rerun")),
         ("service", ()),
         ("tests", ("test", "agents", "integrations")),
         ("benchmarks", ("test", "bench")),

@@ -1,5 +1,7 @@
 """Motions to write: a real walk, and any pose at all."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,19 @@ from motionenv.types import Motion
 def walk(mocap) -> Motion:
     """CMU's trial 02_01 on the body: 343 frames at 120 per second."""
     return retarget(capture.read(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120))
+
+
+@pytest.fixture(scope="session")
+def without() -> Callable[..., Motion]:
+    """Makes a motion without some entries of the pose vector, as a capture of a part of the body is."""
+
+    def make(motion: Motion, *entries: slice) -> Motion:
+        poses = motion.poses.copy()
+        for entry in entries:
+            poses[:, entry] = np.nan
+        return Motion(poses, motion.skeleton, motion.fps, motion.name)
+
+    return make
 
 
 @pytest.fixture(scope="session")

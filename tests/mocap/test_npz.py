@@ -54,6 +54,7 @@ BAD = {
     "poses of another shape": ({"poses": np.zeros((3, 24))}, "has no valid motion: .*must have shape"),
     "no frame rate": ({"fps": np.array(np.nan)}, "has no valid motion: fps must be a number of frames"),
     "frame rate a list": ({"fps": np.zeros(3)}, "has no valid motion"),
+    "filled of another shape": ({"filled": np.zeros((5, 24), dtype=bool)}, "has no valid motion: Motion.filled must"),
     "NaN skeleton": ({"offsets": np.full((16, 3), np.nan)}, "needs finite offsets"),
 }
 
@@ -130,3 +131,19 @@ def test_in_memory_it_is_a_plain_zip_that_is_read_the_same(tmp_path):
     got = npz.read(tmp_path / "a.npz")
     assert got.poses.tobytes() == sent.poses.tobytes()
     assert got.skeleton.offsets.tobytes() == sent.skeleton.offsets.tobytes()
+
+
+def test_what_a_model_filled_is_kept_and_otherwise_not_in_the_file(tmp_path):
+    plain = motion()
+    filled = np.random.default_rng(1).random(plain.poses.shape) < 0.5
+    sent = Motion(plain.poses, plain.skeleton, plain.fps, plain.name, filled)
+    npz.write(sent, tmp_path / "a.npz")
+    (tmp_path / "b.npz").write_bytes(b"".join(npz.parts(sent)))
+    for name in "ab":
+        got = npz.read(tmp_path / f"{name}.npz").filled
+        assert got.dtype == bool
+        np.testing.assert_array_equal(got, filled)
+    npz.write(plain, tmp_path / "c.npz")
+    with np.load(tmp_path / "c.npz") as file:
+        assert "filled" not in file
+    assert npz.read(tmp_path / "c.npz").filled is None

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from motionenv.errors import GapError, MotionError
-from motionenv.mocap import encode, write
+from motionenv.mocap import encode, read, write, write_markers
 from motionenv.models.synthesis import synthesize
-from motionenv.types import MARKERS, Markers, Motion, Skeleton
+from motionenv.types import MARKERS, Event, Markers, Motion, Skeleton
 
-SUFFIXES = (".bvh", ".c3d", ".csv", ".glb", ".npz")
+SAME_BYTES = (".bvh", ".c3d", ".csv", ".glb", ".mot", ".npz", ".trc")
+SUFFIXES = (*SAME_BYTES, ".rrd")
 HASHES = """
 import hashlib, sys
 import numpy as np
@@ -64,8 +65,8 @@ def test_writes_by_suffix_and_leaves_nothing_else(suffix, any_motion, tmp_path):
 
 def test_same_motion_same_bytes_in_every_process(tmp_path):
     seeds = "0", "77"
-    first, second = (run(HASHES, tmp_path, *SUFFIXES, PYTHONHASHSEED=seed) for seed in seeds)
-    assert len(set(first)) == len(SUFFIXES)
+    first, second = (run(HASHES, tmp_path, *SAME_BYTES, PYTHONHASHSEED=seed) for seed in seeds)
+    assert len(set(first)) == len(SAME_BYTES)
     assert first == second
 
 
@@ -75,13 +76,13 @@ def test_a_full_disk_leaves_no_half_written_file_and_the_old_one_as_it_was(tmp_p
     said = run(FULL_DISK, tmp_path, *SUFFIXES)
     assert len(said) == 2 * len(SUFFIXES)
     assert all(line.startswith("can't write") and line.endswith("nothing was left half-written") for line in said)
-    assert sorted(p.name for p in tmp_path.iterdir()) == [f"old{suffix}" for suffix in SUFFIXES]
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(f"old{suffix}" for suffix in SUFFIXES)
     assert {p.read_text() for p in tmp_path.iterdir()} == {"as it was"}
 
 
 def test_unknown_suffix_lists_what_can_be_written(any_motion, tmp_path):
     for name in ("a.fbx", "a", "glb"):
-        with pytest.raises(MotionError, match=r"supported are \.bvh, \.c3d, \.csv, \.glb, \.npz"):
+        with pytest.raises(MotionError, match=r"supported are \.bvh, \.c3d, \.csv, \.glb, \.mot, \.npz, \.rrd, \.trc$"):
             write(any_motion(1), tmp_path / name)
 
 
@@ -90,7 +91,7 @@ def test_markers_are_no_motion(tmp_path):
         write(Markers(MARKERS, np.zeros((2, 15, 3)), 100.0), tmp_path / "a.bvh")
 
 
-@pytest.mark.parametrize("suffix", [".bvh", ".c3d", ".csv", ".glb"])
+@pytest.mark.parametrize("suffix", [suffix for suffix in SUFFIXES if suffix != ".npz"])
 class TestRefuses:
     """What a file of one sequence can't hold."""
 
@@ -121,7 +122,7 @@ class TestRefuses:
             write(any_motion(1), tmp_path / "nowhere" / f"a{suffix}")
 
 
-@pytest.mark.parametrize("suffix", [".bvh", ".glb"])
+@pytest.mark.parametrize("suffix", [".bvh", ".glb", ".mot"])
 def test_gaps_are_refused_where_the_format_has_none(suffix, any_motion, tmp_path):
     motion = any_motion(1)
     poses = motion.poses.copy()
@@ -140,10 +141,61 @@ def test_overwriting_gives_the_new_file(any_motion, tmp_path):
     assert len(seen) == 2
 
 
-@pytest.mark.parametrize("suffix", [".bvh", ".c3d", ".csv", ".glb"])
+@pytest.mark.parametrize("suffix", [".bvh", ".c3d", ".csv", ".glb", ".mot", ".trc"])
 def test_in_memory_every_other_format_is_the_file_to_the_byte(suffix, tmp_path):
     walk = synthesize("walk/fpca", 11, 60, seed=1)
     parts = list(encode(walk, suffix))
     write(walk, tmp_path / f"a{suffix}")
     assert b"".join(parts) == (tmp_path / f"a{suffix}").read_bytes()
-    assert (len(parts) > 2) == (suffix in {".bvh", ".csv"})
+    assert (len(parts) > 2) == (suffix in {".bvh", ".csv", ".mot", ".trc"})
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_every_format_takes_a_lower_body(suffix, any_motion, without, tmp_path):
+    write(without(any_motion(1), slice(6, 17)), tmp_path / f"a{suffix}")
+    assert (tmp_path / f"a{suffix}").stat().st_size > 1000
+
+
+class Angles:
+    names = ("left_foot_progression",)
+    values = np.linspace(-5, 5, 5)[:, None]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_events_and_angles_are_held_or_refused_by_the_formats_that_can(suffix, any_motion, tmp_path):
+    path, beside = tmp_path / f"a{suffix}", {"events": [Event(0.01, "toe_off", "left")], "angles": Angles()}
+    if suffix in (".c3d", ".rrd"):
+        write(any_motion(1), path, **beside)
+        return
+    for given in (("events",), ("angles",), ("events", "angles")):
+        with pytest.raises(
+            MotionError, match=rf"{suffix} file holds no {' and '.join(given)}, but \.c3d or \.rrd does"
+        ):
+            write(any_motion(1), path, **{name: beside[name] for name in given})
+    assert not path.exists()
+
+
+class TestCapturedPoints:
+    held = Markers(("LASI", "RASI"), np.random.default_rng(3).normal(size=(5, 2, 3)), 100.0)
+
+    @pytest.mark.parametrize("suffix", [".c3d", ".trc", ".C3D"])
+    def test_come_back_under_their_names(self, suffix, tmp_path):
+        write_markers(self.held, tmp_path / f"a{suffix}")
+        found = read(tmp_path / f"a{suffix}")
+        assert (found.names, found.fps) == (self.held.names, 100.0)
+        np.testing.assert_allclose(found.positions[..., 2], self.held.positions[..., 2], atol=1e-6)
+
+    def test_what_no_file_can_hold_is_named(self, any_motion, tmp_path):
+        infinite = self.held.positions.copy()
+        infinite[3, 1, 0] = np.inf
+        for held, name, given, problem in (
+            (self.held, "a.bvh", {}, r"supported are \.c3d, \.trc\. Other formats hold a body: retarget"),
+            (self.held, "a.trc", {"angles": Angles()}, r"\.trc file holds no angles, but \.c3d does"),
+            (any_motion(1), "a.c3d", {}, "must be Markers, got Motion"),
+            (Markers(("a",), np.zeros((2, 5, 1, 3)), 100.0), "a.c3d", {}, r"got \(2, 5, 1, 3\)"),
+            (Markers(("a",), np.zeros((0, 1, 3)), 100.0), "a.trc", {}, "at least one frame and point"),
+            (Markers(("a", "b"), infinite, 100.0), "a.trc", {}, "b of frame 3 is infinite"),
+        ):
+            with pytest.raises(MotionError, match=problem):
+                write_markers(held, tmp_path / name, **given)
+        assert not list(tmp_path.iterdir())

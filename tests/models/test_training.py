@@ -102,3 +102,35 @@ def test_the_shipped_models_are_what_the_command_makes(mocap):
             scale = np.abs(shipped[key]).max(initial=1e-9)
             np.testing.assert_allclose(value, shipped[key], rtol=0, atol=1e-5 * scale, err_msg=f"{name} {key}")
         assert meta.keys() == shipped_meta.keys()
+
+
+@pytest.fixture(scope="module")
+def lower_bodies(tmp_path_factory):
+    """A folder of walks of which the arms and the neck were never seen, of four people."""
+    folder = tmp_path_factory.mktemp("lower")
+    for seed in range(8):
+        walk = motionenv.synthesize("walk/fpca", 5.0, 40.0, seed=seed, speed=0.9 + 0.1 * seed)
+        poses = walk.poses.copy()
+        poses[:, 6:17] = np.nan
+        motionenv.write(motionenv.Motion(poses, walk.skeleton, walk.fps), folder / f"{seed // 2}_{seed % 2}.npz")
+    return folder
+
+
+@pytest.mark.filterwarnings("error")
+def test_lower_bodies_give_a_model_of_lower_bodies(lower_bodies):
+    walks = training.read_walks(lower_bodies)
+    assert len(walks.motions) == 8
+    assert np.isnan(walks.markers[0].positions[:, :2]).all()
+    model = training.fit("walk/fpca", walks, "the command")
+    assert model.card_["not shown by any walk"] == "the neck, the left arm and the right arm"
+    assert np.isnan(model.synthesize(1.0, 30.0, seed=1).poses[:, 6:17]).all()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", training.MODELS)
+def test_filled_lower_bodies_give_whole_walkers(lower_bodies, name):
+    walks = training.read_walks(lower_bodies, fill=True)
+    model = training.fit(name, walks, "the command --fill")
+    assert model.card_["filled by another model"] == "what 8 of 8 walks don't show"
+    assert "not shown by any walk" not in model.card_
+    assert np.isfinite(model.synthesize(1.0, 30.0, seed=1).poses).all()

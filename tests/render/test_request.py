@@ -79,7 +79,7 @@ def odd(**changes) -> Camera:
 @pytest.mark.parametrize(
     ("bad", "says"),
     [
-        ({"poses": np.full((2, 25), np.nan)}, r"poses must be finite; poses\[0, 0\] is nan: fill gaps first"),
+        ({"poses": np.full((2, 25), np.inf)}, r"poses must be finite, or NaN where unknown; poses\[0, 0\] is inf"),
         ({"poses": np.zeros((2, 24))}, r"poses must have shape \(\.\.\., 25\), got \(2, 24\)"),
         ({"poses": 1.0}, r"got \(\)"),
         ({"cameras": []}, "cameras must be a Camera or a sequence of at least one"),

@@ -17,6 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from motionenv._core.validation import checked_fps, checked_number, checked_range, checked_seed, checked_whole
+from motionenv.body.gaps import PARTS, check_shown
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
 from motionenv.mocap.units_axes import metres_per
@@ -225,7 +226,9 @@ def _read_folder(source: Source) -> list[tuple[str, Motion]]:
 def _read_file(source: Source) -> Motion:
     from motionenv.mocap.motion_io import read_motion
 
-    return read_motion(source.motion, fps=source.file_fps, unit=source.unit)
+    motion = read_motion(source.motion, fps=source.file_fps, unit=source.unit)
+    check_shown(motion.poses, PARTS, f"an episode of {source.motion}")
+    return motion
 
 
 def _stretches(name: str, motion: Motion, source: Source) -> list[Motion]:

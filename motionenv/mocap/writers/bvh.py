@@ -13,7 +13,7 @@ from motionenv._core.files import atomic_write
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, local_rotations, y_up
+from motionenv.mocap.writers.common import check_sequence, known_segments, local_rotations, without_missing, y_up
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0
@@ -51,19 +51,29 @@ _TIPS = {
     "LeftFoot": "left_foot", "RightFoot": "right_foot",
 }  # fmt: skip
 
+#: The segment that tells where a joint is, or how it turns: without it the joint is left out of the file.
+_SEGMENT = {
+    "Hips": "torso", "Spine2": "torso", "Neck": "head", "Head": "head",
+    **{f"{s.title()}{joint}": f"{s}_{segment}" for s in ("left", "right") for joint, segment in (
+        ("Arm", "upper_arm"), ("ForeArm", "forearm"), ("Hand", "forearm"),
+        ("UpLeg", "thigh"), ("Leg", "shin"), ("Foot", "foot"),
+    )},
+}  # fmt: skip
+
 
 def write(motion: Motion, path) -> None:
     """Write a motion as BVH, atomically.
 
     `motionenv.mocap.read` reads the joints back. Feet are rotated as drawn (see `motionenv.body.limb_segments`),
-    although they have no entry in the pose vector.
+    although they have no entry in the pose vector. Limbs that are missing in every frame are left out of the hierarchy,
+    and the joint that would carry them ends in an end site there: a lower body is Hips, Spine2 and the legs.
 
     Args:
         motion: one sequence (frames, 25).
         path: the file.
 
     Raises:
-        GapError: the motion has gaps, which the format can't represent.
+        GapError: the motion has gaps in time, which the format can't represent.
         MotionError: not one sequence, or the file can't be written.
     """
     made = parts(motion)
@@ -79,13 +89,14 @@ def parts(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     check_sequence(motion, "BVH", gaps=False)
-    return _parts(motion)
+    known = known_segments(motion.poses)
+    return _parts(without_missing(motion), [j for j in _JOINTS if known[SEGMENTS.index(_SEGMENT[j])]])
 
 
-def _parts(motion: Motion) -> Iterator[bytes]:
-    head = ["HIERARCHY", *_block("Hips", _rest(motion.skeleton)), "MOTION"]
+def _parts(motion: Motion, joints: list[str]) -> Iterator[bytes]:
+    head = ["HIERARCHY", *_block("Hips", _rest(motion.skeleton), joints), "MOTION"]
     head += [f"Frames: {len(motion.poses)}", f"Frame Time: {1 / motion.fps:.17g}"]
-    values = np.round(_channels(motion), 6) + 0.0  # no negative zeros
+    values = np.round(_channels(motion, joints), 6) + 0.0  # no negative zeros
     row = " ".join(["%.6f"] * values.shape[1])
     yield "".join(f"{line}\n" for line in head).encode("ascii")
     for start in range(0, len(values), _TOGETHER):
@@ -105,15 +116,17 @@ def _rest(skeleton: Skeleton) -> dict[str, np.ndarray]:
     return {name: _CM * y_up(point) for name, point in rest.items()}
 
 
-def _block(joint: str, rest: dict[str, np.ndarray]) -> list[str]:
-    """The lines of a joint and its descendants."""
+def _block(joint: str, rest: dict[str, np.ndarray], joints: list[str]) -> list[str]:
+    """The lines of a joint and those of its descendants that are among `joints`."""
     parent = _JOINTS[joint][0]
     inner = [_offset(rest[joint] - rest[parent] if parent else np.zeros(3)), _CHANNELS if parent else _ROOT_CHANNELS]
-    for child, (above, _) in _JOINTS.items():
-        if above == joint:
-            inner += _block(child, rest)
-    if joint in _TIPS:
-        inner += ["End Site", "{", "\t" + _offset(rest[f"{joint} tip"] - rest[joint]), "}"]
+    below = [child for child, (above, _) in _JOINTS.items() if above == joint]
+    for child in below:
+        if child in joints:
+            inner += _block(child, rest, joints)
+    if not set(below) & set(joints):
+        end = below[0] if below else f"{joint} tip"
+        inner += ["End Site", "{", "\t" + _offset(rest[end] - rest[joint]), "}"]
     return [f"{'JOINT' if parent else 'ROOT'} {joint}", "{", *(f"\t{line}" for line in inner), "}"]
 
 
@@ -122,11 +135,11 @@ def _offset(point: np.ndarray) -> str:
     return "OFFSET " + " ".join(f"{x:.6f}" for x in np.round(point, 6) + 0.0)
 
 
-def _channels(motion: Motion) -> np.ndarray:
+def _channels(motion: Motion, joints: list[str]) -> np.ndarray:
     """Values (frames, channels) [cm, degrees] in the order of the hierarchy."""
     turns = _turns(motion)
     at_rest = np.zeros((len(motion.poses), 3))
-    rotations = np.degrees([turns.get(joint, at_rest) for joint in _JOINTS])
+    rotations = np.degrees([turns.get(joint, at_rest) for joint in joints])
     return np.concatenate([_CM * y_up(motion.poses[:, :3]), *rotations], axis=1)
 
 

@@ -1,13 +1,35 @@
-"""Common parts of the writers: validation, and conversion to y-up files."""
+"""Common parts of the writers: validation, missing limbs, and conversion to y-up files."""
+
+from typing import Protocol
 
 import numpy as np
 
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT
+from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT, SEGMENTS
 from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 
 _Y_UP = [1, 2, 0]
+
+#: Per segment of `SEGMENTS`: the entries of the pose vector that turn it relative to its parent. A foot has none.
+_ENTRIES = (
+    range(6), range(6, 9),
+    range(9, 12), range(12, 13), range(13, 16), range(16, 17),
+    range(17, 20), range(20, 21), range(21, 24), range(24, 25),
+    range(0), range(0),
+)  # fmt: skip
+
+
+class Angles(Protocol):
+    """Joint angles that go beside a motion or capture, such as `motionenv.mocap.clinical.ClinicalAngles`."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """One per column of `values`, such as "left_knee_flexion"."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """(frames, angles) [degrees], NaN where unknown."""
 
 
 def y_up(points) -> np.ndarray:
@@ -34,13 +56,48 @@ def local_rotations(motion: Motion) -> np.ndarray:
     return local
 
 
+def known_segments(poses) -> np.ndarray:
+    """Which segments a motion shows, (12,) bool in the order of `motionenv.body.SEGMENTS`.
+
+    A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
+    the arms of a lower-body capture.
+
+    Args:
+        poses: (frames, 25) [m, rad].
+    """
+    known = ~np.isnan(poses).all(0)
+    shown = np.zeros(len(SEGMENTS), dtype=bool)
+    for segment, (entries, parent) in enumerate(zip(_ENTRIES, SEGMENT_PARENT, strict=True)):
+        shown[segment] = known[list(entries)].all() and (parent < 0 or shown[parent])
+    return shown
+
+
+def without_missing(motion: Motion) -> Motion:
+    """`motion` with zeros for all entries of missing segments, so that the rest can be computed without NaN.
+
+    Args:
+        motion: one sequence (frames, 25); writers leave out what `known_segments` says is missing.
+    """
+    poses = np.where(_shown_entries(motion.poses), motion.poses, 0.0)
+    return Motion(poses, motion.skeleton, motion.fps, motion.name)
+
+
+def _shown_entries(poses) -> np.ndarray:
+    """Which of the 25 entries turn a segment that isn't missing, (25,) bool."""
+    shown = np.zeros(len(POSE), dtype=bool)
+    for entries, segment_shown in zip(_ENTRIES, known_segments(poses), strict=True):
+        shown[list(entries)] = segment_shown
+    return shown
+
+
 def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
     """Reject motions that a file can't represent, before anything is written.
 
     Args:
         motion: the motion.
         kind: name of the format, for messages.
-        gaps: whether the format can represent missing values.
+        gaps: whether the format can represent missing values. If not, limbs that are missing in every frame (see
+            `known_segments`) are fine, because they are left out of the file.
 
     Raises:
         MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.
@@ -51,14 +108,70 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
         raise MotionError(f"a {kind} file {problem}, got {motion.poses.shape}: write batched sequences one by one")
     if len(motion.skeleton.radii) != len(LIMBS):
         raise MotionError(f"the skeleton must have radii for {len(LIMBS)} limbs, got {len(motion.skeleton.radii)}")
-    bad = np.isinf(motion.poses) if gaps else ~np.isfinite(motion.poses)
-    if not bad.any():
-        return
-    frame, entry = np.argwhere(bad)[0]
-    where = f"{POSE[entry]} of frame {frame} is {motion.poses[frame, entry]}"
-    if np.isnan(motion.poses[frame, entry]):
-        count = int(bad.any(1).sum())
+    _check_values(motion.poses, kind, gaps)
+
+
+def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
+    """The part of `check_sequence` about values."""
+    bad = np.isinf(poses)
+    if bad.any():
+        frame, entry = np.argwhere(bad)[0]
+        problem = "poses must be finite, or NaN where unknown"
+        raise MotionError(f"{POSE[entry]} of frame {frame} is {poses[frame, entry]}; {problem}")
+    needed = _shown_entries(poses)
+    needed[:6] = True  # nothing can be shown of a body whose place is unknown
+    gap = np.isnan(poses) & needed
+    if not gaps and gap.any():
+        frame, entry = np.argwhere(gap)[0]
+        count = int(gap.any(1).sum())
         raise GapError(
-            f"{where}, and so are values of {count} frames: {kind} can't represent gaps, so fill or cut them first"
+            f"{POSE[entry]} of frame {frame} is nan, and so are values of {count} frames: {kind} can't represent "
+            "gaps, so fill or cut them first (fill=True, --fill)"
         )
-    raise MotionError(f"{where}; poses must be finite, or NaN where unknown")
+
+
+def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
+    """The columns (frames,) [degrees] of angles by name.
+
+    Args:
+        angles: as a caller passed them.
+        frames: number of frames of the motion or capture.
+
+    Raises:
+        MotionError: not one row per frame and one column per name.
+    """
+    values = np.asarray(angles.values, dtype=np.float64)
+    if values.shape != (frames, len(angles.names)):
+        raise MotionError(
+            f"angles.values must have shape ({frames}, {len(angles.names)}), one row per frame and one column per "
+            f"name, got {values.shape}"
+        )
+    return dict(zip(angles.names, values.T, strict=True))
+
+
+def opensim_axes(points) -> np.ndarray:
+    """World points (..., 3) in the axes of OpenSim's ground: x forward, y up, z to the right."""
+    points = np.asarray(points)
+    return np.stack([points[..., 0], points[..., 2], -points[..., 1]], axis=-1)
+
+
+def facing_x(motion: Motion) -> Motion:
+    """`motion` turned about the vertical through the world's origin by the quarter turns that bring it to face x most.
+
+    OpenSim's models walk along x, and their pelvis_tilt and pelvis_list mean what they say only then. Quarter turns
+    keep the laboratory's axes and, when the motion faces x already, its numbers.
+
+    Args:
+        motion: one sequence (frames, 25).
+    """
+    heading = motion.poses[:, 5]
+    known = heading[~np.isnan(heading)]
+    mean = np.arctan2(np.sin(known).sum(), np.cos(known).sum())
+    quarters = int(np.round(-mean / (np.pi / 2))) % 4
+    if not quarters:
+        return motion
+    poses = motion.poses.copy()
+    x, y = poses[:, 0].copy(), poses[:, 1].copy()
+    poses[:, 0], poses[:, 1] = ((x, y), (-y, x), (-x, -y), (y, -x))[quarters]
+    poses[:, 5] += quarters * np.pi / 2
+    return Motion(poses, motion.skeleton, motion.fps, motion.name)

@@ -14,7 +14,14 @@ from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import forward
 from motionenv.body.meshes import Mesh, limb_meshes
 from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_SEGMENT, SEGMENT_ORIGIN, SEGMENT_PARENT, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, local_rotations, y_up, y_up_turns
+from motionenv.mocap.writers.common import (
+    check_sequence,
+    known_segments,
+    local_rotations,
+    without_missing,
+    y_up,
+    y_up_turns,
+)
 from motionenv.types import Motion, Skeleton
 
 _COMPONENTS = {"float32": 5126, "uint16": 5123, "uint8": 5121}
@@ -24,14 +31,14 @@ _SECTIONS = 24  # vertices around a limb
 
 
 def write(motion: Motion, path) -> None:
-    """Write the moving body as GLB, atomically.
+    """Write the moving body as GLB, atomically. Limbs that are missing in every frame are left out.
 
     Args:
         motion: one sequence (frames, 25).
         path: the file.
 
     Raises:
-        GapError: the motion has gaps, which the format can't represent.
+        GapError: the motion has gaps in time, which the format can't represent.
         MotionError: not one sequence, or the file can't be written.
     """
     made = parts(motion)
@@ -47,17 +54,20 @@ def parts(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     check_sequence(motion, "GLB", gaps=False)
+    shown = np.flatnonzero(known_segments(motion.poses)).tolist()
+    motion = without_missing(motion)
     data = _Data()
     rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # viewers look there
+    limbs = _limbs(motion.skeleton, shown)
     document = {
         "asset": {"version": "2.0", "generator": "motionenv"},
         "scene": 0,
-        "scenes": [{"nodes": [0, len(SEGMENTS)]}],
-        "nodes": [*_joints(rest), {"name": "body", "mesh": 0, "skin": 0}],
-        "meshes": [{"name": "body", "primitives": _primitives(data, motion.skeleton, rest)}],
-        "materials": [_material(worn) for worn in COLOURS],
-        "skins": [_skin(data, rest)],
-        "animations": [_animation(data, motion)],
+        "scenes": [{"nodes": [0, len(shown)]}],
+        "nodes": [*_joints(rest, shown), {"name": "body", "mesh": 0, "skin": 0}],
+        "meshes": [{"name": "body", "primitives": _primitives(data, limbs, rest[shown])}],
+        "materials": [_material(worn) for worn in limbs],
+        "skins": [_skin(data, rest[shown])],
+        "animations": [_animation(data, motion, shown)],
         "accessors": data.accessors,
         "bufferViews": data.views,
         "buffers": [{"byteLength": len(data.bytes)}],
@@ -113,13 +123,14 @@ def _rest(skeleton: Skeleton) -> np.ndarray:
     return y_up(origins - [0.0, 0.0, min(lowest)])
 
 
-def _joints(rest: np.ndarray) -> list[dict]:
-    """The nodes of the segments, in the order of `SEGMENTS`, in the rest pose."""
+def _joints(rest: np.ndarray, shown: list[int]) -> list[dict]:
+    """The nodes of the segments `shown`, in the order of `SEGMENTS`, in the rest pose."""
     nodes = []
-    for segment, (name, parent) in enumerate(zip(SEGMENTS, SEGMENT_PARENT, strict=True)):
+    for segment in shown:
+        parent = SEGMENT_PARENT[segment]
         offset = rest[segment] - (rest[parent] if parent >= 0 else 0.0)
-        node = {"name": name, "translation": offset.tolist()}
-        children = [child for child, above in enumerate(SEGMENT_PARENT) if above == segment]
+        node = {"name": SEGMENTS[segment], "translation": offset.tolist()}
+        children = [i for i, child in enumerate(shown) if SEGMENT_PARENT[child] == segment]
         nodes.append({**node, "children": children} if children else node)
     return nodes
 
@@ -131,24 +142,26 @@ def _material(worn: str) -> dict:
     return {"name": worn, "pbrMetallicRoughness": surface}
 
 
-def _primitives(data: _Data, skeleton: Skeleton, rest: np.ndarray) -> list[dict]:
+def _limbs(skeleton: Skeleton, shown: list[int]) -> dict[str, list[tuple[int, Mesh]]]:
+    """Node and mesh of each limb whose segment is `shown`, by garment."""
+    meshes = zip(LIMB_SEGMENT.tolist(), limb_meshes(skeleton, _SECTIONS), CLOTHES, strict=True)
+    limbs = [(shown.index(segment), mesh, worn) for segment, mesh, worn in meshes if segment in shown]
+    by_garment = {worn: [(node, mesh) for node, mesh, w in limbs if w == worn] for worn in COLOURS}
+    return {worn: held for worn, held in by_garment.items() if held}
+
+
+def _primitives(data: _Data, limbs: dict[str, list[tuple[int, Mesh]]], rest: np.ndarray) -> list[dict]:
     """The limbs in the rest pose, merged by colour."""
-    meshes = limb_meshes(skeleton, _SECTIONS)
-    return [
-        _primitive(
-            data, material, [(s, m) for s, m, w in zip(LIMB_SEGMENT, meshes, CLOTHES, strict=True) if w == worn], rest
-        )
-        for material, worn in enumerate(COLOURS)
-    ]
+    return [_primitive(data, material, held, rest) for material, held in enumerate(limbs.values())]
 
 
 def _primitive(data: _Data, material: int, limbs: list[tuple[int, Mesh]], rest: np.ndarray) -> dict:
-    """Triangles, and vertices each bound to its limb's segment."""
+    """Triangles, and vertices each bound to its limb's node."""
     sizes = [len(mesh.vertices) for _, mesh in limbs]
     first = np.cumsum([0, *sizes[:-1]])
     joints = np.zeros((sum(sizes), 4), dtype=np.uint8)
-    joints[:, 0] = np.repeat([segment for segment, _ in limbs], sizes)
-    vertices = np.concatenate([y_up(mesh.vertices) + rest[segment] for segment, mesh in limbs])
+    joints[:, 0] = np.repeat([node for node, _ in limbs], sizes)
+    vertices = np.concatenate([y_up(mesh.vertices) + rest[node] for node, mesh in limbs])
     normals = np.concatenate([y_up(mesh.normals) for _, mesh in limbs])
     faces = np.concatenate([mesh.faces + start for start, (_, mesh) in zip(first, limbs, strict=True)])
     weights = np.zeros_like(joints)
@@ -164,17 +177,17 @@ def _primitive(data: _Data, material: int, limbs: list[tuple[int, Mesh]], rest: 
 
 
 def _skin(data: _Data, rest: np.ndarray) -> dict:
-    """All segments as joints, with inverse bind matrices (column-major)."""
-    inverse = np.tile(np.eye(4, dtype=np.float32), (len(SEGMENTS), 1, 1))
+    """All nodes of segments as joints, with inverse bind matrices (column-major)."""
+    inverse = np.tile(np.eye(4, dtype=np.float32), (len(rest), 1, 1))
     inverse[:, 3, :3] = -rest
-    return {"joints": list(range(len(SEGMENTS))), "skeleton": 0, "inverseBindMatrices": data.add(inverse)}
+    return {"joints": list(range(len(rest))), "skeleton": 0, "inverseBindMatrices": data.add(inverse)}
 
 
-def _animation(data: _Data, motion: Motion) -> dict:
-    """A rotation per segment and the root's translation, at every frame."""
+def _animation(data: _Data, motion: Motion, shown: list[int]) -> dict:
+    """A rotation per segment `shown` and the root's translation, at every frame."""
     times = data.add((np.arange(len(motion.poses)) / motion.fps).astype(np.float32), bounds=True)
     turns = y_up_turns(local_rotations(motion))
-    tracks = [("rotation", segment, _quaternions(turns[:, segment])) for segment in range(len(SEGMENTS))]
+    tracks = [("rotation", node, _quaternions(turns[:, segment])) for node, segment in enumerate(shown)]
     tracks.append(("translation", 0, y_up(motion.poses[:, :3])))
     samplers: list[dict] = []
     channels: list[dict] = []

@@ -34,7 +34,7 @@ class FourierModel(GaitModel):
         max_iter: greatest number of iterations.
 
     Attributes:
-        mean_: (5, 15, 3) [m], the average walker w̄.
+        mean_: (5, 15, 3) [m], the average walker w̄; NaN for markers that no walk shows.
         components_: (N, 5, 15, 3), the eigenwalkers e_n, orthonormal as vectors of 225; the largest entry is positive.
         explained_variance_: (N,) λ = s² / (R - 1) [m²]; × 10⁶ gives paper B's mm².
         explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
@@ -58,6 +58,7 @@ class FourierModel(GaitModel):
         "mean_": COEFFICIENTS, "log_frequency_mean_": (), "log_frequency_deviation_": ()
     }  # fmt: skip
     _positive: ClassVar[tuple[str, ...]] = ()
+    _needed: ClassVar[tuple[str, ...]] = MARKERS  # that at least one walker must show
 
     def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500):
         self.n_components = n_components
@@ -222,8 +223,11 @@ class FourierModel(GaitModel):
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
         self._check_fitted()
         settings = {name: getattr(self, name) for name in self._settings}
-        counts = {"n_people": self.n_people_, "n_walkers": self.n_walkers_}
-        return {name: np.asarray(getattr(self, name)) for name in self._stored}, {"settings": settings, **counts}
+        meta = {"settings": settings, "n_people": self.n_people_, "n_walkers": self.n_walkers_}
+        arrays = {name: np.asarray(getattr(self, name)) for name in self._stored}
+        if missing := [name for name, mean in zip(MARKERS, self.mean_[0, :, 0], strict=True) if np.isnan(mean)]:
+            arrays["mean_"], meta["missing"] = np.nan_to_num(self.mean_), missing  # model files hold finite numbers
+        return arrays, meta
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
@@ -242,6 +246,9 @@ class FourierModel(GaitModel):
                 raise ModelError(f"{name} must be above 0: fit the model again")
             setattr(model, name, arrays[name] if arrays[name].ndim else float(arrays[name]))
         model.n_people_, model.n_walkers_ = meta["n_people"], meta["n_walkers"]
+        if missing := meta.get("missing"):
+            unknown = np.isin(MARKERS, missing)[:, None]
+            model.mean_ = np.where(unknown, np.nan, model.mean_)
         return model
 
     def _learn(self, coefficients: np.ndarray, rank: int) -> None:
@@ -251,14 +258,20 @@ class FourierModel(GaitModel):
         self.scores_ = self._scores(coefficients)
 
     def _decomposed(self, coefficients: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3)."""
-        _check_markers(coefficients)
-        decompose = _by_svd if np.isfinite(coefficients).all() else self._by_likelihood
-        mean, components, variance, total = decompose(coefficients.reshape(len(coefficients), -1), rank)
+        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3).
+
+        Markers that no column shows are NaN in the mean and 0 in the components.
+        """
+        shown = np.broadcast_to(_shown(coefficients, self._needed)[:, None], COEFFICIENTS).ravel()
+        x = coefficients.reshape(len(coefficients), -1)[:, shown]
+        decompose = _by_svd if np.isfinite(x).all() else self._by_likelihood
+        known_mean, known_components, variance, total = decompose(x, rank)
+        mean, components = np.full(shown.size, np.nan), np.zeros((rank, shown.size))
+        mean[shown], components[:, shown] = known_mean, known_components
         return mean.reshape(COEFFICIENTS), _signed(components).reshape(-1, *COEFFICIENTS), variance, total
 
     def _by_likelihood(self, x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Like `_by_svd`, but for x (R, 225) with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
+        """Like `_by_svd`, but for x (R, n) with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
         values, groups, basis = x[:, :, None], np.zeros(len(x), dtype=np.int64), np.eye(x.shape[1])
         centre = group_centres(column_sums(values, groups), basis)
         data = Observations(values, basis, centre, groups)
@@ -332,11 +345,19 @@ def mean_walkers(walkers: list[FourierWalker], subjects: list[str]) -> tuple[np.
     return centred(in_phase(w)), log_frequencies, people
 
 
-def _check_markers(coefficients: np.ndarray) -> None:
-    """Check that each marker is known in at least one walker."""
-    unseen = np.flatnonzero(~np.isfinite(coefficients).all(axis=(1, 3)).any(axis=0))
-    if unseen.size:
-        raise GapError(f"no walker shows {', '.join(MARKERS[i] for i in unseen)}: add walkers that do")
+def _shown(coefficients: np.ndarray, needed: tuple[str, ...]) -> np.ndarray:
+    """Which markers (15,) at least one of the walkers (R, 5, 15, 3) shows.
+
+    Raises:
+        GapError: none shows a `needed` one.
+    """
+    shown = np.isfinite(coefficients).all(axis=(1, 3)).any(axis=0)
+    if unseen := [name for name, seen in zip(MARKERS, shown, strict=True) if name in needed and not seen]:
+        raise GapError(
+            f"no walker shows {', '.join(unseen)}: add walkers that do, or fill them first (motionenv.fill, or "
+            "motionenv fit --fill)"
+        )
+    return shown
 
 
 def _signed(components: np.ndarray) -> np.ndarray:
@@ -351,7 +372,7 @@ def _signed(components: np.ndarray) -> np.ndarray:
 
 
 def _by_svd(x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Mean (225,), components (rank, 225), λ = s² / (R - 1) (rank,) and the sum of all λ, of complete x (R, 225)."""
+    """Mean (n,), components (rank, n), λ = s² / (R - 1) (rank,) and the sum of all λ, of complete x (R, n)."""
     mean = x.mean(axis=0)
     _, s, vt = np.linalg.svd(x - mean, full_matrices=False)
     variance = s**2 / (len(x) - 1)

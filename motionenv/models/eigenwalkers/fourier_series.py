@@ -161,7 +161,10 @@ def harmonic_power(coefficients) -> np.ndarray:
 
 
 def body_heights(w: np.ndarray) -> np.ndarray:
-    """Body heights (n,) [m] of coefficients (n, 5, 15, 3), from lengths averaged over the cycle."""
+    """Body heights (n,) [m] of coefficients (n, 5, 15, 3), from lengths averaged over the cycle.
+
+    From the legs and the trunk, or from the legs alone where the shoulders are unknown (NaN).
+    """
     cycle = positions_at(w, _TWELVE)
     length = lambda a, b: np.linalg.norm(a - b, axis=-1).mean(axis=1)
     legs = sum(
@@ -170,4 +173,4 @@ def body_heights(w: np.ndarray) -> np.ndarray:
         for a, b in ((hip, knee), (knee, ankle))
     )
     trunk = length(cycle[..., _SHOULDERS, :].mean(axis=-2), cycle[..., PELVIS, :])
-    return (0.5 * legs + trunk) / (LEG_SHARE + TRUNK_SHARE)
+    return np.where(np.isnan(trunk), 0.5 * legs / LEG_SHARE, (0.5 * legs + trunk) / (LEG_SHARE + TRUNK_SHARE))

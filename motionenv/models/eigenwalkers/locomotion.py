@@ -89,10 +89,10 @@ class Gait:
 
 
 def gait(coefficients) -> Gait:
-    """Body and way of a walker (5, 15, 3) [m] of which all markers are known; the last ones are remembered.
+    """Body and way of a walker (5, 15, 3) [m] of which pelvis and legs are known; the last ones are remembered.
 
     Raises:
-        GapError: a marker is not known; names it.
+        GapError: one of their markers is not known; names it.
     """
     coefficients = np.asarray(coefficients, dtype=np.float64)
     unknown = [
@@ -112,7 +112,7 @@ def _gait(coefficients: bytes) -> Gait:
     poses = fit_poses(nodes, skeleton, _PHASES)[inside]
     lift = ANKLE_HEIGHT * skeleton.height - feet(poses, skeleton)[0][..., 2].min()
     poses[:, 2] += lift
-    excess = float(np.abs(limit_excess(poses)).max())
+    excess = float(np.nanmax(np.abs(limit_excess(poses))))
     return Gait(w, skeleton, float(lift), excess, _velocity(poses, skeleton))
 
 

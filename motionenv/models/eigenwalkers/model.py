@@ -7,6 +7,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel, labelled, mean_walkers
 from motionenv.models.eigenwalkers.regression import shrunk_regression
+from motionenv.types import MARKERS
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 
@@ -28,7 +29,7 @@ class Eigenwalkers(FourierModel):
         max_iter: greatest number of iterations.
 
     Attributes:
-        mean_: (5, 15, 3) [m], the average walker w̄.
+        mean_: (5, 15, 3) [m], the average walker w̄; NaN for markers that no walk shows.
         components_: (N, 5, 15, 3), the eigenwalkers e_n, orthonormal as vectors of 225; the largest entry is positive.
         explained_variance_: (N,) λ = s² / (R - 1) [m²]; × 10⁶ gives paper B's mm².
         explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
@@ -41,6 +42,7 @@ class Eigenwalkers(FourierModel):
     """
 
     kind: ClassVar[str] = "eigenwalkers"
+    _needed: ClassVar[tuple[str, ...]] = ("pelvis", *MARKERS[MARKERS.index("left_hip") :])
     about: ClassVar[str] = "Fifteen points that swing in two harmonics: body shape and style in one space."
 
     def fit(self, motions, subjects=None) -> "Eigenwalkers":
@@ -53,7 +55,8 @@ class Eigenwalkers(FourierModel):
 
         Raises:
             MotionError: fewer than two people, too few for `n_components`, or labels that don't match the walks.
-            GapError: a marker is missing in all walks.
+            GapError: the pelvis or a marker of the legs is missing in all walks. Others may be: then they are NaN in
+                what the model makes.
         """
         walkers, subjects = labelled(motions, subjects)
         coefficients, log_frequencies, self.people_ = mean_walkers(walkers, subjects)

@@ -91,7 +91,8 @@ class WalkerPrior(FourierModel):
         Raises:
             MotionError: fewer than three people, too few columns for `n_components`, or labels that don't match the
                 walks.
-            GapError: a marker is missing in all walks, or in all walks outside one fold.
+            GapError: a marker is missing in all walks, or in all walks outside one fold: lifting needs to know how each
+                one errs.
         """
         walkers, subjects = labelled(motions, subjects)
         own = subjects if self.merge else [str(i) for i in range(len(walkers))]

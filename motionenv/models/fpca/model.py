@@ -91,14 +91,19 @@ class FunctionalPCA(StoredModel):
         self.card_: dict = {}
 
     def fit(self, cycles: Cycles, channels=None) -> "FunctionalPCA":
-        """Estimate mean and components from `cycles`; `channels` selects channels by name (default all).
+        """Estimate mean and components from `cycles`.
+
+        Args:
+            cycles: of any number of people, NaN where missing. A channel may be missing in some of them altogether.
+            channels: names of the channels to use; by default all that at least one cycle shows, so that a capture of
+                the lower body gives a model of the lower body. `channels_` tells which they are.
 
         Raises:
             MotionError: a setting out of range, an unknown channel, an infinite value, too few cycles.
-            GapError: a channel without one observed sample.
+            GapError: a channel of `channels`, or all channels, without one observed sample.
         """
         self._check_settings()
-        self.channels_ = tuple(cycles.channels if channels is None else channels)
+        self.channels_ = _shown(cycles) if channels is None else tuple(channels)
         values = _select(cycles, self.channels_)
         labels = cycles.subject if self.centre == "subject" else ("all",) * len(values)
         subjects, groups = np.unique(labels, return_inverse=True)
@@ -126,7 +131,10 @@ class FunctionalPCA(StoredModel):
         self._check_fitted()
         values = np.asarray(values, dtype=np.float64)
         if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
-            raise MotionError(f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}")
+            raise MotionError(
+                f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}; the channels "
+                f"are {', '.join(self.channels_)}"
+            )
         flat = values.reshape(-1, *self.mean_.shape)
         centre = self.mean_coefficients_[None]
         data = Observations(flat, self._basis_of(len(self.mean_)), centre, np.zeros(len(flat), dtype=np.int64))
@@ -330,6 +338,18 @@ def _select(cycles: Cycles, channels) -> np.ndarray:
     if channels == cycles.channels:
         return cycles.values
     return cycles.values[..., [cycles.channels.index(c) for c in channels]]
+
+
+def _shown(cycles: Cycles) -> tuple[str, ...]:
+    """The channels of which at least one cycle has a sample.
+
+    Raises:
+        GapError: there is none.
+    """
+    seen = ~np.isnan(cycles.values).all(axis=(0, 1))
+    if len(cycles.values) and not seen.any():
+        raise GapError(f"these cycles have no samples of any channel: {', '.join(cycles.channels)}")
+    return tuple(name for name, some in zip(cycles.channels, seen, strict=True) if some or not len(cycles.values))
 
 
 def _check_numbers(cycles: int, rank: int, people: int):

@@ -4,8 +4,10 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from motionenv.body.gaps import PARTS, check_shown
 from motionenv.errors import MotionError
-from motionenv.mocap import MarkerMap, person_label, read_motion
+from motionenv.mocap import MarkerMap, person_label
+from motionenv.models.filling import read_motion
 from motionenv.models.motion_tree.database import Clip
 
 _SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
@@ -19,6 +21,7 @@ def read_clips(
     unit: str | None = None,
     marker_map: MarkerMap | None = None,
     activity: str | None = None,
+    fill: bool = False,
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
 ) -> Iterator[Clip]:
@@ -33,8 +36,11 @@ def read_clips(
         unit: unit of length, for files that don't state it.
         marker_map: which points of the files are which landmarks; None recognises them by their names.
         activity: activity of all files; None takes it from the names.
+        fill: whether to fill what the capture doesn't show (`motionenv.fill`); otherwise captures of part of the body
+            are left out.
         on_file: called with each file's name before it is read.
-        on_left_out: called with name and reason of each file that can't be read or retargeted.
+        on_left_out: called with name and reason of each file that can't be read or retargeted, or doesn't show the
+            whole body.
 
     Raises:
         MotionError: there is no such folder, or no capture in it.
@@ -45,7 +51,8 @@ def read_clips(
     for path in paths:
         on_file(path.name)
         try:
-            motion = read_motion(path, fps=fps, unit=unit, override=False, marker_map=marker_map)
+            motion = read_motion(path, fps=fps, unit=unit, override=False, marker_map=marker_map, fill=fill)
+            check_shown(motion.poses, PARTS, "a clip")
         except MotionError as error:
             on_left_out(path.name, str(error))
             continue

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from motionenv.body.gaps import listed, missing_parts
 from motionenv.body.skeleton import NODES, mirror
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.features import WINDOW, resample
@@ -103,8 +104,9 @@ def build_database(
             skeleton = skeleton or clip.motion.skeleton
             stretches = [s for s in resample(clip.motion) if len(s) > WINDOW]
             if not stretches:
-                short = clip.name
-                on_short(short)
+                missing = missing_parts(clip.motion.poses)
+                short = f"{clip.name!r}" + (f", which doesn't show {listed(missing)}: fill it first" if missing else "")
+                on_short(clip.name)
             scale = leg_length(skeleton) / leg_length(clip.motion.skeleton)
             for stretch, flipped in _with_mirror_images(stretches, mirrored):
                 spool.write(_from_origin(stretch, scale).tobytes())
@@ -113,7 +115,7 @@ def build_database(
         if not labels or skeleton is None:
             raise MotionError(
                 f"a database needs clips of at least {WINDOW + 1} frames at 30 frames/s (a window of {WINDOW} and its "
-                "successor); there are " + (f"only shorter ones, the last {short!r}" if short else "no clips at all")
+                "successor); there are " + (f"only shorter ones, the last {short}" if short else "no clips at all")
             )
         spool.flush()
         poses = np.asarray(np.memmap(spool, np.float32, "r", shape=(starts[-1], 25)))

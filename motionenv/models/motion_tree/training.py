@@ -21,6 +21,7 @@ def fit_tree(
     marker_map: MarkerMap | None = None,
     activity: str | None = None,
     mirrored: bool = False,
+    fill: bool = False,
     command: str = "",
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
@@ -34,6 +35,7 @@ def fit_tree(
         marker_map: which points of the files are which landmarks; None recognises them by their names.
         activity: activity of all files; None takes it from the names.
         mirrored: also include the left-right mirror image of every clip.
+        fill: whether to fill what the capture doesn't show (`motionenv.fill`).
         command: the command line to record in the card.
         on_file: called with each file's name before it is read.
         on_left_out: called with name and reason of each file that is not used.
@@ -48,8 +50,9 @@ def fit_tree(
         on_left_out(name, why)
 
     clips = read_clips(
-        folder, fps=fps, unit=unit, marker_map=marker_map, activity=activity, on_file=on_file, on_left_out=leave_out
-    )
+        folder, fps=fps, unit=unit, marker_map=marker_map, activity=activity, fill=fill, on_file=on_file,
+        on_left_out=leave_out,
+    )  # fmt: skip
     short = f"has no {WINDOW + 1} contiguous frames at 30 frames/s"
     try:
         database = build_database(clips, mirrored=mirrored, on_short=lambda name: leave_out(name, short))

@@ -33,7 +33,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     deviations along each component for one step of a trait. The rest depends on the treadmill:
 
     - "poses": Fourier coefficients `mean` (columns, 24) and `components` (q, columns, 24) of the channels of
-      `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines. The log stride
+      `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines; of limbs that no
+      walk of the model shows, `mean` is NaN and `components` 0. The log stride
       time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations.
     - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz].
 

@@ -17,12 +17,12 @@ import numpy as np
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body.skeleton import limb_radii, symmetric
-from motionenv.errors import ModelError, MotionError
+from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
-from motionenv.models.walking.tables import Tables, floors_of, root_of, tables_of
+from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, tables_of
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
 
 _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
@@ -30,6 +30,7 @@ _PADDING = 0.2  # [s] before and after, so that smoothing has no edge effects
 _TOGETHER = 16  # walkers per thread, enough to pay for it
 _USUAL = 8  # components
 _SHORTEST = 0.5  # stride time [s]
+_WHOLE = 0.8  # least share of the samples that its walk could show, for a cycle to tell how cycles vary
 
 
 @dataclass(frozen=True)
@@ -76,11 +77,13 @@ class WalkingModel(GaitModel):
         """Fit the model to straight walks.
 
         Args:
-            motions: walks (frames, 25), each of at least two strides; gaps allowed.
+            motions: walks (frames, 25), each of at least two strides; gaps allowed. Neck and arms may be missing: in
+                some walks, whose others then tell of them, or in all, and then they are NaN in what the model makes.
             subjects: the person's label for each walk; None takes each walk for a different person.
 
         Raises:
             MotionError: no walks, labels that don't match them, or a walk without a period.
+            GapError: all walks lack a leg, without which feet can't stand.
         """
         # Imported here: it takes two seconds, and synthesis doesn't need it.
         from motionenv.models.walking.preprocessing import forward_speed, gait_channels, walking_cycles
@@ -93,7 +96,9 @@ class WalkingModel(GaitModel):
         cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
         self.__dict__.pop("_tables", None)
         rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
-        self.fpca_ = FunctionalPCA(rank, self.n_harmonics).fit(cycles)
+        fpca = FunctionalPCA(rank, self.n_harmonics).fit(cycles)
+        _check_legs(fpca.channels_)
+        self.fpca_ = fpca
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
         speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
@@ -109,9 +114,10 @@ class WalkingModel(GaitModel):
             mine = cycles.sequence == trial
             weight = seen[mine] / seen[mine].sum()
             mean = weight @ self.fpca_.scores_[mine]
+            whole = seen[mine] / np.isfinite(cycles.values[mine]).any((0, 1)).mean() > _WHOLE
             rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
             people.append(cycles.subject[np.flatnonzero(mine)[0]])
-            within.append((self.fpca_.scores_[mine] - mean)[seen[mine] > 0.8])
+            within.append((self.fpca_.scores_[mine] - mean)[whole])
         _, which, count = np.unique(people, return_inverse=True, return_counts=True)
         weight = 1.0 / count[which]
         self.person_mean_ = np.average(rows, axis=0, weights=weight)
@@ -282,7 +288,7 @@ class WalkingModel(GaitModel):
         self._check_fitted()
         motions = list(motions)
         cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
-        return self.fpca_.score(cycles.values)
+        return self.fpca_.score(cycles.values[..., [CHANNELS.index(name) for name in self.fpca_.channels_]])
 
     def _relative(self, speed: float | None, height: float | None) -> float | None:
         """The speed [m/s] of a body of mean height that equals `speed` of a body of `height` in body heights/s."""
@@ -301,6 +307,8 @@ class WalkingModel(GaitModel):
         poses = np.empty((len(stride.seconds), request.frames, 25))
         body, speed = self.skeleton(request.height), request.speed or 0.0
         self._walk(stride, wobble, request.fps, request.phase, speed, shortest, body, poses)
+        if lacking := lacking_angles(self):
+            poses[..., lacking] = np.nan
         return poses
 
     def _wobble(self, stride: Stride, seconds: float, shortest: float, rng) -> np.ndarray:
@@ -375,6 +383,20 @@ class WalkingModel(GaitModel):
     def _check_fitted(self) -> None:
         if not hasattr(self, "fpca_"):
             raise ModelError("this WalkingModel is not fitted: call fit(motions, subjects) first, or motionenv.load")
+
+
+def _check_legs(channels: tuple[str, ...]) -> None:
+    """Check that `channels` hold all but the neck's and the arms'.
+
+    Raises:
+        GapError: one is missing.
+    """
+    missing = [name for name in CHANNELS[11:] if name not in channels]
+    if missing:
+        raise GapError(
+            f"a walking model needs both legs, but no walk shows {', '.join(missing)}: add walks that do, or fill them "
+            "with motionenv.fill"
+        )
 
 
 _STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")

@@ -8,10 +8,8 @@ from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import ANKLE_HEIGHT, NODES
 from motionenv.cycles import Alignment, align, estimate_period, periodic_basis, to_reference
 from motionenv.errors import MotionError
-from motionenv.types import ANGLES, Cycles, Motion
-
-#: Channels of the cycles: the 19 angles and the root's rotations [rad], the ankles' heights [body heights].
-CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
+from motionenv.models.walking.tables import CHANNELS
+from motionenv.types import Cycles, Motion
 
 __all__ = [
     "CHANNELS",
@@ -33,7 +31,8 @@ def gait_channels(motion: Motion) -> np.ndarray:
     """The `CHANNELS` (frames, 24) of a straight walk, independent of its place and direction.
 
     Heading is relative to the direction of travel. Ankle heights are shifted so that the stance foot is at
-    `ANKLE_HEIGHT`, which makes trials with different floor heights comparable.
+    `ANKLE_HEIGHT`, which makes trials with different floor heights comparable; if the capture shows one leg only, that
+    foot stands. Channels of limbs that it doesn't show are NaN.
 
     Args:
         motion: a straight walk (frames, 25).
@@ -46,8 +45,9 @@ def gait_channels(motion: Motion) -> np.ndarray:
     way = _travel(motion)
     height = motion.skeleton.height
     ankles = forward(motion.poses, motion.skeleton)[0][:, _ANKLES, 2] / height
-    known = ankles[np.isfinite(ankles).all(1)]
-    floor = np.percentile(known.min(1), 10) - ANKLE_HEIGHT if len(known) else 0.0
+    both, one = np.isfinite(ankles).all(1), np.isfinite(ankles).any(1)
+    known = ankles[both if both.any() else one]
+    floor = np.percentile(np.nanmin(known, axis=1), 10) - ANKLE_HEIGHT if len(known) else 0.0
     turned = motion.poses[:, 5] - np.arctan2(way[1], way[0])
     mean = np.angle(np.nanmean(np.exp(1j * turned)))
     turned = turned - 2 * np.pi * np.round((np.nanmean(turned) - mean) / (2 * np.pi))
@@ -55,7 +55,7 @@ def gait_channels(motion: Motion) -> np.ndarray:
 
 
 def walking_cycles(channels, fps, subjects) -> Cycles:
-    """Cycles of walks. At phase 0 the left leg is furthest ahead of the right.
+    """Cycles of walks. At phase 0 the left leg is furthest ahead of the right, or of where it is half a cycle later.
 
     Args:
         channels: `CHANNELS` (frames, 24) of each walk; the 19 angles determine period and offset.

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motionenv.body.skeleton import limb_radii
-from motionenv.types import Skeleton
+from motionenv.types import ANGLES, Skeleton
 
 if TYPE_CHECKING:
     from motionenv.models.walking.model import WalkingModel
 
+#: Channels of the cycles: the 19 angles and the root's rotations [rad], the ankles' heights [body heights].
+CHANNELS = (*ANGLES, "root_tilt", "root_obliquity", "root_heading", "left_ankle_height", "right_ankle_height")
 _NO_VARIANCE = 1e-9  # eigenvalues below this share of the largest are rounding errors
 
 
@@ -46,7 +48,8 @@ def tables_of(model: "WalkingModel") -> Tables:
     series[:, 1:] *= np.sqrt(2 / samples)
     # The constant, then sine and cosine of each harmonic in turn.
     columns = [0, *np.column_stack([np.arange(harmonics, 2 * harmonics - 1), np.arange(1, harmonics)]).ravel()]
-    ankles = np.concatenate([fpca.mean_[None], fpca.components_])[..., 22:]
+    ankles = np.concatenate([fpca.mean_[None], fpca.components_])[..., -2:]
+    series = in_order(series, fpca.channels_, 0.0)
     return Tables(
         Skeleton(model.proportions_ * height, limb_radii(height), height),
         root_of(model.person_covariance_[:-1, :-1]),
@@ -58,6 +61,18 @@ def tables_of(model: "WalkingModel") -> Tables:
         np.ascontiguousarray(series[:, columns][..., ORDER]).reshape(len(series), -1),
         np.ascontiguousarray(np.moveaxis(ankles, -1, 0)),
     )
+
+
+def in_order(values: np.ndarray, channels: tuple[str, ...], lacking: float) -> np.ndarray:
+    """Values (..., m) of some `channels` as (..., 24) in the order of `CHANNELS`, `lacking` for the others."""
+    out = np.full((*values.shape[:-1], len(CHANNELS)), lacking)
+    out[..., [CHANNELS.index(name) for name in channels]] = values
+    return out
+
+
+def lacking_angles(model: "WalkingModel") -> list[int]:
+    """Entries of the pose vector that a fitted `model` doesn't know: of limbs that none of its walks shows."""
+    return [6 + i for i, name in enumerate(ANGLES) if name not in model.fpca_.channels_]
 
 
 def floors_of(tables: Tables, scores: np.ndarray) -> np.ndarray:

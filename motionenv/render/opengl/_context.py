@@ -136,17 +136,17 @@ def _offscreen_class() -> type:
     from pyrender.renderer import Renderer
 
     class ShadowRenderer(Renderer):
-        """Only what `casts_shadow` casts a shadow, and only in the light of lights with `casts`."""
+        """Only what `casts_shadow` and is `shown` casts a shadow, and only in the light of lights with `casts`."""
 
         def _shadow_mapping_pass(self, scene, light_node, flags):
-            if not light_node.light.casts:
+            if not (light_node.light.casts and any(n.casts_shadow and n.shown for n in scene.mesh_nodes)):
                 self._configure_shadow_mapping_viewport(light_node.light, flags)  # an empty map
                 return
             for node in scene.mesh_nodes:
-                node.mesh.is_visible = node.casts_shadow
+                node.mesh.is_visible = node.casts_shadow and node.shown
             super()._shadow_mapping_pass(scene, light_node, flags)
             for node in scene.mesh_nodes:
-                node.mesh.is_visible = True
+                node.mesh.is_visible = node.shown
 
     class Offscreen(OffscreenRenderer):
         def _create(self):

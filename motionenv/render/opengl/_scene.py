@@ -3,6 +3,7 @@
 import numpy as np
 
 from motionenv.body import LIMBS, limb_segments, rounded_cone
+from motionenv.body.gaps import known_limbs
 from motionenv.render.opengl._context import load
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Camera, Skeleton
@@ -40,31 +41,30 @@ class GlScene:
         self._scenery = [self._add(_sky(scene))] + ([self._add(_ground(scene))] if scene.ground else [])
         for direction, radiance, casts in ((scene.key, scene.key_light, True), (scene.fill, scene.fill_light, False)):
             _add_light(self.pyrender, direction, radiance, casts)
-        self._floor = 0.0
         self._camera = self.pyrender.add(_camera_class()(znear=_NEAR, zfar=_FAR))
 
     def _add(self, primitive, casts_shadow: bool = False):
         """Add a mesh; returns its node."""
         node = self.pyrender.add(load().Mesh([primitive]))
-        node.casts_shadow = casts_shadow
+        node.casts_shadow, node.shown = casts_shadow, True
         return node
 
     def pose(self, pose) -> None:
-        """Move the limbs.
+        """Move the limbs, and hide those that are unknown.
 
         Args:
             pose: (25,) [m, rad].
         """
-        ends = limb_segments(pose, self._skeleton)
-        for node, (start, end) in zip(self._limbs, ends, strict=True):
-            self.pyrender.set_pose(node, _placed(start, _along(end - start)))
-        self.pyrender.middle = ends[LIMBS.index("pelvis")].mean(0)
-        self._floor = min(0.0, float((ends[..., 2] - self._skeleton.radii).min()))
+        ends, known = limb_segments(pose, self._skeleton), known_limbs(pose)
+        for node, (start, end), shown in zip(self._limbs, ends, known, strict=True):
+            node.mesh.is_visible = node.shown = bool(shown)
+            if shown:
+                self.pyrender.set_pose(node, _placed(start, _along(end - start)))
+        if known.any():
+            self.pyrender.middle = ends[LIMBS.index("pelvis")].mean(0)
 
     def look(self, camera: Camera) -> None:
         """Set the camera; ground and sky move with it, by whole pairs of tiles.
-
-        Where the body reaches below the ground, the ground is lowered, so that ids and colours show the same limbs.
 
         Args:
             camera: the camera.

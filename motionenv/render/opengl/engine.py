@@ -36,7 +36,7 @@ class PyrenderRenderer:
         """Render poses.
 
         Args:
-            poses: (..., 25) [m, rad].
+            poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
             skeleton: the body.
             cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
             rgb: whether to render colours.

@@ -12,6 +12,7 @@ import numpy as np
 
 from motionenv._core.threads import Workers
 from motionenv.body import limb_segments
+from motionenv.body.gaps import known_limbs
 from motionenv.errors import MotionError
 from motionenv.render.raycast._draw_kernel import View, draw
 from motionenv.render.raycast._ground_kernel import colour_background
@@ -59,7 +60,7 @@ class Raycaster:
         """Render poses.
 
         Args:
-            poses: (..., 25) [m, rad].
+            poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
             skeleton: the body, the same in all images.
             cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
             rgb: whether to render colours, which takes most of the time.
@@ -89,11 +90,22 @@ class Raycaster:
 
     def _draw(self, work: Batch, skeleton: Skeleton, camera: Camera, index: np.ndarray, flat: Frame) -> None:
         """Render bodies `index`, all seen by `camera`."""
-        ends = limb_segments(work.poses[index], skeleton)
-        radii = skeleton.radii
+        poses, radii = work.poses[index], skeleton.radii
+        ends = limb_segments(poses, skeleton)
         view = self._view(camera, flat.rgb is not None)
         rgb = np.empty((0, 0, 0, 3), np.uint8) if flat.rgb is None else flat.rgb
-        draw(index, ends, radii, view, self.scene.samples, flat.depth, flat.limbs, rgb)
+        if not np.isnan(poses).any():
+            draw(index, ends, radii, view, self.scene.samples, flat.depth, flat.limbs, rgb)
+            return
+        shown, which = np.unique(known_limbs(poses), axis=0, return_inverse=True)
+        for k, some in enumerate(shown):
+            mine = which.reshape(-1) == k
+            part = view._replace(colours=view.colours[some])
+            seen, thick = np.ascontiguousarray(ends[mine][:, some]), _frozen(radii[some])
+            draw(index[mine], seen, thick, part, self.scene.samples, flat.depth, flat.limbs, rgb)
+            ids = np.concatenate([[0], 1 + np.flatnonzero(some)]).astype(np.uint8)
+            for i in index[mine]:
+                flat.limbs[i] = ids[flat.limbs[i]]
 
     def _view(self, camera: Camera, rgb: bool) -> View:
         """Precomputed values that all images of `camera` share."""
@@ -120,6 +132,12 @@ class Raycaster:
 
     def __setstate__(self, state):
         self.__init__(state["scene"], threads=state["threads"])  # type: ignore[misc]
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    """`array`, read-only like a skeleton's, so that kernels need no second version."""
+    array.flags.writeable = False
+    return array
 
 
 def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:

@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 
 from motionenv.body import markers
+from motionenv.body.gaps import known_markers
 from motionenv.errors import GapError, MotionError
 from motionenv.render.api import ENGINES, render
 from motionenv.render.cameras import fit_view
@@ -41,7 +42,7 @@ def film(
     """Frames (height, width, 3) uint8 of a motion, one at a time.
 
     Args:
-        motion: (frames, 25), without gaps.
+        motion: (frames, 25), NaN where unknown: limbs are drawn in the frames in which they are known.
         alpha: view angle [rad].
         width: of the image [pixels].
         height: of the image [pixels].
@@ -54,7 +55,7 @@ def film(
         scene: light, clothes, ground and sky; None uses the defaults with 2 × 2 rays per pixel.
 
     Raises:
-        GapError: the motion has gaps.
+        GapError: the root is never known.
         MotionError: a batch of motions, no such engine, or a colour or an elevation out of range.
         EngineError: the engine can't run here.
     """
@@ -99,7 +100,7 @@ def cameras_for(
         follow: whether they follow the walker.
         elevation: angle [rad] by which they look down.
     """
-    seen = markers(motion.poses, motion.skeleton)
+    seen = _markers(motion.poses, motion)
     margin = 0.14  # head, hands and feet extend beyond the markers
     if not follow:
         return [fit_view(seen, alpha, width=width, height=height, margin=margin, elevation=elevation)] * len(seen)
@@ -128,9 +129,8 @@ def _prepared(
     for name, value in (("colour", colour), ("background", background)):
         if value is not None and not (len(value) == 3 and all(0 <= c <= 1 for c in value)):
             raise MotionError(f"{name} must be (red, green, blue) from 0 to 1, got {value!r}")
-    if not np.isfinite(motion.poses).all():
-        known = np.isfinite(motion.poses).all(1)
-        raise GapError(f"{(~known).sum()} of {len(known)} frames have gaps: cut or fill them before rendering")
+    if not np.isfinite(motion.poses[:, :6]).all(axis=1).any():
+        raise GapError(f"{motion.name or 'the motion'} has no frame with a known root, so there is nothing to draw")
     cameras = cameras_for(motion, alpha, width, height, follow=follow, elevation=elevation)
     if points:
         return cameras, _of_points(motion, colour, background or _PLAIN, cameras[0].height / 90)
@@ -140,12 +140,17 @@ def _prepared(
     return cameras, _of_body(motion, engine, scene)
 
 
+def _markers(poses: np.ndarray, motion: Motion) -> np.ndarray:
+    """Markers (frames, 15, 3) [m] of poses (frames, 25), NaN where unknown."""
+    return np.where(known_markers(poses)[..., None], markers(poses, motion.skeleton), np.nan)
+
+
 def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float) -> Draw:
     """Renders dots of `radius` [pixels]."""
     dots, behind = (np.round(np.multiply(c, 255)) for c in (colour, background))
 
     def draw(poses: np.ndarray, cameras: Sequence[Camera]) -> np.ndarray:
-        seen = markers(poses, motion.skeleton)
+        seen = _markers(poses, motion)
         return render_points(seen, cameras, radius=radius, colour=dots, background=behind)
 
     return draw

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv._core.validation import checked_fps
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 from motionenv.models.motion_tree.features import turned_towards
 from motionenv.models.registry import load
 from motionenv.models.walking.model import Stride, WalkingModel
+from motionenv.models.walking.tables import lacking_angles
 from motionenv.tracking.priors._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, X, Y, add_noise, advance
 from motionenv.tracking.priors.base import Start
-from motionenv.types import Skeleton
+from motionenv.types import POSE, Skeleton
 
 _PHASES = 256  # phases per cycle at which the model is tabulated
 _MEMORY, _PACE_MEMORY, _REST_MEMORY = 1.5, 2.0, 0.5  # [s] correlation times of scores, pace and δ
@@ -92,6 +93,12 @@ class FPCAPrior:
         model = load(model) if isinstance(model, str) else model
         if not isinstance(model, WalkingModel):
             raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(model).__name__}")
+        if lacking := lacking_angles(model):
+            names = ", ".join(POSE[i] for i in lacking)
+            raise GapError(
+                f"a tracking prior moves the whole body, and this model doesn't know {names}: fit a model to filled "
+                "walks (motionenv.fill, or motionenv fit --fill)"
+            )
         self.fps = checked_fps(fps)
         self.skeleton = model.skeleton() if skeleton is None else skeleton
         q = model.fpca_.n_components

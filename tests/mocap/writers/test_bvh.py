@@ -133,6 +133,31 @@ def test_no_frame_and_no_tip_lies_off_the_body(walk, tmp_path):
     assert (tips["LeftFoot_end"] - found.positions[:, found.index("LeftFoot")])[:, 0].max() > 0.1  # forward is x
 
 
+PARTS = {
+    "lower body": (
+        [slice(6, 17)],
+        {"Hips", "Spine2", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot"},
+    ),
+    "one leg": ([slice(6, 21)], {"Hips", "Spine2", "RightUpLeg", "RightLeg", "RightFoot"}),
+    "no knee": ([slice(6, 21), slice(24, 25)], {"Hips", "Spine2", "RightUpLeg"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("entries", "joints"), PARTS.values(), ids=PARTS)
+def test_missing_limbs_are_left_out_of_the_hierarchy(entries, joints, walk, without, tmp_path):
+    """Every leaf ends where the joint that is left out would begin."""
+    bvh_writer.write(without(walk, *entries), tmp_path / "a.bvh")
+    found = positions((tmp_path / "a.bvh").read_text())
+    assert set(found) == joints
+    nodes = forward(walk.poses, walk.skeleton)[0]
+    for joint in joints:
+        np.testing.assert_allclose(found[joint], nodes[:, NODES.index(JOINTS[joint])], atol=1e-6)
+    read = reader.read(tmp_path / "a.bvh")
+    ends = {"Spine2_end": "neck"} | ({"RightUpLeg_end": "right_knee"} if "RightLeg" not in joints else {})
+    for end, node in ends.items():
+        np.testing.assert_allclose(read.positions[:, read.index(end)], nodes[:, NODES.index(node)], atol=1e-6)
+
+
 def blender() -> str:
     """A Python that has Blender as a module."""
     if importlib.util.find_spec("bpy"):

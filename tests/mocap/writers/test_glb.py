@@ -67,16 +67,26 @@ class Viewer:
         return out
 
 
-def check(motion, path, frames):
-    """Joints and skin against the kinematics."""
-    viewer = Viewer(path)
+def check_joints(viewer, motion, frames, segments=SEGMENTS):
+    """Joints against the kinematics."""
     names = [node.name for node in viewer.file.nodes]
+    assert names == [*segments, "body"]
     nodes = forward(motion.poses, motion.skeleton)[0]
     for t in frames:
         pose = viewer.pose(t)
         for segment, origin in zip(SEGMENTS, SEGMENT_ORIGIN, strict=True):
+            if segment not in segments:
+                continue
             found = viewer.world(names.index(segment), pose)[:3, 3][TO_WORLD]
             np.testing.assert_allclose(found, nodes[t, origin], atol=1e-4, err_msg=f"{segment} ({NODES[origin]})")
+
+
+def check(motion, path, frames):
+    """Joints and skin against the kinematics."""
+    viewer = Viewer(path)
+    check_joints(viewer, motion, frames)
+    for t in frames:
+        pose = viewer.pose(t)
         body = body_mesh(motion.poses[t], motion.skeleton, sections=24)
         colours = np.asarray(body.visual.vertex_colors)
         _, first = np.unique(colours, axis=0, return_index=True)
@@ -139,6 +149,27 @@ def test_khronos_validator_finds_nothing_wrong(frames, any_motion, tmp_path):
 
 def test_khronos_validator_finds_nothing_wrong_with_a_walk(walk, tmp_path):
     glb.write(walk, tmp_path / "a.glb")
+    assert validated(tmp_path / "a.glb")["issues"]["messages"] == []
+
+
+def test_missing_limbs_are_left_out(walk, without, tmp_path):
+    glb.write(walk, tmp_path / "whole.glb")
+    glb.write(without(walk, slice(6, 17)), tmp_path / "lower.glb")
+    lower, whole = Viewer(tmp_path / "lower.glb"), Viewer(tmp_path / "whole.glb")
+    kept = [s for s in SEGMENTS if s == "torso" or s.endswith(("thigh", "shin", "foot"))]
+    check_joints(lower, walk, range(0, len(walk.poses), 49), kept)
+    garments = {m.name: i for i, m in enumerate(lower.file.materials)}
+    assert set(garments) == {"shirt", "trousers", "shoes"}  # no head, no neck, no hands
+    for t in (0, 100):
+        some, all_ = lower.skinned(lower.pose(t)), whole.skinned(whole.pose(t))
+        for worn in ("trousers", "shoes"):
+            twin = all_[[m.name for m in whole.file.materials].index(worn)]
+            np.testing.assert_allclose(some[garments[worn]], twin, atol=1e-5)
+    assert len(some[garments["shirt"]]) < len(all_[[m.name for m in whole.file.materials].index("shirt")])
+
+
+def test_khronos_validator_finds_nothing_wrong_with_a_leg(any_motion, without, tmp_path):
+    glb.write(without(any_motion(5), slice(6, 21)), tmp_path / "a.glb")
     assert validated(tmp_path / "a.glb")["issues"]["messages"] == []
 
 

@@ -97,7 +97,7 @@ def test_frequency_that_has_nothing_to_do_with_scores_is_left_alone(walkers):
         (lambda w: Eigenwalkers().fit(w[:4], ["a"] * 4), "at least two people, got 1"),
         (lambda w: Eigenwalkers().fit(w[:4], ["a"]), "subject"),
         (lambda w: Eigenwalkers().fit([1, 2]), "Markers"),
-        (lambda w: Eigenwalkers(1).fit([hide(a, [7]) for a in w]), "left_wrist"),
+        (lambda w: Eigenwalkers(1).fit([hide(a, [11]) for a in w]), "left_knee"),
     ],
 )
 def test_what_makes_no_sense_is_refused(walkers, call, says):

@@ -174,7 +174,7 @@ def test_hidden_blocks_are_blocks_of_the_asked_share():
     ("change", "kwargs", "error", "says"),
     [
         (lambda v: v[:5], {"n_components": 5}, MotionError, "at least 6 cycles"),
-        (lambda v: np.where(np.arange(4) == 2, np.nan, v), {}, GapError, "angle_2"),
+        (lambda v: v * np.nan, {}, GapError, "no samples of any channel: angle_0"),
         (lambda v: np.where(v == v.max(), np.inf, v), {}, MotionError, "infinite"),
         (lambda v: np.zeros_like(v), {}, MotionError, "constant"),
         (lambda v: v, {"method": "magic"}, MotionError, "magic"),
@@ -188,6 +188,21 @@ def test_bad_input_is_refused(change, kwargs, error, says):
     values = low_rank()[0]
     with pytest.raises(error, match=says):
         FunctionalPCA(**{"n_components": 3, "n_harmonics": 10, **kwargs}).fit(as_cycles(change(values)))
+
+
+def test_channels_that_no_cycle_shows_are_left_out():
+    """The model is that of the other channels alone; asked for by name, a missing channel is refused."""
+    values = low_rank()[0]
+    less = as_cycles(np.where(np.arange(4) == 2, np.nan, values))
+    kept = ("angle_0", "angle_1", "angle_3")
+    model = FunctionalPCA(3, n_harmonics=10).fit(less)
+    assert model.channels_ == kept
+    alone = FunctionalPCA(3, n_harmonics=10).fit(as_cycles(values), channels=kept)
+    np.testing.assert_array_equal(model.components_, alone.components_)
+    with pytest.raises(MotionError, match="the channels are angle_0, angle_1, angle_3"):
+        model.transform(values)
+    with pytest.raises(GapError, match="angle_2"):
+        FunctionalPCA(3, n_harmonics=10).fit(less, channels=less.channels)
 
 
 def test_use_before_fit_and_wrong_shapes_are_refused(gappy):

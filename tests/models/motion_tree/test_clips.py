@@ -1,5 +1,6 @@
 """Clips from folders: what file names tell of them, and what happens to files that are no capture."""
 
+import numpy as np
 import pytest
 
 import motionenv
@@ -61,3 +62,16 @@ def test_people_of_any_alphabet_are_people(tmp_path, stranger):
     for name in ("Пётр_01", "Иван_01", "Zoe\u0308_1", "Zo\u00eb_2"):
         motionenv.write(stranger, tmp_path / f"{name}.npz")
     assert {clip.person for clip in read_clips(tmp_path)} == {"Пётр", "Иван", "Zo\u00eb"}
+
+
+def test_captures_of_part_of_the_body_are_left_out_or_filled(tmp_path):
+    walk = motionenv.synthesize("walk/fpca", 1.0, 30.0, seed=1)
+    poses = walk.poses.copy()
+    poses[:, 9:13] = np.nan
+    (tmp_path / "walk").mkdir()
+    motionenv.write(motionenv.Motion(poses, walk.skeleton, walk.fps), tmp_path / "walk" / "a_1.npz")
+    why = {}
+    assert not list(read_clips(tmp_path, on_left_out=why.__setitem__))
+    assert "a clip needs the left arm" in why["a_1.npz"]
+    (clip,) = read_clips(tmp_path, fill=True)
+    assert np.isfinite(clip.motion.poses).all()

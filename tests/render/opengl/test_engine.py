@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from motionenv.body import from_height
+from motionenv.body import LIMBS, from_height
 from motionenv.errors import MotionError
 from motionenv.render import Scene
 from motionenv.render.cameras import view
@@ -79,7 +79,7 @@ def test_pickle_carries_the_scene(renderer, walking):
 @pytest.mark.usefixtures("opengl")
 def test_bad_poses_are_refused_before_opengl(renderer):
     with pytest.raises(MotionError, match="finite"):
-        renderer.render(np.full(25, np.nan), SKELETON, CAMERA)
+        renderer.render(np.full(25, np.inf), SKELETON, CAMERA)
 
 
 FORK = """
@@ -142,3 +142,27 @@ def test_without_graphics_libraries_the_error_says_what_to_install(platform):
     assert run.stdout.startswith("EngineError")
     assert "apt-get install --no-install-recommends libegl1 libgl1" in run.stdout
     assert "raycast" in run.stdout
+
+
+@pytest.mark.usefixtures("opengl")
+def test_unknown_limbs_are_not_drawn_and_come_back(walking):
+    """In neither ids nor colours nor shadows: a body of which nothing is known leaves an empty scene."""
+    renderer = PyrenderRenderer(Scene())
+    poses = walking(3).copy()
+    poses[:, :2] = 0
+    whole = renderer.render(poses[2], SKELETON, CAMERA)
+    poses[0, 6:17], poses[1] = np.nan, np.nan
+    lower, nothing, again = (renderer.render(pose, SKELETON, CAMERA) for pose in poses)
+    shown = {LIMBS[i - 1] for i in np.unique(lower.limbs) if i}
+    assert "left_thigh" in shown
+    assert not shown & {"head", "neck", "torso", "shoulders", "left_hand", "right_forearm"}
+    assert not nothing.limbs.any()
+    np.testing.assert_array_equal(again.limbs, whole.limbs)
+    np.testing.assert_array_equal(again.rgb, whole.rgb)
+    away = np.zeros(25)
+    away[0] = 200.0
+    np.testing.assert_array_equal(nothing.rgb, renderer.render(away, SKELETON, CAMERA).rgb)
+    blue = lambda frame: (frame.rgb[..., 2] > 1.5 * frame.rgb[..., 0]).sum()
+    assert blue(whole) > 20
+    assert blue(lower) == 0
+    renderer.close()

@@ -12,6 +12,7 @@ from motionenv.render.cameras import look_at
 
 SKELETON = from_height(1.75)
 PLAIN = Scene(shadows=False)
+ARM = ("upper_arm", "forearm", "hand")
 
 
 def camera(eye=(1.0, -3.5, 1.2), size=64, **more):
@@ -137,3 +138,27 @@ def test_threads_work_again_after_a_fork(walking):
         after = caster.render(poses, SKELETON, view)
         os._exit(0 if np.array_equal(before.rgb, after.rgb) else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scene", [Scene(), Scene(samples=2, shadows=False)])
+def test_unknown_limbs_are_left_out_and_hide_nothing(scene, walking):
+    """Without arms, each pixel shows the nearest of the other limbs; a body of which nothing is known is no body."""
+    view = camera(size=96)
+    whole = walking(4)
+    poses = whole.copy()
+    poses[1, 9:13] = poses[2, 6:17] = poses[3] = np.nan
+    all_limbs, part = (render(p, SKELETON, view, scene=scene) for p in (whole, poses))
+    np.testing.assert_array_equal(part.rgb[0], all_limbs.rgb[0])
+    arm = [i + 1 for i, name in enumerate(LIMBS) if name.startswith("left_") and name[5:] in ARM]
+    upper = [i + 1 for i, name in enumerate(LIMBS) if not name.endswith(("pelvis", "thigh", "shin", "foot"))]
+    for i, gone in ((1, arm), (2, upper)):
+        assert not np.isin(part.limbs[i], gone).any()
+        stays = (all_limbs.limbs[i] > 0) & ~np.isin(all_limbs.limbs[i], gone)
+        np.testing.assert_array_equal(part.limbs[i][stays], all_limbs.limbs[i][stays])
+        np.testing.assert_array_equal(part.depth[i][stays], all_limbs.depth[i][stays])
+    assert not part.limbs[3].any()
+    assert np.isinf(part.depth[3]).all()
+    if scene.samples == 1:
+        same = (part.limbs[2] > 0) & (part.limbs[2] == all_limbs.limbs[2])
+        np.testing.assert_array_equal(part.rgb[2][same], all_limbs.rgb[2][same])

@@ -61,11 +61,27 @@ def test_another_scene_is_used(walk):
     assert (one != other).any()
 
 
-def test_gaps_and_unknown_engines_are_refused_before_drawing(walk):
+@pytest.mark.filterwarnings("error")
+def test_frames_without_arms_show_the_rest_where_it_was(walk):
+    """Beside the arms' pixels, a film of a motion with gaps is that of the whole one; without a root it is empty."""
     poses = walk.poses.copy()
-    poses[3:5, 7] = np.nan
-    with pytest.raises(GapError, match="2 of 35 frames"):
-        film(Motion(poses, walk.skeleton, 10), 0.0)
+    poses[3:5, 9:17] = np.nan
+    poses[5] = np.nan
+    gappy = Motion(poses, walk.skeleton, 10)
+    look = {"width": 96, "height": 128, "follow": False, "scene": Scene(shadows=False)}
+    whole, part = (np.array(list(film(m, 0.0, **look))) for m in (walk, gappy))
+    np.testing.assert_array_equal(part[[0, 1, 2, 6]], whole[[0, 1, 2, 6]])
+    changed = (part[3] != whole[3]).any(-1)
+    assert 0 < changed.mean() < 0.02
+    assert len(np.unique(part[5].reshape(-1, 3), axis=0)) < len(np.unique(whole[5].reshape(-1, 3), axis=0))
+    dots = np.array(list(film(gappy, 0.0, width=96, height=128, points=True, follow=False)))
+    assert dots[5].max() == 0
+    assert 0 < (dots[3] > 128).sum() < (dots[2] > 128).sum()
+
+
+def test_motions_without_a_root_and_unknown_engines_are_refused_before_drawing(walk):
+    with pytest.raises(GapError, match="no frame with a known root"):
+        film(Motion(np.full((5, 25), np.nan), walk.skeleton, 10), 0.0)
     with pytest.raises(MotionError, match="raycast, pyrender"):
         next(film(walk, 0.0, engine="povray"))
 

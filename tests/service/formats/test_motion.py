@@ -8,7 +8,7 @@ import pytest
 
 import motionenv
 from motionenv.types import POSE
-from service.formats import JSON, NPY
+from service.formats import FILES, JSON, MOT, NPY, TRC
 from service.formats.motion import parts
 from service.schemas.synthesis import MotionResponse
 
@@ -42,3 +42,12 @@ def test_npy_holds_the_poses_and_nothing_that_runs():
     read = np.load(io.BytesIO(whole(motion, NPY)), allow_pickle=False)
     assert read.dtype == "<f8"
     np.testing.assert_array_equal(read, motion.poses)
+
+
+@pytest.mark.parametrize("media_type", [TRC, MOT])
+def test_opensims_files_are_those_that_python_writes_and_come_in_parts(media_type, tmp_path):
+    motion = walk(1200)
+    path = tmp_path / f"a{FILES[media_type]}"
+    motionenv.write(motion, path)
+    assert whole(motion, media_type) == path.read_bytes()
+    assert len(list(parts(motion, media_type, "walk/fpca", 3))) > 2

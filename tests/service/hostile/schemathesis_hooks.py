@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from service.formats import BVH, CSV, FILES, FILMS, JSON, NPY, NPZ, PNG
 
-FORMATS = (JSON, NPY, NPZ, CSV, BVH, PNG, "model/gltf-binary", "application/x-c3d")
+FORMATS = (JSON, NPY, NPZ, CSV, BVH, PNG, "model/gltf-binary", "application/x-c3d", "text/x-trc", "text/x-mot")
 _turn = itertools.cycle(FORMATS)
 _HEADS = (b"", b"PK\x03\x04", b"\x02\x50", b"HIERARCHY\nROOT r {", b"PathFileType 4", b":FULLY-SPECIFIED\n1\n")
 

@@ -10,7 +10,7 @@ def test_the_openapi_says_what_wants_a_key(locked, server):
 
 
 FILES = {"application/x-npz": ".npz", "text/csv": ".csv", "model/x-bvh": ".bvh", "model/gltf-binary": ".glb",
-         "application/x-c3d": ".c3d"}  # fmt: skip
+         "application/x-c3d": ".c3d", "text/x-trc": ".trc", "text/x-mot": ".mot"}  # fmt: skip
 
 
 def test_the_document_tells_every_format_and_problem(server):

@@ -16,7 +16,7 @@ from tests.service.waiting import until
 ASK = {"seed": 3, "seconds": 1.0, "fps": 30, "deviations": [1.0, -0.5], "speed": 1.2, "height": 1.6, "phase": 0.25}
 SMALL = {"width": 64, "height": 48}
 FILES = {"application/x-npz": ".npz", "text/csv": ".csv", "model/x-bvh": ".bvh", "model/gltf-binary": ".glb",
-         "application/x-c3d": ".c3d"}  # fmt: skip
+         "application/x-c3d": ".c3d", "text/x-trc": ".trc", "text/x-mot": ".mot"}  # fmt: skip
 
 
 def expected() -> motionenv.Motion:

@@ -1,0 +1,110 @@
+"""Which parts of the body a motion shows. A capture need not hold a whole body: unknown entries of its poses are NaN.
+
+The torso has no angles of its own, since the root is its frame. In a capture of the lower body the root is that of the
+pelvis, and nothing above it was seen; so the torso counts as known only where the neck or an upper arm is.
+"""
+
+import numpy as np
+
+from motionenv.body.skeleton import LIMB_SEGMENT, LIMBS, SEGMENTS
+from motionenv.errors import GapError
+from motionenv.types import MARKERS, POSE
+
+#: Parts of the body and their entries of the pose vector.
+PARTS: dict[str, tuple[int, ...]] = {
+    part: tuple(i for i, name in enumerate(POSE) if any(name.startswith(word) for word in words))
+    for part, words in {
+        "root": ("root",),
+        "neck": ("neck",),
+        "left arm": ("left_shoulder", "left_elbow"),
+        "right arm": ("right_shoulder", "right_elbow"),
+        "left leg": ("left_hip", "left_knee"),
+        "right leg": ("right_hip", "right_knee"),
+    }.items()
+}
+
+# Segments and the entries that determine their rotation, beside those of the segment before them.
+_CHAIN = {
+    "head": ("torso", slice(6, 9)),
+    "left_upper_arm": ("torso", slice(9, 12)), "left_forearm": ("left_upper_arm", slice(12, 13)),
+    "right_upper_arm": ("torso", slice(13, 16)), "right_forearm": ("right_upper_arm", slice(16, 17)),
+    "left_thigh": ("torso", slice(17, 20)), "left_shin": ("left_thigh", slice(20, 21)),
+    "right_thigh": ("torso", slice(21, 24)), "right_shin": ("right_thigh", slice(24, 25)),
+}  # fmt: skip
+_UPPER = [LIMBS.index("torso"), LIMBS.index("shoulders")]
+_ABOVE = [SEGMENTS.index(name) for name in ("head", "left_upper_arm", "right_upper_arm")]
+_CARRIER = {"head": "head", "elbow": "upper_arm", "wrist": "forearm", "knee": "thigh", "ankle": "shin"}
+_MARKER_SEGMENT = [
+    SEGMENTS.index("_".join((*name.split("_")[:-1], _CARRIER[name.split("_")[-1]])))
+    if name.split("_")[-1] in _CARRIER
+    else 0
+    for name in MARKERS
+]
+_UPPER_MARKERS = [MARKERS.index(name) for name in ("sternum", "left_shoulder", "right_shoulder")]
+
+
+def missing_parts(poses) -> tuple[str, ...]:
+    """The `PARTS` of which poses (..., 25) never show all entries at once; empty if each is seen whole somewhere."""
+    known = np.isfinite(np.asarray(poses, dtype=np.float64).reshape(-1, 25))
+    return tuple(part for part, entries in PARTS.items() if not known[:, entries].all(axis=1).any())
+
+
+def known_limbs(poses) -> np.ndarray:
+    """Which of the drawn limbs are known: (..., limbs) bool, in the order of `motionenv.body.LIMBS`.
+
+    Args:
+        poses: (..., 25) [m, rad], NaN where unknown.
+    """
+    segments = _known_segments(poses)
+    limbs = segments[..., LIMB_SEGMENT]
+    limbs[..., _UPPER] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
+    return limbs
+
+
+def known_markers(poses) -> np.ndarray:
+    """Which of the 15 markers are known: (..., 15) bool, in the order of `motionenv.types.MARKERS`.
+
+    Args:
+        poses: (..., 25) [m, rad], NaN where unknown.
+    """
+    segments = _known_segments(poses)
+    markers = segments[..., _MARKER_SEGMENT]
+    markers[..., _UPPER_MARKERS] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
+    return markers
+
+
+def check_shown(poses, parts, purpose: str) -> None:
+    """Check that poses show some parts of the body.
+
+    Args:
+        poses: (..., 25) [m, rad], NaN where unknown.
+        parts: names of `PARTS`.
+        purpose: who needs them, the subject of the message.
+
+    Raises:
+        GapError: a part is never shown whole; names it.
+    """
+    if missing := [part for part in missing_parts(poses) if part in parts]:
+        raise GapError(
+            f"{purpose} needs {listed(missing)}, never shown here: fill the motion first with motionenv.fill, "
+            "or --fill on the command line"
+        )
+
+
+def listed(parts) -> str:
+    """Parts of the body as text: "the neck, the left arm and the right arm"."""
+    words = [f"the {part}" for part in parts]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def _known_segments(poses) -> np.ndarray:
+    """Whether the rotation and place of each of `SEGMENTS` is known, (..., 12) bool."""
+    known = np.isfinite(np.asarray(poses, dtype=np.float64))
+    segments = np.empty((*known.shape[:-1], len(SEGMENTS)), dtype=bool)
+    segments[..., 0] = known[..., :6].all(axis=-1)
+    for name, (parent, entries) in _CHAIN.items():
+        before = segments[..., SEGMENTS.index(parent)]
+        segments[..., SEGMENTS.index(name)] = before & known[..., entries].all(axis=-1)
+    for side in ("left", "right"):
+        segments[..., SEGMENTS.index(f"{side}_foot")] = segments[..., SEGMENTS.index(f"{side}_shin")]
+    return segments

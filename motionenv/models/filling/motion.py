@@ -1,0 +1,138 @@
+"""Fill what a capture doesn't show by a gait model's prior, and read captures that way."""
+
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+
+from motionenv import mocap
+from motionenv.body.gaps import check_shown
+from motionenv.body.skeleton import LIMITS
+from motionenv.models.base import GaitModel
+from motionenv.models.filling.interpolation import REACH, around, interpolated
+from motionenv.models.filling.prior import LAGS, AnglePrior, prior_of
+from motionenv.types import Motion
+
+#: Longest gap of the root [s] that is filled.
+LONGEST = 0.5
+
+_ROOT = 6  # entries of the root in the pose vector
+_HEADING = 5
+_TURN = 2 * np.pi
+
+
+def fill(motion: Motion, *, model: str | GaitModel = "walk/fpca") -> Motion:
+    """Fill the unknown entries of a motion with what the known ones and a gait model let expect.
+
+    A joint angle is the conditional mean of `motionenv.models.filling.prior` given the other angles at that time and
+    0.3 s around it, plus how its known values just before and after differ from it, interpolated by a Gaussian process
+    (`motionenv.models.filling.interpolation`). So arms that a capture never shows swing against the legs; a knee that
+    is occluded for a moment goes on smoothly; and a motion unlike walking has arms near the model's mean posture.
+
+    The root can't be told from angles. Gaps of up to `LONGEST` between frames that show it are interpolated; in longer
+    ones, before the first such frame and after the last, all entries of a frame stay NaN.
+
+    Args:
+        motion: (..., frames, 25).
+        model: a name or path for `motionenv.load`, or a fitted model of walks. Your own (`motionenv fit`) fills with
+            what your people do.
+
+    Returns:
+        The motion without those gaps. Known entries are unchanged; `filled` is True where the model gave the value, now
+        or before. The same motion and model give the same result: there is nothing random in it.
+
+    Raises:
+        GapError: the root is never known, or the model lacks parts of the body itself.
+        ModelError: no such model.
+    """
+    gaps = ~np.isfinite(motion.poses)
+    if not gaps.any():
+        return motion
+    check_shown(motion.poses, ["root"], "filling")
+    prior = prior_of(model)
+    flat = motion.poses.reshape(-1, *motion.poses.shape[-2:])
+    poses = np.stack([_filled(one, motion.fps, prior) for one in flat]).reshape(motion.poses.shape)
+    filled = gaps & np.isfinite(poses)
+    return replace(motion, poses=poses, filled=filled if motion.filled is None else filled | motion.filled)
+
+
+def read_motion(path, *, fill: bool | str | GaitModel = False, **how) -> Motion:
+    """Read the motion in a file; capture is retargeted to the body.
+
+    Args:
+        path: .npz, .amc, .bvh, .c3d or .trc.
+        fill: whether to fill what the capture doesn't show; a model, or its name, instead of the default's.
+        how: further arguments of `motionenv.mocap.read_motion`, such as `fps` and `unit` for files that don't tell.
+
+    Raises:
+        MotionError: as in `motionenv.mocap.read_motion` and `motionenv.fill`.
+    """
+    motion = mocap.read_motion(path, **how)
+    if fill is False:
+        return motion
+    return _fill(motion) if fill is True else _fill(motion, model=fill)
+
+
+_fill = fill  # of this module, where an argument has its name
+
+
+def _filled(poses: np.ndarray, fps: float, prior: AnglePrior) -> np.ndarray:
+    """Poses (frames, 25) without gaps, but for frames whose root stays unknown."""
+    out = poses.copy()
+    rooted = np.isfinite(poses[:, :_ROOT]).all(axis=1)
+    for first, last in _runs(~rooted):
+        if 0 < first and last < len(poses) and (last - first) / fps <= LONGEST:
+            _bridge(out, first, last, fps)
+        else:
+            out[first:last] = np.nan
+    for first, last in _runs(np.isfinite(out[:, 0])):
+        out[first:last, _ROOT:] = _with_angles(out[first:last, _ROOT:], fps, prior)
+    return np.where(np.isfinite(poses) & np.isfinite(out[:, :1]), poses, out)
+
+
+def _bridge(poses: np.ndarray, first: int, last: int, fps: float) -> None:
+    """Interpolate the unknown root entries of the frames from `first` up to `last`, in place."""
+    near = around(first, last, len(poses), fps)
+    near = near[np.isfinite(poses[near, :_ROOT]).all(axis=1)]
+    frames = np.arange(len(poses))
+    for entry in range(_ROOT):
+        gap = np.isnan(poses[first:last, entry])
+        values = np.full(len(poses), np.nan)
+        values[near] = np.unwrap(poses[near, entry]) if entry == _HEADING else poses[near, entry]
+        slope, level = np.polyfit(near, values[near], 1) if len(near) > 1 else (0.0, values[near[0]])
+        line = slope * frames + level
+        inside = line[first:last] + interpolated(values - line, first, last, fps)
+        poses[first:last, entry][gap] = inside[gap]
+
+
+def _with_angles(angles: np.ndarray, fps: float, prior: AnglePrior) -> np.ndarray:
+    """Angles (frames, 19) with all gaps filled, the shortest first, so that longer ones can draw on them."""
+    out = angles.copy()
+    margin = round((REACH + LAGS[-1]) * fps)
+    by_run = defaultdict(list)
+    for angle, gaps in enumerate(np.isnan(angles).T):
+        for run in _runs(gaps):
+            by_run[run].append(angle)
+    for (first, last), wanted in sorted(by_run.items(), key=lambda item: item[0][1] - item[0][0]):
+        start, stop = max(first - margin, 0), min(last + margin, len(out))
+        expected = prior.predict(out[start:stop], fps, np.array(wanted))
+        for angle, curve in zip(wanted, expected.T, strict=True):
+            rest = out[start:stop, angle] - curve
+            turns = _TURN * np.round(np.median(rest[np.isfinite(rest)]) / _TURN) if np.isfinite(rest).any() else 0.0
+            gap = slice(first - start, last - start)
+            value = curve[gap] + turns + interpolated(rest - turns, gap.start, gap.stop, fps)
+            out[first:last, angle] = np.clip(value, *_range(angle, angles[:, angle]))
+    return out
+
+
+def _range(angle: int, known: np.ndarray) -> tuple[float, float]:
+    """Least and greatest value [rad] to fill in: the joint's limits, or what of the capture goes beyond them."""
+    low, high = LIMITS[_ROOT + angle]
+    known = known[np.isfinite(known)]
+    return min(low, known.min(initial=low)), max(high, known.max(initial=high))
+
+
+def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
+    """First frame and the frame behind the last of each run of True in `mask` (frames,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
