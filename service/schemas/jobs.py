@@ -5,7 +5,6 @@ from textwrap import shorten
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
-from pydantic_core import PydanticCustomError
 
 from motionenv import MotionError
 from motionenv.mocap import MarkerMap
@@ -21,12 +20,12 @@ def _checked_map(text: str) -> str:
     """The text of a marker map.
 
     Raises:
-        PydanticCustomError: it is none; names the line or the landmark.
+        ValueError: it is none; names the line or the landmark.
     """
     try:
         MarkerMap.parse(text)
     except MotionError as error:
-        raise PydanticCustomError("marker_map", "{problem}", {"problem": shorten(str(error), _PROBLEM)}) from None
+        raise ValueError(shorten(str(error), _PROBLEM)) from None
     return text
 
 
