@@ -1,9 +1,9 @@
 """Gait events from the paths of heels and toes.
 
-Candidates are those of Zeni, Richards & Higginson (2008, Gait Posture 27): at initial contact the heel is furthest ahead
-of the pelvis, at toe-off the toe furthest behind. The heel is furthest ahead some 50 ms before it meets the ground,
-the more so the faster somebody walks; so initial contact is moved to where the heel's fall is stopped hardest, the
-peak of its vertical acceleration soon after.
+Candidates are those of Zeni, Richards & Higginson (2008, Gait Posture 27): at initial contact the heel is furthest
+ahead of the pelvis, at toe-off the toe furthest behind. The heel is furthest ahead some 50 ms before it meets the
+ground, the more so the faster somebody walks; so initial contact is moved to where the heel's fall is stopped hardest,
+the peak of its vertical acceleration soon after.
 """
 
 import numpy as np

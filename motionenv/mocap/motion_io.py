@@ -19,9 +19,9 @@ def read_motion(
     *,
     fps: float | None = None,
     unit: str | float | None = None,
+    marker_map: MarkerMap | str | None = None,
     body_model=None,
     override: bool = True,
-    marker_map: MarkerMap | str | None = None,
 ) -> Motion:
     """Read the motion in a file; capture is retargeted to the body.
 
@@ -30,8 +30,8 @@ def read_motion(
         fps: frame rate, if the file doesn't specify it or is wrong.
         unit: unit of length, if the file doesn't specify it or is wrong.
         body_model: for AMASS's files of poses: the NPZ file of the body model.
-        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
         marker_map: which points are which landmarks; see `motionenv.retarget`.
+        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Raises:
         MotionError: as in `motionenv.read` and `motionenv.retarget`.

@@ -38,7 +38,7 @@ def retarget(
     nodes = find_nodes(markers, marker_map=marker_map, static=static, measurements=measurements)
     if skeleton is None:
         skeleton = fit_skeleton(nodes.positions)
-    poses = fit_poses(nodes.positions, skeleton, markers.fps, nodes.head_side)
+    poses = fit_poses(nodes.positions, skeleton, markers.fps, nodes.head_side, nodes.trunk)
     return Motion(poses, skeleton, markers.fps, markers.name)
 
 

@@ -11,8 +11,8 @@ NPY = "application/x-npy"
 NPZ = "application/x-npz"
 CSV = "text/csv"
 BVH = "model/x-bvh"
-HTML = "text/html"
 TRC, MOT = "text/x-trc", "text/x-mot"
+HTML = "text/html"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {

@@ -5,8 +5,8 @@ Where thigh and shank carry three or more markers each, a trial in which the joi
 centres in the sagittal plane, but hardly how far out they are. That comes from the body:
 
 - hips are as far apart as those of people with thighs of that length (Winter 2009, fig. 4.1);
-- the leg, seen from the front and stretched, is a straight line from the hip, which runs such that the outermost markers
-  of thigh and shank are as far outside of it as the limbs are thick.
+- the leg, seen from the front and stretched, is a straight line from the hip, which runs such that the outermost
+  markers of thigh and shank are as far outside of it as the limbs are thick.
 """
 
 from dataclasses import dataclass, field

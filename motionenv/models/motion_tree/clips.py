@@ -51,7 +51,7 @@ def read_clips(
     for path in paths:
         on_file(path.name)
         try:
-            motion = read_motion(path, fps=fps, unit=unit, override=False, marker_map=marker_map, fill=fill)
+            motion = read_motion(path, fps=fps, unit=unit, marker_map=marker_map, override=False, fill=fill)
             check_shown(motion.poses, PARTS, "a clip")
         except MotionError as error:
             on_left_out(path.name, str(error))
