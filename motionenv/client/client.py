@@ -221,7 +221,7 @@ class Client:
                 before the first _ identifies the person.
             kind: fpca, eigenwalkers or tree.
             how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
-                their names; fill, to fill what isn't captured; for a tree, activity and mirrored.
+                their names; fill, to fill what the files don't show; for a tree, activity and mirrored.
         """
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 
@@ -266,7 +266,7 @@ class Client:
         Args:
             files: a capture file, with its .asf where it is .amc.
             suffix: of the format: .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc.
-            how: as of `inspect`; and fill, to fill what isn't captured.
+            how: as of `inspect`; fill, to fill what the file doesn't show.
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 

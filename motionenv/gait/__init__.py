@@ -1,1 +1,36 @@
-"""Gait analysis: events, steady stretches, step parameters, and reports."""
+"""Gait analysis of captures: events, steady stretches, strides, step parameters, and reports."""
+
+from motionenv.gait.bands import Band, band_of, load_band, shipped_band
+from motionenv.gait.events import Events, find_events
+from motionenv.gait.feet import Feet, feet_of
+from motionenv.gait.normalised import normalised
+from motionenv.gait.report import write_report
+from motionenv.gait.session import Session, read_session
+from motionenv.gait.stretches import Stretch, find_stretches
+from motionenv.gait.strides import Stride, find_strides
+from motionenv.gait.summary import Parameter, summarise
+from motionenv.gait.trial import Trial, analyse, read_trial
+
+__all__ = [
+    "Band",
+    "Events",
+    "Feet",
+    "Parameter",
+    "Session",
+    "Stretch",
+    "Stride",
+    "Trial",
+    "analyse",
+    "band_of",
+    "feet_of",
+    "find_events",
+    "find_stretches",
+    "find_strides",
+    "load_band",
+    "normalised",
+    "read_session",
+    "read_trial",
+    "shipped_band",
+    "summarise",
+    "write_report",
+]

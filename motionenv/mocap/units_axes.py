@@ -25,6 +25,7 @@ _NAMED = {
     "cmu": f"CMU's units ({METRES['cmu'] * 1000:.1f} mm)",
 }  # fmt: skip
 _ALIKE = 0.85  # of the letters of a long spelling, at least, for a misspelt one: "milimeters"
+_NEAR = 3.5  # factor from the usual span within which a unit is proposed, for hands, several people, stray points
 _LEGS, _SLENDER = 0.6, 1.5  # [m] least height of points on legs, and its least ratio to their length and width
 _TALL, _PEOPLE = 1.7, (0.5, 2.4)  # [m] usual and plausible spans of the markers on a person, or on a person's legs
 
@@ -59,6 +60,8 @@ def file_metres(written: str) -> float | None:
     Returns:
         None if it names no unit.
     """
+    if any(c.isdigit() for c in written):  # such as "0.1 mm"
+        return None
     letters = "".join(c for c in written.lower() if c.isalpha())
     name = _SPELLINGS.get(letters, letters)
     if name not in METRES and (alike := get_close_matches(letters, _SPELLINGS, 1, _ALIKE)):
@@ -105,14 +108,16 @@ def unit_proposal(points, units=tuple(METRES)) -> str:
         return f"pass unit= (--unit), one of {', '.join(METRES)}"
     name = min(units, key=lambda unit: abs(np.log(size * METRES[unit] / _TALL)))
     tall = size * METRES[name]
-    if _PEOPLE[0] <= tall <= _PEOPLE[1]:
+    if not _TALL / _NEAR <= tall <= _TALL * _NEAR:
+        number = f"{_TALL / size:.3g}"
         return (
-            f"in {_NAMED.get(name, name)} the points would span {tall:.2f} m, which fits a person: "
-            f'pass unit="{name}" (--unit {name})'
+            f"no usual one fits a person: pass the metres per unit; unit={number} (--unit {number}) makes the points "
+            f"span {_TALL} m"
         )
+    fit = "fits" if _PEOPLE[0] <= tall <= _PEOPLE[1] else "is nearest to"
     return (
-        f"no usual one fits a person: pass the metres per unit; unit={_TALL / size:.3g} (--unit {_TALL / size:.3g}) "
-        f"makes the points span {_TALL} m"
+        f"in {_NAMED.get(name, name)} the points would span {tall:.2f} m, which {fit} a person: "
+        f'pass unit="{name}" (--unit {name})'
     )
 
 

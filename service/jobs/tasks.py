@@ -107,7 +107,9 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
     if settings["suffix"] == ".json":
-        _write_result(folder, {"name": files[0].name, "pose": POSE, **_shown(motion, motion.fps, len(motion.poses))})
+        marked = {} if motion.filled is None else {"filled": motion.filled}
+        shown = _shown(motion, motion.fps, len(motion.poses))
+        _write_result(folder, {"name": files[0].name, "pose": POSE, **shown, **marked})
         return
     path = folder / f"converted{settings['suffix']}"
     motionenv.write(motion, path)

@@ -59,13 +59,12 @@ class ReadFields(MapFields):
 
 
 class FillFields(ReadFields):
-    """What is done about limbs that were not captured."""
+    """How uploaded files are read that become whole motions."""
 
     fill: bool = Field(
-        False,
-        description="Whether a model of gait fills what the capture doesn't show. Otherwise it stays unknown, which "
-        "trees, BVH and GLB can't hold.",
-    )
+        False, description="Whether to fill what the files don't show, such as the arms beside a lower body, by the "
+        "prior of walk/fpca. Otherwise it stays unknown."
+    )  # fmt: skip
 
 
 class FitFields(FillFields):

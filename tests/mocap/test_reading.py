@@ -99,6 +99,18 @@ def test_options_for_silent_files_are_ignored_by_formats_that_say_all(tmp_path):
     assert files.read(path, fps=30, unit="mm", override=False).fps == 100.0
 
 
+def test_options_for_silent_files_leave_amc_and_bvh_as_they_state(mocap):
+    """ASF files state their unit, BVH files their rate; neither states the other."""
+    amc = mocap / "cmu_asfamc" / "02" / "02_01.amc"
+    kept = files.read(amc, fps=120, unit="m", override=False).positions
+    np.testing.assert_array_equal(kept, files.read(amc, fps=120).positions)
+    assert not np.allclose(kept, files.read(amc, fps=120, unit="m").positions)
+    bvh = mocap / "cmu_bvh_misc" / "02_01.bvh"
+    kept = files.read(bvh, fps=30, unit="cmu", override=False)
+    assert kept.fps == files.read(bvh, unit="cmu").fps != 30
+    assert files.read(bvh, fps=30, unit="cmu").fps == 30
+
+
 SUFFIXES = ["amc", "bvh", "c3d", "trc", "npz"]
 JUNK = {
     "missing": (None, "can't be read: No such file"),

@@ -47,7 +47,9 @@ def test_units_of_files_are_known_however_they_are_spelt(written, unit):
     assert file_metres(written) == METRES[unit]
 
 
-@pytest.mark.parametrize("written", ["", "238", "0.001", "kilometers", "nanometers", "micrometers", "pixels", "V"])
+@pytest.mark.parametrize(
+    "written", ["", "238", "0.001", "0.1 mm", "kilometers", "nanometers", "micrometers", "pixels", "V"]
+)
 def test_what_names_no_unit_is_none(written):
     assert file_metres(written) is None
 
@@ -71,6 +73,10 @@ def test_a_body_says_its_unit(unit, units):
     says = unit_proposal(person(1.73) / METRES[unit], tuple(units))
     assert "1.73 m, which fits a person" in says
     assert f'pass unit="{unit}" (--unit {unit})' in says
+
+
+def test_two_people_get_the_nearest_unit():
+    assert 'span 3.20 m, which is nearest to a person: pass unit="mm"' in unit_proposal(person(3200.0), MARKER_UNITS)
 
 
 def test_a_body_of_no_usual_unit_gets_a_number():

@@ -151,6 +151,7 @@ class _Walkers:
         speeds = [None] * n if source.speed is None else rng.uniform(*source.speed, n).tolist()
         seconds = source.frames / source.fps + _SPARE
         made = self._model.synthesize_batch(seconds, source.fps, heights=heights, speeds=speeds, seed=rng)
+        check_shown(made[0].poses, PARTS, f"an episode of {source.motion}")
         return made if self._model.steady else [_ahead(motion) for motion in made]
 
 
@@ -161,6 +162,7 @@ class _Repeated:
         speed, height = (None if wanted is None else wanted[0] for wanted in (source.speed, source.height))
         seconds = source.frames / source.fps
         self._motion = synthesize(source.motion, seconds, source.fps, seed=source.seed, speed=speed, height=height)
+        check_shown(self._motion.poses, PARTS, f"an episode of {source.motion}")
 
     def draw(self, _: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
         return self._motion.poses, self._motion.skeleton

@@ -9,7 +9,7 @@ from re import split
 
 import numpy as np
 
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_name
 from motionenv.types import Markers
 
@@ -87,10 +87,15 @@ def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) 
 
     Raises:
         MotionError: not one sequence, an unknown set, or a map of which no landmark is in the file.
+        GapError: no point is ever seen.
     """
     if markers.positions.ndim != 3:
         raise MotionError(f"markers must be one sequence (frames, points, 3), got {markers.positions.shape}")
     seen = np.isfinite(markers.positions).all(-1).any(0)
+    if not seen.any():
+        raise GapError(
+            f"{markers.name or 'this capture'} has {len(markers.names)} points, but no frame shows any of them"
+        )
     names = [name if shown else "" for name, shown in zip(markers.names, seen, strict=True)]
     if marker_map is None:
         chosen, points = recognise(names)

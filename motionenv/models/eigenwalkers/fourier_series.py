@@ -22,6 +22,8 @@ from motionenv.types import MARKERS, frozen
 
 #: The rows of w.
 PARTS = ("p0", "p1", "q1", "p2", "q2")
+#: Markers without which a walker can't walk: of the pelvis and the legs.
+WALKING = ("pelvis", *MARKERS[MARKERS.index("left_hip") :])
 LEFT_ANKLE, RIGHT_ANKLE, PELVIS = (MARKERS.index(n) for n in ("left_ankle", "right_ankle", "pelvis"))
 
 _SIDES = {"left": "right", "right": "left"}

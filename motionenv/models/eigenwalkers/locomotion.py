@@ -16,7 +16,7 @@ from motionenv.body.kinematics import feet
 from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
 from motionenv.errors import GapError
 from motionenv.models.contact_rule import CONTACT
-from motionenv.models.eigenwalkers.fourier_series import grounded, positions_at
+from motionenv.models.eigenwalkers.fourier_series import WALKING, grounded, positions_at
 from motionenv.types import MARKERS, Motion, Skeleton
 
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
@@ -95,11 +95,9 @@ def gait(coefficients) -> Gait:
         GapError: one of their markers is not known; names it.
     """
     coefficients = np.asarray(coefficients, dtype=np.float64)
-    unknown = [
-        name for name, series in zip(MARKERS, coefficients.swapaxes(0, 1), strict=True) if np.isnan(series).any()
-    ]
+    unknown = [name for name in WALKING if np.isnan(coefficients[:, MARKERS.index(name)]).any()]
     if unknown:
-        raise GapError(f"the walker has no {', '.join(unknown)}: use a walker whose markers are all known")
+        raise GapError(f"the walker has no {', '.join(unknown)}: use a walker whose pelvis and legs are known")
     return _gait(coefficients.tobytes())
 
 

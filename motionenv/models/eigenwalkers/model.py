@@ -6,8 +6,8 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel, labelled, mean_walkers
+from motionenv.models.eigenwalkers.fourier_series import WALKING
 from motionenv.models.eigenwalkers.regression import shrunk_regression
-from motionenv.types import MARKERS
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 
@@ -42,7 +42,7 @@ class Eigenwalkers(FourierModel):
     """
 
     kind: ClassVar[str] = "eigenwalkers"
-    _needed: ClassVar[tuple[str, ...]] = ("pelvis", *MARKERS[MARKERS.index("left_hip") :])
+    _needed: ClassVar[tuple[str, ...]] = WALKING
     about: ClassVar[str] = "Fifteen points that swing in two harmonics: body shape and style in one space."
 
     def fit(self, motions, subjects=None) -> "Eigenwalkers":

@@ -7,11 +7,12 @@ import pytest
 
 from motionenv.envs import WalkerTracking
 from motionenv.envs.simulation.motion_sources import WALKERS, Source, is_evaluated
-from motionenv.errors import ModelError, MotionError
+from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.mocap import write
 from motionenv.models.assets import FPCA
 from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
+from motionenv.models.walking.model import WalkingModel
 from motionenv.models.walking.preprocessing import forward_speed
 from motionenv.types import Motion
 
@@ -186,3 +187,17 @@ def test_a_model_that_doesnt_walk_is_refused(tmp_path):
     fpca.save(tmp_path / "angles.npz")
     with pytest.raises(MotionError, match="which makes no motion"):
         WalkerTracking(motion=str(tmp_path / "angles.npz"))
+
+
+def test_motion_of_part_of_the_body_is_refused_by_what_it_lacks(tmp_path):
+    """Pictures and beliefs are of whole bodies: a file, and a model fitted to such files."""
+    walks = [synthesize("walk/fpca", 4.0, 40.0, seed=seed) for seed in range(5)]
+    poses = [walk.poses.copy() for walk in walks]
+    for some in poses:
+        some[:, 6:17] = np.nan
+    lower = [Motion(some, walk.skeleton, walk.fps) for some, walk in zip(poses, walks, strict=True)]
+    write(lower[0], tmp_path / "lower.npz")
+    WalkingModel(2).fit(lower).save(tmp_path / "model.npz")
+    for name, more in (("lower.npz", {}), ("model.npz", {}), ("model.npz", {"seed": 1})):
+        with pytest.raises(GapError, match=r"an episode of .* needs the neck, the left arm and the right arm.*--fill"):
+            Source(f"{tmp_path / name}", "train", 31, 30.0, **more).open().draw(np.random.default_rng(0))

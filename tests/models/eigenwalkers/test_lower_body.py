@@ -67,6 +67,15 @@ def test_it_keeps_what_it_lacks_in_a_file(lower, tmp_path):
     assert heights == pytest.approx(np.mean([1.72]), abs=0.1)
 
 
+def test_it_walks_on_its_legs_and_has_no_arms(lower):
+    walk = lower.synthesize(2.0, 60.0, seed=1, speed=1.2)
+    assert np.isnan(walk.poses[:, 6:17]).all()
+    assert np.isfinite(np.delete(walk.poses, range(6, 17), axis=1)).all()
+    assert (walk.poses[-1, 0] - walk.poses[0, 0]) * 60 / 119 == pytest.approx(1.2, rel=0.05)
+    assert {trait.name for trait in lower.traits()} == {"pace", "bounce", "step width", "height"}
+    assert np.isfinite(motionenv.fill(walk).poses).all()
+
+
 def test_priors_and_one_legged_walks_say_what_they_lack(walks):
     with pytest.raises(GapError, match=r"no walker shows head, .*motionenv\.fill"):
         WalkerPrior().fit([without(walk, slice(6, 17)) for walk in walks])

@@ -146,3 +146,19 @@ def test_a_rendered_video_is_that_of_python(job_server, tmp_path):
     frames = motionenv.film(motion, 0.0, width=64, height=48, elevation=np.radians(3.5))
     motionenv.write_video(tmp_path / "f.gif", frames, 30)
     assert answer.content == (tmp_path / "f.gif").read_bytes()
+
+
+def test_lower_bodies_are_filled_on_request(job_server):
+    motion = motionenv.synthesize("walk/fpca", 2, 30, seed=0)
+    poses = motion.poses.copy()
+    poses[:, 6:17] = np.nan
+    lower = motionenv.Motion(poses, motion.skeleton, motion.fps)
+    told = {}
+    for fill in ("false", "true"):
+        form = {"format": "application/json", "fill": fill}
+        asked = job_server.http.post("/v1/jobs/convert", files=uploads({"a.npz": as_file(lower, ".npz")}), data=form)
+        told[fill] = result(job_server, ended(job_server, asked)).json()
+    assert "filled" not in told["false"]
+    np.testing.assert_array_equal(np.array(told["false"]["poses"], dtype=float), poses)
+    np.testing.assert_allclose(told["true"]["poses"], motionenv.fill(lower).poses, atol=1e-9)
+    np.testing.assert_array_equal(told["true"]["filled"], np.isnan(poses))

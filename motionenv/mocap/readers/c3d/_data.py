@@ -71,6 +71,8 @@ def read_layout(path, raw: bytes, encoding: Encoding, parameters: Parameters) ->
         raise FormatError(path, f"is truncated: its header gives {least} bytes, it has {len(raw)}", f"byte {len(raw)}")
     exact = [choice for choice in fitting if room - need[choice] < BLOCK]
     frames, points, analog = (exact or fitting)[0]
+    if not exact and last == _FULL:  # the counter stands still where the file goes on
+        frames = room // (size * (4 * points + analog))
     channels = _first(parameters, "ANALOG:USED")
     per_frame = analog // channels if channels and analog % channels == 0 else 0
     return Layout(

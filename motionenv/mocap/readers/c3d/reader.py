@@ -58,7 +58,7 @@ def read(
     up, fps = _up(path, parameters, up), _fps(path, parameters, layout, fps, override)
     others = [i for i, label in enumerate(labels) if label in results]
     outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
-    channels = analog_channels(parameters, layout, stored)
+    channels = analog_channels(parameters, layout, stored) if parameters.number("FORCE_PLATFORM:USED") > 0 else None
     recording = Recording(
         subject=read_subject(parameters, labels),
         first_frame=layout.first,

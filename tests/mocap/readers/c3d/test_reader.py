@@ -156,6 +156,26 @@ def test_frames_that_the_header_lost_are_found(tmp_path):
         np.testing.assert_allclose(c3d.read(path).positions, points.transpose(1, 0, 2) / 1000, atol=1e-6)
 
 
+@pytest.mark.parametrize("told", [True, False], ids=["TRIAL", "length"])
+def test_more_frames_than_16_bits_count(tmp_path, told):
+    """TRIAL's fields have two words each, the lower first. Without them the length tells, but for its padding."""
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["A"]
+    file.add_parameter("POINT", "UNITS", ["mm"])
+    file["data"]["points"] = np.tile(np.arange(70_000.0) + 1, (4, 1, 1))
+    if told:
+        file.add_parameter("TRIAL", "ACTUAL_START_FIELD", [1, 0])
+        file.add_parameter("TRIAL", "ACTUAL_END_FIELD", [70_000 - 65_536, 1])
+    path = tmp_path / "long.c3d"
+    file.write(str(path))
+    assert struct.unpack("<H", path.read_bytes()[8:10]) == (65535,)
+    got = c3d.read(path).positions
+    assert len(got) == 70_000 if told else 70_000 <= len(got) < 70_000 + 512 / 16
+    np.testing.assert_allclose(got[:70_000, 0, 0], (np.arange(70_000) + 1) / 1000, rtol=1e-6)
+    assert np.isnan(got[70_000:]).all()
+
+
 def test_no_frames_and_no_points_are_refused_by_name(tmp_path):
     raw = save(tmp_path).read_bytes()
     for key in (b"FRAMES", b"USED"):

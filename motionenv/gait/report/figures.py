@@ -1,0 +1,194 @@
+"""The figures of a gait report, as SVG: joint angles over the gait cycle, and the walk from above.
+
+Plain SVG and no plotting library: a report is written in a fraction of a second, and its figures are sharp on paper.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+#: Colours of the sides; the report's style sheet uses the same.
+COLOURS = {"left": "#b42318", "right": "#175cd3"}
+
+_WIDTH, _HEIGHT = 300, 210  # [px] of one panel
+_LEFT, _RIGHT, _TOP, _BOTTOM = 40, 8, 26, 32  # margins
+_TICKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # distances between ticks
+_MOST_TICKS = 7
+_PATH = 560.0  # [px] width of the view from above
+
+#: What negative and positive values of an angle mean.
+_MEANS = {
+    "pelvis_tilt": ("posterior", "anterior"),
+    "pelvis_obliquity": ("down", "up"),
+    "pelvis_rotation": ("external", "internal"),
+    "hip_flexion": ("extension", "flexion"),
+    "hip_adduction": ("abduction", "adduction"),
+    "hip_rotation": ("external", "internal"),
+    "knee_flexion": ("extension", "flexion"),
+    "knee_adduction": ("valgus", "varus"),
+    "knee_rotation": ("external", "internal"),
+    "ankle_dorsiflexion": ("plantarflexion", "dorsiflexion"),
+    "ankle_adduction": ("eversion", "inversion"),
+    "ankle_rotation": ("external", "internal"),
+    "foot_progression": ("external", "internal"),
+}
+
+#: Least range [degrees] that a panel shows, so that a flat curve looks flat.
+_RANGE = {
+    "pelvis_tilt": (0, 30), "pelvis_obliquity": (-15, 15), "pelvis_rotation": (-20, 20),
+    "hip_flexion": (-20, 60), "hip_adduction": (-20, 20), "hip_rotation": (-25, 25),
+    "knee_flexion": (-10, 75), "knee_adduction": (-20, 20), "knee_rotation": (-25, 25),
+    "ankle_dorsiflexion": (-25, 25), "ankle_adduction": (-20, 20), "ankle_rotation": (-25, 25),
+    "foot_progression": (-30, 15),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """What one panel of the figure of angles shows.
+
+    Attributes:
+        name: of the angle without its side, such as "knee_flexion".
+        curves: by side, (strides, 101) [degrees] in percent of the cycle.
+        toe_off: by side, the mean toe-off [% of the cycle].
+        band: mean and standard deviation (2, 101) [degrees] of a reference; None if it doesn't have this angle.
+    """
+
+    name: str
+    curves: Mapping[str, np.ndarray]
+    toe_off: Mapping[str, float]
+    band: np.ndarray | None
+
+
+def angle_panel(panel: Panel) -> str:
+    """One panel: every stride thin, the means thick, the reference's band grey, the stance phases shaded."""
+    low, high = _limits(panel)
+    across = lambda percent: _LEFT + (_WIDTH - _LEFT - _RIGHT) * np.asarray(percent) / 100.0
+    down = lambda degrees: _TOP + (_HEIGHT - _TOP - _BOTTOM) * (high - np.asarray(degrees)) / (high - low)
+    percent = np.arange(101.0)
+    parts = [_stance(panel.toe_off, across), _axes(panel.name, low, high, across, down)]
+    if panel.band is not None:
+        mean, sd = panel.band
+        edge = np.concatenate([mean + sd, (mean - sd)[::-1]])
+        both = np.concatenate([percent, percent[::-1]])
+        parts.insert(0, f'<polygon class="band" points="{_points(across(both), down(edge))}"/>')
+        parts.insert(1, _line(across(percent), down(mean), "reference"))
+    for side, curves in panel.curves.items():
+        thin = [_line(across(percent), down(curve), f"stride {side}") for curve in curves] if len(curves) > 1 else []
+        parts += [*thin, _line(across(percent), down(_mean(curves)), f"mean {side}")]
+    label = panel.name.replace("_", " ")
+    return (
+        f'<svg class="panel" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
+        f'aria-label="{escape(label)} in percent of the gait cycle">{"".join(parts)}</svg>'
+    )
+
+
+def path_from_above(path: np.ndarray, fps: float, stretches: Sequence[tuple[float, float, str]]) -> str:
+    """The pelvis' path on the floor, with a scale, steady stretches drawn solid and the others dashed.
+
+    Args:
+        path: (frames, 2) [m], NaN in gaps.
+        fps: frame rate [Hz].
+        stretches: start [s], end [s] and kind of each stretch.
+    """
+    known = path[np.isfinite(path).all(-1)]
+    if not len(known):
+        return ""
+    low, size = known.min(0), np.maximum(np.ptp(known, axis=0), 0.2)
+    if size[1] > size[0]:  # the longer side lies across the page
+        path, low, size = path[:, ::-1] * [1, -1], np.array([low[1], -known[:, 0].max()]), size[::-1]
+    scale = (_PATH - 40) / size[0]
+    height = float(size[1] * scale + 56)
+    x, y = 20 + (path[:, 0] - low[0]) * scale, height - 36 - (path[:, 1] - low[1]) * scale
+    parts = []
+    for start, end, kind in stretches:
+        at = slice(max(round(start * fps), 0), round(end * fps) + 1)
+        parts.append(_line(x[at], y[at], f"path {'steady' if kind == 'steady' else 'left-out'}"))
+    metre = f'<path class="axis" d="M20 {height - 14:.1f}h{scale:.1f}"/>'
+    text = f'<text x="{20 + scale + 6:.1f}" y="{height - 10:.1f}">1 m</text>'
+    start = np.flatnonzero(np.isfinite(x))[0]
+    dot = f'<circle class="start" cx="{x[start]:.1f}" cy="{y[start]:.1f}" r="4"/>'
+    return (
+        f'<svg class="path-view" viewBox="0 0 {_PATH:.0f} {height:.0f}" role="img" '
+        f'aria-label="path of the pelvis from above">{"".join(parts)}{dot}{metre}{text}</svg>'
+    )
+
+
+def _limits(panel: Panel) -> tuple[float, float]:
+    """Lower and upper end of the angle's axis [degrees], whole ticks."""
+    low, high = map(float, _RANGE[panel.name])
+    values = [*panel.curves.values()]
+    if panel.band is not None:
+        values += [panel.band[0] - panel.band[1], panel.band[0] + panel.band[1]]
+    for curve in values:
+        known = curve[np.isfinite(curve)]
+        if known.size:
+            low, high = min(low, float(known.min())), max(high, float(known.max()))
+    step = _step(high - low)
+    return float(np.floor(low / step) * step), float(np.ceil(high / step) * step)
+
+
+def _step(length: float) -> float:
+    """Distance between ticks [degrees] so that an axis of `length` has a few."""
+    return next((step for step in _TICKS if length / step <= _MOST_TICKS), _TICKS[-1])
+
+
+def _axes(name: str, low: float, high: float, across, down) -> str:
+    """Frame, ticks, their numbers, the title, and what the signs mean."""
+    step = _step(high - low)
+    parts = []
+    for tick in np.arange(low, high + step / 2, step):
+        y = float(down(tick))
+        weight = "zero" if abs(tick) < step / 100 else "grid"
+        parts.append(f'<path class="{weight}" d="M{_LEFT} {y:.1f}H{_WIDTH - _RIGHT}"/>')
+        parts.append(f'<text class="number" x="{_LEFT - 5}" y="{y + 3.5:.1f}">{tick:.0f}</text>')
+    for tick in range(0, 101, 20):
+        x = float(across(tick))
+        parts.append(f'<path class="axis" d="M{x:.1f} {_HEIGHT - _BOTTOM}v4"/>')
+        parts.append(f'<text class="percent" x="{x:.1f}" y="{_HEIGHT - _BOTTOM + 16}">{tick}</text>')
+    negative, positive = _MEANS[name]
+    title = name.replace("_", " ").capitalize()
+    parts += [
+        f'<rect class="frame" x="{_LEFT}" y="{_TOP}" width="{_WIDTH - _LEFT - _RIGHT}" '
+        f'height="{_HEIGHT - _TOP - _BOTTOM}"/>',
+        f'<text class="title" x="{_LEFT}" y="16">{title} [°]</text>',
+        f'<text class="sign" x="{_LEFT + 4}" y="{_TOP + 11}">+ {positive}</text>',
+        f'<text class="sign" x="{_LEFT + 4}" y="{_HEIGHT - _BOTTOM - 5}">− {negative}</text>',
+        f'<text class="unit" x="{_WIDTH - _RIGHT}" y="{_HEIGHT - 3}">% of gait cycle</text>',
+    ]
+    return "".join(parts)
+
+
+def _stance(toe_off: Mapping[str, float], across) -> str:
+    """The stance phase shaded, and a line at each side's toe-off."""
+    known = {side: at for side, at in toe_off.items() if np.isfinite(at)}
+    if not known:
+        return ""
+    width = float(across(np.mean(list(known.values())))) - _LEFT
+    height = _HEIGHT - _TOP - _BOTTOM
+    shade = f'<rect class="stance" x="{_LEFT}" y="{_TOP}" width="{width:.1f}" height="{height}"/>'
+    lines = [
+        f'<path class="toe-off {side}" d="M{float(across(at)):.1f} {_TOP}v{height}"/>' for side, at in known.items()
+    ]
+    return shade + "".join(lines)
+
+
+def _mean(curves: np.ndarray) -> np.ndarray:
+    """Mean over strides (101,), NaN where no stride knows the value."""
+    known = np.isfinite(curves)
+    count = known.sum(0)
+    return np.where(count > 0, np.where(known, curves, 0.0).sum(0) / np.maximum(count, 1), np.nan)
+
+
+def _line(x: np.ndarray, y: np.ndarray, kind: str) -> str:
+    """A polyline, broken at gaps."""
+    known = np.isfinite(x) & np.isfinite(y)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8))).reshape(-1, 2)
+    pieces = ["M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x[i:j], y[i:j], strict=True)) for i, j in edges]
+    return f'<path class="{kind}" d="{"".join(pieces)}"/>' if pieces else ""
+
+
+def _points(x: np.ndarray, y: np.ndarray) -> str:
+    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(a) and np.isfinite(b))

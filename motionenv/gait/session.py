@@ -1,0 +1,113 @@
+"""One person's walks, taken together: what a report shows."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from motionenv.errors import MotionError
+from motionenv.gait.bands import Band
+from motionenv.gait.normalised import mean_and_sd
+from motionenv.gait.strides import Stride
+from motionenv.gait.summary import Parameter, summarise
+from motionenv.gait.trial import ANGLES, Trial, read_trial
+from motionenv.mocap import MarkerMap, read
+from motionenv.types import Markers
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """The analysed walks of one person.
+
+    Attributes:
+        trials: each capture.
+        left_out: name and reason of each file that couldn't be used.
+        band: the reference that the angles are shown against; None for none.
+    """
+
+    trials: tuple[Trial, ...]
+    left_out: dict[str, str]
+    band: Band | None = None
+
+    @property
+    def person(self) -> str:
+        """The person's label, or the first capture's name."""
+        return next((t.person for t in self.trials if t.person), self.trials[0].name)
+
+    @property
+    def strides(self) -> tuple[Stride, ...]:
+        """The strides of all captures."""
+        return tuple(stride for trial in self.trials for stride in trial.strides)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The step parameters over all captures."""
+        lengths = [t.leg_length for t in self.trials if t.leg_length]
+        return summarise(self.strides, float(np.mean(lengths)) if lengths else None)
+
+    @cached_property
+    def curves(self) -> dict[str, np.ndarray]:
+        """By side, the angles of all strides (strides, 101, 13) [degrees], in the order of `ANGLES`."""
+        return {side: np.concatenate([t.curves(side) for t in self.trials]) for side in ("left", "right")}
+
+    def toe_off(self, side: str) -> float:
+        """Mean toe-off of one side [% of its cycle]; NaN if unknown."""
+        found = next((p.mean for p in self.parameters if (p.name, p.side) == ("stance", side)), np.nan)
+        return float(found)
+
+    def mean_curve(self, side: str, angle: str) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation (101,) [degrees] over the strides of one angle of one side."""
+        return mean_and_sd(self.curves[side][:, :, ANGLES.index(angle)])
+
+
+def read_session(
+    paths: Sequence[Path],
+    *,
+    static: Path | None = None,
+    marker_map: MarkerMap | str | None = None,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    band: Band | None = None,
+    on_step: Callable[[str], None] = lambda name: None,
+) -> Session:
+    """Read and analyse the captures of one person.
+
+    Args:
+        paths: capture files.
+        static: a standing trial of the person.
+        marker_map: which points are which landmarks; None recognises the marker set.
+        fps: frame rate, for files that don't state it.
+        unit: unit of length, for files that don't state it.
+        band: the reference to show the angles against.
+        on_step: called with each file's name once it is analysed.
+
+    Raises:
+        MotionError: no file, or none that can be analysed (the first reason is told).
+    """
+    if not paths:
+        raise MotionError("a report needs at least one capture file")
+    standing = None if static is None else _standing(static, unit)
+    trials, left_out = [], {}
+    for path in paths:
+        try:
+            trials.append(read_trial(path, static=standing, marker_map=marker_map, fps=fps, unit=unit))
+        except MotionError as error:
+            left_out[Path(path).name] = str(error)
+        on_step(Path(path).name)
+    if not trials:
+        raise MotionError(f"no file can be analysed; the first: {next(iter(left_out.values()))}")
+    return Session(tuple(trials), left_out, band)
+
+
+def _standing(path: Path, unit: str | float | None) -> Markers:
+    """The markers of a standing trial.
+
+    Raises:
+        MotionError: the file holds no markers.
+    """
+    capture = read(path, unit=unit, override=False)
+    if not isinstance(capture, Markers):
+        raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
+    return capture

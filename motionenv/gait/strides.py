@@ -1,0 +1,101 @@
+"""Strides: from one initial contact of a foot to its next."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motionenv.gait.events import Events
+from motionenv.gait.feet import Feet
+from motionenv.gait.stretches import Stretch, on_treadmill
+
+_STRIDE = (0.4, 3.0)  # [s] plausible duration
+_NAN = float("nan")
+_OTHER = {"left": "right", "right": "left"}
+
+
+@dataclass(frozen=True)
+class Stride:
+    """One stride. Times are in seconds since the first frame; NaN where unknown.
+
+    Attributes:
+        side: "left" or "right".
+        start: initial contact.
+        end: the next initial contact of this side.
+        toe_off: of this side.
+        opposite_off: toe-off of the other side, which ends the first double support.
+        opposite_contact: initial contact of the other side.
+        length: distance between the heel's places at its two contacts [m].
+        step_length: from the other heel at its contact to this heel at its second, along the line of the stride [m].
+        step_width: distance of the other heel from the line of the stride [m] (Huxham et al. 2006).
+    """
+
+    side: str
+    start: float
+    end: float
+    toe_off: float = _NAN
+    opposite_off: float = _NAN
+    opposite_contact: float = _NAN
+    length: float = _NAN
+    step_length: float = _NAN
+    step_width: float = _NAN
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return self.end - self.start
+
+
+def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
+    """The strides that lie in one run of steady stretches, in the order of time.
+
+    Args:
+        feet: heels, toes and pelvis.
+        events: of the same capture.
+        stretches: of the same capture.
+    """
+    moves = not on_treadmill(feet)
+    found = []
+    for side in feet.sides:
+        contacts = events.times("initial_contact", side)
+        for start, end in zip(contacts, contacts[1:], strict=False):
+            if _STRIDE[0] <= end - start <= _STRIDE[1] and _steady(start, end, stretches):
+                found.append(_measured(feet, events, side, start, end, moves))
+    return tuple(sorted(found, key=lambda stride: stride.start))
+
+
+def _steady(start: float, end: float, stretches: Sequence[Stretch]) -> bool:
+    """Whether only steady stretches lie between two times; neighbouring pieces of a curve count as one."""
+    return all(s.kind == "steady" for s in stretches if s.start < end and s.end > start)
+
+
+def _measured(feet: Feet, events: Events, side: str, start: float, end: float, moves: bool) -> Stride:
+    """One stride with its events and distances."""
+    other = _OTHER[side]
+    within = lambda kind, whose: [t for t in events.times(kind, whose) if start < t < end]
+    offs, opposite_offs, contacts = within("toe_off", side), within("toe_off", other), within("initial_contact", other)
+    toe_off = offs[0] if len(offs) == 1 else _NAN
+    contact = contacts[0] if len(contacts) == 1 else _NAN
+    off = opposite_offs[0] if len(opposite_offs) == 1 else _NAN
+    order = [start, off, contact, toe_off, end]
+    if any(b <= a for a, b in zip(order, order[1:], strict=False) if np.isfinite([a, b]).all()):
+        off = contact = _NAN  # events that contradict each other tell nothing
+    length = step = width = _NAN
+    if moves:
+        first, last = (_at(feet.heel[side], t, feet.fps) for t in (start, end))
+        length = float(np.linalg.norm(last - first))
+        if np.isfinite(contact) and other in feet.heel and length > 0:
+            along = (last - first) / length
+            apart = last - _at(feet.heel[other], contact, feet.fps)
+            step = float(apart @ along)
+            width = float(abs(along[0] * apart[1] - along[1] * apart[0]))
+    return Stride(side, start, end, toe_off, off, contact, length, step, width)
+
+
+def _at(path: np.ndarray, time: float, fps: float) -> np.ndarray:
+    """Horizontal position (2,) [m] at a time, between frames linearly; NaN in gaps."""
+    frame = min(max(time * fps, 0.0), len(path) - 1.0)
+    i = min(int(frame), len(path) - 2) if len(path) > 1 else 0
+    share = frame - i
+    after = path[min(i + 1, len(path) - 1), :2]
+    return (1 - share) * path[i, :2] + share * after

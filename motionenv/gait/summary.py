@@ -1,0 +1,139 @@
+"""Step parameters of a walk: speed, cadence, lengths, times, symmetry and variability, each with its interval."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy import stats
+
+from motionenv.gait.strides import Stride
+
+_LEVEL = 0.95  # of all intervals
+_NAN = float("nan")
+_GRAVITY = 9.81  # [m/s²]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One figure of a walk.
+
+    Attributes:
+        name: such as "step_length".
+        unit: of the figures.
+        side: "left", "right", or "" where it concerns both.
+        mean: over the strides.
+        sd: standard deviation over the strides; NaN of fewer than two.
+        low: lower end of the 95 % interval of the mean; NaN of fewer than two strides.
+        high: its upper end.
+        n: number of strides.
+    """
+
+    name: str
+    unit: str
+    side: str
+    mean: float
+    sd: float
+    low: float
+    high: float
+    n: int
+
+    def to_dict(self) -> dict:
+        """The figures for JSON: None where unknown."""
+        return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in asdict(self).items()}
+
+
+#: What is measured on each stride: name, unit, and its value from the stride.
+_OF_STRIDES: tuple[tuple[str, str, Callable[[Stride], float]], ...] = (
+    ("stride_length", "m", lambda s: s.length),
+    ("step_length", "m", lambda s: s.step_length),
+    ("step_width", "m", lambda s: s.step_width),
+    ("stride_time", "s", lambda s: s.seconds),
+    ("step_time", "s", lambda s: s.end - s.opposite_contact),
+    ("stance", "%", lambda s: 100 * (s.toe_off - s.start) / s.seconds),
+    ("swing", "%", lambda s: 100 * (s.end - s.toe_off) / s.seconds),
+    ("single_support", "%", lambda s: 100 * (s.opposite_contact - s.opposite_off) / s.seconds),
+    ("double_support", "%", lambda s: 100 * (s.opposite_off - s.start + s.toe_off - s.opposite_contact) / s.seconds),
+)
+
+#: What concerns both sides at once.
+_OF_BOTH: tuple[tuple[str, str, Callable[[Stride], float]], ...] = (
+    ("speed", "m/s", lambda s: s.length / s.seconds),
+    ("cadence", "steps/min", lambda s: 120 / s.seconds),
+    ("walk_ratio", "m/(steps/min)", lambda s: 0.5 * s.length * s.seconds / 120),
+)
+
+_VALUE = {name: value for name, _, value in (*_OF_STRIDES, *_OF_BOTH)}
+_SYMMETRIES = ("step_length", "step_time", "stance")
+_VARIABILITIES = ("stride_time", "stride_length", "step_width")
+
+
+def summarise(strides: Sequence[Stride], leg_length: float | None = None) -> tuple[Parameter, ...]:
+    """The step parameters of a walk, or of several walks of one person.
+
+    Walk ratio is step length over cadence (Sekiya & Nagasaki 1998); the dimensionless speed is relative to the square
+    root of leg length times gravity (Hof 1996). Symmetry is the left's excess over the right relative to their mean
+    (Robinson et al. 1987). Variability is the coefficient of variation, with its chi-square interval.
+
+    Args:
+        strides: of both sides, from one or several captures.
+        leg_length: of the person [m]; None if unknown.
+
+    Returns:
+        Parameters in a fixed order; those of which no stride is known are left out.
+    """
+    found = [_mean(name, unit, "", [value(s) for s in strides]) for name, unit, value in _OF_BOTH]
+    if leg_length:
+        root = np.sqrt(_GRAVITY * leg_length)
+        found.append(_mean("dimensionless_speed", "", "", [_VALUE["speed"](s) / root for s in strides]))
+    for name, unit, value in _OF_STRIDES:
+        for side in ("left", "right", ""):
+            found.append(_mean(name, unit, side, [value(s) for s in strides if s.side == side or not side]))
+    found += [_symmetry(name, strides) for name in _SYMMETRIES]
+    found += [_variability(name, strides) for name in _VARIABILITIES]
+    return tuple(p for p in found if p.n)
+
+
+def _mean(name: str, unit: str, side: str, values: Sequence[float]) -> Parameter:
+    """Mean with its t interval."""
+    known = _known(values)
+    n = len(known)
+    if n < 2:
+        return Parameter(name, unit, side, float(known[0]) if n else _NAN, _NAN, _NAN, _NAN, n)
+    mean, sd = float(known.mean()), float(known.std(ddof=1))
+    half = float(stats.t.ppf(0.5 + _LEVEL / 2, n - 1)) * sd / np.sqrt(n)
+    return Parameter(name, unit, side, mean, sd, mean - half, mean + half, n)
+
+
+def _symmetry(name: str, strides: Sequence[Stride]) -> Parameter:
+    """Left's excess over right [%], with Welch's interval of the difference."""
+    left, right = (_known([_VALUE[name](s) for s in strides if s.side == side]) for side in ("left", "right"))
+    n = min(len(left), len(right))
+    if not n:
+        return Parameter(f"{name}_symmetry", "%", "", _NAN, _NAN, _NAN, _NAN, 0)
+    scale = 100 / (0.5 * (left.mean() + right.mean()))
+    index = float(scale * (left.mean() - right.mean()))
+    if n < 2:
+        return Parameter(f"{name}_symmetry", "%", "", index, _NAN, _NAN, _NAN, n)
+    spread = [values.var(ddof=1) / len(values) for values in (left, right)]
+    within = sum(v**2 / (len(values) - 1) for v, values in zip(spread, (left, right), strict=True))
+    free = sum(spread) ** 2 / within if within > 0 else 1.0  # Welch-Satterthwaite
+    half = float(abs(scale) * stats.t.ppf(0.5 + _LEVEL / 2, free) * np.sqrt(sum(spread)))
+    return Parameter(f"{name}_symmetry", "%", "", index, _NAN, index - half, index + half, n)
+
+
+def _variability(name: str, strides: Sequence[Stride]) -> Parameter:
+    """Coefficient of variation [%] within a side, pooled over the sides."""
+    sides = [_known([_VALUE[name](s) for s in strides if s.side == side]) for side in ("left", "right")]
+    sides = [values for values in sides if len(values) > 1]
+    free = sum(len(values) - 1 for values in sides)
+    if not free:
+        return Parameter(f"{name}_cv", "%", "", _NAN, _NAN, _NAN, _NAN, 0)
+    variance = sum(((values - values.mean()) ** 2).sum() for values in sides) / free
+    cv = float(100 * np.sqrt(variance) / abs(np.concatenate(sides).mean()))
+    low, high = (cv * np.sqrt(free / stats.chi2.ppf(q, free)) for q in (0.5 + _LEVEL / 2, 0.5 - _LEVEL / 2))
+    return Parameter(f"{name}_cv", "%", "", cv, _NAN, float(low), float(high), free + len(sides))
+
+
+def _known(values: Sequence[float]) -> np.ndarray:
+    array = np.array(values, dtype=np.float64)
+    return array[np.isfinite(array)]

@@ -1,0 +1,157 @@
+"""One capture of a walk, analysed: joint angles, events, stretches and strides."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from motionenv.errors import GapError
+from motionenv.gait.events import Events, find_events
+from motionenv.gait.feet import Feet, feet_of
+from motionenv.gait.normalised import normalised
+from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
+from motionenv.gait.strides import Stride, find_strides
+from motionenv.mocap import MarkerMap, read, retarget
+from motionenv.mocap.clinical import CLINICAL_ANGLES, ClinicalAngles, clinical_angles, measurements_of
+from motionenv.types import Markers, Motion
+
+#: Names of the angles without their side.
+ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.startswith("left_"))
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One analysed capture.
+
+    Attributes:
+        name: of the capture.
+        person: the person's label, "" if the file doesn't name one.
+        feet: heels, toes and pelvis.
+        angles: the clinical angles.
+        events: initial contacts and toe-offs.
+        stretches: what the walker does when.
+        strides: those in steady stretches.
+        leg_length: of the person [m]; None if the file doesn't state it.
+        notes: what a reader of the figures should know.
+    """
+
+    name: str
+    person: str
+    feet: Feet
+    angles: ClinicalAngles
+    events: Events
+    stretches: tuple[Stretch, ...]
+    strides: tuple[Stride, ...]
+    leg_length: float | None
+    notes: tuple[str, ...]
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return len(self.feet.pelvis) / self.feet.fps
+
+    def curves(self, side: str) -> np.ndarray:
+        """The angles of one side over its strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
+        strides = [stride for stride in self.strides if stride.side == side]
+        columns = [self.angles.names.index(f"{side}_{name}") for name in ANGLES]
+        return normalised(self.angles.values[:, columns], self.feet.fps, strides)
+
+    def both_sides(self) -> np.ndarray:
+        """The angles of both sides over their strides, (strides, 101, 13) [degrees]."""
+        return np.concatenate([self.curves("left"), self.curves("right")])
+
+
+def read_trial(
+    path,
+    *,
+    static: Markers | None = None,
+    marker_map: MarkerMap | str | None = None,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    method: str = "auto",
+) -> Trial:
+    """Read and analyse one capture file.
+
+    Args:
+        path: any file that `motionenv.read` reads.
+        static: a standing trial of the same person.
+        marker_map: which points are which landmarks; None recognises the marker set.
+        fps: frame rate, if the file doesn't specify it.
+        unit: unit of length, if the file doesn't specify it.
+        method: where events come from; see `motionenv.gait.find_events`.
+
+    Raises:
+        MotionError: as in `motionenv.read` and `analyse`.
+    """
+    capture = read(path, fps=fps, unit=unit, override=False)
+    trial = analyse(capture, static=static, marker_map=marker_map, method=method)
+    return trial if trial.name else replace(trial, name=Path(path).stem)
+
+
+def analyse(
+    capture: Markers | Motion,
+    *,
+    static: Markers | None = None,
+    marker_map: MarkerMap | str | None = None,
+    method: str = "auto",
+) -> Trial:
+    """Analyse one capture of a walk.
+
+    Args:
+        capture: markers (frames, points, 3), or a motion (frames, 25).
+        static: a standing trial of the same person.
+        marker_map: which points are which landmarks; None recognises the marker set.
+        method: where events come from; see `motionenv.gait.find_events`.
+
+    Raises:
+        GapError: a single frame, or no foot or pelvis in it.
+        MotionError: as in `motionenv.retarget`.
+    """
+    frames = capture.poses.shape[-2] if isinstance(capture, Motion) else capture.positions.shape[-3]
+    if frames < 2:
+        name = capture.name or "this capture"
+        raise GapError(f"{name} has {frames} frame: a standing trial goes to --static (static=)")
+    feet = feet_of(capture, marker_map)
+    recording = capture.recording if isinstance(capture, Markers) else None
+    events = find_events(feet, recording, method)
+    stretches = find_stretches(feet)
+    strides = find_strides(feet, events, stretches)
+    angles = _angles(capture, static, marker_map)
+    person = recording.subject if recording else ""
+    leg, notes = _leg_length(capture, static), _notes(feet, strides)
+    return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes)
+
+
+def _angles(capture: Markers | Motion, static, marker_map) -> ClinicalAngles:
+    """Clinical angles from markers, or from the fitted body where the capture shows joints only."""
+    if isinstance(capture, Motion):
+        return clinical_angles(capture)
+    try:
+        found = clinical_angles(capture, static=static, marker_map=marker_map)
+    except GapError:  # joints without any marker on the skin
+        return clinical_angles(retarget(capture, marker_map=marker_map))
+    hips = [found[f"{side}_hip_flexion"] for side in ("left", "right")]
+    return found if np.isfinite(hips).any() else clinical_angles(retarget(capture, marker_map=marker_map))
+
+
+def _leg_length(capture: Markers | Motion, static: Markers | None) -> float | None:
+    """Mean length of the legs [m] that the capture's file states, or the standing trial's."""
+    for file in (capture, static):
+        if isinstance(file, Markers):
+            known = measurements_of(file.recording)
+            length = 0.5 * (known.left.leg_length + known.right.leg_length)
+            if np.isfinite(length):
+                return float(length)
+    return None
+
+
+def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
+    """What a reader of the figures should know."""
+    notes = list(feet.notes)
+    if len(feet.sides) < 2:
+        notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
+    if not strides:
+        notes.append("no stride lies wholly in a steady stretch, so there are no step parameters")
+    if on_treadmill(feet):
+        notes.append("the walker stays in place, so speed and lengths can't be measured")
+    return tuple(notes)
