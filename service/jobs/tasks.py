@@ -166,10 +166,15 @@ def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     static = settings["static"]
     trials = [path for path in _captures(folder) if path.name != static]
-    write_report(
-        trials, folder / "report.html", static=folder / "input" / static if static else None,
-        marker_map=_marker_map(settings), on_step=progress,
-    )  # fmt: skip
+    analysed: list[str] = []
+
+    def step(name: str) -> None:
+        analysed.append(name)
+        progress(0.9 * len(analysed) / len(trials), f"analysed {name}, {len(analysed)} of {len(trials)}")
+
+    progress(0.0, f"analysing {trials[0].name}, 1 of {len(trials)}")
+    standing = folder / "input" / static if static else None
+    write_report(trials, folder / "report.html", static=standing, on_step=step, **_how(settings))
     (folder / f"report{settings['suffix']}").rename(folder / "result")
 
 

@@ -29,8 +29,8 @@ def _checked_map(text: str) -> str:
     return text
 
 
-class MapFields(BaseModel):
-    """Which points of uploaded files are which landmarks (form field)."""
+class ReadFields(BaseModel):
+    """How uploaded files are read (form fields)."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -41,11 +41,6 @@ class MapFields(BaseModel):
         "recognised by their names. A job of kind points proposes one.",
         examples=['[points]\nleft_knee_lateral = "KneeL"\nleft_hip = { HipL1 = 0.5, HipL2 = 0.5 }\n'],
     )
-
-
-class ReadFields(MapFields):
-    """How uploaded files are read (form fields)."""
-
     fps: float | None = Field(
         None,
         ge=1,
@@ -101,7 +96,7 @@ class ConvertFields(FillFields):
     ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
 
 
-class ReportFields(MapFields):
+class ReportFields(ReadFields):
     """A gait report on capture files."""
 
     format: Literal["text/html", "application/json", "text/csv"] = Field(

@@ -110,9 +110,8 @@ export class CaptureActions {
   /** The job of a report that is done. */
   reported(format) {
     const { upload } = this;
-    const { map } = upload.fields;
     this.say("Creating the report …");
-    const fields = { format, map, static: this.static.value };
+    const fields = { ...upload.fields, format, static: this.static.value };
     return finished("/v1/jobs/report", upload.sent(upload.usable), fields, (words) => this.say(words));
   }
 
