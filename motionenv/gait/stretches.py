@@ -1,6 +1,7 @@
 """Stretches of a capture in which somebody walks steadily, and those in which he stands, turns or changes speed."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,11 +48,9 @@ def find_stretches(feet: Feet) -> tuple[Stretch, ...]:
     edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
     names = ("steady", "standing", "turning", "changing speed", "unseen")
     found = []
-    for first, last in zip(edges, edges[1:], strict=False):
+    for first, last in pairwise(edges):
         cuts = _straight_pieces(feet, first, last) if kinds[first] == 0 else [first, last]
-        found += [
-            Stretch(a / feet.fps, b / feet.fps, names[kinds[first]]) for a, b in zip(cuts, cuts[1:], strict=False)
-        ]
+        found += [Stretch(a / feet.fps, b / feet.fps, names[kinds[first]]) for a, b in pairwise(cuts)]
     return tuple(found)
 
 
@@ -102,7 +101,7 @@ def _absorb(kinds: np.ndarray, fps: float) -> None:
     """Give runs that are too short to mean anything to the run before, or at the start to the one after, in place."""
     least = round(_SHORTEST * fps)
     edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
-    for first, last in zip(edges, edges[1:], strict=False):
+    for first, last in pairwise(edges):
         if last - first < least and last - first < len(kinds):
             kinds[first:last] = kinds[first - 1] if first else kinds[last]
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tu
     found = []
     for side in feet.sides:
         contacts = events.times("initial_contact", side)
-        for start, end in zip(contacts, contacts[1:], strict=False):
+        for start, end in pairwise(contacts):
             if _STRIDE[0] <= end - start <= _STRIDE[1] and _steady(start, end, stretches):
                 found.append(_measured(feet, events, side, start, end, moves))
     return tuple(sorted(found, key=lambda stride: stride.start))
@@ -78,7 +79,7 @@ def _measured(feet: Feet, events: Events, side: str, start: float, end: float, m
     contact = contacts[0] if len(contacts) == 1 else _NAN
     off = opposite_offs[0] if len(opposite_offs) == 1 else _NAN
     order = [start, off, contact, toe_off, end]
-    if any(b <= a for a, b in zip(order, order[1:], strict=False) if np.isfinite([a, b]).all()):
+    if any(b <= a for a, b in pairwise(order) if np.isfinite([a, b]).all()):
         off = contact = _NAN  # events that contradict each other tell nothing
     length = step = width = _NAN
     if moves:

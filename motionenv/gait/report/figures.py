@@ -13,7 +13,7 @@ import numpy as np
 COLOURS = {"left": "#b42318", "right": "#175cd3"}
 
 _WIDTH, _HEIGHT = 300, 210  # [px] of one panel
-_LEFT, _RIGHT, _TOP, _BOTTOM = 40, 8, 26, 32  # margins
+_LEFT, _RIGHT, _TOP, _BOTTOM = 36, 14, 26, 32  # margins
 _TICKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # distances between ticks
 _MOST_TICKS = 7
 _PATH = 560.0  # [px] width of the view from above
@@ -73,8 +73,8 @@ def angle_panel(panel: Panel) -> str:
         mean, sd = panel.band
         edge = np.concatenate([mean + sd, (mean - sd)[::-1]])
         both = np.concatenate([percent, percent[::-1]])
-        parts.insert(0, f'<polygon class="band" points="{_points(across(both), down(edge))}"/>')
-        parts.insert(1, _line(across(percent), down(mean), "reference"))
+        parts.append(f'<polygon class="band" points="{_points(across(both), down(edge))}"/>')
+        parts.append(_line(across(percent), down(mean), "reference"))
     for side, curves in panel.curves.items():
         thin = [_line(across(percent), down(curve), f"stride {side}") for curve in curves] if len(curves) > 1 else []
         parts += [*thin, _line(across(percent), down(_mean(curves)), f"mean {side}")]

@@ -66,14 +66,20 @@ def _angles(session: Session) -> str:
     panels = [angle_panel(panel) for panel in _panels(session)]
     if not panels:
         return ""
-    swatch = lambda kind, text: f'<span class="{kind}"><i></i>{text}</span>'
-    key = swatch("left", "left") + swatch("right", "right") + swatch("stance", "stance")
-    if session.band is not None:
-        key += swatch("band", f"mean ± 1 SD of {session.band.people} people")
     return (
         '<section><h2>Joint angles</h2><p class="soft">From initial contact to initial contact. Thin lines are '
-        f'strides, dashed lines toe-off.</p><p class="key">{key}</p><div class="panels">{"".join(panels)}</div></section>'
+        f"strides, dashed lines toe-off.</p>{_key(session)}"
+        f'<div class="panels">{"".join(panels)}</div></section>'
     )
+
+
+def _key(session: Session) -> str:
+    """What the colours of the figure of joint angles mean."""
+    swatches = [("left", "left"), ("right", "right"), ("stance", "stance")]
+    if session.band is not None:
+        swatches.append(("band", f"mean ± 1 SD of {session.band.people} people"))
+    spans = "".join(f'<span class="{kind}"><i></i>{text}</span>' for kind, text in swatches)
+    return f'<p class="key">{spans}</p>'
 
 
 def _panels(session: Session) -> list[Panel]:
@@ -160,8 +166,8 @@ def _methods(session: Session) -> str:
     if session.band is not None:
         lines.append(f"<p>Grey band: {escape(session.band.who)}</p>")
     lines.append(
-        "<p>Step lengths and widths are measured along the line of each stride (Huxham et al. 2006). Intervals are "
-        "t intervals over strides, which are not independent of each other: over several sessions they would be wider.</p>"
+        "<p>Step lengths and widths are measured along the line of each stride (Huxham et al. 2006). Intervals are t "
+        "intervals over strides, which depend on each other: over several sessions they would be wider.</p>"
     )
     return "".join(lines)
 

@@ -63,7 +63,8 @@ def clinical_angles(
     """Joint angles of the lower body.
 
     From markers by the Conventional Gait Model, with the measurements that the file states (see `lower_body`). From a
-    `Motion`, the angles of the body: its trunk stands for the pelvis, knees are hinges, and ankles are unknown.
+    `Motion`, the angles of the body: its trunk stands for the pelvis, knees are hinges, and ankles are unknown. Where
+    no marker shows the axis of a knee or ankle, rotations about it and angles across it are NaN.
 
     Args:
         capture: markers (frames, points, 3), or a motion (frames, 25).
@@ -121,11 +122,13 @@ def _of_body(body: LowerBody, fps: float) -> np.ndarray:
 def _of_leg(leg: Leg, base: np.ndarray | None, ways: np.ndarray | None, sign: float, frames: int) -> np.ndarray:
     """The clinical angles (frames, 13) of one side, whose lateral axis is y times `sign`."""
     pelvis = _relative(ways, base, frames) * [1.0, sign, -sign]
-    hip = _relative(base, leg.thigh, frames) * [-1.0, -sign, -sign]
-    knee = _relative(leg.thigh, leg.shank, frames) * [1.0, -sign, -sign]
+    hip = _relative(base, leg.thigh, frames) * [-1.0, -sign, -sign if leg.knee_axis else np.nan]
+    frontal = -sign if leg.knee_axis else np.nan
+    knee = _relative(leg.thigh, leg.shank, frames) * [1.0, frontal, frontal]
     # The foot's z points back along it, so that dorsiflexion is the complement of the angle about y.
     foot = _relative(leg.shank, leg.foot, frames)
-    ankle = np.column_stack([-90.0 - foot[:, 0], -sign * foot[:, 2], -sign * foot[:, 1]])
+    turned = -sign if leg.ankle_axis else np.nan
+    ankle = np.column_stack([-90.0 - foot[:, 0], turned * foot[:, 2], turned * foot[:, 1]])
     way = -sign * _relative(ways, leg.foot, frames)[:, 1:2]
     return np.concatenate([pelvis, hip, knee, ankle, way], axis=1)
 

@@ -36,6 +36,8 @@ class Leg:
     Attributes:
         hip, knee, ankle: centres of the joints.
         thigh, shank, foot: rotations; z points from knee to hip, from ankle to knee, and from toe to heel.
+        knee_axis, ankle_axis: whether markers show the joint's axis; if not, the y of thigh or shank is borrowed from
+            the segment above, and rotations about its length mean nothing.
     """
 
     hip: np.ndarray | None = None
@@ -44,6 +46,8 @@ class Leg:
     thigh: np.ndarray | None = None
     shank: np.ndarray | None = None
     foot: np.ndarray | None = None
+    knee_axis: bool = False
+    ankle_axis: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,13 +171,13 @@ def _leg(positions, base, hip, person: Measurements, side: str, calibration: Cal
     across = None if base is None else sign * base.rotation[..., 1]
     half_widths = {"knee": 0.5 * own.knee_width + radius, "ankle": 0.5 * own.ankle_width + radius}
     find = partial(_joint, positions, side=side, calibration=calibration, how=how)
-    knee, knee_side = find("knee", "thigh", hip, across, half_widths["knee"])
-    ankle, ankle_side = find("ankle", "shank", knee, knee_side, half_widths["ankle"])
+    knee, knee_side, knee_axis = find("knee", "thigh", hip, across, half_widths["knee"])
+    ankle, ankle_side, ankle_axis = find("ankle", "shank", knee, knee_side, half_widths["ankle"])
     knee_side = across if knee_side is None else knee_side
     ankle_side = knee_side if ankle_side is None else ankle_side
-    leg = Leg(hip, knee, ankle, _limb(hip, knee, knee_side, sign), _limb(knee, ankle, ankle_side, sign))
-    foot = _foot(positions, leg, own, side, calibration.feet.get(side))
-    return replace(leg, foot=foot)
+    thigh, shank = _limb(hip, knee, knee_side, sign), _limb(knee, ankle, ankle_side, sign)
+    leg = Leg(hip, knee, ankle, thigh, shank, knee_axis=knee_axis, ankle_axis=ankle_axis)
+    return replace(leg, foot=_foot(positions, leg, own, side, calibration.feet.get(side)))
 
 
 def _limb(above, below, lateral, sign: float) -> np.ndarray | None:
@@ -185,8 +189,10 @@ def _limb(above, below, lateral, sign: float) -> np.ndarray | None:
 
 def _joint(
     positions, joint: str, wand: str, above, across, distance: float, *, side: str, calibration: Calibration, how
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Centre of a knee or ankle, and the direction from it to the lateral side; None where unknown.
+) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
+    """Centre of a knee or ankle, the direction from it to the lateral side, and whether markers show that direction.
+
+    What is unknown is None.
 
     Args:
         positions: landmarks.
@@ -203,26 +209,26 @@ def _joint(
     lateral, medial, pole = (positions.get(name) for name in (f"{key}_lateral", f"{key}_medial", f"{side}_{wand}"))
     if key in positions:
         how[joint] = "the file's own centres"
-        return positions[key], None if lateral is None else lateral - positions[key]
+        return positions[key], None if lateral is None else lateral - positions[key], lateral is not None
     if lateral is None:
-        return None, None
+        return None, None, False
     if medial is not None:
         how[joint] = "midway between lateral and medial markers"
-        return 0.5 * (lateral + medial), lateral - medial
+        return 0.5 * (lateral + medial), lateral - medial, True
     if above is None:
-        return None, None
+        return None, None, False
     if pole is not None:
         turn = calibration.turns.get(key, 0.0)
         centre = chord(above, lateral, pole, calibration.distances.get(key, distance), turn)
         if joint == "ankle" or turn or _aligned(positions, above, centre, lateral, side):
             how[joint] = "chord function with wands" + (", turned as the standing trial tells" if turn else "")
-            return centre, lateral - centre
+            return centre, lateral - centre, True
         how[joint] = "chord function without wands, as these aren't in the plane of the knee's axis"
     if across is None:
-        return None, None
+        return None, None, False
     how.setdefault(joint, "chord function without wands, in the plane of the pelvis' lateral axis")
     centre = chord(above, lateral, lateral + across, distance)
-    return centre, lateral - centre
+    return centre, lateral - centre, False
 
 
 def _aligned(positions, hip, knee, lateral, side: str) -> bool:
