@@ -380,6 +380,6 @@ def _chunks(file: IO[bytes]) -> Iterator[bytes]:
 
 
 def _disposition(kind: str, name: str) -> str:
-    """Content-Disposition of a file called `name`, in any alphabet (RFC 6266, section 4.3)."""
+    """Content-Disposition of a file to be shown or saved as `name`, in any alphabet (RFC 6266, section 4.3)."""
     plain = "".join(c if c.isascii() else "-" for c in name)
     return f'{kind}; filename="{plain}"' + ("" if name.isascii() else f"; filename*=UTF-8''{quote(name)}")

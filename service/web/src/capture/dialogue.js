@@ -264,7 +264,7 @@ export class Dialogue {
       point.textContent = this.pointsOf(landmark).join(" + ");
     }
     for (const [count, landmarks] of this.counts) {
-      count.textContent = `${landmarks.filter((landmark) => entries.has(landmark)).length} of ${landmarks.length}`;
+      count.textContent = `${landmarks.filter((landmark) => entries.has(landmark)).length} named`;
     }
     this.needs.textContent = this.lacking() || "Enough for a motion. More landmarks show more of the body.";
     this.title.textContent = titleOf(this.selected);
