@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.mocap.marker_sets import MarkerMap
+from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget
 from motionenv.mocap.units_axes import METRES
@@ -87,9 +87,21 @@ def describe(path, *, fps: float | None = None, unit: str | float | None = None,
         f"{Path(path).name}: {frames} frames, {frames / held.fps:.2f} s at {held.fps:g} fps, gaps {gaps:.1%}",
         points,
     ]
+    if isinstance(held, Markers):
+        lines += _marker_set_lines(held)
     if isinstance(held, Markers) and held.recording is not None:
         lines += _recording_lines(held.recording)
     return "\n".join(lines)
+
+
+def _marker_set_lines(markers: Markers) -> list[str]:
+    """The marker set that the names are of, and what is wrong with them."""
+    try:
+        found = find_landmarks(markers)
+    except MotionError as error:
+        return [str(error)]
+    known = f"marker set {found.marker_set}: {len(found.points)} of its {len(found.marker_map.points)} landmarks"
+    return [known if found.points else "no marker set has these names: see motionenv mocap map --help", *found.notes]
 
 
 def _recording_lines(recording: Recording) -> list[str]:
