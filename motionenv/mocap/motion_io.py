@@ -20,6 +20,7 @@ def read_motion(
     fps: float | None = None,
     unit: str | float | None = None,
     marker_map: MarkerMap | str | None = None,
+    static=None,
     body_model=None,
     override: bool = True,
 ) -> Motion:
@@ -31,6 +32,7 @@ def read_motion(
         unit: unit of length, if the file doesn't specify it or is wrong.
         body_model: for AMASS's files of poses: the NPZ file of the body model.
         marker_map: which points are which landmarks; see `motionenv.retarget`.
+        static: file of a standing trial of the same person.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Raises:
@@ -39,10 +41,27 @@ def read_motion(
     loaded = read(path, fps=fps, unit=unit, body_model=body_model, override=override)
     if isinstance(loaded, Motion):
         return loaded
+    standing = None if static is None else read_static(static, unit=unit)
     try:
-        return retarget(loaded, marker_map=marker_map)
+        return retarget(loaded, marker_map=marker_map, static=standing)
     except MotionError as error:
         raise type(error)(f"{path}: {error}") from error
+
+
+def read_static(path, *, unit: str | float | None = None) -> Markers:
+    """Read the markers of a standing trial.
+
+    Args:
+        path: .c3d or .trc.
+        unit: unit of length, if the file doesn't specify it.
+
+    Raises:
+        MotionError: the file can't be read, or holds no markers.
+    """
+    capture = read(path, unit=unit, override=False)
+    if not isinstance(capture, Markers):
+        raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
+    return capture
 
 
 def describe(path, *, fps: float | None = None, unit: str | float | None = None, body_model=None) -> str:
