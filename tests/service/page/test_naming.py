@@ -248,8 +248,8 @@ def test_legs_are_filled_and_saved_in_other_formats(fresh, legs, tmp_path):
 
 
 def test_a_report_opens_in_a_page_of_its_own(fresh, walk, tmp_path):
-    motionenv.write(walk, tmp_path / "me_01.npz")
-    fresh.page.set_input_files(PANEL, tmp_path / "me_01.npz")
+    motionenv.write(walk, tmp_path / "anna_01.npz")
+    fresh.page.set_input_files(PANEL, tmp_path / "anna_01.npz")
     button = fresh.page.get_by_role("button", name="Gait report")
     button.wait_for(timeout=60_000)
     with fresh.page.context.expect_page(timeout=120_000) as coming:

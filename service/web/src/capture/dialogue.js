@@ -29,8 +29,9 @@ export class Dialogue {
   open() {
     document.body.append(this.dialog);
     this.dialog.showModal();
-    const { positions, points: names, heading } = this.found;
-    this.dots = new Dots(this.canvas, { positions, names, heading }, {
+    const { positions, points: names, heading, assigned } = this.found;
+    const body = Object.values(assigned).flatMap(Object.keys);
+    this.dots = new Dots(this.canvas, { positions, names, heading, body }, {
       chosen: (point) => this.click(point),
       look: (point) => this.look(point),
       bones: () => this.bones(),
