@@ -132,11 +132,7 @@ def convert(
 
 
 def _convert_points(path: Path, out: Path, chosen, static: Path | None, how: dict) -> None:
-    """Write the points of a capture, with events and angles where the format holds them.
-
-    Raises:
-        MotionError: the file has no points, or the format isn't .c3d or .trc.
-    """
+    """Write the points of a capture, with events and angles where the format holds them."""
     from motionenv.mocap import read, write_markers
     from motionenv.types import Motion
 

@@ -319,11 +319,7 @@ class Client:
         return npz.parse(response.content, f"the response of {self._connection.url}")
 
     def _uploaded(self, path: str, files: Iterable[str | Path], fields: Mapping[str, Any]) -> Job:
-        """The job that uploading files creates; a marker map becomes the field `map`.
-
-        Raises:
-            MotionError: a file can't be read.
-        """
+        """The job that uploading files creates; a marker map becomes the field `map`."""
         form = {name: str(value) for name, value in fields.items() if value is not None and name != "marker_map"}
         if isinstance(marker_map := fields.get("marker_map"), MarkerMap):
             form["map"] = marker_map.to_toml()
@@ -357,11 +353,7 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:
-    """The media type that belongs to a suffix.
-
-    Raises:
-        MotionError: unknown suffix.
-    """
+    """The media type that belongs to a suffix."""
     try:
         return known[suffix.lower()]
     except KeyError:

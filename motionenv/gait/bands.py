@@ -1,7 +1,7 @@
 """Reference bands: mean and standard deviation over people of joint angles in percent of the gait cycle."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -49,7 +49,7 @@ class Band:
             Path(temporary).write_text(json.dumps(content), encoding="utf-8")
 
 
-def band_of(groups: dict[str, Sequence[Trial]], who: str) -> Band:
+def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
     """The band of a group: the mean over people of each one's mean over his strides, both sides pooled.
 
     Args:
@@ -92,14 +92,10 @@ def shipped_band() -> Band:
 
 
 def _parsed(content: dict) -> Band:
-    """A band from its JSON.
-
-    Raises:
-        ValueError: not a band.
-    """
+    """A band from its JSON."""
     if content["format"] != _FORMAT:
         raise ValueError
-    curves = [{k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd")]
-    if any(v.shape != (SAMPLES,) or k not in ANGLES for curve in curves for k, v in curve.items()):
+    mean, sd = ({k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd"))
+    if any(v.shape != (SAMPLES,) or k not in ANGLES for curves in (mean, sd) for k, v in curves.items()):
         raise ValueError
-    return Band(*curves, int(content["people"]), str(content["who"]))
+    return Band(mean, sd, int(content["people"]), str(content["who"]))

@@ -270,11 +270,7 @@ def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: Mark
 
 
 def _walk(motion: Motion) -> dict[str, Any]:
-    """The cycles of a straight walk.
-
-    Raises:
-        MotionError: it turns, or has no period.
-    """
+    """The cycles of a straight walk."""
     from motionenv.models.walking.preprocessing import STRAIGHT, find_cycles, forward_speed, straightness
 
     straight = straightness(motion)
