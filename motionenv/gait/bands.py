@@ -39,7 +39,7 @@ class Band:
         return np.stack([self.mean[angle], self.sd[angle]]) if angle in self.mean else None
 
     def save(self, path) -> None:
-        """Write the band as JSON, atomically."""
+        """Write the band as JSON to the file `path`, atomically."""
         content = {
             "format": _FORMAT, "people": self.people, "who": self.who,
             "mean": {k: np.round(v, 2).tolist() for k, v in self.mean.items()},
@@ -69,7 +69,7 @@ def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
 
 
 def load_band(path) -> Band:
-    """The band in a file of `Band.save`.
+    """The band in the file `path` of `Band.save`.
 
     Raises:
         FormatError: not such a file.

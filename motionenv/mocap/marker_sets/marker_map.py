@@ -77,7 +77,7 @@ class MarkerMap:
 
     @classmethod
     def read(cls, path) -> "MarkerMap":
-        """The map in a TOML file.
+        """The map in the TOML file `path`.
 
         Raises:
             FormatError: not a marker map, or not readable; says what is wrong.
