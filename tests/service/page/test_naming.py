@@ -76,7 +76,7 @@ def status(shown) -> str:
     return shown.page.text_content("dialog .status")
 
 
-def test_wrong_clicks_are_told_and_undone(fresh, odd):
+def test_wrong_clicks_are_told(fresh, odd):
     dialog = named(fresh, odd)
     dialog.locator("canvas").click(position={"x": 8, "y": 8})
     assert entries(fresh) == {}
@@ -90,6 +90,13 @@ def test_wrong_clicks_are_told_and_undone(fresh, odd):
     choose(fresh, "left_ankle")
     click(fresh, ODD["left_ankle"])
     assert "already" in status(fresh)
+
+
+def test_clicks_are_undone_one_by_one(fresh, odd):
+    dialog = named(fresh, odd)
+    choose(fresh, "left_knee")
+    click(fresh, ODD["left_ankle"])
+    click(fresh, ODD["left_ankle"])
     dialog.get_by_role("button", name="Undo").click()
     assert entries(fresh) == {"left_knee": {ODD["left_ankle"]: 1}}
     dialog.get_by_role("button", name="Clear all").click()
