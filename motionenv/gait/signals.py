@@ -27,4 +27,5 @@ def smoothed(path: np.ndarray, fps: float, cutoff: float) -> np.ndarray:
     if cutoff >= 0.45 * fps or len(path) < 10:
         return path
     b, a = butter(_ORDER, cutoff / (fps / 2))
-    return filtfilt(b, a, path, axis=0, padlen=min(3 * max(len(a), len(b)), len(path) - 1))
+    # Two periods of the cut-off at either end, so that the filter has settled where the path begins.
+    return filtfilt(b, a, path, axis=0, padlen=min(round(2 * fps / cutoff), len(path) - 1))
