@@ -3,7 +3,8 @@
 Candidates are those of Zeni, Richards & Higginson (2008, Gait Posture 27): at initial contact the heel is furthest
 ahead of the pelvis, at toe-off the toe furthest behind. But the heel is furthest ahead some 50 ms before it meets the
 ground, the more so the faster somebody walks. So initial contact is moved to where the heel's fall is stopped hardest,
-the peak of its vertical acceleration, within a few frames of where the heel stops moving ahead.
+the peak of its vertical acceleration, within a few frames of where the heel stops moving ahead. The toe of a runner is
+furthest behind some 50 ms after it leaves the ground; there, toe-off is where it begins to move fast.
 
 `benchmarks/mocap/events.py` measures the error. The constants that matter (`_STOPS`, `_NEAR`, `_FAST`) were chosen by
 leaving out one laboratory at a time: five of seven choices agree, and on the laboratories left out 79 % of contacts are
@@ -23,6 +24,7 @@ _STILL = 0.1  # [m/s] of a pelvis that goes nowhere
 _STEP = 0.35  # [s] least time between two candidates of one kind and side
 _SWING = 0.1  # [m] least prominence of a candidate: a foot that travels less doesn't step
 _STOPS = 0.5  # [m/s] over the floor, below which a heel has stopped moving ahead; at most half its speed before
+_LEAVES = 1.6  # [m/s] over the floor of a toe that has left it; in running it is not yet furthest behind then
 _LANDING = (0.02, 0.25)  # [s] before and after a candidate in which the heel stops
 _NEAR = 0.035  # [s] around that, in which its fall is stopped hardest
 _BELT = 20  # percentile of a heel's velocity ahead on a treadmill: that of the belt, on which it stands
@@ -45,8 +47,7 @@ def kinematic_events(feet: Feet) -> tuple[Event, ...]:
     for side in feet.sides:
         contacts = _impacts(front[side], candidates(feet, front[side], ways), ways, fps, on_treadmill(feet))
         found += [Event(t, "initial_contact", side) for t in contacts if _seen(front[side], t, fps)]
-        behind = _ahead(feet, back[side], -ways)
-        offs = [_summit(behind, k) / fps for k in _peaks(behind, fps) if 0 < k < len(behind) - 1]
+        offs = _departures(feet, back[side], ways)
         found += [Event(t, "toe_off", side) for t in offs if _seen(back[side], t, fps)]
     return tuple(sorted(found, key=lambda event: event.time))
 
@@ -115,11 +116,8 @@ def _impacts(heel: np.ndarray, found: np.ndarray, ways: np.ndarray, fps: float, 
     """Times [s] of the impact after each candidate; none if the heel is still on its way when the capture ends."""
     if len(heel) < 3:
         return []
-    path = smoothed(heel, fps, _FAST)
-    velocity = np.gradient(path, axis=0) * fps
-    speed = (velocity[:, :2] * ways).sum(-1)
-    speed -= np.percentile(speed, _BELT) if treadmill else 0.0
-    acceleration = np.gradient(velocity[:, 2])
+    speed = _speed(heel, ways, fps, _FAST, treadmill)
+    acceleration = np.gradient(np.gradient(smoothed(heel, fps, _FAST)[:, 2]))
     times = []
     for k in found:
         first, last = max(k - round(_LANDING[0] * fps), 0), k + round(_LANDING[1] * fps)
@@ -131,6 +129,32 @@ def _impacts(heel: np.ndarray, found: np.ndarray, ways: np.ndarray, fps: float, 
         hardest = begin + int(np.argmax(acceleration[begin : end + 1]))
         times.append(_summit(acceleration, hardest) / fps)
     return times
+
+
+def _departures(feet: Feet, toe: np.ndarray, ways: np.ndarray) -> list[float]:
+    """Times [s] of toe-off: of each candidate, or sooner where the toe is then faster than anybody's who walks."""
+    if len(toe) < 3:
+        return []
+    behind = _ahead(feet, toe, -ways)
+    speed = _speed(toe, ways, feet.fps, _SLOW, on_treadmill(feet))
+    times = []
+    for k in _peaks(behind, feet.fps):
+        slow = np.flatnonzero(speed[:k] < _LEAVES)
+        if not 0 < k < len(toe) - 1 or not slow.size:
+            continue  # it left the ground before the capture begins, or is still on it at the end
+        if speed[k] <= _LEAVES:
+            times.append(_summit(behind, k) / feet.fps)
+        else:
+            before, after = speed[slow[-1] : slow[-1] + 2]
+            times.append(float(slow[-1] + (_LEAVES - before) / (after - before)) / feet.fps)
+    return times
+
+
+def _speed(foot: np.ndarray, ways: np.ndarray, fps: float, cutoff: float, treadmill: bool) -> np.ndarray:
+    """Velocity ahead (frames,) [m/s] of a point of the foot over the floor, or over the belt of a treadmill."""
+    velocity = np.gradient(smoothed(foot, fps, cutoff)[:, :2], axis=0) * fps
+    speed = (velocity * ways).sum(-1)
+    return speed - np.percentile(speed, _BELT) if treadmill else speed
 
 
 def _summit(signal: np.ndarray, frame: int) -> float:
