@@ -78,6 +78,9 @@ def test_unseen_pelvises():
     feet = walker()
     feet.pelvis[200:300] = np.nan
     assert [(s.kind, s.start, s.end) for s in find_stretches(feet)][1] == ("unseen", 2.0, 3.0)
+    feet = walker()
+    feet.pelvis[::2] = np.nan
+    assert [s.kind for s in find_stretches(feet)] == ["steady"]
     feet.pelvis[:] = np.nan
     assert [s.kind for s in find_stretches(feet)] == ["unseen"]
     assert not on_treadmill(feet)
