@@ -58,7 +58,8 @@ def recordings(mocap: Path):
             continue
         marked = markers.recording.events
         plates = plate_events(markers.recording.plates, feet) if len(feet.pelvis) > 1 else ()
-        key = (len(feet.pelvis), feet.fps, tuple((round(e.time, 2), e.kind, e.side) for e in (*marked, *plates)))
+        marks = tuple((round(e.time * feet.fps), e.kind, e.side) for e in marked or plates)
+        key = (len(feet.pelvis), feet.fps, marks)
         if (marked or plates) and key not in seen:
             seen.add(key)
             yield path.stem, feet, marked, plates
@@ -91,7 +92,9 @@ def main(mocap: Path) -> None:
                     pooled[reference, feet.fps >= _FAST, kind, way] += off
                     cells.append(cell(off, feet.fps))
             print(f"| {name} | {feet.fps:g} | {reference} | {len(events)} | {' | '.join(cells)} |")
-    print("\n| reference | rate | event | method | events | median error, ms | within 20 ms | missed |\n|-|-|-|-|-|-|-|-|")
+    print(
+        "\n| reference | rate | event | method | events | median error, ms | within 20 ms | missed |\n|-|-|-|-|-|-|-|-|"
+    )
     for (reference, fast, kind, way), off in sorted(pooled.items(), key=lambda item: (not item[0][1], item[0])):
         size = np.abs(off)
         close, missed = 100 * np.mean(size <= _CLOSE), int(np.isnan(size).sum())

@@ -39,7 +39,11 @@ class Band:
         return np.stack([self.mean[angle], self.sd[angle]]) if angle in self.mean else None
 
     def save(self, path) -> None:
-        """Write the band as JSON, atomically."""
+        """Write the band as JSON, atomically.
+
+        Args:
+            path: of the file.
+        """
         content = {
             "format": _FORMAT, "people": self.people, "who": self.who,
             "mean": {k: np.round(v, 2).tolist() for k, v in self.mean.items()},
@@ -71,6 +75,9 @@ def band_of(groups: dict[str, Sequence[Trial]], who: str) -> Band:
 def load_band(path) -> Band:
     """The band in a file of `Band.save`.
 
+    Args:
+        path: of the file.
+
     Raises:
         FormatError: not such a file.
     """
@@ -99,7 +106,9 @@ def _parsed(content: dict) -> Band:
     """
     if content["format"] != _FORMAT:
         raise ValueError
-    curves = [{k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd")]
-    if any(v.shape != (SAMPLES,) or k not in ANGLES for curve in curves for k, v in curve.items()):
+    mean, sd = ({k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd"))
+    if mean.keys() != sd.keys() or not mean.keys() <= set(ANGLES):
         raise ValueError
-    return Band(*curves, int(content["people"]), str(content["who"]))
+    if any(curve.shape != (SAMPLES,) for curve in (*mean.values(), *sd.values())):
+        raise ValueError
+    return Band(mean, sd, int(content["people"]), str(content["who"]))

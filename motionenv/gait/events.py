@@ -62,7 +62,7 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
         "kinematics": lambda: kinematic_events(feet),
     }
     chosen = ways if method == "auto" else {method: ways[method]}
-    notes = ()
+    notes: tuple[str, ...] = ()
     if method == "auto" and _exchanged(recording.events, kinematic_events(feet)):
         del ways["file"]
         notes = ("the file's events name the wrong sides, so they are left out",)

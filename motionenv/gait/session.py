@@ -88,7 +88,7 @@ def read_session(
     """
     if not paths:
         raise MotionError("a report needs at least one capture file")
-    standing = None if static is None else _standing(static, unit)
+    standing = None if static is None else _standing(static, fps, unit)
     trials, left_out = [], {}
     for path in paths:
         try:
@@ -101,13 +101,13 @@ def read_session(
     return Session(tuple(trials), left_out, band)
 
 
-def _standing(path: Path, unit: str | float | None) -> Markers:
+def _standing(path: Path, fps: float | None, unit: str | float | None) -> Markers:
     """The markers of a standing trial.
 
     Raises:
         MotionError: the file holds no markers.
     """
-    capture = read(path, unit=unit, override=False)
+    capture = read(path, fps=fps, unit=unit, override=False)
     if not isinstance(capture, Markers):
         raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
     return capture

@@ -47,7 +47,7 @@ def test_a_turned_plate():
 
 
 def test_who_lands_beside_the_plate_tells_the_toe_off_only():
-    short = CORNERS + [0.2, 0, 0]
+    short = CORNERS + np.array([0.2, 0, 0])
     assert [e.kind for e in plate_events([plate(short)], walker())] == ["toe_off"]
 
 
@@ -55,7 +55,7 @@ def test_touches_standing_and_forces_without_a_foot_are_no_steps():
     assert plate_events([plate(newtons=100)], walker()) == ()
     assert plate_events([plate(off=ON + 0.1)], walker()) == ()
     assert plate_events([plate(off=ON + 3)], walker()) == ()
-    assert plate_events([plate(CORNERS + [9, 0, 0], x=(10.4, 10.6))], walker()) == ()
+    assert plate_events([plate(CORNERS + np.array([9.0, 0, 0]), x=(10.4, 10.6))], walker()) == ()
     assert plate_events([], walker()) == ()
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motionenv.gait import Events, feet_of, find_events, find_strides, find_stretches
+from motionenv.gait import Events, feet_of, find_events, find_stretches, find_strides
 from motionenv.mocap import read
 from motionenv.types import Event
 from tests.gait.walkers import PERIOD, STRIDE, WIDTH, around, moved, on_belt, truth, walker

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from motionenv.gait import Stride, feet_of, find_events, find_strides, find_stretches, summarise
+from motionenv.gait import Stride, feet_of, find_events, find_stretches, find_strides, summarise
 from motionenv.models.synthesis import synthesize
 from tests.gait.walkers import truth, walker
 
