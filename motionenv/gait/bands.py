@@ -71,6 +71,9 @@ def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
 def load_band(path) -> Band:
     """The band in the file `path` of `Band.save`.
 
+    Args:
+        path: of the file.
+
     Raises:
         FormatError: not such a file.
     """
@@ -96,6 +99,8 @@ def _parsed(content: dict) -> Band:
     if content["format"] != _FORMAT:
         raise ValueError
     mean, sd = ({k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd"))
-    if any(v.shape != (SAMPLES,) or k not in ANGLES for curves in (mean, sd) for k, v in curves.items()):
+    if mean.keys() != sd.keys() or not mean.keys() <= set(ANGLES):
+        raise ValueError
+    if any(curve.shape != (SAMPLES,) for curve in (*mean.values(), *sd.values())):
         raise ValueError
     return Band(mean, sd, int(content["people"]), str(content["who"]))

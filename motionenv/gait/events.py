@@ -1,6 +1,7 @@
 """Initial contacts and toe-offs of a capture: from its file, its force plates, or the paths of the feet."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet
@@ -10,7 +11,8 @@ from motionenv.types import Event, Recording
 
 #: Where events may come from.
 METHODS = ("auto", "file", "plates", "kinematics")
-_SAME = 0.15  # [s] within which two events of a kind and side are the same one
+_FEW = 2  # events that say nothing about sides
+_SAME = 0.3  # [s] within which two events of a kind and side are the same one: no foot steps again so soon
 
 
 @dataclass(frozen=True)
@@ -20,10 +22,12 @@ class Events:
     Attributes:
         events: in the order of time.
         sources: how many events came from the "file", from "plates" and from "kinematics".
+        notes: what a reader of the events should know.
     """
 
     events: tuple[Event, ...]
     sources: dict[str, int]
+    notes: tuple[str, ...] = ()
 
     def times(self, kind: str, side: str) -> list[float]:
         """Times [s] of the events of one kind and side.
@@ -39,7 +43,7 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     """The initial contacts and toe-offs of a capture.
 
     "auto" believes the file's events first, then its force plates, and takes from the paths of the feet those that
-    neither of them has.
+    neither of them has. Events of the file that fit the feet better with left and right exchanged are left out.
 
     Args:
         feet: heels, toes and pelvis.
@@ -58,6 +62,10 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
         "kinematics": lambda: kinematic_events(feet),
     }
     chosen = ways if method == "auto" else {method: ways[method]}
+    notes: tuple[str, ...] = ()
+    if method == "auto" and _exchanged(recording.events, kinematic_events(feet)):
+        del ways["file"]
+        notes = ("the file's events name the wrong sides, so they are left out",)
     kept: list[Event] = []
     sources = {}
     for name, find in chosen.items():
@@ -66,7 +74,15 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
         sources[name] = len(new)
     if not kept and method in ("file", "plates"):
         raise MotionError(f"the capture has no events from {method}: use method='auto' or 'kinematics'")
-    return Events(tuple(sorted(kept, key=lambda event: event.time)), {k: n for k, n in sources.items() if n})
+    return Events(tuple(sorted(kept, key=lambda event: event.time)), {k: n for k, n in sources.items() if n}, notes)
+
+
+def _exchanged(marked: Sequence[Event], seen: Sequence[Event]) -> bool:
+    """Whether events fit those seen in the paths of the feet better with left and right exchanged."""
+    other = {"left": "right", "right": "left"}
+    fits = sum(any(_same(a, b) for b in seen) for a in marked)
+    fits_exchanged = sum(any(_same(replace(a, side=other[a.side]), b) for b in seen) for a in marked)
+    return fits_exchanged > max(2 * fits, _FEW)
 
 
 def _same(a: Event, b: Event) -> bool:

@@ -61,7 +61,8 @@ def feet_of(capture: Markers | Motion, marker_map: MarkerMap | str | None = None
     pelvis = nodes[:, NODES.index("pelvis")]
     if not np.isfinite(pelvis).any():
         raise GapError(f"{capture.name or 'this capture'} never shows both hips, so steps can't be measured")
-    heel, toe, notes = {}, {}, list(landmarks.notes)
+    heel, toe = {}, {}
+    notes = list(landmarks.notes)
     for side in ("left", "right"):
         ankle = nodes[:, NODES.index(f"{side}_ankle")]
         if not np.isfinite(ankle).any():

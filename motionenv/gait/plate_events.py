@@ -46,7 +46,7 @@ def _loadings(plate: ForcePlate) -> list[tuple[float, float]]:
     loaded = np.concatenate([[False], up > _LOADED, [False]])
     edges = np.flatnonzero(np.diff(loaded.astype(np.int8))).reshape(-1, 2)
     return [
-        (start / plate.fps, end / plate.fps)
+        (float(start / plate.fps), float(end / plate.fps))
         for start, end in edges
         if _STANCE[0] <= (end - start) / plate.fps <= _STANCE[1] and up[start:end].max() >= _LEAST
     ]

@@ -87,7 +87,7 @@ def read_session(
     """
     if not paths:
         raise MotionError("a report needs at least one capture file")
-    standing = None if static is None else read_static(static, unit=unit)
+    standing = None if static is None else read_static(static, fps=fps, unit=unit)
     trials, left_out = [], {}
     for path in paths:
         try:

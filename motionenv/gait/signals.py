@@ -27,4 +27,6 @@ def smoothed(path: np.ndarray, fps: float, cutoff: float) -> np.ndarray:
     if cutoff >= 0.45 * fps or len(path) < 10:
         return path
     b, a = butter(_ORDER, cutoff / (fps / 2))
-    return filtfilt(b, a, path, axis=0, padlen=min(3 * max(len(a), len(b)), len(path) - 1))
+    # Straight paths pass unchanged, and two periods of the cut-off at either end let the filter settle.
+    trend = np.linspace(path[0], path[-1], len(path))
+    return trend + filtfilt(b, a, path - trend, axis=0, padlen=min(round(2 * fps / cutoff), len(path) - 1))

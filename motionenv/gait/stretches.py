@@ -93,8 +93,17 @@ def _kinds(feet: Feet) -> np.ndarray:
         kinds[speed < _SLOWER * brisk] = 3
         kinds[(rate > _TURNS) & (speed >= _STANDS)] = 2
         kinds[speed < _STANDS] = 1
-    kinds[~known] = 4
+    kinds[_hidden(known, round(_SHORTEST * feet.fps))] = 4
     return kinds
+
+
+def _hidden(known: np.ndarray, least: int) -> np.ndarray:
+    """Frames in gaps of at least `least` frames; shorter ones are bridged."""
+    hidden = np.zeros(len(known), dtype=bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], known, [True]]).astype(np.int8))).reshape(-1, 2)
+    for first, last in edges:
+        hidden[first:last] = last - first >= least
+    return hidden
 
 
 def _absorb(kinds: np.ndarray, fps: float) -> None:

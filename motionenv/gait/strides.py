@@ -24,7 +24,7 @@ class Stride:
         start: initial contact.
         end: the next initial contact of this side.
         toe_off: of this side.
-        opposite_off: toe-off of the other side, which ends the first double support.
+        opposite_off: toe-off of the other side, which ends the first double support; NaN in running, which has none.
         opposite_contact: initial contact of the other side.
         length: distance between the heel's places at its two contacts [m].
         step_length: from the other heel at its contact to this heel at its second, along the line of the stride [m].
@@ -78,9 +78,10 @@ def _measured(feet: Feet, events: Events, side: str, start: float, end: float, m
     toe_off = offs[0] if len(offs) == 1 else _NAN
     contact = contacts[0] if len(contacts) == 1 else _NAN
     off = opposite_offs[0] if len(opposite_offs) == 1 else _NAN
-    order = [start, off, contact, toe_off, end]
-    if any(b <= a for a, b in pairwise(order) if np.isfinite([a, b]).all()):
-        off = contact = _NAN  # events that contradict each other tell nothing
+    if start < toe_off < contact < off < end:  # running: the other foot leaves the ground before this one meets it
+        off = _NAN
+    elif not _ordered([start, off, contact, toe_off, end]):
+        off = contact = toe_off = _NAN  # events that contradict each other tell nothing
     length = step = width = _NAN
     if moves:
         first, last = (_at(feet.heel[side], t, feet.fps) for t in (start, end))
@@ -91,6 +92,12 @@ def _measured(feet: Feet, events: Events, side: str, start: float, end: float, m
             step = float(apart @ along)
             width = float(abs(along[0] * apart[1] - along[1] * apart[0]))
     return Stride(side, start, end, toe_off, off, contact, length, step, width)
+
+
+def _ordered(times: Sequence[float]) -> bool:
+    """Whether the times that are known increase."""
+    known = [t for t in times if np.isfinite(t)]
+    return all(a < b for a, b in pairwise(known))
 
 
 def _at(path: np.ndarray, time: float, fps: float) -> np.ndarray:

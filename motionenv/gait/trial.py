@@ -8,6 +8,7 @@ import numpy as np
 from motionenv.errors import GapError
 from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
+from motionenv.gait.kinematic_events import walks_backwards
 from motionenv.gait.normalised import normalised
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides
@@ -118,7 +119,7 @@ def analyse(
     strides = find_strides(feet, events, stretches)
     angles = _angles(capture, static, marker_map)
     person = recording.subject if recording else ""
-    leg, notes = _leg_length(capture, static), _notes(feet, strides)
+    leg, notes = _leg_length(capture, static), (*events.notes, *_notes(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes)
 
 
@@ -152,6 +153,10 @@ def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
     if not strides:
         notes.append("no stride lies wholly in a steady stretch, so there are no step parameters")
+    if walks_backwards(feet):
+        notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")
+    if sum(stride.toe_off < stride.opposite_contact for stride in strides) > 0.5 * len(strides):
+        notes.append("both feet are in the air between steps, so this is running and has no double support")
     if on_treadmill(feet):
         notes.append("the walker stays in place, so speed and lengths can't be measured")
     return tuple(notes)

@@ -48,17 +48,18 @@ def read_motion(
         raise type(error)(f"{path}: {error}") from error
 
 
-def read_static(path, *, unit: str | float | None = None) -> Markers:
+def read_static(path, *, fps: float | None = None, unit: str | float | None = None) -> Markers:
     """Read the markers of a standing trial.
 
     Args:
         path: .c3d or .trc.
+        fps: frame rate, if the file doesn't specify it.
         unit: unit of length, if the file doesn't specify it.
 
     Raises:
         MotionError: the file can't be read, or holds no markers.
     """
-    capture = read(path, unit=unit, override=False)
+    capture = read(path, fps=fps, unit=unit, override=False)
     if not isinstance(capture, Markers):
         raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
     return capture

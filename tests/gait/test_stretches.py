@@ -1,0 +1,98 @@
+"""What a walker does when."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motionenv.gait import find_stretches
+from motionenv.gait.stretches import on_treadmill
+from tests.gait.walkers import around, moved, on_belt, standing, walker
+
+
+def tiles(stretches, feet) -> bool:
+    """Whether stretches cover a capture without gap or overlap."""
+    edges = [0.0, *(s.end for s in stretches)]
+    return edges[:-1] == [s.start for s in stretches] and edges[-1] == len(feet.pelvis) / feet.fps
+
+
+@pytest.mark.parametrize("fps", [30.0, 100.0, 300.0])
+@pytest.mark.parametrize("seconds", [1.2, 6.6])
+def test_a_straight_walk_is_one_steady_stretch(fps, seconds):
+    feet = walker(seconds, fps)
+    found = find_stretches(feet)
+    assert [s.kind for s in found] == ["steady"]
+    assert tiles(found, feet)
+    assert not on_treadmill(feet)
+
+
+def test_standing_is_standing():
+    assert [s.kind for s in find_stretches(standing())] == ["standing"]
+    assert not on_treadmill(standing())
+
+
+def test_a_treadmill_is_steady_throughout():
+    feet = on_belt(walker(), 1.4 / 1.1)
+    assert on_treadmill(feet)
+    assert [s.kind for s in find_stretches(feet)] == ["steady"]
+
+
+def test_a_start_from_standing_is_cut_out():
+    feet = walker(9.0)
+    wait = moved(feet, lambda p: np.concatenate([np.repeat(p[:1], 300, 0), p[:600]]))
+    found = find_stretches(wait)
+    assert found[0].kind == "standing"
+    assert found[0].end == pytest.approx(3.0, abs=0.4)
+    assert found[-1].kind == "steady"
+    assert tiles(found, wait)
+
+
+def test_a_half_turn_between_two_straight_walks_is_turning():
+    ahead = walker(4.0)
+    radius = 0.3
+    pelvis = ahead.pelvis[:, :2]
+    arc = np.linspace(0, np.pi, 150)[1:, None]
+    turn = pelvis[-1] + radius * np.concatenate([np.sin(arc), 1 - np.cos(arc)], 1)
+    back = turn[-1] + (pelvis[0] - pelvis) * [1, 1]
+    path = np.concatenate([pelvis, turn, back])
+    points = np.concatenate([path, np.full((len(path), 1), 0.9)], 1)
+    feet = replace(ahead, pelvis=points, heel={"left": points}, toe={"left": points})
+    found = find_stretches(feet)
+    assert found[0].kind == found[-1].kind == "steady"
+    assert "turning" in [s.kind for s in found]
+    middle = [s for s in found if s.kind != "steady"]
+    assert middle[0].start < 4.75 < middle[-1].end
+    assert tiles(found, feet)
+
+
+def test_a_curve_is_cut_into_pieces_of_thirty_degrees_at_most():
+    feet = moved(walker(), around(6.0))
+    found = find_stretches(feet)
+    assert {s.kind for s in found} == {"steady"}
+    turned = np.degrees(1.4 / 1.1 * 6.6 / 6.0)
+    assert len(found) == np.ceil(turned / 30)
+    assert tiles(found, feet)
+
+
+def test_unseen_pelvises():
+    feet = walker()
+    feet.pelvis[200:300] = np.nan
+    assert [(s.kind, s.start, s.end) for s in find_stretches(feet)][1] == ("unseen", 2.0, 3.0)
+    feet = walker()
+    feet.pelvis[::2] = np.nan
+    assert [s.kind for s in find_stretches(feet)] == ["steady"]
+    feet.pelvis[:] = np.nan
+    assert [s.kind for s in find_stretches(feet)] == ["unseen"]
+    assert not on_treadmill(feet)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 9, 12])
+def test_very_short_captures(frames):
+    feet = moved(walker(), lambda p: p[:frames])
+    assert tiles(find_stretches(feet), feet)
+
+
+def test_turning_the_laboratory_changes_nothing():
+    turn = np.array([[-1.0, 0, 0], [0, -1, 0], [0, 0, 1]])
+    feet = moved(walker(), around(8.0))
+    assert find_stretches(moved(feet, lambda p: p @ turn.T + [3, 3, 0])) == find_stretches(feet)

@@ -1,0 +1,118 @@
+"""Strides against walkers whose steps are known."""
+
+import numpy as np
+import pytest
+
+from motionenv.gait import Events, feet_of, find_events, find_stretches, find_strides
+from motionenv.mocap import read
+from motionenv.types import Event
+from tests.gait.walkers import PERIOD, STRIDE, WIDTH, around, moved, on_belt, truth, walker
+
+
+def strides_of(feet, events=None):
+    return find_strides(feet, events or truth(), find_stretches(feet))
+
+
+def test_figures_of_a_known_walker():
+    found = strides_of(walker())
+    assert {s.side for s in found} == {"left", "right"}
+    assert len(found) >= 8
+    for stride in found:
+        assert stride.seconds == pytest.approx(PERIOD)
+        assert stride.toe_off - stride.start == pytest.approx(0.62 * PERIOD)
+        assert stride.opposite_contact - stride.start == pytest.approx(0.5 * PERIOD)
+        assert stride.opposite_off - stride.start == pytest.approx(0.12 * PERIOD)
+        assert stride.length == pytest.approx(STRIDE, abs=1e-3)
+        assert stride.step_length == pytest.approx(STRIDE / 2, abs=1e-3)
+        assert stride.step_width == pytest.approx(WIDTH, abs=1e-6)
+
+
+def test_events_seen_in_the_paths_give_the_same_lengths():
+    feet = walker()
+    found = strides_of(feet, find_events(feet))
+    assert len(found) >= 8
+    np.testing.assert_allclose([s.length for s in found], STRIDE, atol=0.01)
+    np.testing.assert_allclose([s.step_length for s in found], STRIDE / 2, atol=0.02)
+
+
+def test_unequal_steps_have_their_side():
+    """The left foot 5 cm further ahead: left steps are 5 cm longer, right ones 5 cm shorter."""
+    feet = walker()
+    feet.heel["left"][:, 0] += 0.05
+    found = strides_of(feet)
+    for side, length in (("left", STRIDE / 2 + 0.05), ("right", STRIDE / 2 - 0.05)):
+        np.testing.assert_allclose([s.step_length for s in found if s.side == side], length, atol=1e-3)
+
+
+def test_a_turned_laboratory_and_slower_time():
+    turn = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]])
+    plain, turned = strides_of(walker()), strides_of(moved(walker(), lambda p: p @ turn.T + [9, 1, 0]))
+    for a, b in zip(plain, turned, strict=True):
+        np.testing.assert_allclose([a.length, a.step_length, a.step_width], [b.length, b.step_length, b.step_width])
+    slow = strides_of(walker(seconds=9.9, period=1.5 * PERIOD), truth(seconds=9.9, period=1.5 * PERIOD))
+    assert [s.seconds for s in slow] == pytest.approx([1.5 * PERIOD] * len(slow))
+    assert [s.length for s in slow] == pytest.approx([STRIDE] * len(slow), abs=1e-3)
+
+
+def test_on_a_circle_the_outer_steps_are_longer():
+    """Chords of a circle of 8 m: the strides of a foot at r ± w/2 span the angle STRIDE / r."""
+    feet = moved(walker(), around(8.0))
+    found = strides_of(feet)
+    assert len(found) >= 8
+    for side, r in (("left", 8 - WIDTH / 2), ("right", 8 + WIDTH / 2)):
+        chord = 2 * r * np.sin(STRIDE / 8 / 2)
+        np.testing.assert_allclose([s.length for s in found if s.side == side], chord, atol=2e-3)
+
+
+def test_a_treadmill_has_times_but_no_lengths():
+    found = strides_of(on_belt(walker(), STRIDE / PERIOD))
+    assert len(found) >= 8
+    assert np.isfinite([s.toe_off for s in found]).all()
+    assert np.isnan([[s.length, s.step_length, s.step_width] for s in found]).all()
+
+
+def test_one_leg_has_strides_but_no_steps():
+    found = strides_of(walker(sides=("left",)), truth(sides=("left",)))
+    assert {s.side for s in found} == {"left"}
+    assert [s.length for s in found] == pytest.approx([STRIDE] * len(found), abs=1e-3)
+    assert np.isnan([[s.step_length, s.opposite_contact, s.opposite_off] for s in found]).all()
+
+
+def test_running_has_no_double_support():
+    found = strides_of(walker(stance=0.36), truth(stance=0.36))
+    assert found
+    assert np.isnan([s.opposite_off for s in found]).all()
+    assert [s.step_length for s in found] == pytest.approx([STRIDE / 2] * len(found), abs=1e-3)
+    assert [s.toe_off - s.start for s in found] == pytest.approx([0.36 * PERIOD] * len(found))
+
+
+def test_events_that_contradict_each_other_tell_nothing():
+    """The other foot lands after this one has left, but leaves before it lands."""
+    feet = walker()
+    marks = [(1.1, "initial_contact", "right"), (2.2, "initial_contact", "right"), (1.5, "toe_off", "right"),
+             (1.3, "toe_off", "left"), (1.9, "initial_contact", "left")]  # fmt: skip
+    stride = strides_of(feet, Events(tuple(Event(*mark) for mark in marks), {}))[0]
+    assert stride.length == pytest.approx(STRIDE, abs=1e-3)
+    assert np.isnan([stride.toe_off, stride.opposite_contact, stride.opposite_off, stride.step_length]).all()
+
+
+def test_strides_outside_steady_stretches_and_implausible_ones_are_left_out():
+    feet = walker()
+    feet.pelvis[300:360] = np.nan
+    assert not [s for s in strides_of(feet) if s.start < 3.6 and s.end > 3.0]
+    doubled = Events((Event(1.1, "initial_contact", "right"), Event(1.3, "initial_contact", "right")), {})
+    assert strides_of(walker(), doubled) == ()
+
+
+def test_a_real_walk_measured_by_hand(mocap):
+    """Heel markers at the file's own contacts, differenced by hand."""
+    markers = read(mocap / "btkdata/C3DSamples/PiG/PiG_Motion3_FF.c3d")
+    feet = feet_of(markers)
+    found = [s for s in strides_of(feet, find_events(feet, markers.recording)) if s.side == "left"]
+    heel = markers.positions[:, next(i for i, n in enumerate(markers.names) if n.endswith("LHEE")), :2]
+    marked = [e.time for e in markers.recording.events if (e.kind, e.side) == ("initial_contact", "left")]
+    for stride in found:
+        assert min(abs(stride.start - t) for t in marked) < 1e-9
+        a, b = (heel[round(t * markers.fps)] for t in (stride.start, stride.end))
+        assert stride.length == pytest.approx(np.hypot(*(b - a)), abs=1e-3)
+        assert 0.5 < (stride.toe_off - stride.start) / stride.seconds < 0.7

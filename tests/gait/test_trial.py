@@ -1,0 +1,72 @@
+"""Whole captures: files, motions, their notes, and their angles over strides."""
+
+import numpy as np
+import pytest
+
+from motionenv.errors import GapError
+from motionenv.gait import analyse, read_trial
+from motionenv.gait.trial import ANGLES
+from motionenv.mocap import read
+from motionenv.mocap.clinical import CLINICAL_ANGLES
+from motionenv.models.synthesis import synthesize
+from motionenv.types import Markers
+
+PIG = "btkdata/C3DSamples/PiG/"
+
+
+def test_a_laboratorys_file(mocap):
+    trial = read_trial(mocap / f"{PIG}PiG_Motion3_FF.c3d")
+    assert (trial.name, trial.notes, trial.seconds) == ("PiG_Motion3_FF", (), 2.93)
+    assert [s.kind for s in trial.stretches] == ["steady"]
+    assert trial.events.sources == {"file": 12}
+    assert len(trial.strides) == 4
+    assert 0.6 < trial.leg_length < 1.1
+
+
+def test_curves_are_the_angles_between_contacts(mocap):
+    trial = read_trial(mocap / f"{PIG}PiG_Motion3_FF.c3d")
+    knee = ANGLES.index("knee_flexion")
+    for side in ("left", "right"):
+        strides = [s for s in trial.strides if s.side == side]
+        curves = trial.curves(side)
+        assert curves.shape == (len(strides), 101, 13)
+        column = CLINICAL_ANGLES.index(f"{side}_knee_flexion")
+        for stride, curve in zip(strides, curves, strict=True):
+            for percent, time in ((0, stride.start), (100, stride.end)):
+                wanted = trial.angles.values[round(time * trial.feet.fps), column]
+                assert curve[percent, knee] == pytest.approx(wanted, abs=0.05)
+            assert 60 < np.argmax(curve[:, knee]) < 85  # the knee bends most in swing
+    assert trial.both_sides().shape == (4, 101, 13)
+
+
+def test_motion_and_moved_captures(mocap):
+    motion = synthesize("walk/fpca", seconds=5, fps=60, seed=4)
+    assert len(analyse(motion).strides) >= 4
+    markers = read(mocap / f"{PIG}PiG_Motion3_FF.c3d")
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    moved = Markers(markers.names, markers.positions @ turn.T + [5, 2, 0], markers.fps, recording=markers.recording)
+    a, b = analyse(markers), analyse(moved)
+    np.testing.assert_allclose([s.step_length for s in a.strides], [s.step_length for s in b.strides])
+    np.testing.assert_allclose(a.both_sides(), b.both_sides(), atol=1e-5)
+
+
+def test_notes_say_what_a_reader_should_know(mocap):
+    notes = lambda file: " ".join(read_trial(mocap / file, unit="mm").notes)
+    assert "no stride lies wholly" in notes(f"{PIG}PiG_Calibration3_FF.c3d")
+    assert "only the right leg" in notes("btkdata/C3DSamples/c3d.org/sample21/sample21.c3d")
+    running = notes("nimble/osim/HamnerSubject04/subject04/trials/run500/markers.trc")
+    assert "this is running" in running
+    assert "stays in place" in running
+    assert "ankle stands in" in notes("btkdata/C3DSamples/others/561xxa01_anonym.C3D")
+
+
+def test_a_walk_run_backwards_is_told(mocap):
+    markers = read(mocap / "cmu_c3d/02_01.c3d")
+    back = Markers(markers.names, markers.positions[::-1], markers.fps)
+    assert "goes backwards" in " ".join(analyse(back).notes)
+    assert "backwards" not in " ".join(analyse(markers).notes)
+
+
+def test_a_single_frame_is_refused(mocap):
+    with pytest.raises(GapError, match="has 1 frame: a standing trial goes to --static"):
+        read_trial(mocap / f"{PIG}PiG_Calibration-FlatFoot-One.c3d")
