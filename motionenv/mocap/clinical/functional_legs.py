@@ -5,8 +5,12 @@ Where thigh and shank carry three or more markers each, a trial in which the joi
 centres in the sagittal plane, but hardly how far out they are. That comes from the body:
 
 - hips are as far apart as those of people with thighs of that length (Winter 2009, fig. 4.1);
-- the leg, seen from the front and stretched, is a straight line from the hip, which runs such that the outermost markers
-  of thigh and shank are as far outside of it as the limbs are thick.
+- the leg, seen from the front and stretched, is a straight line from the hip, which runs such that the outermost
+  markers of thigh and shank are as far outside of it as the limbs are thick.
+
+On five trials of three people whose knees and ankles have markers too, knee flexion differs from that of these markers
+by 1 to 6 degrees rms and the hip's by 1 to 3 where ASIS and sacrum show the pelvis. Where only a cluster shows it, hips
+are 3 to 5 cm off, knee flexion differs by 4 to 9 degrees and the hip's by 2 to 8, most of it a constant offset.
 """
 
 from dataclasses import dataclass, field
@@ -23,8 +27,8 @@ _FOOT = ("heel", "toe", "metatarsal_1", "metatarsal_5")
 _BALL = np.radians(10.0)  # least swing that determines a hip's distance from the midline, as in star-arc movements
 _MOVES = {"hip": np.radians(5.0), "knee": np.radians(5.0), "ankle": np.radians(3.0)}  # least swings; sway has 1 to 2°
 _HALF_PELVIS = 0.050 / 0.245  # hip to midline, relative to hip to knee (Winter 2009, fig. 4.1)
-# How far outside of the leg's axis the outermost marker is, relative to hip to knee: medians of captures that have
-# clusters beside markers on the joints.
+# How far outside of the leg's axis the outermost marker is, relative to hip to knee: medians of the captures
+# above, which have clusters beside markers on the joints.
 _THICK = {"thigh": 0.23, "shank": 0.17}
 _LEVER = 0.1  # [m] from the foot to the point on its side that turns with the shank
 _HOW = "functional, from clusters: {}"
@@ -93,8 +97,9 @@ def _limb(positions, side: str, base: Segment | None) -> _Limb | None:
     """The clusters of one leg and the knee between them; None without clusters or if the knee has markers."""
     if f"{side}_knee" in positions or f"{side}_knee_lateral" in positions:
         return None
-    markers = {name: _cluster(positions, f"{side}_{name}") for name in ("thigh", "shank")}
-    if any(cluster is None for cluster in markers.values()):
+    clusters = {name: _cluster(positions, f"{side}_{name}") for name in ("thigh", "shank")}
+    markers = {name: cluster for name, cluster in clusters.items() if cluster is not None}
+    if len(markers) < len(clusters):
         return None
     thigh, shank = (cluster_pose(cluster) for cluster in markers.values())
     left = _leftward(positions, base)
@@ -151,7 +156,7 @@ def _hips(positions, limbs: dict[str, _Limb]) -> tuple[dict[str, np.ndarray], Se
         joints[side] = joint if joint.swings[2] > _BALL else functional_joint(cluster, limb.thigh, hinge=True)
     thighs = {side: limb.thigh.origin for side, limb in limbs.items()}
     axes = {side: _turned(joint.axis, thighs["left"] - thighs["right"]) for side, joint in joints.items()}
-    left = unit(sum(inside(axis) for axis in axes.values()))
+    left = unit(inside(axes["left"]) + inside(axes["right"]))
     midline = inside(0.5 * (thighs["left"] + thighs["right"]) - cluster.origin) @ left
     hips = {}
     for side, joint in joints.items():
