@@ -74,7 +74,7 @@ def functional_legs(
         hips: by side, the centres (frames, 3) [m] that are known otherwise.
 
     Raises:
-        GapError: the joints hardly move or clusters are hardly seen; names the joint.
+        GapError: a knee or hip hardly moves, or clusters are hardly seen; names the joint.
     """
     limbs = {side: limb for side in SIGN if (limb := _limb(positions, side, base)) is not None}
     pelvis, how = None, {}
@@ -215,13 +215,10 @@ def _lengthwise(line: np.ndarray, outward: np.ndarray) -> np.ndarray:
 
 
 def _ankle(positions, side: str, limb: _Limb) -> FunctionalJoint | None:
-    """The ankle as a hinge between shank and foot; None without a foot.
+    """The ankle as a hinge between shank and foot; None without a foot, or if it hardly moves, as in an orthosis.
 
     Feet aren't rigid, and their markers are nearly on a line. So a foot is taken to turn against the shank about the
     knee's axis only: a point on its side, along that axis, is added to the markers.
-
-    Raises:
-        GapError: the ankle hardly moves.
     """
     names = [f"{side}_{name}" for name in _FOOT if f"{side}_{name}" in positions]
     foot = _cluster(positions, f"{side}_foot")
@@ -231,4 +228,7 @@ def _ankle(positions, side: str, limb: _Limb) -> FunctionalJoint | None:
         return None
     beside = foot.mean(1) + _LEVER * limb.outward
     pose = cluster_pose(np.concatenate([foot, beside[:, None]], axis=1))
-    return None if pose is None else _moving(functional_joint(limb.shank, pose, hinge=True), side, "ankle")
+    if pose is None:
+        return None
+    joint = functional_joint(limb.shank, pose, hinge=True)
+    return joint if joint.swings[1] > _MOVES["ankle"] else None

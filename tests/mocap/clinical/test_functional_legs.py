@@ -71,6 +71,15 @@ def test_who_stands_is_asked_for_a_trial_that_moves():
     assert not calibrate(landmarks, Measurements()).turns
 
 
+def test_an_ankle_that_an_orthosis_holds_is_unknown_and_the_knee_is_not():
+    landmarks, joints = walker()
+    shank = [landmarks[f"left_shank_cluster_{i}"] for i in (1, 2, 3)]
+    held = {f"left_foot_cluster_{i}": 2 * shank[i - 1] - np.mean(shank, axis=0) for i in (1, 2, 3)}
+    found = functional_legs(landmarks | held, None, {side: joints[f"{side}_hip"] for side in ("left", "right")})
+    assert "left_ankle" not in found.landmarks
+    np.testing.assert_allclose(found.landmarks["left_knee"], joints["left_knee"], atol=1e-6)
+
+
 def test_markers_on_the_joints_come_first():
     landmarks, _ = walker()
     for side in ("left", "right"):
