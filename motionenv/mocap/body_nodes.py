@@ -149,9 +149,10 @@ def _lacking(landmarks: Landmarks, legs: LowerBody) -> str:
     wanted = ["left_hip", "right_hip"] if legs.left.hip is None and legs.right.hip is None else []
     if wanted and "left_asis" in landmarks.marker_map.points:
         wanted = ["left_asis", "right_asis", "sacrum"]
+    if wanted and "pelvis_cluster_1" in landmarks.marker_map.points and "left_asis" not in landmarks.points:
+        wanted = _markers("pelvis")
     for side in ("left", "right"):
-        marker = f"{side}_knee_lateral"
-        wanted.append(marker if marker in landmarks.marker_map.points else f"{side}_knee")
+        wanted += _of_knee(landmarks, side)
     missing = [name for name in wanted if name not in landmarks.points]
     if not landmarks.points:
         problem = "none of its points has a name that a marker set knows"
@@ -163,6 +164,21 @@ def _lacking(landmarks: Landmarks, legs: LowerBody) -> str:
         f"no leg with hip and knee: {problem}. If these points have other names, write a marker map with "
         "`motionenv mocap map FILE --out map.toml`, edit it, and pass it with --map (marker_map=)"
     )
+
+
+def _of_knee(landmarks: Landmarks, side: str) -> list[str]:
+    """The landmarks from which a marker set tells where a knee is."""
+    known = landmarks.marker_map.points
+    if f"{side}_knee_lateral" in known:
+        return [f"{side}_knee_lateral"]
+    if f"{side}_shank_cluster_1" in known:
+        return _markers(f"{side}_thigh") + _markers(f"{side}_shank")
+    return [f"{side}_knee"]
+
+
+def _markers(limb: str) -> list[str]:
+    """The landmarks of the smallest cluster."""
+    return [f"{limb}_cluster_{i}" for i in (1, 2, 3)]
 
 
 def _written(landmarks: Landmarks, name: str) -> str:

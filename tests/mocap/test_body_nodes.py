@@ -92,6 +92,12 @@ def test_who_shows_no_leg_is_told_what_is_missing_of_which_set():
         nodes(Markers(("M1", "M2"), np.ones((2, 2, 3)), 50))
 
 
+def test_who_has_clusters_but_not_on_the_pelvis_is_told_so():
+    names = [f"{side}{limb}{i}" for side in "LR" for limb in ("TH", "SK") for i in (1, 2, 3)]
+    with pytest.raises(GapError, match=r"'clusters': 12 of .*, but not pelvis_cluster_1 \(PV1\), .*_3 \(PV3\)\. If"):
+        nodes(Markers(names, np.random.default_rng(0).normal(size=(20, len(names), 3)), 50))
+
+
 def test_limbs_of_a_real_walker_keep_their_length(mocap):
     found = nodes(read(mocap / "cmu_c3d" / "02_01.c3d"))
     for near, far in (("hip", "knee"), ("knee", "ankle"), ("elbow", "wrist")):

@@ -7,6 +7,10 @@ centres in the sagittal plane, but hardly how far out they are. That comes from 
 - hips are as far apart as those of people with thighs of that length (Winter 2009, fig. 4.1);
 - the leg, seen from the front and stretched, is a straight line from the hip, which runs such that the outermost
   markers of thigh and shank are as far outside of it as the limbs are thick.
+
+On five trials of three people whose knees and ankles have markers too, knee flexion differs from that of these markers
+by 1 to 6 degrees rms and the hip's by 1 to 3 where ASIS and sacrum show the pelvis. Where only a cluster shows it, hips
+are 3 to 5 cm off, knee flexion differs by 4 to 9 degrees and the hip's by 2 to 8, most of it a constant offset.
 """
 
 from dataclasses import dataclass, field
@@ -23,8 +27,8 @@ _FOOT = ("heel", "toe", "metatarsal_1", "metatarsal_5")
 _BALL = np.radians(10.0)  # least swing that determines a hip's distance from the midline, as in star-arc movements
 _MOVES = {"hip": np.radians(5.0), "knee": np.radians(5.0), "ankle": np.radians(3.0)}  # least swings; sway has 1 to 2°
 _HALF_PELVIS = 0.050 / 0.245  # hip to midline, relative to hip to knee (Winter 2009, fig. 4.1)
-# How far outside of the leg's axis the outermost marker is, relative to hip to knee: medians of captures that have
-# clusters beside markers on the joints.
+# How far outside of the leg's axis the outermost marker is, relative to hip to knee: medians of the captures
+# above, which have clusters beside markers on the joints.
 _THICK = {"thigh": 0.23, "shank": 0.17}
 _LEVER = 0.1  # [m] from the foot to the point on its side that turns with the shank
 _HOW = "functional, from clusters: {}"
@@ -70,7 +74,7 @@ def functional_legs(
         hips: by side, the centres (frames, 3) [m] that are known otherwise.
 
     Raises:
-        GapError: the joints hardly move or clusters are hardly seen; names the joint.
+        GapError: a knee or hip hardly moves, or clusters are hardly seen; names the joint.
     """
     limbs = {side: limb for side in SIGN if (limb := _limb(positions, side, base)) is not None}
     pelvis, how = None, {}
@@ -206,7 +210,7 @@ def _lengthwise(line: np.ndarray, outward: np.ndarray) -> np.ndarray:
 
 
 def _ankle(positions, side: str, limb: _Limb) -> FunctionalJoint | None:
-    """The ankle as a hinge between shank and foot; None without a foot.
+    """The ankle as a hinge between shank and foot; None without a foot, or if it hardly moves, as in an orthosis.
 
     Feet aren't rigid, and their markers are nearly on a line. So a foot is taken to turn against the shank about the
     knee's axis only: a point on its side, along that axis, is added to the markers.
@@ -219,4 +223,7 @@ def _ankle(positions, side: str, limb: _Limb) -> FunctionalJoint | None:
         return None
     beside = foot.mean(1) + _LEVER * limb.outward
     pose = cluster_pose(np.concatenate([foot, beside[:, None]], axis=1))
-    return None if pose is None else _moving(functional_joint(limb.shank, pose, hinge=True), side, "ankle")
+    if pose is None:
+        return None
+    joint = functional_joint(limb.shank, pose, hinge=True)
+    return joint if joint.swings[1] > _MOVES["ankle"] else None
