@@ -9,8 +9,9 @@ from motionenv.types import Event, ForcePlate
 
 _LOADED = 20.0  # [N] on the plate
 _LEAST = 200.0  # [N] peak of a step; less is a touch, or an empty plate's drift
-_STANCE = (0.3, 2.0)  # [s] duration of a stance; a longer one is standing
+_STANCE = (0.11, 2.0)  # [s] duration of a stance: shortest in sprinting; a longer one is standing
 _BESIDE = 0.03  # [m] by which a foot may stand over a plate's edge
+_TIP = 0.3  # of the distance from heel to toe, from there to the tip of the shoe
 _FOOT = 0.30  # [m] farthest that the centre of pressure can be from the middle of the foot
 _STILL = 0.5  # [m/s] of a foot that stands
 
@@ -18,7 +19,8 @@ _STILL = 0.5  # [m/s] of a foot that stands
 def plate_events(plates: Sequence[ForcePlate], feet: Feet) -> tuple[Event, ...]:
     """Initial contacts of the feet whose heel, and toe-offs of those whose toe is on a plate, in the order of time.
 
-    A foot that lands beside a plate and rolls onto it tells its toe-off only.
+    A foot that lands beside a plate and rolls onto it tells its toe-off only, and one that rolls over the plate's edge
+    its initial contact only.
 
     Args:
         plates: force plates of the capture.
@@ -30,9 +32,11 @@ def plate_events(plates: Sequence[ForcePlate], feet: Feet) -> tuple[Event, ...]:
             side = _side(plate, feet, start, end)
             if side is None:
                 continue
+            flat = round(0.5 * (start + end) * feet.fps)  # the frame in the middle of stance
+            tip = feet.toe[side] + _TIP * (feet.toe[side] - feet.heel[side])[flat]
             for event, path in (
                 (Event(start, "initial_contact", side), feet.heel[side]),
-                (Event(end, "toe_off", side), feet.toe[side]),
+                (Event(end, "toe_off", side), tip),
             ):
                 frame = round(event.time * feet.fps)
                 if 0 < frame < len(path) - 1 and _inside(path[frame], plate.corners):
@@ -60,9 +64,10 @@ def _side(plate: ForcePlate, feet: Feet, start: float, end: float) -> str | None
         return None
     standing = {}
     for side in feet.sides:
-        foot = 0.5 * (feet.heel[side] + feet.toe[side])
-        speed = np.linalg.norm(foot[frame + 1] - foot[frame - 1]) * feet.fps / 2
-        if np.linalg.norm((foot[frame] - plate.centre[sample])[:2]) < _FOOT and speed < _STILL:
+        ends = np.stack([feet.heel[side], feet.toe[side]])
+        # Runners' heels have risen by the middle of stance: the slower end stands.
+        speed = np.linalg.norm(ends[:, frame + 1] - ends[:, frame - 1], axis=-1).min() * feet.fps / 2
+        if np.linalg.norm((ends[:, frame].mean(0) - plate.centre[sample])[:2]) < _FOOT and speed < _STILL:
             standing[side] = speed
     return next(iter(standing)) if len(standing) == 1 else None
 

@@ -107,12 +107,19 @@ def _hidden(known: np.ndarray, least: int) -> np.ndarray:
 
 
 def _absorb(kinds: np.ndarray, fps: float) -> None:
-    """Give runs that are too short to mean anything to the run before, or at the start to the one after, in place."""
+    """Give runs that are too short to mean anything to a neighbour, the shortest first, in place.
+
+    Beside another kind a run doesn't become steady: who stands a moment later was stopping, however briefly.
+    """
     least = round(_SHORTEST * fps)
-    edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
-    for first, last in pairwise(edges):
-        if last - first < least and last - first < len(kinds):
-            kinds[first:last] = kinds[first - 1] if first else kinds[last]
+    while True:
+        edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
+        runs = [slice(*pair) for pair in pairwise(edges)]
+        i = min(range(len(runs)), key=lambda i: runs[i].stop - runs[i].start)
+        if len(runs) == 1 or runs[i].stop - runs[i].start >= least:
+            return
+        beside = [run for j, run in enumerate(runs) if abs(j - i) == 1]
+        kinds[runs[i]] = kinds[max(beside, key=lambda run: (kinds[run.start] != 0, run.stop - run.start)).start]
 
 
 def _straight_pieces(feet: Feet, first: int, last: int) -> list[int]:

@@ -1,13 +1,14 @@
 """Strides: from one initial contact of a foot to its next."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from motionenv.gait.events import Events
 from motionenv.gait.feet import Feet
+from motionenv.gait.kinematic_events import walks_backwards
 from motionenv.gait.stretches import Stretch, on_treadmill
 
 _STRIDE = (0.4, 3.0)  # [s] plausible duration
@@ -28,7 +29,8 @@ class Stride:
         opposite_contact: initial contact of the other side.
         length: distance between the heel's places at its two contacts [m].
         step_length: from the other heel at its contact to this heel at its second, along the line of the stride [m].
-        step_width: distance of the other heel from the line of the stride [m] (Huxham et al. 2006).
+        step_width: distance of the other heel from the line of the stride [m] (Huxham et al. 2006); negative where the
+            feet cross.
     """
 
     side: str
@@ -55,13 +57,14 @@ def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tu
         events: of the same capture.
         stretches: of the same capture.
     """
-    moves = not on_treadmill(feet)
     found = []
     for side in feet.sides:
-        contacts = events.times("initial_contact", side)
-        for start, end in pairwise(contacts):
+        for start, end in pairwise(events.times("initial_contact", side)):
             if _STRIDE[0] <= end - start <= _STRIDE[1] and _steady(start, end, stretches):
-                found.append(_measured(feet, events, side, start, end, moves))
+                found.append(_timed(events, side, start, end))
+    if not on_treadmill(feet):
+        towards = -1.0 if walks_backwards(feet) else 1.0
+        found = [_placed(stride, feet, towards) for stride in found]
     return tuple(sorted(found, key=lambda stride: stride.start))
 
 
@@ -70,8 +73,8 @@ def _steady(start: float, end: float, stretches: Sequence[Stretch]) -> bool:
     return all(s.kind == "steady" for s in stretches if s.start < end and s.end > start)
 
 
-def _measured(feet: Feet, events: Events, side: str, start: float, end: float, moves: bool) -> Stride:
-    """One stride with its events and distances."""
+def _timed(events: Events, side: str, start: float, end: float) -> Stride:
+    """One stride with its events."""
     other = _OTHER[side]
     within = lambda kind, whose: [t for t in events.times(kind, whose) if start < t < end]
     offs, opposite_offs, contacts = within("toe_off", side), within("toe_off", other), within("initial_contact", other)
@@ -82,16 +85,21 @@ def _measured(feet: Feet, events: Events, side: str, start: float, end: float, m
         off = _NAN
     elif not _ordered([start, off, contact, toe_off, end]):
         off = contact = toe_off = _NAN  # events that contradict each other tell nothing
-    length = step = width = _NAN
-    if moves:
-        first, last = (_at(feet.heel[side], t, feet.fps) for t in (start, end))
-        length = float(np.linalg.norm(last - first))
-        if np.isfinite(contact) and other in feet.heel and length > 0:
-            along = (last - first) / length
-            apart = last - _at(feet.heel[other], contact, feet.fps)
-            step = float(apart @ along)
-            width = float(abs(along[0] * apart[1] - along[1] * apart[0]))
-    return Stride(side, start, end, toe_off, off, contact, length, step, width)
+    return Stride(side, start, end, toe_off, off, contact)
+
+
+def _placed(stride: Stride, feet: Feet, towards: float) -> Stride:
+    """A stride with its distances; `towards` is -1 of who walks backwards, and so has his left on the right."""
+    heel, other = feet.heel[stride.side], _OTHER[stride.side]
+    first, last = (_at(heel, t, feet.fps) for t in (stride.start, stride.end))
+    length = float(np.linalg.norm(last - first))
+    if not (np.isfinite(stride.opposite_contact) and other in feet.heel and length > 0):
+        return replace(stride, length=length)
+    along = (last - first) / length
+    apart = last - _at(feet.heel[other], stride.opposite_contact, feet.fps)
+    to_the_left = float(along[0] * apart[1] - along[1] * apart[0])
+    outwards = towards if stride.side == "left" else -towards
+    return replace(stride, length=length, step_length=float(apart @ along), step_width=outwards * to_the_left)
 
 
 def _ordered(times: Sequence[float]) -> bool:

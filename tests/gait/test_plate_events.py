@@ -42,13 +42,28 @@ def test_a_turned_plate():
     one = plate()
     turned = ForcePlate(change(one.corners), one.force, change(one.centre), one.fps)
     assert len(plate_events([turned], moved(walker(), change))) == 2
-    aside = CORNERS @ turn.T + (CORNERS.mean(0) - CORNERS.mean(0) @ turn.T) + [0.26, 0.05, 0]
+    aside = CORNERS @ turn.T + (CORNERS.mean(0) - CORNERS.mean(0) @ turn.T) + [0.06, -0.16, 0]
     assert [e.kind for e in plate_events([plate(aside)], walker())] == ["toe_off"]
 
 
 def test_who_lands_beside_the_plate_tells_the_toe_off_only():
     short = CORNERS + np.array([0.2, 0, 0])
     assert [e.kind for e in plate_events([plate(short)], walker())] == ["toe_off"]
+
+
+def test_who_rolls_over_the_edge_tells_the_contact_only():
+    """The toe marker, on the metatarsal heads, leaves from within the plate, the tip of the shoe from beyond it."""
+    ends_early = np.where(CORNERS == 1.7, 1.6, CORNERS)
+    assert [e.kind for e in plate_events([plate(ends_early)], walker())] == ["initial_contact"]
+
+
+def test_sprinting_over_plates(mocap):
+    """Stances of 0.12 s; the file's events were marked from these plates."""
+    markers = read(mocap / "nimble/c3d/JA1Gait35.c3d")
+    found = plate_events(markers.recording.plates, feet_of(markers))
+    assert len(found) >= 7
+    for event in found:
+        assert np.abs(times(markers.recording.events, event.kind, event.side) - event.time).min() < 0.01
 
 
 def test_touches_standing_and_forces_without_a_foot_are_no_steps():

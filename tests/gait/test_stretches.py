@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motionenv.gait import find_stretches
+from motionenv.gait import feet_of, find_events, find_stretches, find_strides
 from motionenv.gait.stretches import on_treadmill
+from motionenv.mocap import read
 from tests.gait.walkers import around, moved, on_belt, standing, walker
 
 
@@ -45,6 +46,25 @@ def test_a_start_from_standing_is_cut_out():
     assert found[0].end == pytest.approx(3.0, abs=0.4)
     assert found[-1].kind == "steady"
     assert tiles(found, wait)
+
+
+def test_who_stops_soon_is_not_steady_while_he_stops():
+    """At 1.3 m/s for 6 s, then to rest within 0.6 s: less than half a second lies between the two speeds."""
+    t = np.arange(900) / 100
+    speed = 1.3 * np.clip((6.6 - t) / 0.6, 0, 1)
+    path = np.stack([np.cumsum(speed) / 100, 0 * t, 0 * t + 0.9], -1)
+    feet = replace(walker(9.0), pelvis=path, heel={"left": path}, toe={"left": path})
+    found = find_stretches(feet)
+    assert [s.kind for s in found] == ["steady", "standing"]
+    assert found[0].end < 6.4
+
+
+def test_strides_of_a_real_walker_who_stops(mocap):
+    """He turns and halts: the closing steps of half a stride are none of a steady walk."""
+    feet = feet_of(read(mocap / "nimble/grf/CarmagoTest/MarkerData/levelground_ccw_fast_01_01.trc"))
+    lengths = [s.length for s in find_strides(feet, find_events(feet), find_stretches(feet))]
+    assert len(lengths) >= 6
+    assert min(lengths) > 0.8 * np.median(lengths)
 
 
 def test_a_half_turn_between_two_straight_walks_is_turning():

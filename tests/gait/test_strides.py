@@ -54,6 +54,17 @@ def test_a_turned_laboratory_and_slower_time():
     assert [s.length for s in slow] == pytest.approx([STRIDE] * len(slow), abs=1e-3)
 
 
+def test_feet_that_cross_have_negative_width():
+    assert [s.step_width for s in strides_of(walker(width=-0.05))] == pytest.approx([-0.05] * 9, abs=1e-6)
+
+
+def test_walking_backwards_the_left_foot_is_still_on_the_left():
+    back = moved(walker(), lambda p: p[::-1])
+    found = strides_of(back, find_events(back))
+    assert len(found) >= 8
+    np.testing.assert_allclose([s.step_width for s in found], WIDTH, atol=1e-6)
+
+
 def test_on_a_circle_the_outer_steps_are_longer():
     """Chords of a circle of 8 m: the strides of a foot at r ± w/2 span the angle STRIDE / r."""
     feet = moved(walker(), around(8.0))
