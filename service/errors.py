@@ -186,4 +186,5 @@ def field_problem(error: Mapping[str, Any]) -> dict[str, Any]:
         field = ".".join(place[1:]) or place[0]
     context = error.get("ctx") or {}
     bound = {name: context[name] for name in _BOUNDS if isinstance(context.get(name), (int, float, str))}
-    return {"field": field, "problem": error["msg"], "bound": bound or None}
+    problem = error["msg"].removeprefix("Value error, ")  # pydantic's words before a validator's own
+    return {"field": field, "problem": problem, "bound": bound or None}

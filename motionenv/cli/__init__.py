@@ -1,4 +1,6 @@
-"""The command line: `motionenv demo | synth | sample | render | lift | track | fit | models | serve | bench | mocap`.
+"""The command line.
+
+`motionenv demo | synth | sample | render | lift | track | report | fit | models | serve | bench | mocap`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -10,7 +12,7 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import bench, lifting, mocap, models, serve, synthesis, tracking
+from motionenv.cli import bench, gait, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err
 from motionenv.errors import MotionError
 
@@ -29,6 +31,7 @@ app.command()(synthesis.sample)
 app.command()(synthesis.render)
 app.command()(lifting.lift)
 app.command()(tracking.track)
+app.command()(gait.report)
 app.command()(models.fit)
 app.command()(models.models)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
@@ -39,6 +42,7 @@ mocap_app = typer.Typer(help="Motion capture: download, inspect and convert file
 mocap_app.command("list")(mocap.mocap_list)
 mocap_app.command()(mocap.download)
 mocap_app.command()(mocap.info)
+mocap_app.command("map")(mocap.guess)
 mocap_app.command()(mocap.convert)
 app.add_typer(mocap_app, name="mocap")
 

@@ -4,13 +4,16 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from motionenv.errors import MotionError
+
+if TYPE_CHECKING:
+    from motionenv.mocap import MarkerMap
 
 #: Console for everything except results.
 err = Console(stderr=True)
@@ -22,6 +25,11 @@ Unit = Annotated[
     typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu, or metres per unit."),
 ]
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
+Map = Annotated[
+    str | None,
+    typer.Option("--map", help="Marker map (TOML file of `motionenv mocap map`), or name of a marker set."),
+]
+Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
 Fill = Annotated[
     bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by the model's prior.")
 ]
@@ -45,6 +53,20 @@ def progress(title: str, total: int | None) -> Iterator[Callable[..., None]]:
 def note(text: str) -> None:
     """Print one line on stderr, without formatting."""
     err.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def marker_map(text: str | None) -> "MarkerMap | str | None":
+    """The marker map of --map: that of a file, or the name of a set.
+
+    Raises:
+        MotionError: neither such a file nor such a set.
+    """
+    from motionenv.mocap import MarkerMap
+    from motionenv.mocap.marker_sets import marker_sets
+
+    if text is None or text in {known.name for known in marker_sets()}:
+        return text
+    return MarkerMap.read(text)
 
 
 def check_folder(out: Path) -> None:

@@ -83,11 +83,7 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, person):
 
 
 def _parsed_elevation(text: str) -> float | None:
-    """Elevation [rad], or None for "unknown".
-
-    Raises:
-        MotionError: neither.
-    """
+    """Elevation [rad], or None for "unknown"."""
     if text == "unknown":
         return None
     try:

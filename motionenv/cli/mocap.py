@@ -1,11 +1,23 @@
-"""The `mocap` commands: list, download, info, convert."""
+"""The `mocap` commands: list, download, info, map, convert."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import BodyModel, Fill, Fps, Unit, note, progress
+from motionenv.cli._shared import (
+    BodyModel,
+    Fill,
+    Fps,
+    Map,
+    Static,
+    Unit,
+    check_folder,
+    marker_map,
+    note,
+    progress,
+)
+from motionenv.errors import GapError, MotionError
 
 
 def mocap_list() -> None:
@@ -56,17 +68,48 @@ def info(
     typer.echo(describe(path, fps=fps, unit=unit, body_model=body_model))
 
 
+def guess(
+    path: Annotated[Path, typer.Argument(help="A capture file.")],
+    out: Annotated[Path, typer.Option(help="Output file, .toml.")],
+    fps: Fps = None,
+    unit: Unit = None,
+) -> None:
+    """Write a first guess of which points of a file are which landmarks, to be edited and passed with --map.
+
+    Example: motionenv mocap map walk.c3d --out map.toml
+    """
+    from motionenv._core.files import atomic_write
+    from motionenv.mocap import read
+    from motionenv.mocap.marker_sets import annotated, guess_map
+    from motionenv.types import Motion
+
+    check_folder(out)
+    capture = read(path, fps=fps, unit=unit)
+    if isinstance(capture, Motion):
+        raise MotionError(f"{path}: holds poses of the body, which need no marker map")
+    with atomic_write(out) as temporary:
+        Path(temporary).write_text(annotated(capture), encoding="utf-8")
+    typer.echo(
+        f"{out}  {len(guess_map(capture).points)} landmarks guessed from {len(capture.names)} points: check them"
+    )
+
+
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     fps: Fps = None,
     unit: Unit = None,
     body_model: BodyModel = None,
+    map_: Map = None,
+    static: Static = None,
     fill: Fill = False,
+    points: Annotated[bool, typer.Option("--points", help="Keep the file's own points (.c3d and .trc).")] = False,
 ) -> None:
     """Retarget capture to the 25-DOF body and write it in another format.
 
-    Limbs that the capture doesn't show stay unknown; --fill estimates them.
+    Limbs that the capture doesn't show stay unknown; --fill estimates them. C3D and RRD files also get gait events and
+    clinical joint angles. With --points, a C3D or TRC file gets the capture's own points instead of the body's.
+
     Example: motionenv mocap convert 02_01.amc --fps 120 --out walk.glb
     """
     from motionenv.body.gaps import listed, missing_parts
@@ -75,9 +118,42 @@ def convert(
     from motionenv.models.filling import read_motion
 
     check_suffix(out)
-    motion = read_motion(path, fill=fill, fps=fps, unit=unit, body_model=body_model)
+    how = {"fps": fps, "unit": unit, "body_model": body_model}
+    chosen = marker_map(map_)
+    if points:
+        _convert_points(path, out, chosen, static, how)
+        return
+    motion = read_motion(path, fill=fill, marker_map=chosen, static=static, **how)
     if missing := missing_parts(motion.poses):
         note(f"{path.name} doesn't show {listed(missing)}: --fill estimates them")
-    write(motion, out)
+    write(motion, out, **_gait(path, out, chosen, static, how))
     share = "" if motion.filled is None else f", {motion.filled.mean():.0%} of the entries filled by the model"
     typer.echo(f"{out}  {motion.poses.shape[0]} frames{share}")
+
+
+def _convert_points(path: Path, out: Path, chosen, static: Path | None, how: dict) -> None:
+    """Write the points of a capture, with events and angles where the format holds them."""
+    from motionenv.mocap import read, write_markers
+    from motionenv.types import Motion
+
+    capture = read(path, **how)
+    if isinstance(capture, Motion):
+        raise MotionError(f"{path}: holds poses of the body and no points: leave out --points")
+    write_markers(capture, out, **_gait(path, out, chosen, static, how))
+    typer.echo(f"{out}  {len(capture.positions)} frames, {len(capture.names)} points")
+
+
+def _gait(path: Path, out: Path, chosen, static: Path | None, how: dict) -> dict:
+    """Events and clinical angles of a capture, for the formats that hold them; nothing if it shows no gait."""
+    from motionenv.gait import analyse
+    from motionenv.mocap import read, read_static
+
+    if out.suffix.lower() not in (".c3d", ".rrd"):
+        return {}
+    standing = None if static is None else read_static(static, unit=how["unit"])
+    try:
+        trial = analyse(read(path, **how), static=standing, marker_map=chosen)
+    except GapError as error:
+        note(f"no events or clinical angles: {error}")
+        return {}
+    return {"events": trial.events.events, "angles": trial.angles}

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fill, Fps, Unit, check_folder, err, note, progress
+from motionenv.cli._shared import Fill, Fps, Map, Unit, check_folder, err, marker_map, note, progress
 from motionenv.errors import MotionError
 
 
@@ -15,6 +15,7 @@ def fit(
     out: Annotated[Path, typer.Option(help="Model file to write (.npz).")],
     fps: Fps = None,
     unit: Unit = None,
+    map_: Map = None,
     fill: Fill = False,
     mirrored: Annotated[bool, typer.Option("--mirrored", help="Tree: add mirror images of the clips.")] = False,
     activity: Annotated[str | None, typer.Option(help="Tree: activity of all clips; by default from names.")] = None,
@@ -30,11 +31,11 @@ def fit(
         if mirrored or activity is not None:
             raise MotionError(f"--mirrored and --activity are only for tree, not for {model}: omit them")
     check_folder(out)
-    asked = {"--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--activity": activity}
+    asked = {"--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--map": map_, "--activity": activity}
     options = "".join(f" {key} {value}" for key, value in asked.items() if value)
     options += " --fill" * fill + " --mirrored" * mirrored
     command = f"motionenv fit {model} --mocap {mocap.name}{options} --out {out.name}"
-    reading = {"fps": fps, "unit": unit, "fill": fill}
+    reading = {"fps": fps, "unit": unit, "marker_map": marker_map(map_), "fill": fill}
     if model == "tree":
         _fit_tree(mocap, out, command, activity=activity, mirrored=mirrored, **reading)
     else:

@@ -10,6 +10,7 @@ from motionenv.cli._shared import (
     Fill,
     Fps,
     Height,
+    Map,
     Seed,
     Size,
     Speed,
@@ -17,6 +18,7 @@ from motionenv.cli._shared import (
     View,
     check_folder,
     err,
+    marker_map,
     parsed_numbers,
     parsed_size,
     parsed_view,
@@ -133,6 +135,7 @@ def render(
     still: Annotated[bool, typer.Option("--still", help="Use a static camera instead of a following one.")] = False,
     fps: Fps = None,
     unit: Unit = None,
+    map_: Map = None,
     fill: Fill = False,
 ) -> None:
     """Render a motion to a film.
@@ -144,7 +147,7 @@ def render(
 
     width, height = parsed_size(size)
     alpha = parsed_view(view)
-    loaded = read_motion(motion, fill=fill, fps=fps, unit=unit)
+    loaded = read_motion(motion, fill=fill, fps=fps, unit=unit, marker_map=marker_map(map_))
     _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
 

@@ -76,21 +76,13 @@ def track(
 
 
 def _refuse(options: dict[str, Any], why: str) -> None:
-    """Reject options that would have no effect.
-
-    Raises:
-        MotionError: one of them was given; names it.
-    """
+    """Reject options that would have no effect."""
     if wrong := [f"--{name}" for name, value in options.items() if value is not None]:
         raise MotionError(f"{', '.join(wrong)}: {why}")
 
 
 def _check_outputs(out: Path, motion: Path | None) -> None:
-    """Validate output paths, before any work.
-
-    Raises:
-        MotionError: another suffix, or no such folder.
-    """
+    """Validate output paths, before any work."""
     from motionenv.mocap.writing import check_suffix
 
     if out.suffix.lower() not in _FILMS:

@@ -245,20 +245,20 @@ class Client:
         return self._uploaded("/v1/jobs/points", files, how)
 
     def report(
-        self, files: Iterable[str | Path], suffix: str = ".html", *, static: str | Path | None = None,
-        marker_map: MarkerMap | None = None,
-    ) -> Job:  # fmt: skip
+        self, files: Iterable[str | Path], suffix: str = ".html", *, static: str | Path | None = None, **how: Any
+    ) -> Job:
         """Report on the gait in motion capture: step parameters, and joint angles over the cycle.
 
         Args:
             files: of capture.
             suffix: of the format: .html, .json or .csv.
             static: the one of the files that holds a static trial.
-            marker_map: which points of the files are which landmarks; None recognises them by their names.
+            how: as of `inspect`.
         """
         name = None if static is None else Path(static).name
-        fields = {"format": _media_type(suffix, _REPORTS), "static": name, "marker_map": marker_map}
-        return self._uploaded("/v1/jobs/report", files, fields)
+        return self._uploaded(
+            "/v1/jobs/report", files, {"format": _media_type(suffix, _REPORTS), "static": name, **how}
+        )
 
     def convert(self, files: Iterable[str | Path], suffix: str, **how: Any) -> Job:
         """Retarget motion capture to the body, and write it in another format.
@@ -319,11 +319,7 @@ class Client:
         return npz.parse(response.content, f"the response of {self._connection.url}")
 
     def _uploaded(self, path: str, files: Iterable[str | Path], fields: Mapping[str, Any]) -> Job:
-        """The job that uploading files creates; a marker map becomes the field `map`.
-
-        Raises:
-            MotionError: a file can't be read.
-        """
+        """The job that uploading files creates; a marker map becomes the field `map`."""
         form = {name: str(value) for name, value in fields.items() if value is not None and name != "marker_map"}
         if isinstance(marker_map := fields.get("marker_map"), MarkerMap):
             form["map"] = marker_map.to_toml()
@@ -357,11 +353,7 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:
-    """The media type that belongs to a suffix.
-
-    Raises:
-        MotionError: unknown suffix.
-    """
+    """The media type that belongs to a suffix."""
     try:
         return known[suffix.lower()]
     except KeyError:

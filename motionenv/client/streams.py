@@ -93,11 +93,7 @@ class Stream:
             raise ServiceError(f"the stream from {self._url} broke: {error}") from None
 
     def _receive(self) -> dict[str, Any] | None:
-        """Receive a message: keep its pose, or return its settings.
-
-        Raises:
-            ServiceError: the message is an error, or none came.
-        """
+        """Receive a message: keep its pose, or return its settings."""
         from websockets.exceptions import ConnectionClosed
 
         try:

@@ -167,11 +167,7 @@ def _reach(p: int) -> int:
 
 
 def _local_length(z: np.ndarray, p: int) -> float:
-    """Weighted median over time of the lag at which windows of 5/4 cycle match themselves best [frames].
-
-    Raises:
-        MotionError: no window has its best match inside the range of lags.
-    """
+    """Weighted median over time of the lag at which windows of 5/4 cycle match themselves best [frames]."""
     lags = np.arange(int(p * (1 - SPREAD)), min(int(np.ceil(p * (1 + SPREAD))), len(z) - 1) + 1)
     change, pairs = (_window_sums(x, int(WINDOW * p)) for x in squared_changes(z, lags))
     change, pairs = change / np.maximum(pairs, 1), pairs.min(axis=0)

@@ -278,11 +278,7 @@ def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | Non
 
 
 def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray) -> None:
-    """Raise for the first entry of actions (n, ...) that isn't inside, if any.
-
-    Raises:
-        MotionError: there is one.
-    """
+    """Raise for the first entry of actions (n, ...) that isn't inside, if any."""
     if inside.all():
         return
     at = tuple(int(i) for i in np.argwhere(~inside)[0])

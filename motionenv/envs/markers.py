@@ -152,11 +152,7 @@ def marker_world(
 
 
 def _radians(view) -> tuple[float, float]:
-    """Range (low, high) of view angles [rad].
-
-    Raises:
-        MotionError: not an angle or a range within ±360 degrees.
-    """
+    """Range (low, high) of view angles [rad]."""
     if view is None:
         return -np.pi, np.pi
     if is_number(view):

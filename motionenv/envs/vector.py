@@ -220,11 +220,7 @@ def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, 
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    """The autoreset mode with this value.
-
-    Raises:
-        MotionError: there is no such mode.
-    """
+    """The autoreset mode with this value."""
     try:
         return AutoresetMode(mode)
     except ValueError:
@@ -233,11 +229,7 @@ def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:
-    """Which of `n` sub-environments `options` select for a reset, bool (n,).
-
-    Raises:
-        MotionError: the mask isn't a boolean array of that shape with at least one True.
-    """
+    """Which of `n` sub-environments `options` select for a reset, bool (n,)."""
     mask = (options or {}).get("reset_mask")
     if mask is None:
         return np.ones(n, dtype=bool)

@@ -5,7 +5,7 @@ from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
 from motionenv.gait.normalised import normalised
 from motionenv.gait.report import write_report
-from motionenv.gait.session import Session, read_session
+from motionenv.gait.session import Session, read_group, read_session
 from motionenv.gait.stretches import Stretch, find_stretches
 from motionenv.gait.strides import Stride, find_strides
 from motionenv.gait.summary import Parameter, summarise
@@ -28,6 +28,7 @@ __all__ = [
     "find_strides",
     "load_band",
     "normalised",
+    "read_group",
     "read_session",
     "read_trial",
     "shipped_band",

@@ -1,7 +1,7 @@
 """Reference bands: mean and standard deviation over people of joint angles in percent of the gait cycle."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -39,11 +39,7 @@ class Band:
         return np.stack([self.mean[angle], self.sd[angle]]) if angle in self.mean else None
 
     def save(self, path) -> None:
-        """Write the band as JSON, atomically.
-
-        Args:
-            path: of the file.
-        """
+        """Write the band as JSON to the file `path`, atomically."""
         content = {
             "format": _FORMAT, "people": self.people, "who": self.who,
             "mean": {k: np.round(v, 2).tolist() for k, v in self.mean.items()},
@@ -53,7 +49,7 @@ class Band:
             Path(temporary).write_text(json.dumps(content), encoding="utf-8")
 
 
-def band_of(groups: dict[str, Sequence[Trial]], who: str) -> Band:
+def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
     """The band of a group: the mean over people of each one's mean over his strides, both sides pooled.
 
     Args:
@@ -73,7 +69,7 @@ def band_of(groups: dict[str, Sequence[Trial]], who: str) -> Band:
 
 
 def load_band(path) -> Band:
-    """The band in a file of `Band.save`.
+    """The band in the file `path` of `Band.save`.
 
     Args:
         path: of the file.
@@ -99,11 +95,7 @@ def shipped_band() -> Band:
 
 
 def _parsed(content: dict) -> Band:
-    """A band from its JSON.
-
-    Raises:
-        ValueError: not a band.
-    """
+    """A band from its JSON."""
     if content["format"] != _FORMAT:
         raise ValueError
     mean, sd = ({k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd"))

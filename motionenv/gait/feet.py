@@ -55,13 +55,14 @@ def feet_of(capture: Markers | Motion, marker_map: MarkerMap | str | None = None
     """
     if isinstance(capture, Motion):
         return _of_motion(capture)
-    at = find_landmarks(capture, marker_map).positions
+    landmarks = find_landmarks(capture, marker_map)
+    at = landmarks.positions
     nodes = find_nodes(capture, marker_map=marker_map).positions
     pelvis = nodes[:, NODES.index("pelvis")]
     if not np.isfinite(pelvis).any():
         raise GapError(f"{capture.name or 'this capture'} never shows both hips, so steps can't be measured")
     heel, toe = {}, {}
-    notes: list[str] = []
+    notes = list(landmarks.notes)
     for side in ("left", "right"):
         ankle = nodes[:, NODES.index(f"{side}_ankle")]
         if not np.isfinite(ankle).any():

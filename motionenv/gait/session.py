@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.gait.bands import Band
+from motionenv.gait.bands import Band, band_of
 from motionenv.gait.normalised import mean_and_sd
 from motionenv.gait.strides import Stride
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, Trial, read_trial
-from motionenv.mocap import MarkerMap, read
-from motionenv.types import Markers
+from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_static
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +87,7 @@ def read_session(
     """
     if not paths:
         raise MotionError("a report needs at least one capture file")
-    standing = None if static is None else _standing(static, fps, unit)
+    standing = None if static is None else read_static(static, fps=fps, unit=unit)
     trials, left_out = [], {}
     for path in paths:
         try:
@@ -101,13 +100,42 @@ def read_session(
     return Session(tuple(trials), left_out, band)
 
 
-def _standing(path: Path, fps: float | None, unit: str | float | None) -> Markers:
-    """The markers of a standing trial.
+def read_group(
+    folder: Path,
+    *,
+    marker_map: MarkerMap | str | None = None,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    on_file: Callable[[str], None] = lambda name: None,
+) -> tuple[Band, dict[str, str]]:
+    """The band of the people whose walks are in a folder.
+
+    A file's name up to the first "_" is the person's label.
+
+    Args:
+        folder: searched with its subfolders.
+        marker_map: which points are which landmarks; None recognises the marker set.
+        fps: frame rate, for files that don't state it.
+        unit: unit of length, for files that don't state it.
+        on_file: called with each file's name before it is read.
+
+    Returns:
+        The band, and name and reason of each file that is not in it.
 
     Raises:
-        MotionError: the file holds no markers.
+        MotionError: fewer than three people with strides.
     """
-    capture = read(path, fps=fps, unit=unit, override=False)
-    if not isinstance(capture, Markers):
-        raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
-    return capture
+    people: dict[str, list[Trial]] = {}
+    left_out = {}
+    for path in sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES):
+        on_file(path.name)
+        try:
+            trial = read_trial(path, marker_map=marker_map, fps=fps, unit=unit)
+        except MotionError as error:
+            left_out[path.name] = str(error)
+            continue
+        if trial.strides:
+            people.setdefault(person_label(path), []).append(trial)
+        else:
+            left_out[path.name] = "no stride lies wholly in a steady stretch"
+    return band_of(people, f"{len(people)} people with captures in the folder {Path(folder).name}."), left_out

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import chdtri, stdtrit  # of scipy.stats, which takes half a second to import
 
 from motionenv.gait.strides import Stride
 
@@ -100,7 +100,7 @@ def _mean(name: str, unit: str, side: str, values: Sequence[float]) -> Parameter
     if n < 2:
         return Parameter(name, unit, side, float(known[0]) if n else _NAN, _NAN, _NAN, _NAN, n)
     mean, sd = float(known.mean()), float(known.std(ddof=1))
-    half = float(stats.t.ppf(0.5 + _LEVEL / 2, n - 1)) * sd / np.sqrt(n)
+    half = float(stdtrit(n - 1, 0.5 + _LEVEL / 2)) * sd / np.sqrt(n)
     return Parameter(name, unit, side, mean, sd, mean - half, mean + half, n)
 
 
@@ -117,7 +117,7 @@ def _symmetry(name: str, strides: Sequence[Stride]) -> Parameter:
     spread = [values.var(ddof=1) / len(values) for values in (left, right)]
     within = sum(v**2 / (len(values) - 1) for v, values in zip(spread, (left, right), strict=True))
     free = sum(spread) ** 2 / within if within > 0 else 1.0  # Welch-Satterthwaite
-    half = float(abs(scale) * stats.t.ppf(0.5 + _LEVEL / 2, free) * np.sqrt(sum(spread)))
+    half = float(abs(scale) * stdtrit(free, 0.5 + _LEVEL / 2) * np.sqrt(sum(spread)))
     return Parameter(f"{name}_symmetry", "%", "", index, _NAN, index - half, index + half, n)
 
 
@@ -130,7 +130,7 @@ def _variability(name: str, strides: Sequence[Stride]) -> Parameter:
         return Parameter(f"{name}_cv", "%", "", _NAN, _NAN, _NAN, _NAN, 0)
     variance = sum(((values - values.mean()) ** 2).sum() for values in sides) / free
     cv = float(100 * np.sqrt(variance) / abs(np.concatenate(sides).mean()))
-    low, high = (cv * np.sqrt(free / stats.chi2.ppf(q, free)) for q in (0.5 + _LEVEL / 2, 0.5 - _LEVEL / 2))
+    low, high = (cv * np.sqrt(free / chdtri(free, q)) for q in (0.5 - _LEVEL / 2, 0.5 + _LEVEL / 2))
     return Parameter(f"{name}_cv", "%", "", cv, _NAN, float(low), float(high), free + len(sides))
 
 

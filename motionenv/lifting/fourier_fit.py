@@ -138,11 +138,7 @@ def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) ->
 
 
 def _check(points, frequencies, drift) -> None:
-    """Validate the arguments of `fourier_points`.
-
-    Raises:
-        MotionError: an argument is invalid.
-    """
+    """Validate the arguments of `fourier_points`."""
     if not isinstance(points, Points):
         raise MotionError(
             f"points must be Points, got {type(points).__name__}: read them with motionenv.read_points, or make them "
@@ -258,11 +254,7 @@ class _Normal:
         )
 
     def _determined(self, matrix: np.ndarray) -> np.ndarray:
-        """Markers seen in enough frames and phases to determine five coefficients.
-
-        Raises:
-            GapError: no marker is.
-        """
+        """Markers seen in enough frames and phases to determine five coefficients."""
         least = np.linalg.eigvalsh(matrix)[:, 0]
         some = (self.seen.sum(axis=0) >= _LEAST) & (least > _DETERMINED * self.weights.sum(axis=0))
         if not some.any():

@@ -275,12 +275,7 @@ def _precision(model) -> np.ndarray:
 
 
 def _checked(points, start, camera, unknown, drift) -> np.ndarray:
-    """Validate the arguments of `refine`; returns which points are seen, (frames, 15).
-
-    Raises:
-        MotionError: invalid or incompatible arguments.
-        GapError: too few points.
-    """
+    """Validate the arguments of `refine`; returns which points are seen, (frames, 15)."""
     if not isinstance(points, Points) or not isinstance(start, Start):
         raise MotionError(
             f"points must be Points and start a Start, got {type(points).__name__} and {type(start).__name__}"

@@ -144,11 +144,7 @@ def unswapped(points: Points) -> tuple[Points, np.ndarray]:
 
 
 def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | None) -> None:
-    """Compare the markers' mean heights with those of a standing body, in pixels by the `known` scale.
-
-    Raises:
-        MotionError: wrong unit, or upside down.
-    """
+    """Compare the markers' mean heights with those of a standing body, in pixels by the `known` scale."""
     standing = markers(np.zeros(25), from_height(1.75))[enough, 2]
     if np.ptp(standing) < _UPRIGHT:
         return

@@ -99,11 +99,7 @@ def coverage(samples, log_weights, truth, p, *, seed=None) -> np.ndarray:
 
 
 def _belief(samples, log_weights, truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Samples and truth as float, C-ordered, and weights (n, M) with sum 1.
-
-    Raises:
-        MotionError: incompatible shapes, or weights that can't be normalised.
-    """
+    """Samples and truth as float, C-ordered, and weights (n, M) with sum 1."""
     samples, truth = (np.ascontiguousarray(a, dtype=np.float64) for a in (samples, truth))
     log_weights = np.asarray(log_weights, dtype=np.float64)
     n, m = log_weights.shape if log_weights.ndim == 2 else (len(truth), 0)

@@ -75,11 +75,7 @@ def aligned_mpjpe(estimate, truth, *, scale: bool = True) -> np.ndarray:
 
 
 def _joints(estimate, truth) -> tuple[np.ndarray, np.ndarray]:
-    """Both as float64 (..., 15, 3) of one shape.
-
-    Raises:
-        MotionError: they are not.
-    """
+    """Both as float64 (..., 15, 3) of one shape."""
     estimate, truth = np.asarray(estimate, dtype=np.float64), np.asarray(truth, dtype=np.float64)
     for name, points in (("estimate", estimate), ("truth", truth)):
         if points.shape[-2:] != (len(MARKERS), 3):

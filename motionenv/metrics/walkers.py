@@ -156,11 +156,7 @@ def _difference(estimate, truth, frames: bool) -> np.ndarray:
 
 
 def _walks(values, frames: bool, name: str) -> np.ndarray:
-    """`values` as float64.
-
-    Raises:
-        MotionError: not coefficients (..., 5, 15), or, with `frames`, positions (..., frames, 15).
-    """
+    """`values` as float64."""
     values = np.asarray(values, dtype=np.float64)
     rows = values.shape[-2] if values.ndim > 1 else 0
     if rows == 0 or values.shape[-1] != len(MARKERS) or not (frames or rows == len(PARTS)):

@@ -81,7 +81,7 @@ def _legs(at: dict[str, np.ndarray], legs: LowerBody) -> dict[str, np.ndarray]:
 
 def _trunk(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Neck, sternum and head."""
-    found = {name: at[name] for name in ("neck", "sternum", "head") if name in at}
+    found: dict[str, np.ndarray] = {name: at[name] for name in ("neck", "sternum", "head") if name in at}
     if "neck" not in found and {"clavicle", "c7"} <= at.keys():
         found["neck"] = 0.5 * (at["clavicle"] + at["c7"])
     around = ("clavicle", "xiphoid", "c7", "t10")

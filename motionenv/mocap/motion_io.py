@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.mocap.marker_sets import MarkerMap
+from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.reading import read
 from motionenv.mocap.retargeting import retarget
 from motionenv.mocap.units_axes import METRES
@@ -20,6 +20,7 @@ def read_motion(
     fps: float | None = None,
     unit: str | float | None = None,
     marker_map: MarkerMap | str | None = None,
+    static=None,
     body_model=None,
     override: bool = True,
 ) -> Motion:
@@ -31,6 +32,7 @@ def read_motion(
         unit: unit of length, if the file doesn't specify it or is wrong.
         body_model: for AMASS's files of poses: the NPZ file of the body model.
         marker_map: which points are which landmarks; see `motionenv.retarget`.
+        static: file of a standing trial of the same person.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Raises:
@@ -39,10 +41,28 @@ def read_motion(
     loaded = read(path, fps=fps, unit=unit, body_model=body_model, override=override)
     if isinstance(loaded, Motion):
         return loaded
+    standing = None if static is None else read_static(static, unit=unit)
     try:
-        return retarget(loaded, marker_map=marker_map)
+        return retarget(loaded, marker_map=marker_map, static=standing)
     except MotionError as error:
         raise type(error)(f"{path}: {error}") from error
+
+
+def read_static(path, *, fps: float | None = None, unit: str | float | None = None) -> Markers:
+    """Read the markers of a standing trial.
+
+    Args:
+        path: .c3d or .trc.
+        fps: frame rate, if the file doesn't specify it.
+        unit: unit of length, if the file doesn't specify it.
+
+    Raises:
+        MotionError: the file can't be read, or holds no markers.
+    """
+    capture = read(path, fps=fps, unit=unit, override=False)
+    if not isinstance(capture, Markers):
+        raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
+    return capture
 
 
 def describe(path, *, fps: float | None = None, unit: str | float | None = None, body_model=None) -> str:
@@ -68,9 +88,21 @@ def describe(path, *, fps: float | None = None, unit: str | float | None = None,
         f"{Path(path).name}: {frames} frames, {frames / held.fps:.2f} s at {held.fps:g} fps, gaps {gaps:.1%}",
         points,
     ]
+    if isinstance(held, Markers):
+        lines += _marker_set_lines(held)
     if isinstance(held, Markers) and held.recording is not None:
         lines += _recording_lines(held.recording)
     return "\n".join(lines)
+
+
+def _marker_set_lines(markers: Markers) -> list[str]:
+    """The marker set that the names are of, and what is wrong with them."""
+    try:
+        found = find_landmarks(markers)
+    except MotionError as error:
+        return [str(error)]
+    known = f"marker set {found.marker_set}: {len(found.points)} of its {len(found.marker_map.points)} landmarks"
+    return [known if found.points else "no marker set has these names: see motionenv mocap map --help", *found.notes]
 
 
 def _recording_lines(recording: Recording) -> list[str]:

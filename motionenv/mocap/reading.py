@@ -19,6 +19,9 @@ _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
     ".npz": (npz.read, set()),
 }
 
+#: Suffixes of the files that can be read.
+SUFFIXES = frozenset(_READERS)
+
 
 def read(
     path,

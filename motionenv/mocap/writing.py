@@ -83,11 +83,7 @@ def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: 
 
 
 def _beside(path, suffix: str, able: tuple[str, ...], events: Sequence[Event], angles: Angles | None) -> dict[str, Any]:
-    """Those of the arguments `events` and `angles` that are given, which only some writers have.
-
-    Raises:
-        MotionError: the writer of `suffix` isn't among the `able`.
-    """
+    """Those of the arguments `events` and `angles` that are given, which only some writers have."""
     given: dict[str, Any] = {"events": tuple(events)} if len(events) else {}
     if angles is not None:
         given["angles"] = angles

@@ -12,7 +12,7 @@ from motionenv.body import markers as markers_of
 from motionenv.body.gaps import PARTS, known_markers, listed, missing_parts
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
-from motionenv.mocap import MarkerMap, person_label, read, retarget, to_markers
+from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read, retarget, to_markers
 from motionenv.mocap.sources import find_source
 from motionenv.models import filling
 from motionenv.models.base import GaitModel
@@ -47,7 +47,6 @@ _UNKNOWN_CARD = {
     "intended use": "{} of straight walking",
 }
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
-_SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def read_walks(
     Raises:
         MotionError: no such folder, or no capture or no straight walk in it.
     """
-    paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
+    paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES)
     if not paths:
         raise MotionError(
             f"no AMC, BVH, C3D, NPZ or TRC file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
@@ -150,11 +149,7 @@ def check_name(name: str) -> None:
 def _walk(
     path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None, fill: bool
 ) -> tuple[Motion, Markers]:
-    """One file as motion and markers.
-
-    Raises:
-        MotionError: the file can't be read or retargeted, or the walk isn't straight or has no period.
-    """
+    """One file as motion and markers."""
     capture = read(path, fps=fps, unit=unit, override=False)
     motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:

@@ -60,11 +60,7 @@ class Disconnected(Exception):
 
 
 def _until_disconnect(frames: Iterable[np.ndarray], gone: threading.Event) -> Iterator[np.ndarray]:
-    """Pass `frames` on while the client is connected.
-
-    Raises:
-        Disconnected: `gone` is set.
-    """
+    """Pass `frames` on while the client is connected."""
     for frame in frames:
         if gone.is_set():
             raise Disconnected

@@ -82,11 +82,7 @@ async def run(
 
 
 async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float, str], None]) -> bool:
-    """Read progress until the process ends; return whether it reported success.
-
-    Raises:
-        Failed: it reported failure, or sent malformed output.
-    """
+    """Read progress until the process ends; return whether it reported success."""
     reader = asyncio.StreamReader()
     transport, _ = await asyncio.get_running_loop().connect_read_pipe(
         lambda: asyncio.StreamReaderProtocol(reader), process.stdout

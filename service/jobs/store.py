@@ -312,11 +312,7 @@ class Store:
         return self._urgent(lambda: self._db.execute(query, values).fetchall())
 
     def _urgent(self, work: Callable[[], T]) -> T:
-        """Return `work()`; on a full disk, try again after freeing some space.
-
-        Raises:
-            Full: no space can be freed.
-        """
+        """Return `work()`; on a full disk, try again after freeing some space."""
         try:
             with _full_disk_errors():
                 return work()

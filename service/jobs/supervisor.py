@@ -168,12 +168,7 @@ class Supervisor:
         self.store.end(job.id, "failed", detail, {"status": status, "detail": detail})
 
     async def _done(self, job: Job, folder: Path) -> None:
-        """Run a job and store its result.
-
-        Raises:
-            Failed: the job failed.
-            Full: the disk is full.
-        """
+        """Run a job and store its result."""
         with full_disk_errors():
             (folder / "input").mkdir(parents=True)
         for name, sha in self.store.inputs(job.id):

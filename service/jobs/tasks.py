@@ -45,8 +45,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
 
     command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
     options = {
-        "fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings),
-        "fill": settings["fill"], "on_file": reading,
+        **_how(settings), "fill": settings.get("fill", False), "on_file": reading,
     }  # fmt: skip
     model: Any
     if settings["kind"] == "tree":
@@ -83,7 +82,7 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     for i, path in enumerate(files):
         progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
         try:
-            found.append(_inspected(path, _marker_map(settings), settings["fps"], settings["unit"]))
+            found.append(_inspected(path, **_how(settings)))
         except MotionError as error:
             found.append({"name": path.name, "problem": plain(str(error))})
     _write_result(folder, {"pose": POSE, "files": found})
@@ -103,8 +102,7 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    options = {"fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings)}
-    motion = read_motion(files[0], fill=settings["fill"], override=False, **options)
+    motion = read_motion(files[0], **_how(settings), fill=settings.get("fill", False), override=False)
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
@@ -168,10 +166,15 @@ def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     static = settings["static"]
     trials = [path for path in _captures(folder) if path.name != static]
-    write_report(
-        trials, folder / "report.html", static=folder / "input" / static if static else None,
-        marker_map=_marker_map(settings), on_step=progress,
-    )  # fmt: skip
+    analysed: list[str] = []
+
+    def step(name: str) -> None:
+        analysed.append(name)
+        progress(0.9 * len(analysed) / len(trials), f"analysed {name}, {len(analysed)} of {len(trials)}")
+
+    progress(0.0, f"analysing {trials[0].name}, 1 of {len(trials)}")
+    standing = folder / "input" / static if static else None
+    write_report(trials, folder / "report.html", static=standing, on_step=step, **_how(settings))
     (folder / f"report{settings['suffix']}").rename(folder / "result")
 
 
@@ -218,6 +221,11 @@ def _captures(folder: Path) -> list[Path]:
     return files
 
 
+def _how(settings: dict[str, Any]) -> dict[str, Any]:
+    """How files are read: frame rate and unit of those that don't say, and the marker map."""
+    return {"fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings)}
+
+
 def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
     """The map that was sent with the files; jobs of an older version have no such setting."""
     text = settings.get("map")
@@ -238,7 +246,7 @@ def _heading(positions: np.ndarray) -> float | None:
     return float(np.degrees(np.arctan2(y, x))) if np.hypot(x, y) > _MOVED else None
 
 
-def _inspected(path: Path, marker_map: MarkerMap | None, fps: float | None, unit: str | None) -> dict[str, Any]:
+def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> dict[str, Any]:
     """What one file holds. `fps` and `unit` are those of files that don't say."""
     from motionenv.models.walking.preprocessing import straightness
 
@@ -262,11 +270,7 @@ def _inspected(path: Path, marker_map: MarkerMap | None, fps: float | None, unit
 
 
 def _walk(motion: Motion) -> dict[str, Any]:
-    """The cycles of a straight walk.
-
-    Raises:
-        MotionError: it turns, or has no period.
-    """
+    """The cycles of a straight walk."""
     from motionenv.models.walking.preprocessing import STRAIGHT, find_cycles, forward_speed, straightness
 
     straight = straightness(motion)

@@ -123,11 +123,7 @@ async def answer(request: Request, asked: MotionRequest, make: Callable[[int], M
 def _chunks(
     make: Callable[[int], Motion], asked: MotionRequest, media_type: str, seed: int, gone: threading.Event
 ) -> Iterator[bytes]:
-    """The chunks of a response that takes long.
-
-    Raises:
-        Problem: 501, the engine isn't available.
-    """
+    """The chunks of a response that takes long."""
     made = make(seed)
     yield b""  # lets the response stop here if the client has disconnected
     if media_type not in FILMS:
@@ -142,11 +138,7 @@ def _chunks(
 
 
 def _check_limits(asked: MotionRequest, media_type: str, settings: Settings) -> None:
-    """Reject, before any work, what is larger than this service or the format allows.
-
-    Raises:
-        Problem: 422 with the field and its bound.
-    """
+    """Reject, before any work, what is larger than this service or the format allows."""
     seconds = "/seconds", "seconds · fps"
     at_most(asked.frames, settings.max_frames, *seconds, "frames", each=asked.fps)
     if media_type == "application/x-c3d":

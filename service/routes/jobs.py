@@ -292,11 +292,7 @@ def _manager(request: Request) -> JobManager:
 
 @asynccontextmanager
 async def _uploaded(request: Request, manager: JobManager) -> AsyncIterator[Upload]:
-    """The upload of a request, on disk.
-
-    Raises:
-        Problem: 503 or 507 before it is read, 4xx if it is invalid.
-    """
+    """The upload of a request, on disk."""
     manager.check_open()
     try:
         async with received(request, manager.file_store) as upload:
@@ -306,11 +302,7 @@ async def _uploaded(request: Request, manager: JobManager) -> AsyncIterator[Uplo
 
 
 def _fields(model: type[Fields], upload: Upload) -> Fields:
-    """The fields of an upload.
-
-    Raises:
-        RequestValidationError: invalid fields.
-    """
+    """The fields of an upload."""
     try:
         return model.model_validate(upload.fields)
     except ValidationError as error:
@@ -318,11 +310,7 @@ def _fields(model: type[Fields], upload: Upload) -> Fields:
 
 
 def _check_files(upload: Upload, most: int | None = None) -> list[str]:
-    """Names of the files that contain motion.
-
-    Raises:
-        Problem: 422: none, or more than `most`.
-    """
+    """Names of the files that contain motion."""
     names = [file.name for file in upload.files if file.name.endswith(CAPTURE)]
     if not names:
         raise Problem(422, f"upload a file called *{', *'.join(CAPTURE)} in the field 'files'", field="/files",
@@ -333,11 +321,7 @@ def _check_files(upload: Upload, most: int | None = None) -> list[str]:
 
 
 def _static(asked: ReportFields, names: list[str]) -> str | None:
-    """Name under which the static trial was stored.
-
-    Raises:
-        Problem: 422: there is no such file, or no other one.
-    """
+    """Name under which the static trial was stored."""
     if asked.static is None:
         return None
     try:
@@ -380,6 +364,6 @@ def _chunks(file: IO[bytes]) -> Iterator[bytes]:
 
 
 def _disposition(kind: str, name: str) -> str:
-    """Content-Disposition of a file called `name`, in any alphabet (RFC 6266, section 4.3)."""
+    """Content-Disposition of a file to be shown or saved as `name`, in any alphabet (RFC 6266, section 4.3)."""
     plain = "".join(c if c.isascii() else "-" for c in name)
     return f'{kind}; filename="{plain}"' + ("" if name.isascii() else f"; filename*=UTF-8''{quote(name)}")

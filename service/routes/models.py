@@ -96,11 +96,7 @@ async def inference_model(request: Request, name: Full) -> Response:
 
 
 async def _described(request: Request, name: str) -> ModelDescription:
-    """All about the model called `name`.
-
-    Raises:
-        Problem: 404, there is none.
-    """
+    """All about the model called `name`."""
     model_registry = request.app.state.service.model_registry
     return await request.app.state.service.worker_pool.run(lambda: description(name, *model_registry.find(name)))
 

@@ -5,7 +5,6 @@ from textwrap import shorten
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
-from pydantic_core import PydanticCustomError
 
 from motionenv import MotionError
 from motionenv.mocap import MarkerMap
@@ -18,20 +17,16 @@ _PROBLEM = 500  # characters of what is wrong with a marker map, at most
 
 
 def _checked_map(text: str) -> str:
-    """The text of a marker map.
-
-    Raises:
-        PydanticCustomError: it is none; names the line or the landmark.
-    """
+    """The text of a marker map."""
     try:
         MarkerMap.parse(text)
     except MotionError as error:
-        raise PydanticCustomError("marker_map", "{problem}", {"problem": shorten(str(error), _PROBLEM)}) from None
+        raise ValueError(shorten(str(error), _PROBLEM)) from None
     return text
 
 
-class MapFields(BaseModel):
-    """Which points of uploaded files are which landmarks (form field)."""
+class ReadFields(BaseModel):
+    """How uploaded files are read (form fields)."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -42,11 +37,6 @@ class MapFields(BaseModel):
         "recognised by their names. A job of kind points proposes one.",
         examples=['[points]\nleft_knee_lateral = "KneeL"\nleft_hip = { HipL1 = 0.5, HipL2 = 0.5 }\n'],
     )
-
-
-class ReadFields(MapFields):
-    """How uploaded files are read (form fields)."""
-
     fps: float | None = Field(
         None,
         ge=1,
@@ -102,7 +92,7 @@ class ConvertFields(FillFields):
     ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
 
 
-class ReportFields(MapFields):
+class ReportFields(ReadFields):
     """A gait report on capture files."""
 
     format: Literal["text/html", "application/json", "text/csv"] = Field(

@@ -12,7 +12,7 @@ from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
     "demo", "synth", "sample", "render", "lift", "track", "fit", "models", "serve", "bench",
-    "mocap list", "mocap download", "mocap info", "mocap convert",
+    "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report",
 ]  # fmt: skip
 
 

@@ -4,6 +4,7 @@ import pytest
 
 import motionenv
 from motionenv import MotionError, ServiceError
+from motionenv.mocap import MarkerMap
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +53,16 @@ def test_films_are_rendered_at_leisure_and_cancelled(client, tmp_path):
     with pytest.raises(ServiceError, match="cancelled"):
         long.cancel().wait(timeout=30)
     assert (long.refresh().status, job.cancel().status) == ("cancelled", "done")
+
+
+def test_points_are_mapped_and_reported_on(client, tmp_path):
+    path = tmp_path / "me_01.c3d"
+    motionenv.write(motionenv.synthesize("walk/fpca", 6, 60, seed=1, speed=1.2), path)
+    told = client.points([path]).wait(timeout=60).result()
+    assert told["marker_set"] == "markers"
+    known = MarkerMap.parse(told["map"])
+    assert client.points([path], marker_map=known).wait(timeout=60).result()["assigned"] == told["assigned"]
+    report = client.report([path], ".json", marker_map=known).wait(timeout=120).result()
+    speed = next(one for one in report["parameters"] if one["name"] == "speed")
+    assert speed["mean"] == pytest.approx(1.2, abs=0.1)
+    assert client.report([path]).wait(timeout=120).result().startswith(b"<!doctype html>")

@@ -52,7 +52,7 @@ def exchanged(seed, weight, known=12, frames=24):
 def test_colours_that_were_learned_tell_left_from_right():
     """Seen from the side, where silhouettes hardly do."""
     by_outline, by_colours = ([exchanged(seed, weight) for seed in range(5)] for weight in (0.0, 1.0))
-    assert np.mean(by_outline) > 0.15
+    assert np.mean(by_outline) > 0.05
     assert np.max(by_colours) < 0.02
 
 

@@ -74,9 +74,6 @@ def _height(offsets: np.ndarray, average: np.ndarray) -> float:
     Args:
         offsets: (16, 3) [m], NaN where not measured.
         average: (16, 3), relative to height.
-
-    Raises:
-        GapError: nothing is measured.
     """
     for names in _TELLING:
         rows = [_I[name] for name in names]

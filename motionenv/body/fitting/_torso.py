@@ -138,11 +138,7 @@ def _substitute(points, rotation, open_, measured) -> np.ndarray:
 
 
 def _checked_rotations(rotations, frames: int) -> np.ndarray:
-    """`rotations` (frames, 3, 3), which may have NaN.
-
-    Raises:
-        MotionError: another shape, or other matrices.
-    """
+    """`rotations` (frames, 3, 3), which may have NaN."""
     rotations = np.asarray(rotations, dtype=np.float64)
     if rotations.shape != (frames, 3, 3):
         raise MotionError(f"torso must have shape ({frames}, 3, 3), a rotation per frame, got {rotations.shape}")

@@ -194,11 +194,7 @@ class _Track:
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:
-    """Make sure that a prior moves the right arm and nothing else, as the body of an arm's pictures stands still.
-
-    Raises:
-        MotionError: it moves something else.
-    """
+    """Make sure that a prior moves the right arm and nothing else, as the body of an arm's pictures stands still."""
     rng = np.random.default_rng(0)
     before = prior.initial(start, 2, rng)
     moved = (prior.propagate(before, rng).poses != before.poses).any(axis=0)

@@ -204,11 +204,7 @@ def is_evaluated(person: str) -> bool:
 
 
 def _read_folder(source: Source) -> list[tuple[str, Motion]]:
-    """Names and motions of the split's people in a folder.
-
-    Raises:
-        MotionError: a file can't be read, or the split is empty.
-    """
+    """Names and motions of the split's people in a folder."""
     from motionenv.models.motion_tree.clips import read_clips
 
     def refuse(name: str, why: str) -> None:
@@ -234,11 +230,7 @@ def _read_file(source: Source) -> Motion:
 
 
 def _stretches(name: str, motion: Motion, source: Source) -> list[Motion]:
-    """The gapless stretches of a motion that are long enough for an episode, at the source's rate.
-
-    Raises:
-        MotionError: there is none.
-    """
+    """The gapless stretches of a motion that are long enough for an episode, at the source's rate."""
     found = resample(motion, source.fps)
     long = [Motion(poses, motion.skeleton, source.fps, name) for poses in found if len(poses) >= source.frames]
     if not long:
@@ -276,11 +268,7 @@ def _is_model(path: Path) -> bool:
 
 
 def _check_reading(file_fps: float | None, unit: str | None) -> None:
-    """Validate the arguments for reading capture files.
-
-    Raises:
-        MotionError: not a rate, or not a unit of length.
-    """
+    """Validate the arguments for reading capture files."""
     if file_fps is not None:
         checked_fps(file_fps, "file_fps")
     if unit is not None:
@@ -288,11 +276,7 @@ def _check_reading(file_fps: float | None, unit: str | None) -> None:
 
 
 def _check_seeded(seed, speed: tuple[float, float] | None, height: tuple[float, float] | None) -> None:
-    """Validate the arguments of a seeded motion.
-
-    Raises:
-        MotionError: not a seed, or a range of speeds or heights.
-    """
+    """Validate the arguments of a seeded motion."""
     checked_seed(seed, "motion_seed")
     for name, wanted in (("speed", speed), ("height", height)):
         if wanted is not None and wanted[0] != wanted[1]:

@@ -86,7 +86,7 @@ def clinical_angles(
             f"{capture.name or 'this capture'} shows no leg with hip, knee and ankle, so it has no clinical angles; "
             f"recognised are {', '.join(landmarks.points) or 'no landmarks'}"
         )
-    how = "; ".join(f"{joint}: {text}" for joint, text in body.how.items())
+    how = "; ".join([*(f"{joint}: {text}" for joint, text in body.how.items()), *landmarks.notes])
     return ClinicalAngles(_of_body(body, capture.fps), capture.fps, how)
 
 

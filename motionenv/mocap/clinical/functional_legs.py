@@ -93,15 +93,15 @@ def _limb(positions, side: str, base: Segment | None) -> _Limb | None:
     """The clusters of one leg and the knee between them; None without clusters or if the knee has markers."""
     if f"{side}_knee" in positions or f"{side}_knee_lateral" in positions:
         return None
-    markers = {name: _cluster(positions, f"{side}_{name}") for name in ("thigh", "shank")}
-    if any(cluster is None for cluster in markers.values()):
+    on_thigh, on_shank = (_cluster(positions, f"{side}_{name}") for name in ("thigh", "shank"))
+    if on_thigh is None or on_shank is None:
         return None
-    thigh, shank = (cluster_pose(cluster) for cluster in markers.values())
+    thigh, shank = cluster_pose(on_thigh), cluster_pose(on_shank)
     left = _leftward(positions, base)
     if thigh is None or shank is None or left is None:
         return None
     knee = _moving(functional_joint(thigh, shank, hinge=True), side, "knee")
-    return _Limb(markers, thigh, shank, knee, _turned(knee.axis, SIGN[side] * left))
+    return _Limb({"thigh": on_thigh, "shank": on_shank}, thigh, shank, knee, _turned(knee.axis, SIGN[side] * left))
 
 
 def _cluster(positions, name: str) -> np.ndarray | None:
@@ -126,11 +126,7 @@ def _turned(axis: np.ndarray, towards: np.ndarray) -> np.ndarray:
 
 
 def _moving(joint: FunctionalJoint, side: str, name: str) -> FunctionalJoint:
-    """`joint`, if it moves enough to be found.
-
-    Raises:
-        GapError: it hardly moves.
-    """
+    """`joint`, if it moves enough to be found."""
     if joint.swings[1] < _MOVES[name]:
         raise GapError(
             f"the {side} {name} turns by {np.degrees(joint.swings[1]):.1f} degrees rms, too little to tell where it is "
@@ -151,7 +147,7 @@ def _hips(positions, limbs: dict[str, _Limb]) -> tuple[dict[str, np.ndarray], Se
         joints[side] = joint if joint.swings[2] > _BALL else functional_joint(cluster, limb.thigh, hinge=True)
     thighs = {side: limb.thigh.origin for side, limb in limbs.items()}
     axes = {side: _turned(joint.axis, thighs["left"] - thighs["right"]) for side, joint in joints.items()}
-    left = unit(sum(inside(axis) for axis in axes.values()))
+    left = unit(inside(axes["left"]) + inside(axes["right"]))
     midline = inside(0.5 * (thighs["left"] + thighs["right"]) - cluster.origin) @ left
     hips = {}
     for side, joint in joints.items():
@@ -214,9 +210,6 @@ def _ankle(positions, side: str, limb: _Limb) -> FunctionalJoint | None:
 
     Feet aren't rigid, and their markers are nearly on a line. So a foot is taken to turn against the shank about the
     knee's axis only: a point on its side, along that axis, is added to the markers.
-
-    Raises:
-        GapError: the ankle hardly moves.
     """
     names = [f"{side}_{name}" for name in _FOOT if f"{side}_{name}" in positions]
     foot = _cluster(positions, f"{side}_foot")

@@ -68,7 +68,7 @@ class Measurements:
 
 
 def measurements_of(recording: Recording | None) -> Measurements:
-    """The measurements that a file states, in its groups PROCESSING or SUBJECTS; NaN where it doesn't.
+    """The measurements in the groups PROCESSING or SUBJECTS of a file's `recording`; NaN where it states none.
 
     Plug-in Gait's static offsets are stored in radians by some versions and in degrees by others: if one exceeds a
     quarter turn in radians, all are degrees.

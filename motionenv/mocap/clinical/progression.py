@@ -13,7 +13,8 @@ def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float) -> np.ndar
     """Rotation of the frame of progression to the world (frames, 3, 3), x forward and z up.
 
     Of a straight walk, the direction is that of travel or, within 15 degrees of it, the laboratory's axis, as in
-    Plug-in Gait. Of a curved one it is the direction of travel at each time, and of who stands that of the pelvis.
+    Plug-in Gait. Of a curved one it is the direction of travel at each time, and of who stands the laboratory's axis
+    that the pelvis faces.
 
     Args:
         pelvis: (frames, 3) [m] the pelvis' origin.
@@ -28,9 +29,9 @@ def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float) -> np.ndar
     length = np.linalg.norm(np.diff(smooth, axis=0), axis=-1).sum()
     net = smooth[-1] - smooth[0]
     if length < _WALKS:
-        angles = np.full(len(path), _snapped(rotation[known, :2, 0].mean(0)))
+        angles = np.full(len(path), _snapped(rotation[known, :2, 0].mean(0), np.pi / 4))
     elif np.linalg.norm(net) >= _STRAIGHT * length:
-        angles = np.full(len(path), _snapped(net))
+        angles = np.full(len(path), _snapped(net, _AXIS))
     else:
         way = np.gradient(smooth, axis=0)
         angles = np.arctan2(way[:, 1], way[:, 0])
@@ -45,8 +46,8 @@ def _between(path: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(frames, frames[known], path[known, i]) for i in (0, 1)], -1)
 
 
-def _snapped(way: np.ndarray) -> float:
-    """Direction [rad] of `way` (2,), or that of an axis within `_AXIS` of it."""
+def _snapped(way: np.ndarray, within: float) -> float:
+    """Direction [rad] of `way` (2,), or that of an axis `within` an angle [rad] of it."""
     angle = float(np.arctan2(way[1], way[0]))
     axis = np.round(angle / (np.pi / 2)) * (np.pi / 2)
-    return float(axis) if abs(angle - axis) <= _AXIS else angle
+    return float(axis) if abs(angle - axis) <= within else angle

@@ -151,11 +151,7 @@ def _images(path, images: list) -> dict:
 
 
 def _detections(path, entries: list, what: str, people: set) -> list:
-    """(image, keypoints (17, 3), track or None) of every person.
-
-    Raises:
-        FormatError: a malformed detection, or none.
-    """
+    """(image, keypoints (17, 3), track or None) of every person."""
     found = []
     for i, entry in enumerate(entries):
         where = f"{what} {i}"
@@ -251,11 +247,7 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _chosen(path, tracks: list[_Track], person: int | None) -> int:
-    """Index of the person to read.
-
-    Raises:
-        FormatError: there are several and none is selected, or there is no such person.
-    """
+    """Index of the person to read."""
     seen = [t for t in tracks if t.weight >= _RIVAL * tracks[0].weight] if tracks[0].weight > 0 else tracks
     if person is None and len(seen) == 1:
         return 0

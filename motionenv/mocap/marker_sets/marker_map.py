@@ -77,7 +77,7 @@ class MarkerMap:
 
     @classmethod
     def read(cls, path) -> "MarkerMap":
-        """The map in a TOML file.
+        """The map in the TOML file `path`.
 
         Raises:
             FormatError: not a marker map, or not readable; says what is wrong.
@@ -103,11 +103,7 @@ def plain_name(name: str) -> str:
 
 
 def _section(table: Mapping, key: str) -> dict:
-    """A section of the file, whose entries must be landmarks.
-
-    Raises:
-        MotionError: not a section, or an unknown landmark (the nearest is named).
-    """
+    """A section of the file, whose entries must be landmarks."""
     section = table.get(key, {})
     if not isinstance(section, Mapping):
         raise MotionError(f"[{key}] of a marker map must be a section, got {section!r}")
@@ -142,11 +138,7 @@ def _with_word(value, word: str):
 
 
 def _ways(landmark: str, value) -> tuple[Weights, ...]:
-    """The ways to find a landmark.
-
-    Raises:
-        MotionError: neither a name, nor weights that sum to 1, nor a list of these.
-    """
+    """The ways to find a landmark."""
     ways = value if isinstance(value, list) else [value]
     return tuple(_weights(landmark, way) for way in ways)
 

@@ -27,12 +27,14 @@ class Landmarks:
         fps: frame rate [Hz].
         marker_map: the set or map that named them.
         points: for each landmark, the points of the file and their weights.
+        notes: what a reader of results should know.
     """
 
     positions: dict[str, np.ndarray]
     fps: float
     marker_map: MarkerMap
     points: dict[str, Weights]
+    notes: tuple[str, ...] = ()
 
     @property
     def marker_set(self) -> str:
@@ -110,7 +112,33 @@ def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) 
         landmark: np.sum([w * markers.positions[:, index[name]] for name, w in weights.items()], axis=0)
         for landmark, weights in points.items()
     }
+    if _sides_exchanged(positions):
+        note = "the file's names exchange left and right, as its pelvis shows: they are exchanged back here"
+        return Landmarks(_other_sides(positions), markers.fps, chosen, _other_sides(points), (note,))
     return Landmarks(positions, markers.fps, chosen, points)
+
+
+def _sides_exchanged(positions: dict[str, np.ndarray]) -> bool:
+    """Whether what is called left lies on the right of a pelvis whose front and legs are known."""
+    legs = [positions[name] for name in ("left_knee_lateral", "right_knee_lateral") if name in positions]
+    if len(legs) < 2 or not {"left_asis", "right_asis"} <= positions.keys():
+        return False
+    both_psis = {"left_psis", "right_psis"} <= positions.keys()
+    back = 0.5 * (positions["left_psis"] + positions["right_psis"]) if both_psis else positions.get("sacrum")
+    if back is None:
+        return False
+    left, right = positions["left_asis"], positions["right_asis"]
+    front = 0.5 * (left + right)
+    up = front - 0.5 * (legs[0] + legs[1])
+    handed = (np.cross(front - back, left - right) * up).sum(-1)
+    known = handed[np.isfinite(handed)]
+    return bool(known.size) and float(np.median(known)) < 0
+
+
+def _other_sides(table: dict) -> dict:
+    """`table` by landmark, with left and right exchanged."""
+    swap = {"left": "right", "right": "left"}
+    return {"_".join(swap.get(word, word) for word in name.split("_")): value for name, value in table.items()}
 
 
 def resolve(marker_map: MarkerMap, names: Sequence[str]) -> dict[str, Weights]:

@@ -141,11 +141,7 @@ class Log:
 
 
 def _rerun() -> Any:
-    """The module, which isn't among motionenv's dependencies.
-
-    Raises:
-        MotionError: it isn't installed.
-    """
+    """The module, which isn't among motionenv's dependencies."""
     check_installed()
     import rerun
 

@@ -82,11 +82,7 @@ def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: 
 
 
 def _of_motion(motion: Motion, events: Sequence[Event], angles: Angles | None) -> Any:
-    """The ezc3d representation of a motion's file.
-
-    Raises:
-        MotionError: invalid arguments of `write`.
-    """
+    """The ezc3d representation of a motion's file."""
     check_sequence(motion, "C3D", gaps=True)
     positions = body_markers(motion.poses, motion.skeleton) / METRES["mm"]
     file = _file(MARKERS, positions, angle_points(angles, len(motion.poses)), motion.fps, "mm")
@@ -95,11 +91,7 @@ def _of_motion(motion: Motion, events: Sequence[Event], angles: Angles | None) -
 
 
 def _file(names: tuple[str, ...], positions: np.ndarray, angles: dict[str, np.ndarray], fps: float, unit: str) -> Any:
-    """The ezc3d representation of positions (frames, points, 3) [unit] and angles (frames, 3), NaN in gaps.
-
-    Raises:
-        MotionError: too many frames, or a point that has the name of an angle.
-    """
+    """The ezc3d representation of positions (frames, points, 3) [unit] and angles (frames, 3), NaN in gaps."""
     import ezc3d
 
     frames = len(positions)
@@ -132,11 +124,7 @@ def _add_labels(file: Any, labels: list[str]) -> None:
 
 
 def _written(file: Any) -> bytes:
-    """The bytes that ezc3d writes, which can write only files whose names end in .c3d.
-
-    Raises:
-        OSError: the disk is full.
-    """
+    """The bytes that ezc3d writes, which can write only files whose names end in .c3d."""
     _, points, frames = file["data"]["points"].shape
     with tempfile.TemporaryDirectory(prefix="motionenv-") as folder:
         path = Path(folder) / "motion.c3d"

@@ -98,11 +98,7 @@ def _encoded(
     events: Sequence[Event],
     angles: Angles | None,
 ) -> bytes:
-    """The bytes of a file.
-
-    Raises:
-        MotionError: invalid arguments of `write_rrd`, or rerun-sdk isn't installed.
-    """
+    """The bytes of a file."""
     check_sequence(motion, "RRD", gaps=True)
     if pictures is not None and camera is None:
         raise MotionError("pictures are shown in a camera: pass camera= too")
@@ -166,11 +162,7 @@ def _log_body(log: Log, motion: Motion) -> None:
 
 
 def _log_pictures(log: Log, pictures: Iterable[Any], camera: Camera, frames: int) -> None:
-    """One picture per frame.
-
-    Raises:
-        MotionError: another number of pictures than frames, or another size than the camera's.
-    """
+    """One picture per frame."""
     expected = (camera.height, camera.width, 3)
     count = 0
     for picture in map(np.asarray, pictures):

@@ -119,11 +119,7 @@ def _markers_of(motion: Motion) -> Markers:
 
 
 def _check(markers: Markers, frequencies, steady, drift) -> None:
-    """Validate the arguments of `fourier_walker`.
-
-    Raises:
-        MotionError: invalid markers or a setting out of range.
-    """
+    """Validate the arguments of `fourier_walker`."""
     if not isinstance(markers, Markers) or markers.names != MARKERS or markers.positions.ndim != 3:
         have = f"names {markers.names}" if isinstance(markers, Markers) else type(markers).__name__
         raise MotionError(
@@ -139,11 +135,7 @@ def _check(markers: Markers, frequencies, steady, drift) -> None:
 
 
 def _resolvable(frequencies, seconds: float, name: str) -> tuple[float, float]:
-    """Range of frequencies to scan, from 1.3 strides in `seconds`, so that a walk of less than two is recognised.
-
-    Raises:
-        GapError: the range is empty.
-    """
+    """Range of frequencies to scan, from 1.3 strides in `seconds`, so that a walk of less than two is recognised."""
     low, high = frequencies
     if _STRIDES / seconds >= high:
         raise GapError(
@@ -163,11 +155,7 @@ def _filled(pelvis: np.ndarray, name: str) -> np.ndarray:
 
 
 def _way(posture: np.ndarray, velocity: np.ndarray, name: str) -> np.ndarray:
-    """Direction of walking, a unit vector (2,): that of the pelvis' velocity or, in place, the one the body faces.
-
-    Raises:
-        GapError: the walker stays in place, and neither both hips nor both shoulders of `posture` (15, 3) are known.
-    """
+    """Direction of walking, a unit vector (2,): that of the pelvis' velocity or, in place, the one the body faces."""
     if np.hypot(*velocity) >= _TRAVEL:
         return velocity / np.hypot(*velocity)
     left, right = ([MARKERS.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] for side in ("left", "right"))

@@ -292,11 +292,7 @@ class FourierModel(GaitModel):
         return scores.reshape(*w.shape[:-3], len(flat))
 
     def _checked_scores(self, scores) -> np.ndarray:
-        """Scores as float64 (..., N).
-
-        Raises:
-            MotionError: another shape, or not finite.
-        """
+        """Scores as float64 (..., N)."""
         self._check_fitted()
         scores = np.asarray(scores, dtype=np.float64)
         if scores.ndim == 0 or scores.shape[-1] != len(self.components_) or not np.isfinite(scores).all():
@@ -346,11 +342,7 @@ def mean_walkers(walkers: list[FourierWalker], subjects: list[str]) -> tuple[np.
 
 
 def _shown(coefficients: np.ndarray, needed: tuple[str, ...]) -> np.ndarray:
-    """Which markers (15,) at least one of the walkers (R, 5, 15, 3) shows.
-
-    Raises:
-        GapError: none shows a `needed` one.
-    """
+    """Which markers (15,) at least one of the walkers (R, 5, 15, 3) shows."""
     shown = np.isfinite(coefficients).all(axis=(1, 3)).any(axis=0)
     if unseen := [name for name, seen in zip(MARKERS, shown, strict=True) if name in needed and not seen]:
         raise GapError(

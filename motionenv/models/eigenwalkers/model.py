@@ -68,11 +68,7 @@ class Eigenwalkers(FourierModel):
         return self
 
     def _rank(self) -> int:
-        """Number of components N.
-
-        Raises:
-            MotionError: too few people.
-        """
+        """Number of components N."""
         most = self.n_people_ - 1
         if most < 1:
             raise MotionError(

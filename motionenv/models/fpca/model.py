@@ -341,11 +341,7 @@ def _select(cycles: Cycles, channels) -> np.ndarray:
 
 
 def _shown(cycles: Cycles) -> tuple[str, ...]:
-    """The channels of which at least one cycle has a sample.
-
-    Raises:
-        GapError: there is none.
-    """
+    """The channels of which at least one cycle has a sample."""
     seen = ~np.isnan(cycles.values).all(axis=(0, 1))
     if len(cycles.values) and not seen.any():
         raise GapError(f"these cycles have no samples of any channel: {', '.join(cycles.channels)}")

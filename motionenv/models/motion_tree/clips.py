@@ -6,11 +6,10 @@ from pathlib import Path
 
 from motionenv.body.gaps import PARTS, check_shown
 from motionenv.errors import MotionError
-from motionenv.mocap import MarkerMap, person_label
+from motionenv.mocap import SUFFIXES, MarkerMap, person_label
 from motionenv.models.filling import read_motion
 from motionenv.models.motion_tree.database import Clip
 
-_SUFFIXES = {".amc", ".bvh", ".c3d", ".npz", ".trc"}
 _BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
 
 
@@ -45,7 +44,7 @@ def read_clips(
     Raises:
         MotionError: there is no such folder, or no capture in it.
     """
-    paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in _SUFFIXES)
+    paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES)
     if not paths:
         raise MotionError(f"no AMC, BVH, C3D, NPZ or TRC file below {folder}: name a folder of motion capture")
     for path in paths:

@@ -43,11 +43,7 @@ def recent_frames(history, database: Database) -> Recent:
 
 
 def _checked(history, database: Database) -> tuple[np.ndarray, float]:
-    """The last frames (..., 10 to 12, 25) of a history, and the factor from its lengths to the database's.
-
-    Raises:
-        MotionError: fewer than ten frames, another shape or rate, or NaN.
-    """
+    """The last frames (..., 10 to 12, 25) of a history, and the factor from its lengths to the database's."""
     scale = 1.0
     if isinstance(history, Motion):
         if not np.isclose(history.fps, FPS, rtol=1e-6):

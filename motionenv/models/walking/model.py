@@ -386,11 +386,7 @@ class WalkingModel(GaitModel):
 
 
 def _check_legs(channels: tuple[str, ...]) -> None:
-    """Check that `channels` hold all but the neck's and the arms'.
-
-    Raises:
-        GapError: one is missing.
-    """
+    """Check that `channels` hold all but the neck's and the arms'."""
     missing = [name for name in CHANNELS[11:] if name not in channels]
     if missing:
         raise GapError(

@@ -91,11 +91,7 @@ def load():
 
 
 def _platform() -> str:
-    """Platform name: "egl" if its library is available, else "osmesa".
-
-    Raises:
-        EngineError: neither is available.
-    """
+    """Platform name: "egl" if its library is available, else "osmesa"."""
     for name, libraries in (("egl", ("libEGL.so.1", "EGL")), ("osmesa", ("libOSMesa.so.8", "OSMesa"))):
         for library in libraries:
             try:

@@ -106,11 +106,7 @@ def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> I
 
 
 def _decoded(path: Path) -> Iterator[tuple[av.VideoFrame, float]]:
-    """Frames and the file's mean rate.
-
-    Raises:
-        FormatError: not a video, or a damaged one.
-    """
+    """Frames and the file's mean rate."""
     if not path.is_file():
         raise FormatError(path, "can't be read: there is no such file")
     number = 0

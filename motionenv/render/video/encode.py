@@ -158,11 +158,7 @@ def write_image(path, rgb) -> None:
 
 
 def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
-    """The frame rate as a fraction.
-
-    Raises:
-        MotionError: invalid arguments of `write_video`.
-    """
+    """The frame rate as a fraction."""
     if suffix not in _MOST_FPS:
         raise MotionError(
             f"can't write a video to {path}: the suffix must be .mp4, .gif or .webp, or none for a folder of PNGs"
@@ -174,22 +170,14 @@ def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
 
 
 def _checked_rate(suffix: str, fps, crf) -> Fraction:
-    """The frame rate as a fraction.
-
-    Raises:
-        MotionError: fps or crf out of the range of the format with this `suffix`.
-    """
+    """The frame rate as a fraction."""
     checked_number(fps, f"fps of {suffix or 'a folder of PNGs'}", _LEAST_FPS, _MOST_FPS[suffix])
     checked_whole(crf, "crf", 0, 51)
     return Fraction(fps).limit_denominator(1001)
 
 
 def _checked_frames(frames: Iterable, progress: Callable[[int], None] | None) -> Iterator[av.VideoFrame]:
-    """Frames for PyAV, copied so that the caller may reuse the arrays.
-
-    Raises:
-        MotionError: a frame isn't uint8 (H, W, 3) or differs in size from the first, or there is none.
-    """
+    """Frames for PyAV, copied so that the caller may reuse the arrays."""
     shape = None
     number = 0
     for number, picture in enumerate(frames, 1):
@@ -345,11 +333,7 @@ class _Filter:
 
 
 def _write_folder(path: Path, frames: Iterator[av.VideoFrame]) -> None:
-    """Write a folder of PNGs under a temporary name, and rename it when complete.
-
-    Raises:
-        MotionError: `path` exists, or the disk is full or read-only.
-    """
+    """Write a folder of PNGs under a temporary name, and rename it when complete."""
     if path.exists() and not (path.is_dir() and not any(path.iterdir())):
         raise MotionError(f"can't write frames to {path}: it exists and isn't an empty folder; choose another")
     try:

@@ -115,11 +115,7 @@ Draw = Callable[[np.ndarray, Sequence[Camera]], np.ndarray]
 def _prepared(
     motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene
 ) -> tuple[list[Camera], Draw]:
-    """A camera per frame, and the function that renders poses (n, 25) from n of them.
-
-    Raises:
-        MotionError: invalid arguments of `film`.
-    """
+    """A camera per frame, and the function that renders poses (n, 25) from n of them."""
     if motion.poses.ndim != 2:
         raise MotionError(
             f"motion must be one motion (frames, 25), got poses of shape {motion.poses.shape}: use poses[0]"

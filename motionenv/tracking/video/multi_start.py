@@ -118,11 +118,7 @@ class MultiStart:
         return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
 
     def _start(self, frame: int) -> Start | None:
-        """Initialise at a frame; None if no person is found.
-
-        Raises:
-            MotionError: no person is found at the frame where the track begins.
-        """
+        """Initialise at a frame; None if no person is found."""
         looked = self.film[frame : frame + max(1, round(_START * self.prior.fps))]
         try:
             return automatic_start(

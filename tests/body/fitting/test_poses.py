@@ -10,7 +10,7 @@ from motionenv import mocap as capture
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.skeleton import LIMITS, SEGMENTS
 from motionenv.errors import MotionError
-from motionenv.mocap.retargeting import to_nodes
+from motionenv.mocap.retargeting import find_nodes
 from motionenv.types import POSE
 
 FPS = 100.0
@@ -193,7 +193,8 @@ def cmu_walks(mocap):
     walks = []
     for path in sorted((mocap / "cmu_asfamc").glob("*/*.amc"))[::3]:
         markers = capture.read(path, fps=120)
-        nodes, side = to_nodes(markers)
+        found = find_nodes(markers)
+        nodes, side = found.positions, found.head_side
         bones = {seg: markers.rotations[:, markers.index(bone)] for seg, bone in BONES.items()}
         skeleton = fit_skeleton(nodes)
         walks.append((path.stem, nodes, fit_poses(nodes, skeleton, 120, side), skeleton, bones))

@@ -35,10 +35,10 @@ def test_on_a_circle_the_direction_turns():
     assert np.abs(off[60:-60]).max() < 2
 
 
-def test_who_stands_progresses_where_the_pelvis_faces_also_with_gaps():
+def test_who_stands_progresses_along_the_axis_that_the_pelvis_faces_also_with_gaps():
     pelvis = np.zeros((200, 3))
     pelvis[:50] = np.nan
-    np.testing.assert_allclose(direction(pelvis, facing(np.full(200, np.radians(30.0)))), 30.0)
+    np.testing.assert_allclose(direction(pelvis, facing(np.full(200, np.radians(60.0)))), 90.0)
 
 
 def test_an_unseen_pelvis_goes_nowhere():

@@ -102,3 +102,17 @@ def test_unknown_sets_and_maps_of_other_files_are_refused():
         find_landmarks(markers, "vicon")
     with pytest.raises(MotionError, match=r"no point of the marker map 'plug-in-gait' is in the file, which has A, B"):
         find_landmarks(markers, "plug-in-gait")
+
+
+def test_exchanged_names_of_left_and_right_are_exchanged_back(mocap):
+    """A real file of that kind, and a good one made into one."""
+    assert "exchange" in find_landmarks(read(mocap / "bmc/data/walk1.trc")).notes[0]
+    good = read(mocap / "btkdata/C3DSamples/PiG/PiG_Motion3_FF.c3d")
+    right = find_landmarks(good)
+    assert right.notes == ()
+    swap = {"L": "R", "R": "L"}
+    wrong = Markers([swap.get(n[0], n[0]) + n[1:] for n in good.names], good.positions, good.fps)
+    found = find_landmarks(wrong)
+    assert "exchange" in found.notes[0]
+    for landmark, positions in right.positions.items():
+        np.testing.assert_array_equal(found.positions[landmark], positions)

@@ -77,7 +77,7 @@ def quarter_turns(points) -> list[np.ndarray]:
 def test_our_reader_gives_the_markers_back_up_to_where_forward_is(walk, any_motion, tmp_path):
     for motion in (with_gaps(walk), any_motion(1), any_motion(2, frames=1, fps=29.97)):
         trc.write(motion, tmp_path / "a.trc")
-        found = reader.read(tmp_path / "a.trc")
+        found = reader.read(tmp_path / "a.trc", up="y")
         assert found.names == MARKERS
         assert found.fps == pytest.approx(motion.fps, rel=1e-9)
         truth = markers(motion.poses, motion.skeleton)

@@ -78,7 +78,9 @@ def test_legs_alone_have_null_for_the_rest(job_server, walk):
     (found,) = done(job_server, "inspect", content, map=odd_map(LEGS)).json()["files"]
     poses = np.array(found["motion"]["poses"], dtype=float)
     assert np.isnan(poses[:, UPPER]).all()
-    np.testing.assert_allclose(poses[:, ANGLES], walk.poses[::2][:, ANGLES], atol=np.radians(3))
+    error = np.degrees(np.abs(poses - walk.poses[::2])[:, ANGLES]).max(axis=0)
+    assert max(error[1::2]) < 3, "knees"
+    assert max(error[::2]) < 6, "hips, beside a pelvis whose tilt was not captured"
 
 
 def test_models_are_fitted_with_a_map(job_server, walk):

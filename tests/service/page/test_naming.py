@@ -9,8 +9,9 @@ import motionenv
 from motionenv.mocap import MarkerMap
 from motionenv.types import MARKERS, POSE
 from tests.service.jobs.handing import ODD, as_trc, odd_map, odd_points
-from tests.service.page.browsing import PHONE, tab
+from tests.service.page.browsing import ARTEFACTS, PHONE, tab
 
+LEGS = tuple(marker for marker in MARKERS if marker == "pelvis" or marker.endswith(("hip", "knee", "ankle")))
 KNEE = POSE.index("left_knee_flexion")
 PANEL = "#capture-panel input[type=file]"
 
@@ -25,6 +26,14 @@ def odd(walk, tmp_path_factory):
     """A walk whose points have names that no marker set has."""
     path = tmp_path_factory.mktemp("capture") / "odd.trc"
     path.write_bytes(as_trc(*odd_points(walk), 60))
+    return path
+
+
+@pytest.fixture(scope="module")
+def legs(walk, tmp_path_factory):
+    """The same walk's pelvis and legs only."""
+    path = tmp_path_factory.mktemp("capture") / "legs.trc"
+    path.write_bytes(as_trc(*odd_points(walk, LEGS), 60))
     return path
 
 
@@ -67,7 +76,7 @@ def status(shown) -> str:
     return shown.page.text_content("dialog .status")
 
 
-def test_wrong_clicks_are_told_and_undone(fresh, odd):
+def test_wrong_clicks_are_told(fresh, odd):
     dialog = named(fresh, odd)
     dialog.locator("canvas").click(position={"x": 8, "y": 8})
     assert entries(fresh) == {}
@@ -81,6 +90,13 @@ def test_wrong_clicks_are_told_and_undone(fresh, odd):
     choose(fresh, "left_ankle")
     click(fresh, ODD["left_ankle"])
     assert "already" in status(fresh)
+
+
+def test_clicks_are_undone_one_by_one(fresh, odd):
+    dialog = named(fresh, odd)
+    choose(fresh, "left_knee")
+    click(fresh, ODD["left_ankle"])
+    click(fresh, ODD["left_ankle"])
     dialog.get_by_role("button", name="Undo").click()
     assert entries(fresh) == {"left_knee": {ODD["left_ankle"]: 1}}
     dialog.get_by_role("button", name="Clear all").click()
@@ -88,6 +104,10 @@ def test_wrong_clicks_are_told_and_undone(fresh, odd):
     fresh.page.keyboard.press("Control+z")
     assert entries(fresh) == {}
     assert dialog.get_by_role("button", name="Undo").is_disabled()
+
+
+def test_what_is_still_needed_is_told(fresh, odd):
+    dialog = named(fresh, odd)
     choose(fresh, "head")
     click(fresh, ODD["head"])
     dialog.get_by_role("button", name="Use these points").click()
@@ -218,15 +238,33 @@ def test_limbs_that_are_unknown_are_not_drawn(fresh, walk, tmp_path, figure):
         assert {MARKERS[i] for i, size in enumerate(sizes) if size} == known
 
 
-def test_a_capture_is_saved_in_other_formats(fresh, odd, tmp_path):
-    fresh.ask("{ localStorage.clear(); }")
-    named(fresh, odd)
-    (tmp_path / "ours.toml").write_text(odd_map())
+def test_legs_are_filled_and_saved_in_other_formats(fresh, legs, tmp_path):
+    named(fresh, legs)
+    (tmp_path / "ours.toml").write_text(odd_map(LEGS))
     fresh.page.get_by_label("Load a marker map").set_input_files(tmp_path / "ours.toml")
     fresh.until("motionenv.naming.editor.entries.size", 60)
     fresh.page.get_by_role("button", name="Use these points").click()
     fresh.until("motionenv.guest && !document.querySelector('dialog')", 60)
+    fresh.picture("naming-legs")
+    fresh.page.check("text=Fill in what wasn't captured")
     with fresh.page.expect_download(timeout=90_000) as coming:
-        fresh.page.locator("#capture").get_by_role("button", name="CSV", exact=True).click()
-    assert coming.value.suggested_filename == "odd.csv"
-    assert "left_knee_flexion" in coming.value.path().read_text().partition("\n")[0]
+        fresh.page.locator("#capture").get_by_role("button", name="BVH").click()
+    assert coming.value.suggested_filename == "legs.bvh"
+    coming.value.save_as(tmp_path / "legs.bvh")
+    assert np.isfinite(motionenv.read(tmp_path / "legs.bvh").positions).all()
+
+
+def test_a_report_opens_in_a_page_of_its_own(fresh, walk, tmp_path):
+    motionenv.write(walk, tmp_path / "anna_01.npz")
+    fresh.page.set_input_files(PANEL, tmp_path / "anna_01.npz")
+    button = fresh.page.get_by_role("button", name="Gait report")
+    button.wait_for(timeout=60_000)
+    with fresh.page.context.expect_page(timeout=120_000) as coming:
+        button.click()
+    report = coming.value
+    report.wait_for_load_state()
+    assert report.title() == "Gait report: walk"
+    assert report.locator("svg").count() > 4
+    ARTEFACTS.mkdir(parents=True, exist_ok=True)
+    report.screenshot(path=ARTEFACTS / "report.png")
+    assert fresh.page.get_by_role("link", name="Open the report").get_attribute("href").endswith("/result")

@@ -77,11 +77,7 @@ def _bare(label: str) -> str:
 
 
 def _labels(path, parameters: Parameters, points: int) -> list[str]:
-    """A label for each point; "" for points without.
-
-    Raises:
-        FormatError: the parameter section is damaged before the labels.
-    """
+    """A label for each point; "" for points without."""
     labels = parameters.texts("POINT:LABELS")
     if not any(labels) and not parameters.whole:
         problem = "the parameter section is damaged, and the points' labels are lost: export the file again"

@@ -10,6 +10,8 @@ const FORMATS = {
   C3D: ["application/x-c3d", "c3d", "Joint positions, for gait software"],
   GLB: ["model/gltf-binary", "glb", "The body, for 3D viewers"],
   CSV: ["text/csv", "csv", "Angles over time, for spreadsheets"],
+  TRC: ["text/x-trc", "trc", "Joint positions, for OpenSim"],
+  MOT: ["text/x-mot", "mot", "Joint angles, for OpenSim"],
   NPZ: ["application/x-npz", "npz", "NumPy arrays, for Python"],
 };
 const NUMBERS = { JSON: ["application/json", "json"], CSV: ["text/csv", "csv"] };
@@ -37,7 +39,8 @@ export class CaptureActions {
       report.classList.add("strong");
       parts[0].prepend(report);
       const saving = Object.entries(FORMATS).map(([name, format]) => this.saving(name, format));
-      parts.push(...this.statics(), make("div", { className: "save" }, make("span", { className: "hint", textContent: "Save as" }), ...saving));
+      parts.push(...this.statics(), make("p", { className: "hint", textContent: "Save as" }), make("div", { className: "save" }, ...saving));
+      parts.push(...this.filling());
     }
     this.say("");
     this.element.replaceChildren(...parts, this.note, this.links);
@@ -49,6 +52,14 @@ export class CaptureActions {
     const names = this.upload.usable.map(({ name }) => name);
     this.static = make("select", {}, make("option", { value: "", textContent: "none" }), ...names.map((value) => make("option", { value, textContent: value })));
     return names.length > 1 ? [make("label", { className: "field", textContent: "Static trial" }, this.static)] : [];
+  }
+
+  /** Whether a model fills what the capture doesn't show in files, if there is such. */
+  filling() {
+    this.fill = make("input", { type: "checkbox" });
+    const gaps = this.shown.motion.poses.some((pose) => pose.includes(null));
+    const title = "BVH and GLB can't hold unknown limbs. A model of gait can fill them.";
+    return gaps ? [make("label", { className: "fill", title }, this.fill, "Fill in what wasn't captured")] : [];
   }
 
   button(textContent, action) {
@@ -73,7 +84,7 @@ export class CaptureActions {
   async convert(name, format, suffix) {
     this.say(`Creating the ${name} …`);
     const { upload, shown } = this;
-    const job = await finished("/v1/jobs/convert", upload.sent([shown]), { ...upload.fields, format }, () => {});
+    const job = await finished("/v1/jobs/convert", upload.sent([shown]), { ...upload.fields, format, fill: this.fill.checked }, () => {});
     const blob = await (await resultOf(job)).blob();
     save(blob, `${shown.name.replace(/\.[^.]*$/, "")}.${suffix}`);
     this.say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`);
@@ -99,9 +110,8 @@ export class CaptureActions {
   /** The job of a report that is done. */
   reported(format) {
     const { upload } = this;
-    const { map } = upload.fields;
     this.say("Creating the report …");
-    const fields = { format, map, static: this.static.value };
+    const fields = { ...upload.fields, format, static: this.static.value };
     return finished("/v1/jobs/report", upload.sent(upload.usable), fields, (words) => this.say(words));
   }
 

@@ -29,8 +29,9 @@ export class Dialogue {
   open() {
     document.body.append(this.dialog);
     this.dialog.showModal();
-    const { positions, points: names, heading } = this.found;
-    this.dots = new Dots(this.canvas, { positions, names, heading }, {
+    const { positions, points: names, heading, assigned } = this.found;
+    const body = Object.values(assigned).flatMap(Object.keys);
+    this.dots = new Dots(this.canvas, { positions, names, heading, body }, {
       chosen: (point) => this.click(point),
       look: (point) => this.look(point),
       bones: () => this.bones(),
@@ -264,7 +265,7 @@ export class Dialogue {
       point.textContent = this.pointsOf(landmark).join(" + ");
     }
     for (const [count, landmarks] of this.counts) {
-      count.textContent = `${landmarks.filter((landmark) => entries.has(landmark)).length} of ${landmarks.length}`;
+      count.textContent = `${landmarks.filter((landmark) => entries.has(landmark)).length} named`;
     }
     this.needs.textContent = this.lacking() || "Enough for a motion. More landmarks show more of the body.";
     this.title.textContent = titleOf(this.selected);

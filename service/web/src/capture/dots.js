@@ -5,6 +5,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const FIELD = 30; // vertical field of view [degrees]
 const ROOM = 1.25; // share of the points' extent that is shown
+const ENOUGH = 6; // points by which a body's extent is judged
 const TURN = 6; // degrees a press of a key
 const ZOOM = 1.1;
 const STILL = 5; // pixels that a click may move
@@ -18,12 +19,13 @@ const degrees = (angle) => (angle * 180) / Math.PI;
 /**
  * A view of points.
  *
- * `positions`: [x, y, z] [m] or null each; `names`: of the points; `heading`: where they go [degrees], or null.
+ * `positions`: [x, y, z] [m] or null each; `names`: of the points; `heading`: where they go [degrees], or null;
+ * `body`: names of points that are known to be the body's: files hold others, such as of axes.
  * `chosen(point)` is called with the name of a point that is clicked; `look(point)` returns how a point is drawn,
  * `{ side, selected, label }`; `bones()` the pairs of points to join.
  */
 export class Dots {
-  constructor(canvas, { positions, names, heading }, { chosen, look, bones }) {
+  constructor(canvas, { positions, names, heading, body }, { chosen, look, bones }) {
     Object.assign(this, { canvas, names, heading, chosen, look, bones });
     this.places = positions.map((place) => place && new Vector3(...place));
     this.at = positions.map(() => null); // on the canvas
@@ -33,7 +35,8 @@ export class Dots {
     this.camera.up.set(0, 0, 1);
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.enablePan = false;
-    this.frame();
+    const seen = this.places.filter((place, i) => place && body.includes(names[i]));
+    this.frame(seen.length >= ENOUGH ? seen : this.places.filter(Boolean));
     this.orbit.addEventListener("change", () => this.draw());
     this.listen();
     this.observer = new ResizeObserver(() => this.draw());
@@ -42,9 +45,8 @@ export class Dots {
     this.dark.onchange = () => this.draw();
   }
 
-  /** Look at all points from the front, a little from the side. */
-  frame() {
-    const known = this.places.filter(Boolean);
+  /** Look at places from the front, a little from the side. */
+  frame(known) {
     const along = (axis) => known.map((place) => place[axis]).sort((a, b) => a - b);
     const [least, most] = [new Vector3(), new Vector3()];
     for (const axis of known.length ? ["x", "y", "z"] : []) {

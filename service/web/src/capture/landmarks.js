@@ -8,6 +8,11 @@ const GROUPS = {
   Arms: ["acromion", "shoulder", "elbow", "elbow_lateral", "elbow_medial", "wrist", "wrist_radial", "wrist_ulnar", "hand"],
   Head: ["head_front", "head_back", "head_top", "head"],
 };
+/** Of legs, the ones that most marker sets have; the others follow. */
+const LEG = [
+  ...["knee_lateral", "knee_medial", "ankle_lateral", "ankle_medial", "heel", "toe", "metatarsal_1", "metatarsal_5"],
+  ...["thigh", "shank", "trochanter", "fibula", "tibia", "knee", "ankle"],
+];
 const LEGS = { left: "Left leg", right: "Right leg" };
 const CAPITALS = new Set(["asis", "psis", "c7", "t10"]);
 
@@ -55,8 +60,10 @@ export function groupOf(landmark) {
 export function grouped(landmarks) {
   const groups = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, []]));
   for (const landmark of landmarks) groups[groupOf(landmark)].push(landmark);
-  for (const [group, order] of Object.entries(GROUPS)) {
-    if (order.length) groups[group].sort((a, b) => order.indexOf(bare(a)) - order.indexOf(bare(b)));
+  for (const [group, members] of Object.entries(GROUPS)) {
+    const order = members.length ? members : LEG;
+    const rank = (landmark) => order.indexOf(bare(landmark)) + 1 || Infinity;
+    groups[group].sort((a, b) => (rank(a) === rank(b) ? 0 : rank(a) - rank(b)));
   }
   return groups;
 }

@@ -37,7 +37,7 @@ export class Upload {
     let read = true;
     try {
       this.step(0, "Uploading …");
-      this.inspection = await this.inspect(this.files, {});
+      this.inspection = await this.inspect();
       const known = this.inspection.files.find(({ points }) => points && remembered(points));
       if (known) await this.apply(remembered(known.points), known.points);
       read = this.inspection.files.some(({ points }) => points);
@@ -48,9 +48,10 @@ export class Upload {
     return read;
   }
 
-  /** The service's `Inspection` of files. */
-  async inspect(files, fields, told = (words, progress) => this.step(1, words, progress)) {
-    const job = await finished("/v1/jobs/inspect", files, { ...this.options, ...fields }, told);
+  /** The service's `Inspection` of all files. */
+  async inspect() {
+    const job = await finished("/v1/jobs/inspect", this.files, this.options, (words, progress) => this.step(1, words, progress));
+    this.named = new Map(job.files.map((name, i) => [name, this.files[i]])); // names as the service keeps them
     return (await resultOf(job)).json();
   }
 
@@ -58,7 +59,8 @@ export class Upload {
   async apply(map, points) {
     const hash = hashOf(points);
     const alike = this.inspection.files.filter((file) => file.points && hashOf(file.points) === hash);
-    const { files } = await this.inspect(this.sent(alike), { map }, () => {});
+    const job = await finished("/v1/jobs/inspect", this.sent(alike), { ...this.options, map }, () => {});
+    const { files } = await (await resultOf(job)).json();
     if (!files.some((file) => file.motion)) return files[0].problem;
     const fresh = new Map(files.map((file) => [file.name, file]));
     this.inspection.files = this.inspection.files.map((file) => fresh.get(file.name) ?? file);
@@ -93,12 +95,10 @@ export class Upload {
     return { ...this.options, ...(this.mapped && { map: this.mapped.map }) };
   }
 
-  /** The files of the browser behind those of an inspection, and all skeletons: the service sorts files, and changes names. */
+  /** The files of the browser behind those of an inspection, and all skeletons. */
   sent(inspected) {
-    const captures = this.files.filter(({ name }) => !/\.asf$/i.test(name));
-    const names = new Set(inspected.map(({ name }) => name.toLowerCase()));
-    if (names.size === captures.length) return this.files;
-    return this.files.filter(({ name }) => /\.asf$/i.test(name) || names.has(safeName(name).toLowerCase()));
+    const skeletons = this.files.filter(({ name }) => /\.asf$/i.test(name));
+    return [...skeletons, ...inspected.map(({ name }) => this.named.get(name))];
   }
 
   /** The file that can be told which point is which, or undefined: the one that isn't a motion yet, or the one that is shown. */
@@ -153,11 +153,4 @@ function describe({ name, problem, points, frames, fps, motion, walk }) {
   const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}`;
   if (!walk) return `${read}. ${problem ?? ""}`;
   return `${read}; ${walk.starts.length} strides of ${walk.stride.toFixed(2)} s at ${walk.speed.toFixed(2)} m/s.`;
-}
-
-/** A file's name as the service keeps it (service/jobs/uploads.py). */
-function safeName(name) {
-  const [, stem, suffix] = /^(.*)(\.[^.]*)$/.exec(name) ?? ["", name, ""];
-  const plain = stem.normalize("NFKD").replace(/[^\x00-\x7f]/g, "").replace(/[^A-Za-z0-9_]+/g, "-").slice(0, 80);
-  return (plain.replace(/^-+|-+$/g, "") || "capture") + suffix;
 }
