@@ -193,17 +193,6 @@ def _joint(
     """Centre of a knee or ankle, the direction from it to the lateral side, and whether markers show that direction.
 
     What is unknown is None.
-
-    Args:
-        positions: landmarks.
-        joint: "knee" or "ankle".
-        wand: landmark of the segment above, "thigh" or "shank".
-        above: (frames, 3) centre of the joint above.
-        across: (frames, 3) direction to the lateral side, for want of a wand.
-        distance: from the lateral marker to the centre [m].
-        side: "left" or "right".
-        calibration: from the standing trial.
-        how: is told how the centre was found.
     """
     key = f"{side}_{joint}"
     lateral, medial, pole = (positions.get(name) for name in (f"{key}_lateral", f"{key}_medial", f"{side}_{wand}"))
