@@ -53,7 +53,11 @@ def read(
     gap = (points == 0).all(-1) | np.isnan(points).any(-1)
     points = np.where(gap[..., None], np.nan, points)
     points = points * _metres(path, header.get("Units", ""), points, unit, override)
-    return Markers(unique(names), upright(points, up or vertical_axis(points, "y")), fps, name=Path(path).stem)
+    up = up or vertical_axis(points, "y")
+    world = upright(points, up)
+    if up == "y":  # OpenSim's ground: x forward, y up, z to the right
+        world = world[..., [1, 0, 2]] * [1.0, -1.0, 1.0]
+    return Markers(unique(names), world, fps, name=Path(path).stem)
 
 
 def _header(path, lines: list[str]) -> dict[str, str]:

@@ -92,6 +92,7 @@ def test_captured_points_keep_their_names_and_the_worlds_x(tmp_path):
     _, names, _, points = read(tmp_path / "a.trc")
     assert names == ["LASI", "R Knee", "Пята"]
     np.testing.assert_allclose(points, 1000 * positions @ TO_GROUND.T, atol=1e-5)
+    np.testing.assert_allclose(reader.read(tmp_path / "a.trc", up="y").positions, positions, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["a\tb", "a\nb", " "])
