@@ -21,9 +21,6 @@ from service.transport.worker_pool import WorkerPool
 class Service:
     """State shared by the routes, as `request.app.state.service`.
 
-    Args:
-        settings: of the service.
-
     Attributes:
         model_registry: the models.
         metrics: for Prometheus.
@@ -44,11 +41,7 @@ class Service:
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """Create the ASGI application.
-
-    Args:
-        settings: None reads them from the environment.
-    """
+    """Create the ASGI application; without `settings`, they are read from the environment."""
     service = Service(settings or Settings())
 
     @asynccontextmanager

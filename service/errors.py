@@ -42,15 +42,7 @@ class ProblemDetail(BaseModel):
 
 
 class Problem(HTTPException):
-    """An error response.
-
-    Args:
-        status: HTTP status, 400 to 599.
-        detail: what was wrong, and what to do.
-        field: JSON pointer of the invalid field, or None.
-        bound: the bounds that were violated.
-        headers: more headers.
-    """
+    """An error response: what was wrong and what to do, with the JSON pointer and bounds of the invalid field."""
 
     def __init__(
         self,
@@ -71,18 +63,9 @@ def busy(detail: str, seconds: int = 1) -> Problem:
 
 
 def at_most(value: float, most: float, field: str, name: str, unit: str, *, each: float = 1) -> None:
-    """Reject values larger than this service or a format allows.
+    """Reject a value larger than this service or a format allows: 422 with the field, a JSON pointer, and its bound.
 
-    Args:
-        value: requested.
-        most: the maximum.
-        field: JSON pointer of the field.
-        name: of the value, in words.
-        unit: of the value.
-        each: value per unit of the field, from which the bound of the field follows.
-
-    Raises:
-        Problem: 422 with the field and its bound.
+    That bound follows from `each`, the value per unit of the field.
     """
     if value > most:
         bound = {"le": most / each}
@@ -92,15 +75,7 @@ def at_most(value: float, most: float, field: str, name: str, unit: str, *, each
 def problem_response(
     status: int, detail: str, *, request_id: str | None = None, errors: Sequence = (), headers=None
 ) -> Response:
-    """An error response.
-
-    Args:
-        status: HTTP status.
-        detail: what was wrong, and what to do.
-        request_id: of the request, where known.
-        errors: of single fields, like `FieldProblem`.
-        headers: more headers.
-    """
+    """An error response; `errors` are of single fields, like `FieldProblem`."""
     body = {
         "type": "about:blank",
         "title": HTTPStatus(status).phrase,
@@ -149,10 +124,7 @@ async def _of_problem(request: Request, error: Any) -> Response:
 
 
 async def _of_http(request: Request, error: Any) -> Response:
-    details = {
-        404: f"not found: {request.url.path:.100}; see /docs",
-        405: f"method {request.method} is not allowed",
-    }
+    details = {404: f"not found: {request.url.path:.100}; see /docs", 405: f"method {request.method} is not allowed"}
     detail = details.get(error.status_code, str(error.detail))
     headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers
     return problem_response(error.status_code, detail, request_id=_id(request), headers=headers)

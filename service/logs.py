@@ -10,11 +10,7 @@ import structlog
 
 def configure() -> None:
     """Send what structlog and the standard library log to stderr as JSON."""
-    shared: list = [
-        structlog.processors.add_log_level,
-        _stamped,
-        structlog.processors.format_exc_info,
-    ]
+    shared: list = [structlog.processors.add_log_level, _stamped, structlog.processors.format_exc_info]
     structlog.configure(
         processors=[*shared, structlog.processors.JSONRenderer(serializer=_serialized)],
         wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),

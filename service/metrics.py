@@ -11,13 +11,7 @@ MEDIA_TYPE = "text/plain; version=1.0.0; charset=utf-8"
 
 
 class Metrics:
-    """Metrics of a service.
-
-    Attributes:
-        running: requests in progress.
-        computing: requests that hold or await a thread.
-        jobs: jobs by status.
-    """
+    """Metrics of a service."""
 
     def __init__(self) -> None:
         self.registry = CollectorRegistry()
@@ -35,14 +29,7 @@ class Metrics:
         self._children: dict[tuple[str, str, int], tuple[Counter, Histogram]] = {}
 
     def count(self, method: str, route: str, status: int, seconds: float) -> None:
-        """Count a request.
-
-        Args:
-            method: of HTTP.
-            route: template of the path.
-            status: of the response; 0 if the client disconnected before it.
-            seconds: duration.
-        """
+        """Count a request to a template of a path; its status is 0 if the client disconnected before the response."""
         key = (method, route, status)
         if key not in self._children:
             self._children[key] = self._requests.labels(*map(str, key)), self._seconds.labels(route)

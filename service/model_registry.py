@@ -17,11 +17,7 @@ _FITTED = re.compile(r"fitted/([a-z0-9][a-z0-9-]{0,62})")
 
 
 class ModelRegistry:
-    """Models by name.
-
-    Args:
-        folder: of the fitted ones, `<name>.npz` each, called `fitted/<name>`.
-    """
+    """Models by name; those in the folder, `<name>.npz` each, are called `fitted/<name>`."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -45,11 +41,7 @@ class ModelRegistry:
         return True
 
     def get(self, name: str) -> GaitModel:
-        """The model called `name`.
-
-        Raises:
-            Problem: 404, there is none; 503, it isn't loaded yet, or can't be.
-        """
+        """The model called `name`; 404 if there is none, 503 if it isn't loaded yet or can't be."""
         model, problem = self.find(name)
         if model is not None:
             return model
@@ -74,11 +66,7 @@ class ModelRegistry:
             return None, str(error)
 
     def path(self, name: str) -> Path:
-        """The file of the fitted model called `name`, which need not exist.
-
-        Raises:
-            Problem: 404, not the name of a fitted model.
-        """
+        """The file of the fitted model called `name`, which need not exist; 404 for a name that no fitted model has."""
         match = _FITTED.fullmatch(name)
         if match is None:
             raise _missing(name)

@@ -27,9 +27,6 @@ def serve(settings: Settings) -> None:
     """Serve until SIGINT or SIGTERM; running requests are finished first.
 
     Worker processes read the settings from the environment, which this function sets.
-
-    Args:
-        settings: of the service.
     """
     os.environ.update(settings.environment())
     logs.configure()
@@ -46,12 +43,7 @@ def serve(settings: Settings) -> None:
 
 
 class _Workers(Multiprocess):
-    """Worker processes; those that end are replaced and their gauges dropped.
-
-    Args:
-        config: of uvicorn.
-        sockets: to listen on.
-    """
+    """Worker processes; those that end are replaced and their gauges dropped."""
 
     def __init__(self, config: uvicorn.Config, sockets: list[socket]):
         super().__init__(config, sockets)

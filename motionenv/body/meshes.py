@@ -7,15 +7,7 @@ import numpy as np
 
 from motionenv.body.gaps import known_limbs
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import (
-    CLOTHES,
-    COLOURS,
-    LIMB_NODES,
-    LIMB_SEGMENT,
-    LIMB_SHIFTS,
-    LIMBS,
-    SEGMENT_ORIGIN,
-)
+from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, SEGMENT_ORIGIN
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Skeleton
 

@@ -26,8 +26,7 @@ Unit = Annotated[
 ]
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
 Map = Annotated[
-    str | None,
-    typer.Option("--map", help="Marker map (TOML file of `motionenv mocap map`), or name of a marker set."),
+    str | None, typer.Option("--map", help="Marker map (TOML file of `motionenv mocap map`), or name of a marker set.")
 ]
 Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
 Fill = Annotated[
@@ -56,11 +55,7 @@ def note(text: str) -> None:
 
 
 def marker_map(text: str | None) -> "MarkerMap | str | None":
-    """The marker map of --map: that of a file, or the name of a set.
-
-    Raises:
-        MotionError: neither such a file nor such a set.
-    """
+    """The marker map of --map: that of a file, or the name of a set."""
     from motionenv.mocap import MarkerMap
     from motionenv.mocap.marker_sets import marker_sets
 
@@ -70,21 +65,13 @@ def marker_map(text: str | None) -> "MarkerMap | str | None":
 
 
 def check_folder(out: Path) -> None:
-    """Check that the folder of an output file exists, before any work.
-
-    Raises:
-        MotionError: it doesn't exist.
-    """
+    """Check that the folder of an output file exists, before any work."""
     if not out.parent.is_dir():
         raise MotionError(f"can't write {out}: there is no folder {out.parent}; create it, or choose another")
 
 
 def parsed_numbers(text: str | None, name: str) -> list[float] | None:
-    """Numbers from "1,0,-2"; None from None.
-
-    Raises:
-        MotionError: another format; `name` is the option, with its dashes.
-    """
+    """Numbers from "1,0,-2"; None from None. `name` is the option, with its dashes."""
     try:
         return None if text is None else [float(part) for part in text.split(",")]
     except ValueError:
@@ -92,11 +79,7 @@ def parsed_numbers(text: str | None, name: str) -> list[float] | None:
 
 
 def parsed_view(text: str) -> float:
-    """View angle α [rad] (paper B) from "side", "front", "oblique" or degrees.
-
-    Raises:
-        MotionError: another value.
-    """
+    """View angle α [rad] (paper B) from "side", "front", "oblique" or degrees."""
     try:
         alpha = _VIEWS[text] if text in _VIEWS else math.radians(float(text))
     except ValueError:
@@ -107,11 +90,7 @@ def parsed_view(text: str) -> float:
 
 
 def parsed_size(text: str) -> tuple[int, int]:
-    """Width and height [pixels] from "640x480".
-
-    Raises:
-        MotionError: not two whole numbers from 16 to 4096.
-    """
+    """Width and height, 16 to 4096 [pixels], from "640x480"."""
     parts = text.lower().split("x")
     if len(parts) != 2 or not all(p.isdecimal() and 16 <= int(p) <= 4096 for p in parts):
         raise MotionError(f"size must be WIDTHxHEIGHT in pixels from 16 to 4096, such as 640x480; got {text!r}")

@@ -5,18 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import (
-    BodyModel,
-    Fill,
-    Fps,
-    Map,
-    Static,
-    Unit,
-    check_folder,
-    marker_map,
-    note,
-    progress,
-)
+from motionenv.cli._shared import BodyModel, Fill, Fps, Map, Static, Unit, check_folder, marker_map, note, progress
 from motionenv.errors import GapError, MotionError
 
 

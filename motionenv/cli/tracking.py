@@ -199,17 +199,7 @@ def _track_env(env, tracker, model, particles, start, frames, out, motion_out, s
 
 
 class _Episode:
-    """One episode of an environment, and the data for its film.
-
-    Args:
-        env: walker, arm or an id.
-        tracker: its prior.
-        model: of the prior, or None.
-        particles: number of particles.
-        start: automatic or given.
-        frames: horizon.
-        seed: of environment and filter.
-    """
+    """One episode of an environment (walker, arm or an id), and the data for its film."""
 
     def __init__(self, env: str, tracker: str, model: str | None, particles: int, start: str, frames: int, seed: int):
         from motionenv import envs

@@ -12,11 +12,4 @@ from motionenv.client.jobs import Job
 from motionenv.client.responses import LiftedPoints
 from motionenv.client.streams import Stream
 
-__all__ = [
-    "Client",
-    "Job",
-    "LiftedPoints",
-    "Picture",
-    "Stream",
-    "Walk",
-]
+__all__ = ["Client", "Job", "LiftedPoints", "Picture", "Stream", "Walk"]

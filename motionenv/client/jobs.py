@@ -116,12 +116,8 @@ class Job:
         Raises:
             ServiceError: the job was removed, or no response.
         """
-        while self._remove():
+        while self._connection.request("DELETE", self._path).status_code != 204:  # it has been cancelled only
             self.refresh(_WAIT)
-
-    def _remove(self) -> bool:
-        """Cancel or remove it; whether it still exists."""
-        return self._connection.request("DELETE", self._path).status_code != 204
 
     def _take(self, data: Mapping[str, Any]) -> None:
         self.data = dict(data)

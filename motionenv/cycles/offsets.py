@@ -76,23 +76,14 @@ def align(sequences, periods, *, weights=None) -> Alignment:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Sequences that share a period of P steps of 1/parts frame, folded onto a grid of P points.
+    """Sequences that share a period of P steps of 1/parts frame, folded onto a grid of P points."""
 
-    Attributes:
-        members: (k,) their indices.
-        data: (k, 2m, P), counts and then sums of each channel.
-        spectrum: (k, 2m, P // 2 + 1), the Fourier transform of `data`.
-        basis: (P, 10), the periodic splines on the grid.
-        products: (P, 100), their outer products.
-        energy: Σ z² of the members, weighted.
-    """
-
-    members: np.ndarray
-    data: np.ndarray
-    spectrum: np.ndarray
-    basis: np.ndarray
-    products: np.ndarray
-    energy: float
+    members: np.ndarray  # (k,) their indices
+    data: np.ndarray  # (k, 2m, P), counts and then sums of each channel
+    spectrum: np.ndarray  # (k, 2m, P // 2 + 1), the Fourier transform of `data`
+    basis: np.ndarray  # (P, 10), the periodic splines on the grid
+    products: np.ndarray  # (P, 100), their outer products
+    energy: float  # Σ z² of the members, weighted
 
     def aligned(self, shifts: np.ndarray) -> np.ndarray:
         """Counts and sums (2m, P) over the members, each shifted back."""

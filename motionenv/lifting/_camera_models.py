@@ -34,19 +34,12 @@ def tilt(elevation: float, derivative: int = 0) -> np.ndarray:
 
 @dataclass
 class Projection:
-    """Projected markers and their derivatives.
+    """Projected markers and their derivatives."""
 
-    Attributes:
-        picture: (frames, 15, 2) image positions in image units, second axis upwards.
-        by_position: (frames, 15, 2, 3) derivative by each marker's position in the level frame [units per m].
-        by_parameters: (frames, 15, 2, params) derivative by the camera model's parameters.
-        metres: (frames,) [m per image unit] at the walker.
-    """
-
-    picture: np.ndarray
-    by_position: np.ndarray
-    by_parameters: np.ndarray
-    metres: np.ndarray
+    picture: np.ndarray  # (frames, 15, 2) image positions in image units, second axis upwards
+    by_position: np.ndarray  # (frames, 15, 2, 3) derivative by the markers' positions in the level frame [units per m]
+    by_parameters: np.ndarray  # (frames, 15, 2, params) derivative by the camera model's parameters
+    metres: np.ndarray  # (frames,) [m per image unit] at the walker
 
 
 @dataclass

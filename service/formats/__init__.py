@@ -32,11 +32,7 @@ MOTION = (JSON, NPY, *FILES, *FILMS)
 
 
 def negotiated(accept: str | None, offered: Iterable[str]) -> str:
-    """The media type of the response; the first offered one if the client accepts anything.
-
-    Args:
-        accept: value of the header, or None.
-        offered: media types, the preferred one first.
+    """The media type of the response: one of those offered, the preferred one first, that the header `accept` allows.
 
     Raises:
         Problem: 406, none is accepted.

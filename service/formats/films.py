@@ -18,16 +18,11 @@ from service.schemas.synthesis import Picture
 
 
 def parts(motion: Motion, asked: Picture, media_type: str, gone: threading.Event) -> Iterator[bytes]:
-    """Encode a motion as a video or one picture; MP4 yields a chunk after each frame.
-
-    Args:
-        motion: (frames, 25).
-        asked: camera and style.
-        media_type: one of `service.formats.FILMS`.
-        gone: set when the client has disconnected.
+    """Encode a motion in one of `service.formats.FILMS`; MP4 yields a chunk after each frame.
 
     Raises:
         EngineError: the engine isn't available.
+        Disconnected: `gone` was set while a GIF or WebP was rendered.
     """
     how = arguments(asked)
     if media_type == PNG:
@@ -42,11 +37,7 @@ def parts(motion: Motion, asked: Picture, media_type: str, gone: threading.Event
 
 
 def arguments(asked: Picture) -> dict[str, Any]:
-    """Arguments of `motionenv.film`.
-
-    Args:
-        asked: camera and style.
-    """
+    """Arguments of `motionenv.film`."""
     return {
         "alpha": math.radians(asked.view), "elevation": math.radians(asked.elevation), "width": asked.width,
         "height": asked.height, "points": asked.style == "points", "colour": tuple(asked.colour),

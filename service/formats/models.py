@@ -18,13 +18,7 @@ _ALWAYS = ("seconds", "fps")
 
 
 def summary(name: str, model: GaitModel | None, problem: str | None) -> ModelSummary:
-    """A model in the list.
-
-    Args:
-        name: of the model.
-        model: None where it isn't in memory.
-        problem: why it never will be, if so.
-    """
+    """A model in the list; None where it isn't in memory, with the problem if it never will be."""
     return ModelSummary(**_common(name, model, problem, _card(name, model)))
 
 

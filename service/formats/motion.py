@@ -14,14 +14,7 @@ _CHUNK = 1000  # frames encoded as JSON at a time
 
 
 def parts(motion: Motion, media_type: str, model: str, seed: int) -> Iterator[bytes]:
-    """Encode a motion in a lossless format, long ones in chunks.
-
-    Args:
-        motion: (frames, 25).
-        media_type: of `service.formats`.
-        model: its name.
-        seed: of the motion.
-    """
+    """Encode a motion (frames, 25) in a lossless format of `service.formats`, long ones in chunks."""
     if media_type == JSON:
         return _json(motion, model, seed)
     if media_type == NPY:

@@ -18,12 +18,7 @@ MEDIA_TYPE = "application/x-motionenv-parameters"
 
 
 def packed(arrays: Mapping[str, np.ndarray], description: Mapping[str, Any]) -> bytes:
-    """Arrays and what they mean as bytes.
-
-    Args:
-        arrays: numeric, by name.
-        description: what JSON can hold.
-    """
+    """Numeric arrays by name, and a description that JSON can hold, as bytes."""
     places, offset = {}, 0
     for name, array in arrays.items():
         places[name] = {"shape": array.shape, "offset": offset}

@@ -28,12 +28,7 @@ class Interrupted(Exception):
 
 
 class Failed(Exception):
-    """A job failed.
-
-    Args:
-        status: HTTP status: 422 for invalid input, 500 for an internal error, 507 for a full disk.
-        detail: what was wrong, and what to do.
-    """
+    """A job failed: status 422 for invalid input, 500 for an internal error, 507 for a full disk."""
 
     def __init__(self, status: int, detail: str):
         super().__init__(detail)

@@ -19,11 +19,9 @@ _STALE = 3600.0  # [s] after which an unfinished upload is abandoned
 
 
 class FileStore:
-    """A folder of files by content.
+    """A folder of files by content, created if missing; `reserve` bytes of the disk are kept free.
 
-    Args:
-        folder: data folder; created if missing.
-        reserve: disk space to keep free [bytes].
+    What writes raises `Full` if the disk is full.
     """
 
     def __init__(self, folder: Path, reserve: int):
@@ -36,32 +34,17 @@ class FileStore:
         return self.folder / "file_store" / sha[:2] / sha
 
     def receive(self) -> "Incoming":
-        """Create a file to write an upload to.
-
-        Raises:
-            Full: the disk is full.
-        """
+        """Create a file to write an upload to."""
         with full_disk_errors():
             return Incoming(self._incoming)
 
     def check_room(self, size: int = 0) -> None:
-        """Make sure that the reserve stays free.
-
-        Args:
-            size: bytes to be written.
-
-        Raises:
-            Full: there isn't enough space.
-        """
+        """Raise `Full` if writing `size` bytes would touch the reserve."""
         if shutil.disk_usage(self.folder).free - size < self.reserve:
             raise Full
 
     def place(self, file: Path, sha: str) -> None:
-        """Move a file, whose SHA-256 is `sha`, into the store.
-
-        Raises:
-            Full: the disk is full.
-        """
+        """Move a file, whose SHA-256 is `sha`, into the store."""
         with full_disk_errors():
             self.path(sha).parent.mkdir(parents=True, exist_ok=True)
             os.replace(file, self.path(sha))
@@ -103,11 +86,7 @@ class FileStore:
 
 
 class Incoming:
-    """A file that is being received; its methods block.
-
-    Args:
-        folder: for unfinished files.
-    """
+    """A file that is being received in a folder for unfinished ones; its methods block, and raise `Full`."""
 
     def __init__(self, folder: Path):
         handle, name = tempfile.mkstemp(dir=folder)
@@ -115,11 +94,7 @@ class Incoming:
         self._file, self._hash = os.fdopen(handle, "wb", buffering=0), hashlib.sha256()
 
     def write(self, data: bytes) -> None:
-        """Append.
-
-        Raises:
-            Full: the disk is full.
-        """
+        """Append."""
         with full_disk_errors():
             view = memoryview(data)
             while view:
@@ -128,11 +103,7 @@ class Incoming:
         self.size += len(data)
 
     def close(self) -> str:
-        """Sync the file to disk and return its SHA-256.
-
-        Raises:
-            Full: the disk is full.
-        """
+        """Sync the file to disk and return its SHA-256."""
         with full_disk_errors():
             os.fchmod(self._file.fileno(), 0o444)
             os.fsync(self._file.fileno())

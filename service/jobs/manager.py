@@ -18,17 +18,7 @@ from service.settings import Settings
 
 
 class JobManager:
-    """The jobs of one data folder.
-
-    Args:
-        settings: of the service.
-        model_registry: receives fitted models.
-        metrics: of the service.
-
-    Attributes:
-        store: database of the jobs.
-        file_store: their files.
-    """
+    """The jobs of one data folder: their database `store`, and their files in `file_store`."""
 
     def __init__(self, settings: Settings, model_registry: ModelRegistry, metrics: Metrics):
         self.settings, self.model_registry, self.metrics = settings, model_registry, metrics
@@ -63,16 +53,9 @@ class JobManager:
         self, kind: str, settings: dict[str, Any], files: Sequence[Received], *, media_type: str, filename: str,
         model: str | None = None, key: str | None = None,
     ) -> Job:  # fmt: skip
-        """Queue a job, or find the one of an equal request with the same key.
+        """Queue a job, or find the one of an equal request with the same `key`, the client's Idempotency-Key.
 
-        Args:
-            kind: of `service.jobs.tasks.KINDS`.
-            settings: of the job.
-            files: input files.
-            media_type: of its result.
-            filename: of its result.
-            model: name of the model to fit.
-            key: the client's Idempotency-Key.
+        Media type and filename are those of its result, `model` is the name of the model to fit.
 
         Raises:
             Problem: 409, the model exists or is being fitted; 422, the key was used for another request; 503, too many
@@ -105,25 +88,16 @@ class JobManager:
             self.file_store.place(file.file.path, file.sha)
 
     def get(self, job: str) -> Job:
-        """The job with an id.
-
-        Raises:
-            Problem: 404, there is none.
-        """
+        """The job with an id; 404 if there is none."""
         found = self.store.get(job)
         if found is None:
             raise Problem(404, "there is no such job: GET /v1/jobs lists them")
         return found
 
     def result(self, job: Job) -> Path:
-        """The file of a result.
-
-        Raises:
-            Problem: 409, the job isn't done.
-        """
+        """The file of a result; 409 if the job isn't done."""
         if job.result is None:
-            waits = job.status in WAITING
-            headers = {"Retry-After": "1"} if waits else {}
+            headers = {"Retry-After": "1"} if job.status in WAITING else {}
             raise Problem(409, f"the job is {job.status} and has no result", headers=headers)
         return self.file_store.path(job.result)
 
@@ -139,14 +113,7 @@ class JobManager:
         self.store.sweep(shas, self.file_store.remove)
 
     def remove_model(self, name: str) -> None:
-        """Remove a fitted model.
-
-        Args:
-            name: "fitted/<name>".
-
-        Raises:
-            Problem: 404, there is none.
-        """
+        """Remove the fitted model "fitted/<name>"; 404 if there is none."""
         try:
             self.model_registry.path(name).unlink()
         except FileNotFoundError:

@@ -47,42 +47,24 @@ class Taken(Exception):
 
 @dataclass(frozen=True)
 class Job:
-    """A job.
+    """A job."""
 
-    Attributes:
-        id: unguessable.
-        kind: of `service.jobs.tasks.KINDS`.
-        settings: of the request.
-        model: name of the model that it fits, or None.
-        media_type: of the result.
-        filename: under which to save the result.
-        created: Unix time [s].
-        status: "queued", "running", "done", "failed" or "cancelled".
-        progress: 0 to 1.
-        message: current step.
-        attempts: number of starts.
-        started, ended: Unix times [s].
-        error: status and detail, if it failed.
-        result: SHA-256 of the result.
-        size: of the result [bytes].
-    """
-
-    id: str
-    kind: str
-    settings: dict[str, Any]
-    model: str | None
-    media_type: str
-    filename: str
-    created: float
-    status: str = "queued"
-    progress: float = 0.0
-    message: str = "waiting"
-    attempts: int = 0
-    started: float | None = None
-    ended: float | None = None
-    error: dict[str, Any] | None = None
-    result: str | None = None
-    size: int | None = None
+    id: str  # unguessable
+    kind: str  # of `service.jobs.tasks.KINDS`
+    settings: dict[str, Any]  # of the request
+    model: str | None  # name of the model that it fits
+    media_type: str  # of the result
+    filename: str  # under which to save the result
+    created: float  # Unix time [s]
+    status: str = "queued"  # or "running", "done", "failed", "cancelled"
+    progress: float = 0.0  # to 1
+    message: str = "waiting"  # current step
+    attempts: int = 0  # number of starts
+    started: float | None = None  # Unix time [s]
+    ended: float | None = None  # Unix time [s]
+    error: dict[str, Any] | None = None  # status and detail, if it failed
+    result: str | None = None  # SHA-256 of the result
+    size: int | None = None  # of the result [bytes]
 
 
 _COLUMNS = ", ".join(Job.__dataclass_fields__)
@@ -91,11 +73,8 @@ _COLUMNS = ", ".join(Job.__dataclass_fields__)
 class Store:
     """Jobs on disk. Calls take well under a millisecond and are made from one thread.
 
-    Commits survive the end of any process but not a power failure, which would need a disk sync for each.
-
-    Args:
-        path: of the database.
-        make_room: frees some space on a full disk and returns whether it did.
+    Commits survive the end of any process but not a power failure, which would need a disk sync for each. On a full
+    disk, `make_room` frees some space and returns whether it did.
     """
 
     def __init__(self, path: Path, make_room: Callable[[], bool]):
@@ -110,14 +89,7 @@ class Store:
         self, job: Job, inputs: Iterable[tuple[str, str]], *, most: int, idempotency: str | None,
         place: Callable[[], None],
     ) -> None:  # fmt: skip
-        """Queue a job.
-
-        Args:
-            job: in its initial state.
-            inputs: name and SHA-256 of its files.
-            most: maximum number of queued jobs.
-            idempotency: unique id of the request, or None.
-            place: moves the files into the file store, within the transaction.
+        """Queue a job with its files (name, SHA-256); `place` moves them into the file store within the transaction.
 
         Raises:
             Full: the disk is full.
@@ -151,13 +123,7 @@ class Store:
         return self._db.execute("SELECT name, sha FROM inputs WHERE job = ? ORDER BY rowid", (job,)).fetchall()
 
     def page(self, most: int, status: str | None = None, before: str | None = None) -> list[Job]:
-        """Jobs, newest first.
-
-        Args:
-            most: maximum number.
-            status: only jobs with this status.
-            before: only jobs older than the one with this id.
-        """
+        """At most `most` jobs, newest first: those with a status, and older than the one whose id is `before`."""
         query = (
             f"SELECT {_COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND "
             "(?2 IS NULL OR number < (SELECT number FROM jobs WHERE id = ?2)) ORDER BY number DESC LIMIT ?3"
@@ -221,13 +187,9 @@ class Store:
         return self._urgent(work)
 
     def end(self, job: str, status: str, message: str, error: dict[str, Any] | None = None) -> bool:
-        """Mark a queued or running job as failed or cancelled; False if it had ended before.
+        """Mark a queued or running job as "failed" or "cancelled"; False if it had ended before.
 
-        Args:
-            job: its id.
-            status: "failed" or "cancelled".
-            message: for the client.
-            error: status and detail of the failure.
+        The message is for the client; the error holds status and detail of the failure.
         """
         query = (
             "UPDATE jobs SET status = ?, message = ?, error = ?, ended = ? "
@@ -236,12 +198,7 @@ class Store:
         return bool(self._write(query, status, message, error and json.dumps(error), time.time(), job, *WAITING))
 
     def put_back(self, job: str, *, begun: bool = False) -> None:
-        """Queue a running job again.
-
-        Args:
-            job: its id.
-            begun: whether this counts as an attempt.
-        """
+        """Queue a running job again; `begun` says whether this counts as an attempt."""
         self._write(
             "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting', attempts = attempts - ? "
             "WHERE id = ? AND status = 'running'",
@@ -283,12 +240,7 @@ class Store:
         self._write("DELETE FROM models WHERE name = ?", model)
 
     def sweep(self, shas: Iterable[str], remove: Callable[[str], None]) -> None:
-        """Remove files that no job refers to, within a transaction.
-
-        Args:
-            shas: SHA-256 of the files.
-            remove: removes one.
-        """
+        """Remove those of the files that no job refers to, within a transaction."""
 
         def work() -> None:
             with self._transaction():

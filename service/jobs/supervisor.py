@@ -29,15 +29,7 @@ _STATUSES = ("queued", "running", "done", "failed", "cancelled")
 
 
 class Supervisor:
-    """Runs jobs.
-
-    Args:
-        settings: of the service.
-        store: database of the jobs.
-        file_store: their files.
-        model_registry: receives fitted models.
-        metrics: of the service.
-    """
+    """Runs jobs."""
 
     def __init__(
         self, settings: Settings, store: Store, file_store: FileStore, model_registry: ModelRegistry, metrics: Metrics

@@ -26,13 +26,7 @@ _READING = 0.8  # share of reading files in the progress of a fit
 
 
 def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
-    """Fit a model to all files.
-
-    Args:
-        settings: of `service.schemas.jobs.FitFields`.
-        folder: of this job.
-        progress: called with share and message.
-    """
+    """Fit a model to all files; settings of `service.schemas.jobs.FitFields`."""
     files = _captures(folder)
     left_out: dict[str, str] = {}
     begun: list[str] = []
@@ -44,9 +38,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
             progress(_READING, "fitting")
 
     command = f"POST /v1/models kind={settings['kind']} name={settings['name']}"
-    options = {
-        **_how(settings), "fill": settings.get("fill", False), "on_file": reading,
-    }  # fmt: skip
+    options = {**_how(settings), "fill": settings.get("fill", False), "on_file": reading}
     model: Any
     if settings["kind"] == "tree":
         from motionenv.models.motion_tree.training import fit_tree
@@ -71,13 +63,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
 
 
 def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
-    """Describe the content of each file, with a preview.
-
-    Args:
-        settings: of `service.schemas.jobs.ReadFields`.
-        folder: of this job.
-        progress: called with share and message.
-    """
+    """Describe the content of each file, with a preview; settings of `service.schemas.jobs.ReadFields`."""
     files, found = _captures(folder), []
     for i, path in enumerate(files):
         progress(i / len(files), f"reading {path.name}, {i + 1} of {len(files)}")
@@ -89,13 +75,7 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 
 def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
-    """Convert one file to another format.
-
-    Args:
-        settings: of `service.schemas.jobs.ConvertFields`, and the `suffix` of its format.
-        folder: of this job.
-        progress: called with share and message.
-    """
+    """Convert one file; settings of `service.schemas.jobs.ConvertFields`, and the `suffix` of the other format."""
     from motionenv.models.filling import read_motion
 
     files = _captures(folder)
@@ -117,13 +97,7 @@ def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 
 def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
-    """List the points of one file and propose which landmarks they are.
-
-    Args:
-        settings: of `service.schemas.jobs.ReadFields`.
-        folder: of this job.
-        progress: called with share and message.
-    """
+    """List the points of one file and propose which landmarks they are; settings as of `inspect`."""
     from motionenv.mocap.marker_sets import LANDMARKS, guess_map, recognise, resolve
 
     path = _captures(folder)[0]
@@ -155,13 +129,7 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 
 def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
-    """Write a gait report on all files.
-
-    Args:
-        settings: of `service.schemas.jobs.ReportFields`, and the `suffix` of its format.
-        folder: of this job.
-        progress: called with share and message.
-    """
+    """Write a gait report on all files; settings of `service.schemas.jobs.ReportFields`, and `suffix` of its format."""
     from motionenv.gait import write_report
 
     static = settings["static"]
@@ -179,13 +147,7 @@ def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 
 def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
-    """Render a walk as a video.
-
-    Args:
-        settings: `request`, of `SynthesisRequest`; `model`, a name or file; `suffix` of the video.
-        folder: of this job.
-        progress: called with share and message.
-    """
+    """Render a walk; settings `request`, of `SynthesisRequest`, `model`, a name or file, and `suffix` of the video."""
     from service.formats.films import arguments
     from service.schemas.synthesis import SynthesisRequest
 
@@ -233,11 +195,7 @@ def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
 
 
 def _heading(positions: np.ndarray) -> float | None:
-    """Direction in which points move [degrees], from x towards y; None if they stay where they are.
-
-    Args:
-        positions: (frames, points, 3) [m]; NaN in gaps.
-    """
+    """Direction [degrees] in which points (frames, points, 3) [m] move, from x towards y; None if they stay."""
     seen = np.isfinite(positions).all(axis=2)
     each = np.flatnonzero(seen.any(axis=0))
     first, last = seen.argmax(axis=0)[each], len(seen) - 1 - seen[::-1].argmax(axis=0)[each]

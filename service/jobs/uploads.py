@@ -31,39 +31,24 @@ _MAGIC = {".npz": (0, b"PK", "a ZIP archive"), ".c3d": (1, b"\x50", "the second 
 
 @dataclass(frozen=True)
 class Received:
-    """A received file.
+    """A received file."""
 
-    Attributes:
-        name: sanitised.
-        sha: SHA-256.
-        file: its temporary file.
-    """
-
-    name: str
-    sha: str
-    file: Incoming
+    name: str  # sanitised
+    sha: str  # SHA-256
+    file: Incoming  # its temporary file
 
 
 @dataclass
 class Upload:
-    """Fields and files of a request.
+    """Fields and files of a request."""
 
-    Attributes:
-        fields: values by name.
-        files: in order of arrival.
-    """
-
-    fields: dict[str, str] = field(default_factory=dict)
-    files: list[Received] = field(default_factory=list)
+    fields: dict[str, str] = field(default_factory=dict)  # values by name
+    files: list[Received] = field(default_factory=list)  # in order of arrival
 
 
 @asynccontextmanager
 async def received(request: Request, file_store: FileStore) -> AsyncIterator[Upload]:
     """The fields and files of a multipart request; files that aren't placed within the block are removed.
-
-    Args:
-        request: whose body hasn't been read.
-        file_store: receives the files.
 
     Raises:
         Problem: 400, malformed; 415, not multipart; 422, a file of an unknown format, an empty one, or too many.
@@ -81,12 +66,7 @@ async def received(request: Request, file_store: FileStore) -> AsyncIterator[Upl
 
 
 class _Reader:
-    """Parser of one body.
-
-    Args:
-        file_store: receives the files.
-        boundary: between parts.
-    """
+    """Parser of one body."""
 
     def __init__(self, file_store: FileStore, boundary: bytes):
         if not 0 < len(boundary) <= 70:  # RFC 2046, section 5.1.1
@@ -217,15 +197,9 @@ class _File:
 
 
 def safe_name(name: str) -> str:
-    """A sanitised file name: letters and digits of any alphabet, _ and -, and a known suffix.
+    """A sanitised file name: letters and digits of any alphabet, _ and -, and a known suffix, or else 422.
 
     Letters are composed (NFC), so that a name is the same from every operating system.
-
-    Args:
-        name: from the client.
-
-    Raises:
-        Problem: 422, unknown suffix.
     """
     base = re.split(r"[\\/]", name)[-1]
     stem, dot, suffix = base.rpartition(".")
@@ -247,12 +221,7 @@ def _kept(character: str) -> bool:
 
 
 def as_fields(schema: dict[str, Any], few: bool) -> dict[str, Any]:
-    """OpenAPI of a multipart body.
-
-    Args:
-        schema: of its fields.
-        few: whether only one capture file is allowed.
-    """
+    """OpenAPI of a multipart body with fields of a schema, and with `few` only one capture file."""
     files = {
         "type": "array", "minItems": 1, "maxItems": 2 if few else _FILES,
         "items": {"type": "string", "format": "binary"},

@@ -26,13 +26,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 def limit(memory: int, cpu: float, parent: int) -> None:
-    """Limit the resources of this process.
-
-    Args:
-        memory: address space [bytes].
-        cpu: CPU time [s].
-        parent: id of the process to die with.
-    """
+    """Limit address space [bytes] and CPU time [s] of this process, which dies with the process `parent`."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
@@ -48,11 +42,7 @@ def limit(memory: int, cpu: float, parent: int) -> None:
 
 
 class Reporter:
-    """Sends messages to the service.
-
-    Args:
-        handle: file descriptor to write to.
-    """
+    """Sends messages to the service through a file descriptor."""
 
     def __init__(self, handle: int):
         self._handle = handle

@@ -20,12 +20,7 @@ def make_etag(*parts: str | bytes) -> str:
 
 
 def cache_headers(etag: str | None, *, control: str = _SEEDED) -> dict[str, str]:
-    """Caching headers of a response.
-
-    Args:
-        etag: of the response; None if it isn't reproducible.
-        control: Cache-Control of a response with an ETag.
-    """
+    """Caching headers of a response; `etag` is None if it isn't reproducible."""
     if etag is None:
         return {"Cache-Control": "no-store", "Vary": "Accept"}
     return {"ETag": etag, "Cache-Control": control, "Vary": "Accept"}

@@ -7,11 +7,7 @@ import orjson
 
 
 def dumps(value: Any) -> bytes:
-    """`value` as JSON, arrays as lists.
-
-    Args:
-        value: of dicts, lists, text, numbers, None and NumPy's arrays and scalars.
-    """
+    """`value` of dicts, lists, text, numbers, None and NumPy's arrays and scalars as JSON, arrays as lists."""
     return orjson.dumps(value, default=_plain, option=orjson.OPT_SERIALIZE_NUMPY)
 
 

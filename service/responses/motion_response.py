@@ -87,13 +87,9 @@ class MotionRequest(Protocol):
 
 
 async def answer(request: Request, asked: MotionRequest, make: Callable[[int], Motion], *, quick: bool) -> Response:
-    """The motion `make(seed)` as a response, in the format that the client accepts.
+    """The motion `make(seed)`, of `asked.frames` frames, as a response in the format that the client accepts.
 
-    Args:
-        request: the HTTP request.
-        asked: its body.
-        make: from a seed to a motion of `asked.frames` frames.
-        quick: whether a short motion takes less time than passing it to a thread.
+    With `quick`, a short motion is made at once: it takes less time than passing it to a thread.
 
     Raises:
         Problem: 406, unknown format; 422, too large.

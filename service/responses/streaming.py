@@ -23,11 +23,7 @@ _FADE = 0.25  # [s]
 
 
 class Stream:
-    """One motion without end.
-
-    Args:
-        models: callable that gives the model of a name.
-        settings: to begin with.
+    """One motion without end; `models` gives the model of a name.
 
     Attributes:
         settings: the present ones; set by `change`.
@@ -41,10 +37,7 @@ class Stream:
         self._begin(settings)
 
     def change(self, settings: StreamSettings) -> None:
-        """Go on with other settings; what grows is steered as it goes, and standing still changes nothing.
-
-        Args:
-            settings: all of them, not only what is new.
+        """Go on with all these settings; what grows is steered as it goes, and standing still changes nothing.
 
         Raises:
             MotionError: settings that don't go together.

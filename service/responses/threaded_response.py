@@ -18,12 +18,8 @@ _SLOW = 0.5  # [s] that a client may take to read what was sent before its threa
 class ThreadedResponse(Response):
     """A response whose body is produced in a worker thread while the client is connected.
 
-    Args:
-        worker_pool: of the thread.
-        produce: makes the chunks; what it raises before the first one becomes an error response.
-        media_type: of the body.
-        headers: of the response.
-        whole: whether to send the body at once, with its length, or each chunk when it is ready.
+    What `produce` raises before its first chunk becomes an error response. With `whole`, the body is sent at once, with
+    its length, otherwise each chunk when it is ready.
     """
 
     def __init__(
@@ -34,11 +30,7 @@ class ThreadedResponse(Response):
         self.given = headers  # without `body`: Starlette would add its length
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Produce and send the body.
-
-        Raises:
-            Problem: 503, the service is overloaded; or what `produce` raised.
-        """
+        """Produce and send the body; 503 if the service is overloaded."""
         gone = threading.Event()
         watching = asyncio.create_task(_watch(receive, gone))
         try:

@@ -204,8 +204,7 @@ async def get_job(
     request: Request,
     job: Id,
     wait: Annotated[
-        float,
-        Query(ge=0, le=30, description="Seconds to hold the response back until the state changes."),
+        float, Query(ge=0, le=30, description="Seconds to hold the response back until the state changes.")
     ] = 0.0,
 ) -> Response:
     """Status and progress; with `wait`, as soon as either changes."""
@@ -215,7 +214,7 @@ async def get_job(
     while going() and time.monotonic() < until:
         await asyncio.sleep(_POLL)
         found = manager.get(job)
-    return Response(orjson.dumps(_to_response(manager, found)), media_type=JSON, headers=_FRESH)
+    return _state(manager, found)
 
 
 @router.get(
@@ -264,7 +263,7 @@ async def cancel(request: Request, job: Id) -> Response:
     found = manager.get(job)
     if found.status != "cancelled":
         raise Problem(409, f"the job is {found.status} and can't be cancelled; DELETE removes it")
-    return Response(orjson.dumps(_to_response(manager, found)), media_type=JSON, headers=_FRESH)
+    return _state(manager, found)
 
 
 @router.delete(
@@ -279,7 +278,7 @@ async def remove(request: Request, job: Id) -> Response:
     try:
         if found.status in WAITING:
             manager.cancel(found)
-            return Response(orjson.dumps(_to_response(manager, manager.get(job))), media_type=JSON, headers=_FRESH)
+            return _state(manager, manager.get(job))
         manager.remove(found)
     except Full:
         raise no_room() from None
@@ -336,8 +335,13 @@ def _static(asked: ReportFields, names: list[str]) -> str | None:
 
 def _accepted(manager: JobManager, job: Job) -> Response:
     """202 with the location of the job."""
-    headers = {"Location": f"/v1/jobs/{job.id}", **_FRESH}
-    return Response(orjson.dumps(_to_response(manager, job)), 202, headers=headers, media_type=JSON)
+    return _state(manager, job, 202, Location=f"/v1/jobs/{job.id}")
+
+
+def _state(manager: JobManager, job: Job, status: int = 200, **headers: str) -> Response:
+    """`JobStatus` of a job as JSON."""
+    body = orjson.dumps(_to_response(manager, job))
+    return Response(body, status, headers={**headers, **_FRESH}, media_type=JSON)
 
 
 def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:

@@ -19,13 +19,7 @@ Body = TypeVar("Body", bound=BaseModel)
 
 
 class JsonRoute(APIRoute):
-    """A route whose endpoint takes `request` and the body, `asked`, and returns a response.
-
-    Args:
-        path: of the route.
-        endpoint: `async def endpoint(request: Request, asked: SomeModel) -> Response`.
-        options: of FastAPI's route.
-    """
+    """A route whose endpoint takes `request` and the body, `asked`, and returns a response."""
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any):
         super().__init__(path, endpoint, **options)
@@ -40,10 +34,6 @@ class JsonRoute(APIRoute):
 
 async def parsed(request: Request, kind: type[Body]) -> Body:
     """The JSON body of a request.
-
-    Args:
-        request: the HTTP request.
-        kind: model of the body.
 
     Raises:
         Problem: 415, another content type, such as that of HTML forms; 400, the client disconnected.

@@ -14,11 +14,7 @@ _SCHEMES = {
 
 
 def require_keys(app: FastAPI) -> None:
-    """Describe in the OpenAPI of `app` how keys are sent and which paths need one.
-
-    Args:
-        app: the application; its routes must be complete when the OpenAPI is first generated.
-    """
+    """Describe in the OpenAPI of `app`, whose routes are complete, how keys are sent and which paths need one."""
     generate = app.openapi
 
     def openapi() -> dict[str, Any]:

@@ -55,11 +55,7 @@ async def parameters(
 
 
 def prepare(model_registry: Any) -> None:
-    """Work out, in a thread of its own, what the page asks for first: it takes some tenths of a second.
-
-    Args:
-        model_registry: `service.model_registry.ModelRegistry`, loaded.
-    """
+    """Work out, in a thread of its own, what the page asks for first: it takes some tenths of a second."""
     models = [model_registry.get(name) for name in ("walk/fpca", "walk/eigenwalkers")]
     threading.Thread(target=lambda: list(map(_packed, models)), name="parameters", daemon=True).start()
 

@@ -44,12 +44,7 @@ async def stream(socket: WebSocket) -> None:
 
 
 class _Conversation:
-    """One client and its motion.
-
-    Args:
-        socket: to the client.
-        service: `service.app.Service`.
-    """
+    """One client and its motion."""
 
     def __init__(self, socket: WebSocket, service) -> None:
         self.socket, self.service = socket, service
@@ -57,12 +52,7 @@ class _Conversation:
         self.turn = asyncio.Lock()  # what is sent must not move on while the next piece is joined to it
 
     async def run(self) -> None:
-        """Listen and send until the client goes.
-
-        Raises:
-            WebSocketDisconnect: it went.
-            TimeoutError: it said nothing.
-        """
+        """Listen and send until the client goes (WebSocketDisconnect), or says nothing at first (TimeoutError)."""
         while self.stream is None:
             await self._hear(await asyncio.wait_for(self.socket.receive_text(), _PATIENCE))
         sending = asyncio.create_task(self._send())

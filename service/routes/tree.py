@@ -50,15 +50,7 @@ async def tree_synthesis(request: Request, asked: TreeSynthesisRequest) -> Respo
 
 
 def tree_of(service: Any, asked: FromTree) -> MotionTree:
-    """The tree that is asked for.
-
-    Args:
-        service: `service.app.Service`.
-        asked: the request.
-
-    Raises:
-        Problem: 404 without such a model, 422 for one that is no tree.
-    """
+    """The tree that is asked for; 404 without such a model, 422 for one that is no tree."""
     tree = service.model_registry.get(asked.model)
     if not isinstance(tree, MotionTree):
         raise Problem(422, f"{asked.model} is no tree but a {tree.kind} model", field="/model")

@@ -34,13 +34,7 @@ _log = structlog.get_logger("motionenv.service")
 
 
 class ObservabilityMiddleware:
-    """Id, time-out, log and metrics of each request; unexpected exceptions become status 500.
-
-    Args:
-        app: the inner application.
-        settings: of the service.
-        metrics: of the service.
-    """
+    """Id, time-out, log and metrics of each request; unexpected exceptions become status 500."""
 
     def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics):
         self.app, self.metrics, self.seconds = app, metrics, settings.request_seconds
@@ -98,8 +92,7 @@ class ObservabilityMiddleware:
             if response.status:
                 raise
             response.deadline = None
-            detail = "internal error: please report it"
-            await _send_problem(scope, receive, response.send, 500, detail)
+            await _send_problem(scope, receive, response.send, 500, "internal error: please report it")
 
     def _note(self, scope: Scope, response: "_Response") -> None:
         """Count and log the request."""
@@ -113,12 +106,7 @@ class ObservabilityMiddleware:
 
 
 class _Response:
-    """Status and size of a response while it is sent.
-
-    Args:
-        send: of ASGI.
-        request_id: sent to the client.
-    """
+    """Status and size of a response while it is sent."""
 
     def __init__(self, send: Send, request_id: str):
         self.begun, self.status, self.size = time.perf_counter(), 0, 0
@@ -138,12 +126,7 @@ class _Response:
 
 
 class AccessMiddleware:
-    """API keys, cross-site protection, rate and size limits.
-
-    Args:
-        app: the inner application.
-        settings: of the service.
-    """
+    """API keys, cross-site protection, rate and size limits."""
 
     def __init__(self, app: ASGIApp, settings: Settings):
         self.app = app
@@ -187,9 +170,7 @@ class AccessMiddleware:
         if given is None:
             return False
         digest = hashlib.sha256(given).digest()
-        matches = [
-            hmac.compare_digest(digest, known) for known in self.digests
-        ]  # compare with all of them: constant time
+        matches = [hmac.compare_digest(digest, known) for known in self.digests]  # all of them: constant time
         scope["key"] = digest.hex()[:8] if any(matches) else None
         return any(matches)
 
@@ -209,9 +190,6 @@ def trusted_hosts(settings: Settings) -> list[str]:
 
     Otherwise another site could let its own name resolve to this machine (DNS rebinding): to the browser, its pages
     and the service would then be of one origin.
-
-    Args:
-        settings: of the service.
     """
     if settings.keys or settings.open:
         return ["*"]

@@ -18,11 +18,7 @@ _END = object()
 
 
 class Slot:
-    """The right to use one thread, which can be released while there is nothing to compute.
-
-    Args:
-        free: counts the free threads.
-    """
+    """The right to use one of the `free` threads, which can be released while there is nothing to compute."""
 
     def __init__(self, free: asyncio.Semaphore):
         self._free, self._held = free, False
@@ -40,14 +36,7 @@ class Slot:
 
 
 class WorkerPool:
-    """Threads for requests.
-
-    Args:
-        threads: number of threads.
-        waiting: maximum number of requests that wait for one.
-        gauge: number of requests that hold or await a thread.
-        name: prefix of the threads' names.
-    """
+    """Threads for requests. At most `waiting` requests wait for one; the gauge counts those that hold or await one."""
 
     def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute"):
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
@@ -57,11 +46,7 @@ class WorkerPool:
 
     @asynccontextmanager
     async def slot(self) -> AsyncIterator["Slot"]:
-        """A thread, held for the duration of the block.
-
-        Raises:
-            Problem: 503, too many requests wait.
-        """
+        """A thread, held for the duration of the block; 503 if too many requests wait."""
         if self.held >= self._most:
             raise busy("too many requests wait for a worker thread")
         self.held += 1
@@ -76,11 +61,7 @@ class WorkerPool:
             self._gauge.dec()
 
     async def run(self, work: Callable[[], T]) -> T:
-        """Run `work()` in a thread and return its result.
-
-        Raises:
-            Problem: 503, too many requests wait.
-        """
+        """Run `work()` in a thread and return its result; 503 if too many requests wait."""
         async with self.slot():
             return await self.step(work)
 

@@ -19,9 +19,6 @@ def checked_nodes(nodes) -> np.ndarray:
 
     The neck is placed midway between the shoulders, the pelvis midway between the hips, and a hip opposite the other
     one, beyond the pelvis.
-
-    Raises:
-        MotionError: another shape.
     """
     nodes = np.array(nodes, dtype=np.float64)
     if nodes.ndim != 3 or nodes.shape[1:] != (len(NODES), 3) or not len(nodes):
@@ -54,9 +51,6 @@ def torso_shape(nodes: np.ndarray) -> np.ndarray:
 
     The frame is anatomical: z from pelvis to neck, y as close as possible to the left of hips and shoulders. Without a
     neck, the sternum is where it is in the average person's direction. Hips alone, which lie on one line, are on y.
-
-    Args:
-        nodes: (frames, 16, 3) [m], from `checked_nodes`.
     """
     points = nodes[:, TORSO]
     seen = np.isfinite(points).all(-1).any(0)

@@ -15,23 +15,14 @@ SHAPE = (5, len(MARKERS))
 
 @dataclass(frozen=True, eq=False)
 class Gaussian:
-    """Walkers w = mean + Σ k_n e_n + noise with k_n ~ N(0, 1 / precision_n); precision 0 is a flat prior.
+    """Walkers w = mean + Σ k_n e_n + noise with k_n ~ N(0, 1 / precision_n); precision 0 is a flat prior."""
 
-    Attributes:
-        mean: (5, 15, 3) [m].
-        components: (N, 5, 15, 3).
-        precision: (N,) [1/m²].
-        noise: (5, 15) [m²], variance of each of the three coordinates.
-        measurement: (5, 15) [m²], variance of the measurement error of each image coordinate.
-        inflation: (15,) factor on the variances of unseen coordinates.
-    """
-
-    mean: np.ndarray
-    components: np.ndarray
-    precision: np.ndarray
-    noise: np.ndarray
-    measurement: np.ndarray
-    inflation: np.ndarray
+    mean: np.ndarray  # (5, 15, 3) [m]
+    components: np.ndarray  # (N, 5, 15, 3)
+    precision: np.ndarray  # (N,) [1/m²]
+    noise: np.ndarray  # (5, 15) [m²], variance of each of the three coordinates
+    measurement: np.ndarray  # (5, 15) [m²], variance of the measurement error of each image coordinate
+    inflation: np.ndarray  # (15,) factor on the variances of unseen coordinates
 
     @cached_property
     def basis(self) -> np.ndarray:
@@ -75,11 +66,7 @@ def _noise(model, variance: float | None) -> np.ndarray:
 
 
 def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients (..., 5, 15, 2) as floats, 0 where missing, and which markers are seen (..., 15).
-
-    Raises:
-        MotionError: wrong shape, infinite values, a partly missing marker, or a sequence without markers.
-    """
+    """Coefficients (..., 5, 15, 2) as floats, 0 where missing, and which markers are seen (..., 15)."""
     try:
         w2 = np.ascontiguousarray(w2, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -101,11 +88,7 @@ def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
 
 
 def checked_angle(values, name: str, shape: tuple) -> np.ndarray:
-    """`values` [rad] as floats, broadcast to `shape`.
-
-    Raises:
-        MotionError: not finite numbers, or not broadcastable.
-    """
+    """`values` [rad] as floats, broadcast to `shape`."""
     try:
         values = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -119,11 +102,7 @@ def checked_angle(values, name: str, shape: tuple) -> np.ndarray:
 
 
 def common_shape(*parts) -> tuple:
-    """The broadcast shape of sequences and angles with shapes `parts`.
-
-    Raises:
-        MotionError: the shapes don't broadcast.
-    """
+    """The broadcast shape of sequences and angles with shapes `parts`."""
     try:
         return np.broadcast_shapes(*parts)
     except ValueError:
@@ -141,13 +120,10 @@ def patterns(seen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def gram_blocks(basis: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    r"""Gram blocks (6, 1 + N, 1 + N): F_iᵀWF_j of coordinates xx, yy, zz, and xy, xz, yz plus their transposes.
+    """Gram blocks (6, 1 + N, 1 + N): F_iᵀWF_j of coordinates xx, yy, zz, and xy, xz, yz plus their transposes.
 
-    They give the normal matrix Σ_i F_iᵀWF_i - Σ_ij d_i d_j F_iᵀWF_j of any viewing direction d.
-
-    Args:
-        basis: F (3, 1 + N, 75).
-        weights: diagonal of W (75,).
+    They give the normal matrix Σ_i F_iᵀWF_i - Σ_ij d_i d_j F_iᵀWF_j of any viewing direction d, from the basis
+    F (3, 1 + N, 75) and the diagonal (75,) of W.
     """
     m = basis.shape[1]
     flat = basis.reshape(3 * m, -1)

@@ -36,9 +36,6 @@ def add_events(file: Any, events: Sequence[Event], fps: float, first: int, subje
         fps: frame rate [Hz].
         first: number of the first frame; the file's times count from that of frame 1.
         subject: who it is.
-
-    Raises:
-        MotionError: more than 255 events, or a time that isn't finite.
     """
     if len(events) > _MOST:
         raise MotionError(f"a C3D file has at most {_MOST} events, got {len(events)}: cut the trial, or pass fewer")
@@ -72,15 +69,7 @@ def _add_whole(file: Any, group: str, name: str, numbers: list[int]) -> None:
 
 
 def angle_points(angles: Angles | None, frames: int) -> dict[str, np.ndarray]:
-    """Angles as points (frames, 3) [degrees] by Plug-in Gait's names; joints of which there are none are left out.
-
-    Args:
-        angles: (frames, angles) [degrees], or None.
-        frames: number of frames of the motion or capture.
-
-    Raises:
-        MotionError: other frames, or no known name.
-    """
+    """Angles as points (frames, 3) [degrees] by Plug-in Gait's names; joints of which there are none are left out."""
     if angles is None:
         return {}
     columns = checked_angles(angles, frames)
@@ -99,23 +88,13 @@ def angle_points(angles: Angles | None, frames: int) -> dict[str, np.ndarray]:
 
 
 def add_angles(file: Any, names: Iterable[str]) -> None:
-    """Say which points hold angles, and their unit.
-
-    Args:
-        file: as of ezc3d.
-        names: of the points.
-    """
+    """Say which points hold angles, and their unit."""
     file.add_parameter("POINT", "ANGLES", list(names))
     file.add_parameter("POINT", "ANGLE_UNITS", ["deg"])
 
 
 def add_measurements(file: Any, recording: Recording) -> None:
-    """Add the subject's name and the numbers of the group PROCESSING, such as the leg length, of a recording.
-
-    Args:
-        file: as of ezc3d, in the recording's unit of length.
-        recording: what was in the file that the points come from.
-    """
+    """Add the subject's name and the numbers of the group PROCESSING, such as the leg length, of a recording."""
     if recording.subject:
         _add_whole(file, "SUBJECTS", "USED", [1])
         file.add_parameter("SUBJECTS", "NAMES", [recording.subject])

@@ -15,20 +15,12 @@ _APPLICATION = "motionenv"
 
 
 class Log:
-    """A recording in memory.
-
-    Args:
-        recording_id: equal for equal content.
-        name: shown by the viewer.
-        fps: frame rate [Hz].
-
-    Raises:
-        MotionError: rerun-sdk isn't installed, or is switched off.
-    """
+    """A recording in memory, whose id is equal for equal content; the viewer shows its name."""
 
     def __init__(self, recording_id: str, name: str, fps: float):
+        check_installed()
         self._fps = fps
-        self._rerun = rerun = _rerun()
+        self._rerun = rerun = importlib.import_module("rerun")
         self._recording = rerun.RecordingStream(_APPLICATION, recording_id=recording_id, send_properties=False)
         if not self._recording.is_enabled():
             raise MotionError("rerun is switched off by the environment variable RERUN: unset it to write an RRD file")
@@ -68,8 +60,7 @@ class Log:
         if known.all():
             self._log(path, rr.Mesh3D(**mesh), static=True)
         else:  # what is static can't be cleared
-            starts, _ = self._runs(path, known)
-            for frame in starts:
+            for frame in self._runs(path, known):
                 self._at(frame)
                 self._log(path, rr.Mesh3D(**mesh))
         self._send(path, np.flatnonzero(known), columns)
@@ -105,7 +96,7 @@ class Log:
         """How the viewer shows the recording at first."""
         from rerun import blueprint as views
 
-        beside = [views.Spatial2DView(origin="world/camera", name="Camera")] if camera else []
+        beside: list[Any] = [views.Spatial2DView(origin="world/camera", name="Camera")] if camera else []
         beside += [views.TimeSeriesView(origin="joint_angles", name="Joint angles [°]")]
         beside += [views.TextLogView(origin="events", name="Events")]
         world = views.Spatial3DView(origin="world", name="World")
@@ -117,13 +108,13 @@ class Log:
         self._recording.disconnect()
         return data
 
-    def _runs(self, path: str, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """First frames of the runs in which `known` (frames,) holds, and of the gaps behind them, which are cleared."""
+    def _runs(self, path: str, known: np.ndarray) -> np.ndarray:
+        """First frames of the runs in which `known` (frames,) holds; the gaps behind them are cleared."""
         change = np.diff(np.concatenate([[0], known.astype(np.int8)]))
-        starts, gaps = np.flatnonzero(change > 0), np.flatnonzero(change < 0)
+        gaps = np.flatnonzero(change < 0)
         if len(gaps):
             self._send(path, gaps, self._rerun.Clear.columns(is_recursive=[False] * len(gaps)))
-        return starts, gaps
+        return np.flatnonzero(change > 0)
 
     def _at(self, frame: int) -> None:
         """The time of what is logged next."""
@@ -140,19 +131,7 @@ class Log:
         self._recording.send_columns(path, [index], columns, strict=True)
 
 
-def _rerun() -> Any:
-    """The module, which isn't among motionenv's dependencies."""
-    check_installed()
-    import rerun
-
-    return rerun
-
-
 def check_installed() -> None:
-    """Raise if rerun-sdk isn't installed, without importing it.
-
-    Raises:
-        MotionError: it isn't.
-    """
+    """Raise if rerun-sdk isn't installed, without importing it."""
     if importlib.util.find_spec("rerun") is None:
         raise MotionError("an RRD file needs rerun-sdk, which isn't installed: pip install motionenv[rerun]")

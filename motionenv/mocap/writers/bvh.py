@@ -9,11 +9,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, known_segments, local_rotations, without_missing, y_up
+from motionenv.mocap.writers.common import check_sequence, known_segments, local_rotations, save, without_missing, y_up
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0
@@ -76,9 +75,7 @@ def write(motion: Motion, path) -> None:
         GapError: the motion has gaps in time, which the format can't represent.
         MotionError: not one sequence, or the file can't be written.
     """
-    made = parts(motion)
-    with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        file.writelines(made)
+    save(parts(motion), path)
 
 
 def parts(motion: Motion) -> Iterator[bytes]:

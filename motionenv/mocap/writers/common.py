@@ -1,9 +1,11 @@
 """Common parts of the writers: validation, missing limbs, and conversion to y-up files."""
 
+from collections.abc import Iterable
 from typing import Protocol
 
 import numpy as np
 
+from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT, SEGMENTS
 from motionenv.errors import GapError, MotionError
@@ -147,6 +149,16 @@ def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
             f"name, got {values.shape}"
         )
     return dict(zip(angles.names, values.T, strict=True))
+
+
+def save(made: Iterable[bytes], path) -> None:
+    """Write the parts `made` of a file to `path`, whole or not at all.
+
+    Raises:
+        MotionError: the file can't be written.
+    """
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
+        file.writelines(made)
 
 
 def opensim_axes(points) -> np.ndarray:

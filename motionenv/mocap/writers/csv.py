@@ -17,9 +17,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import markers
-from motionenv.mocap.writers.common import check_sequence
+from motionenv.mocap.writers.common import check_sequence, save
 from motionenv.types import MARKERS, POSE, Motion
 
 #: Names of the columns.
@@ -42,9 +41,7 @@ def write(motion: Motion, path) -> None:
     Raises:
         MotionError: not one sequence, or the file can't be written.
     """
-    made = parts(motion)
-    with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        file.writelines(made)
+    save(parts(motion), path)
 
 
 def parts(motion: Motion) -> Iterator[bytes]:

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import forward
 from motionenv.body.meshes import Mesh, limb_meshes
 from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_SEGMENT, SEGMENT_ORIGIN, SEGMENT_PARENT, SEGMENTS
@@ -18,6 +17,7 @@ from motionenv.mocap.writers.common import (
     check_sequence,
     known_segments,
     local_rotations,
+    save,
     without_missing,
     y_up,
     y_up_turns,
@@ -41,9 +41,7 @@ def write(motion: Motion, path) -> None:
         GapError: the motion has gaps in time, which the format can't represent.
         MotionError: not one sequence, or the file can't be written.
     """
-    made = parts(motion)
-    with atomic_write(path) as temporary:
-        temporary.write_bytes(b"".join(made))
+    save(parts(motion), path)
 
 
 def parts(motion: Motion) -> Iterator[bytes]:
@@ -59,12 +57,13 @@ def parts(motion: Motion) -> Iterator[bytes]:
     data = _Data()
     rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # viewers look there
     limbs = _limbs(motion.skeleton, shown)
+    primitives = [_primitive(data, material, held, rest[shown]) for material, held in enumerate(limbs.values())]
     document = {
         "asset": {"version": "2.0", "generator": "motionenv"},
         "scene": 0,
         "scenes": [{"nodes": [0, len(shown)]}],
         "nodes": [*_joints(rest, shown), {"name": "body", "mesh": 0, "skin": 0}],
-        "meshes": [{"name": "body", "primitives": _primitives(data, limbs, rest[shown])}],
+        "meshes": [{"name": "body", "primitives": primitives}],
         "materials": [_material(worn) for worn in limbs],
         "skins": [_skin(data, rest[shown])],
         "animations": [_animation(data, motion, shown)],
@@ -150,13 +149,8 @@ def _limbs(skeleton: Skeleton, shown: list[int]) -> dict[str, list[tuple[int, Me
     return {worn: held for worn, held in by_garment.items() if held}
 
 
-def _primitives(data: _Data, limbs: dict[str, list[tuple[int, Mesh]]], rest: np.ndarray) -> list[dict]:
-    """The limbs in the rest pose, merged by colour."""
-    return [_primitive(data, material, held, rest) for material, held in enumerate(limbs.values())]
-
-
 def _primitive(data: _Data, material: int, limbs: list[tuple[int, Mesh]], rest: np.ndarray) -> dict:
-    """Triangles, and vertices each bound to its limb's node."""
+    """The limbs of one colour in the rest pose: triangles, and vertices each bound to its limb's node."""
     sizes = [len(mesh.vertices) for _, mesh in limbs]
     first = np.cumsum([0, *sizes[:-1]])
     joints = np.zeros((sum(sizes), 4), dtype=np.uint8)

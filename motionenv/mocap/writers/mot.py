@@ -19,10 +19,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv._core.rotations import from_euler, to_euler, unwrap_euler
 from motionenv.body.skeleton import NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, facing_x, known_segments, opensim_axes, without_missing
+from motionenv.mocap.writers.common import check_sequence, facing_x, known_segments, opensim_axes, save, without_missing
 from motionenv.types import POSE, Motion
 
 _TOGETHER = 500  # frames converted to text at a time
@@ -45,9 +44,7 @@ def write(motion: Motion, path) -> None:
         GapError: the motion has gaps in time, which the format can't represent.
         MotionError: not one sequence, or the file can't be written.
     """
-    made = parts(motion)
-    with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        file.writelines(made)
+    save(parts(motion), path)
 
 
 def parts(motion: Motion) -> Iterator[bytes]:

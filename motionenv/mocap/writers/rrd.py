@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import forward
 from motionenv.body.kinematics import markers as body_markers
 from motionenv.body.meshes import limb_meshes
 from motionenv.body.skeleton import CLOTHES, COLOURS, EDGES, LIMB_SEGMENT, SEGMENT_ORIGIN, SEGMENTS
 from motionenv.errors import MotionError
 from motionenv.mocap.writers._rerun_log import Log, check_installed
-from motionenv.mocap.writers.common import Angles, check_sequence, checked_angles
+from motionenv.mocap.writers.common import Angles, check_sequence, checked_angles, save
 from motionenv.types import ANGLES, MARKERS, Camera, Event, Motion
 
 __all__ = ["check_installed", "parts", "write", "write_rrd"]
@@ -59,7 +58,7 @@ def parts(motion: Motion) -> Iterator[bytes]:
     Raises:
         MotionError: not one sequence, or rerun-sdk isn't installed.
     """
-    return iter([_encoded(motion, None, None, (), None)])
+    return iter([_encoded(motion)])
 
 
 def write_rrd(
@@ -86,17 +85,15 @@ def write_rrd(
         MotionError: not one sequence, pictures without a camera, of another size or number, angles of other frames,
             rerun-sdk isn't installed, or the file can't be written.
     """
-    made = _encoded(motion, camera, pictures, events, angles)
-    with atomic_write(path) as temporary:
-        temporary.write_bytes(made)
+    save([_encoded(motion, camera, pictures, events, angles)], path)
 
 
 def _encoded(
     motion: Motion,
-    camera: Camera | None,
-    pictures: Iterable[np.ndarray] | None,
-    events: Sequence[Event],
-    angles: Angles | None,
+    camera: Camera | None = None,
+    pictures: Iterable[np.ndarray] | None = None,
+    events: Sequence[Event] = (),
+    angles: Angles | None = None,
 ) -> bytes:
     """The bytes of a file."""
     check_sequence(motion, "RRD", gaps=True)
@@ -104,7 +101,9 @@ def _encoded(
         raise MotionError("pictures are shown in a camera: pass camera= too")
     columns = {} if angles is None else checked_angles(angles, len(motion.poses))
     log = Log(_identity(motion, events, columns), motion.name, motion.fps)
-    _log_markers(log, motion)
+    points = body_markers(motion.poses, motion.skeleton)
+    log.points("world/markers", points, MARKERS)
+    log.lines("world/skeleton", points[:, np.array(EDGES)], _SKELETON)
     _log_body(log, motion)
     for name, values in zip(ANGLES, np.degrees(motion.poses[:, 6:]).T, strict=True):
         log.scalars(f"joint_angles/{_path(name)}", values)
@@ -132,13 +131,6 @@ def _path(name: str) -> str:
     """Angles of a side are in one folder: "left_knee_flexion" → "left/knee_flexion"."""
     side, _, rest = name.partition("_")
     return f"{side}/{rest}" if side in ("left", "right") else name
-
-
-def _log_markers(log: Log, motion: Motion) -> None:
-    """The 15 markers and the lines between them, as far as known."""
-    points = body_markers(motion.poses, motion.skeleton)
-    log.points("world/markers", points, MARKERS)
-    log.lines("world/skeleton", points[:, np.array(EDGES)], _SKELETON)
 
 
 def _log_body(log: Log, motion: Motion) -> None:

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import markers as body_markers
 from motionenv.errors import MotionError
-from motionenv.mocap.writers.common import check_sequence, facing_x, opensim_axes
+from motionenv.mocap.writers.common import check_sequence, facing_x, opensim_axes, save
 from motionenv.types import MARKERS, Markers, Motion
 
 _MM = 1000.0
@@ -33,7 +32,7 @@ def write(motion: Motion, path) -> None:
     Raises:
         MotionError: not one sequence, or the file can't be written.
     """
-    _save(parts(motion), path)
+    save(parts(motion), path)
 
 
 def parts(motion: Motion) -> Iterator[bytes]:
@@ -62,12 +61,7 @@ def write_markers(capture: Markers, path) -> None:
     """
     if bad := [name for name in capture.names if not name.strip() or set(name) & set("\t\r\n")]:
         raise MotionError(f"a TRC file needs names of points without tabs and line ends, got {bad[0]!r}: rename it")
-    _save(_parts(capture.names, capture.positions, capture.fps, capture.name), path)
-
-
-def _save(made: Iterator[bytes], path) -> None:
-    with atomic_write(path) as temporary, open(temporary, "wb") as file:
-        file.writelines(made)
+    save(_parts(capture.names, capture.positions, capture.fps, capture.name), path)
 
 
 def _parts(names: tuple[str, ...], positions: np.ndarray, fps: float, title: str) -> Iterator[bytes]:

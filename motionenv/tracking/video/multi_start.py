@@ -8,7 +8,6 @@ therefore repeated from the mirrored start, and silhouettes and colours over the
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -83,16 +82,14 @@ class MultiStart:
         best: Attempt | None = None
         for k in range(attempts):
             given = {} if best is None or k % 2 == 0 else {i: exchanged(s) for i, s in best.starts.items()}
-            found = self._attempt(given, partial(_after, tick, k * len(self.film)))
-            best = found if best is None or self._better(found, best) else best
+            found = self._attempt(given, tick, k * len(self.film))
+            if best is None or advantage(found.poses, best.poses, self.likelihood, self.film, self.colours) > 0:
+                best = found
         assert best is not None
         return best
 
-    def _better(self, one: Attempt, other: Attempt) -> bool:
-        return advantage(one.poses, other.poses, self.likelihood, self.film, self.colours) > 0
-
-    def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None]) -> Attempt:
-        """Track forwards from `begin`, and backwards from there."""
+    def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None], done: int) -> Attempt:
+        """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
         record = _Record(len(self.film), self.likelihood, self.film, self.rng)
         tracker, starts, lost = self._tracker(self.prior), {}, 0
         for i in range(self.begin, len(self.film)):
@@ -104,14 +101,14 @@ class MultiStart:
                     tracker.start(start)
             belief = tracker.step(mask=self.film[i])
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
-            tick(i - self.begin + 1)
+            tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
         tracker = self._tracker(self.back)
         tracker.start(_from_here(there, self.rng))
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
-            tick(len(self.film) - i)
+            tick(done + len(self.film) - i)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
     def _tracker(self, prior: Prior) -> ParticleFilter:
@@ -130,19 +127,8 @@ class MultiStart:
             return None
 
 
-def _after(tick: Callable[[int], None], done: int, more: int) -> None:
-    tick(done + more)
-
-
 class _Record:
-    """Collects each frame's results.
-
-    Args:
-        frames: number of frames.
-        likelihood: provides body and camera.
-        film: (T, height, width) foreground probabilities.
-        rng: random generator for the choice of particles.
-    """
+    """Collects each frame's results, from a film (T, height, width) of foreground probabilities."""
 
     def __init__(self, frames: int, likelihood: SilhouetteLikelihood, film: np.ndarray, rng: np.random.Generator):
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))

@@ -163,12 +163,9 @@ def _looked(path, fps: float, seconds: float, background) -> tuple[np.ndarray, n
 
 
 def _larger(boxes: np.ndarray, shape: tuple[int, ...], own: int) -> int:
-    """Longer image side [pixels] at which the person of `boxes` (T, 4) is `_TALL` pixels high, within the limits.
+    """Longer image side [pixels] at which the person is `_TALL` pixels high, but at most `own`, the video's.
 
-    Args:
-        boxes: at resolution `_SIDE`.
-        shape: (T, rows, columns) at that resolution.
-        own: longer side of the video.
+    The boxes (T, 4) and the shape (T, rows, columns) are those at `_SIDE`.
     """
     tall = float(np.nanmedian(boxes[:, 3] - boxes[:, 2]))
     factor = min(_TALL / tall, _MOST_LARGER, np.sqrt(_MOST_PIXELS / np.prod(shape, dtype=float)))
@@ -178,12 +175,7 @@ def _larger(boxes: np.ndarray, shape: tuple[int, ...], own: int) -> int:
 def _foregrounds(
     path, fps: float, seconds: float, background, side: int
 ) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
-    """Foreground of the video at the given longer image side.
-
-    Returns:
-        Foreground probabilities (T, rows, columns), `colour_bins` (T, rows, columns), and the video's own (width,
-        height).
-    """
+    """Foreground and `colour_bins` (T, rows, columns) at a longer image side, and the video's (width, height)."""
     from motionenv.render.video.decode import narrowed, read_frames, video_info
 
     info = video_info(path)

@@ -31,7 +31,7 @@ def test_small_file_by_hand(tmp_path):
     got = trc.read(path)
     assert got.names == ("L.Knee", "R.Knee")
     assert got.fps == 100
-    np.testing.assert_allclose(got.positions[0], [[0.02, 0.1, 0.5], [0.03, -0.1, 0.51]])
+    np.testing.assert_allclose(got.positions[0], [[0.1, -0.02, 0.5], [-0.1, -0.03, 0.51]])
     np.testing.assert_allclose(trc.read(path, up="z").positions[0, 0], [0.1, 0.5, 0.02])
     np.testing.assert_allclose(trc.read(path, unit="m", up="z").positions[0, 0], [100, 500, 20])
 
