@@ -184,13 +184,8 @@ def marker_cycles(model: "FourierModel", scores: np.ndarray) -> tuple[InPlace, n
 def _carried(poses, heights, rate, body: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """Poses (n, samples, 25) whose standing feet go back evenly, and how far a cycle goes (n,) [m].
 
-    As `motionenv.models.walking.model` does over the ground, closed to a ring.
-
-    Args:
-        poses: (n, samples, 25), roots at the origin.
-        heights: (n, samples, 2) [m] of the ankles.
-        rate: (n,) samples per second.
-        body: the body.
+    Like `motionenv.models.walking.model` over the ground, but closed to a ring. Roots are at the origin, `heights` (n,
+    samples, 2) [m] the ankles', and `rate` (n,) samples per second.
     """
     poses, seconds = poses.copy(), 1 / rate
     ankles = feet(poses, body)[0]
@@ -266,11 +261,7 @@ def _toe_down(rigid, free) -> np.ndarray:
 
 
 def _evenly(velocity) -> tuple[np.ndarray, np.ndarray]:
-    """The way (n, samples, 2) [m] less an even one, 0 on average, and how far a cycle goes (n, 2) [m].
-
-    Args:
-        velocity: (n, samples, 2) [m per cycle].
-    """
+    """The way (n, samples, 2) [m] of `velocity` [m/cycle] less an even one, 0 on average, and a cycle's (n, 2) [m]."""
     stride = velocity.mean(axis=1)
     rest = (velocity - stride[:, None]) / velocity.shape[1]
     way = np.cumsum(0.5 * (rest + np.roll(rest, 1, axis=1)), axis=1)

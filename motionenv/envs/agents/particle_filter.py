@@ -146,13 +146,7 @@ class TrackingAgent:
 
 
 class _Track:
-    """One episode: a filter, and how it begins.
-
-    Args:
-        tracker: the filter.
-        start: given first pose; None finds it.
-        rng: of finding it.
-    """
+    """One episode: a filter, and its first pose; None searches for it, with the generator `rng`."""
 
     def __init__(self, tracker: ParticleFilter, start: Start | None, rng: np.random.Generator):
         self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None

@@ -168,17 +168,10 @@ def _rest(w, weights, mean, components) -> np.ndarray:
 
 
 def _lifted(out: _LeftOut, noise: np.ndarray, alpha: float, seen: np.ndarray, w: np.ndarray):
-    """Error and posterior variance of the depth of walks, lifted from a level view (eq. 3.15).
+    """Error and posterior variance of the depth of walks w (n, 5, 15, 3) [m], lifted from a level view (eq. 3.15).
 
-    Args:
-        out: components to lift with.
-        noise: (5, 15) [m²] for each harmonic and marker.
-        alpha: view angle [rad].
-        seen: (15,) mask of the visible markers.
-        w: (n, 5, 15, 3) [m], walks in which these markers are known.
-
-    Returns:
-        Error (n, 5, seen) [m] of the coefficients, and variance (phases, seen) [m²] over the cycle.
+    The components of `out` lift them from the view angle `alpha` [rad], with `noise` (5, 15) [m²]; all walks show the
+    markers in `seen` (15,). The error is (n, 5, seen) [m] of the coefficients, the variance (phases, seen) [m²].
     """
     c, s = np.cos(alpha), np.sin(alpha)
     shown, away = np.array([[c, s, 0.0], [0.0, 0.0, 1.0]]).T, np.array([-s, c, 0.0])

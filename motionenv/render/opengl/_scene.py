@@ -16,16 +16,7 @@ _REACH = 120.0  # radius of ground and sky [m]
 
 
 class GlScene:
-    """pyrender's scene for one skeleton.
-
-    Args:
-        skeleton: the body.
-        scene: colours, lights, ground and sky.
-
-    Attributes:
-        pyrender: the module's scene.
-        ids: node → limb id, for the segmentation pass.
-    """
+    """pyrender's scene for one skeleton, and `ids`, node → limb id, for the segmentation pass."""
 
     def __init__(self, skeleton: Skeleton, scene: Scene):
         self._skeleton, self._scene = skeleton, scene
@@ -50,11 +41,7 @@ class GlScene:
         return node
 
     def pose(self, pose) -> None:
-        """Move the limbs, and hide those that are unknown.
-
-        Args:
-            pose: (25,) [m, rad].
-        """
+        """Move the limbs to `pose` (25,) [m, rad], and hide those that are unknown."""
         ends, known = limb_segments(pose, self._skeleton), known_limbs(pose)
         for node, (start, end), shown in zip(self._limbs, ends, known, strict=True):
             node.mesh.is_visible = node.shown = bool(shown)
@@ -64,11 +51,7 @@ class GlScene:
             self.pyrender.middle = ends[LIMBS.index("pelvis")].mean(0)
 
     def look(self, camera: Camera) -> None:
-        """Set the camera; ground and sky move with it, by whole pairs of tiles.
-
-        Args:
-            camera: the camera.
-        """
+        """Set the camera; ground and sky move with it, by whole pairs of tiles."""
         self._camera.camera.K = camera.K
         self._camera.camera.size = camera.width, camera.height
         self.pyrender.set_pose(self._camera, _placed(camera.centre, camera.R.T @ _FLIP))

@@ -171,13 +171,8 @@ def _set_rays(g, kinv, u, v, c):
 def _cast(c, across, down, z):
     """Depth `z` (n,) at which rays enter the limb `c` of `_set_rays`; infinite if they miss.
 
-    Args:
-        c: (20,) float32.
-        across, down: (n,) float32, columns and rows relative to the pixel of `c`.
-        z: (n,) float32, output.
-
-    The loop has no branches, so that it compiles to SIMD. Divisions by zero give infinities and NaN, for which all
-    comparisons below are False.
+    The rays' columns and rows, `across` and `down` (n,), are relative to the pixel of `c`. The loop has no branches, so
+    that it compiles to SIMD. Divisions by zero give infinities and NaN, for which all comparisons below are False.
     """
     d0, d1, d2, f0, f1, f2 = c[0], c[1], c[2], c[3], c[4], c[5]
     o0, o1, o2, p0, p1, p2 = c[6], c[7], c[8], c[9], c[10], c[11]

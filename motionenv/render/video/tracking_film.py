@@ -90,14 +90,7 @@ def _in_3d(raycaster: Raycaster, camera: Camera, pose: np.ndarray, skeleton: Ske
 
 
 class _Plot:
-    """A curve that grows from frame to frame, with label, value and upper end of its axis.
-
-    Args:
-        curve: (T,) values; NaN leaves gaps.
-        top: upper end of the axis.
-        label: of the curve.
-        shape: of the images above it (rows, columns).
-    """
+    """A curve (T,) that grows from frame to frame, with label, value and upper end of its axis; NaN leaves gaps."""
 
     def __init__(self, curve: np.ndarray, top: float, label: str, shape: tuple):
         rows, columns = max(24, round(_CURVE_SHARE * shape[0])), shape[1]
