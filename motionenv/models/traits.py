@@ -123,9 +123,9 @@ def _wave(values: np.ndarray, harmonic: int) -> np.ndarray:
     return 2 * (values * np.cos(phase)).mean(axis=1)
 
 
-def _spread(w: _Walkers) -> np.ndarray:
-    """Mean lateral distance between the wrists."""
-    return (w.of("left_wrist") - w.of("right_wrist"))[..., 1].mean(axis=1)
+def _apart(w: _Walkers, joint: str) -> np.ndarray:
+    """Mean lateral distance between the left and the right one of a joint."""
+    return (w.of(f"left_{joint}") - w.of(f"right_{joint}"))[..., 1].mean(axis=1)
 
 
 def _lean(w: _Walkers) -> np.ndarray:
@@ -133,18 +133,13 @@ def _lean(w: _Walkers) -> np.ndarray:
     return (w.of("head") - w.of("pelvis"))[..., 0].mean(axis=1)
 
 
-def _steps(w: _Walkers) -> np.ndarray:
-    """Mean lateral distance between the ankles."""
-    return (w.of("left_ankle") - w.of("right_ankle"))[..., 1].mean(axis=1)
-
-
 #: Features by name: words for little and much of it, unit, and the function that measures it.
 FEATURES: dict[str, tuple[str, str, str, Callable[[_Walkers], np.ndarray]]] = {
     "pace": ("slow", "fast", "m/s", lambda w: w.cycle.speeds),
     "bounce": ("flat", "bouncy", "body heights", _bounce),
     "arm swing": ("still arms", "swinging arms", "body heights", _swing),
-    "arm spread": ("narrow arms", "wide arms", "body heights", _spread),
-    "step width": ("narrow steps", "wide steps", "body heights", _steps),
+    "arm spread": ("narrow arms", "wide arms", "body heights", lambda w: _apart(w, "wrist")),
+    "step width": ("narrow steps", "wide steps", "body heights", lambda w: _apart(w, "ankle")),
     "lean": ("leaning back", "leaning forward", "body heights", _lean),
     "height": ("small", "tall", "m", lambda w: w.heights),
 }

@@ -112,7 +112,8 @@ class TrackingAgent:
         for slot, track in enumerate(self._tracks):
             if track is None:
                 raise MotionError("the agent has not begun: call reset(observation) first")
-            belief = track.step(self._evidence(seen, slot, track.likelihood))
+            names = accepted(track.likelihood, seen)
+            belief = track.step({name: _picture(name, seen[name][slot], self._actions.far) for name in names})
             poses[slot] = _said(belief, self._actions, self._rng)
             if self._actions.form == "joints":
                 joints[slot, 0] = belief.expected_joints(track.filter.prior.skeleton)
@@ -139,10 +140,6 @@ class TrackingAgent:
         rng = self._rng.spawn(1)[0]
         track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
         return _Track(track, start, rng)
-
-    def _evidence(self, seen: Mapping[str, np.ndarray], slot: int, likelihood: Likelihood) -> dict[str, np.ndarray]:
-        """What the likelihood of `slot` takes of an observation."""
-        return {name: _picture(name, seen[name][slot], self._actions.far) for name in accepted(likelihood, seen)}
 
 
 class _Track:

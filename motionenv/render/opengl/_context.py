@@ -100,17 +100,12 @@ def offscreen(width: int, height: int):
     Its deletion doesn't affect other renderers. Its size [pixels] can be changed later.
     """
     load()
-    try:
-        return _offscreen_class()(width, height)
-    except (*BROKEN, _gl_error()) as error:
-        raise EngineError(f"OpenGL can't create a context ({error!r}): {_INSTALL}") from error
-
-
-def _gl_error() -> type[Exception]:
-    """Exception type of PyOpenGL's calls."""
     from OpenGL.error import Error
 
-    return Error
+    try:
+        return _offscreen_class()(width, height)
+    except (*BROKEN, Error) as error:
+        raise EngineError(f"OpenGL can't create a context ({error!r}): {_INSTALL}") from error
 
 
 @cache

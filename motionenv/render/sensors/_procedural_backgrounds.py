@@ -264,10 +264,7 @@ def _steps(phase: np.ndarray, heights: np.ndarray) -> np.ndarray:
 def _thing(kind: str, number: int, rows: int, columns: int) -> np.ndarray:
     """An object that fills (rows, columns, 4)."""
     index = list(OBJECTS).index(kind)
-    plan, grain = (
-        np.random.default_rng((_SEED, 2000, index, number)),
-        np.random.default_rng((_SEED, 2001, index, number)),
-    )
+    plan, grain = (np.random.default_rng((_SEED, stream, index, number)) for stream in (2000, 2001))
     v, u = (np.arange(rows)[:, None] + 0.5) / rows, (np.arange(columns)[None] + 0.5) / columns
     shape = {"carts": "ellipse" if number % 2 else "box", "posts": "pole", "boxes": "box", "bushes": "bush"}[kind]
     inside = np.broadcast_to(_inside(shape, u, v, grain), (rows, columns))

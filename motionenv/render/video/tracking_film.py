@@ -85,8 +85,7 @@ def _in_3d(raycaster: Raycaster, camera: Camera, pose: np.ndarray, skeleton: Ske
     alpha = float(np.arctan2(camera.R[0, 1], camera.R[0, 0])) + _TURNED
     here = np.concatenate([[0.0, 0.0], pose[2:]])
     beside = view(alpha, distance=4.0, eye_height=1.4, width=width, height=height, fov_degrees=36.0 * height / width)
-    rgb = raycaster.render(here[None], skeleton, beside).rgb
-    return np.asarray(rgb)[0]
+    return np.asarray(raycaster.render(here[None], skeleton, beside).rgb)[0]
 
 
 class _Plot:
