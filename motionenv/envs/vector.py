@@ -196,11 +196,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Release threads.
-
-        Args:
-            kwargs: ignored.
-        """
+        """Release threads; `kwargs` are ignored."""
         self.world.close()
 
     def _check_begun(self, what: str) -> None:

@@ -99,10 +99,6 @@ class _Walkers:
         """(n, samples, 3) of one marker, in body heights."""
         return self.markers[:, :, MARKERS.index(name)] / self.heights[:, None, None]
 
-    def both(self, name: str) -> np.ndarray:
-        """(n, samples, 2, 3) of the left and right markers, in body heights."""
-        return np.stack([self.of(f"left_{name}"), self.of(f"right_{name}")], axis=2)
-
 
 def _swing(w: _Walkers) -> np.ndarray:
     """Amplitude of the arms' swing against the legs; negative if they swing with the legs."""

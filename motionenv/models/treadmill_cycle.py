@@ -145,11 +145,7 @@ def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
 
 
 def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
-    """Fourier series of a model's markers, as `motionenv.parameters` describes them, and its frequencies.
-
-    Args:
-        model: fitted.
-    """
+    """Fourier series of a fitted `model`'s markers, as `motionenv.parameters` describes them, and its frequencies."""
     return {
         "mean": model.mean_,
         "components": model.components_,
@@ -159,24 +155,14 @@ def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
 
 
 def walk_cycles(model: "WalkingModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:
-    """Cycles of walkers with `scores` (n, q), their markers (n, samples, 15, 3) [m], and body heights (n,) [m].
-
-    Args:
-        model: fitted.
-        scores: (n, q).
-    """
+    """Cycles of `scores` (n, q) of a fitted `model`, their markers (n, samples, 15, 3) and body heights (n,) [m]."""
     cycle, body = walk_in_place(model, scores), model.skeleton()
     shown = np.where(known_markers(cycle.frames)[..., None], markers(cycle.frames, body), np.nan)
     return cycle, shown, np.full(len(scores), body.height)
 
 
 def marker_cycles(model: "FourierModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:
-    """What `walk_cycles` gives, of a model of markers.
-
-    Args:
-        model: fitted.
-        scores: (n, q) [m].
-    """
+    """What `walk_cycles` gives, of walkers with `scores` (n, q) [m] of a fitted `model` of markers."""
     cycle = markers_in_place(model, scores)
     return cycle, cycle.frames, body_heights(model.inverse_transform(scores))
 

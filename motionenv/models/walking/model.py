@@ -279,11 +279,7 @@ class WalkingModel(GaitModel):
         return Skeleton(self.proportions_ * height, limb_radii(height), height)
 
     def score(self, motions) -> float:
-        """Mean log-density of the scores of the cycles of captured walks.
-
-        Args:
-            motions: straight walks (frames, 25).
-        """
+        """Mean log-density of the scores of the cycles of captured `motions`, straight walks (frames, 25)."""
         from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
 
         self._check_fitted()
