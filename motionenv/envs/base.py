@@ -60,25 +60,13 @@ class World(Protocol):
         """
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Error (n,) [m] and reward (n,) of estimates for the current frames.
-
-        Args:
-            actions: (n, ...) float64, all inside the action space.
-        """
+        """Error (n,) [m] and reward (n,) of `actions` (n, ...), float64 inside the space, for the current frames."""
 
     def advance(self, slots: np.ndarray) -> None:
-        """Go to the next frame.
-
-        Args:
-            slots: (k,) slot indices.
-        """
+        """Go to the next frame in the `slots` (k,)."""
 
     def truth(self, slot: int) -> dict[str, Any]:
-        """Ground truth of the current frame of one episode.
-
-        Args:
-            slot: slot index.
-        """
+        """Ground truth of the current frame of the episode in `slot`."""
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
         """Render an image, uint8 (H, W, 3) with H and W of at least 256.

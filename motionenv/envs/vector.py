@@ -133,7 +133,9 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         slots = np.flatnonzero(stepped) if renewing else self._all
         errors, rewards = self.world.judge(actions)
         self.world.advance(slots)
-        lost, truncated = self._ends(errors)
+        if self.lost_after is not None:
+            self._off = np.where(errors > self.lost_after, self._off + 1, 0)
+        lost, truncated = self._off >= LOST_ESTIMATES, self.world.time >= self.world.horizon
         self._keep(actions, slots)
         if renewing:
             for array in (errors, rewards, lost, truncated):
@@ -145,12 +147,6 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         else:
             infos = _infos(errors, lost, stepped)
         return self.world.observe(self._all), rewards, lost, truncated, infos
-
-    def _ends(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which episodes end, given the errors (n,) of the last estimates: lost and truncated, (n,) each."""
-        if self.lost_after is not None:
-            self._off = np.where(errors > self.lost_after, self._off + 1, 0)
-        return self._off >= LOST_ESTIMATES, self.world.time >= self.world.horizon
 
     def _keep(self, actions: np.ndarray, slots: np.ndarray) -> None:
         """Store the actions that `render` overlays, for `slots`."""
@@ -200,11 +196,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         return tuple(self.world.render(slot, self._estimates[slot]) for slot in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Release threads.
-
-        Args:
-            kwargs: ignored.
-        """
+        """Release threads; `kwargs` are ignored."""
         self.world.close()
 
     def _check_begun(self, what: str) -> None:

@@ -64,15 +64,9 @@ def _limb_sum(circles, limb, odds):
 
 @kernel
 def colour_sums(ends, radii, r, t, k, odds, out):
-    """Sum of colour log-odds over each body's limbs.
+    """Write to `out` (n,) the sum of colour log-odds (limbs, height, width) over the limbs of each body.
 
-    Args:
-        ends: (n, limbs, 2, 3) [m], world.
-        radii: (limbs, 2) [m].
-        r, t: extrinsics, world → camera.
-        k: (3, 3) intrinsics, upper triangular.
-        odds: (limbs, height, width).
-        out: (n,), output.
+    Bodies and camera are given as in `_silhouette_kernel.silhouette_sums`.
     """
     circles = np.empty((len(radii), 2, 4))
     for i in range(len(ends)):

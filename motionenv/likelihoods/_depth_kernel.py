@@ -31,18 +31,12 @@ def _draw(ends, radii, r, t, k, kinv, table, depth, limbs, scratch, where):
 
 @kernel
 def depth_sums(ends, radii, r, t, k, kinv, observed, odds, noise, out):
-    """Sum of log-odds of body against background over the pixels that each body covers.
+    """Write to `out` (n,) the log-odds of body against background, summed over the pixels that each body covers.
 
-    Args:
-        ends: (n, limbs, 2, 3) [m], world.
-        radii: (limbs, 2) [m].
-        r, t: extrinsics, world → camera.
-        k, kinv: (3, 3) intrinsics and their inverse.
-        observed: (height, width) float32 depth [m]; infinite for background, NaN for occluders.
-        odds: (3,): log-odds at background; elsewhere the log-odds are `log(odds[1] e + odds[2])` with
-            e = exp(-½ (difference / noise)²).
-        noise: standard deviation of depths [m].
-        out: (n,), output.
+    Bodies and camera are given as in `_silhouette_kernel.silhouette_sums`. `observed` (height, width) are float32
+    depths [m], infinite for background and NaN for occluders, and `noise` [m] is their standard deviation. `odds` (3,)
+    are the log-odds at background; elsewhere they are `log(odds[1] e + odds[2])` with e = exp(-½ (difference /
+    noise)²).
     """
     height, width = observed.shape
     table = np.empty((len(radii), COLUMNS))

@@ -57,16 +57,10 @@ _POINT = 2 * LANES
 
 @kernel
 def _set_geometry(ends, radius, r, t, k, g):
-    """Write the projection of one limb of each body [pixels], spheres approximated by circles.
+    """Write the projection `g` of one limb of each body [pixels], spheres approximated by circles.
 
-    Length is 0 if there is no outline: one circle contains the other, or the limb reaches behind the camera.
-
-    Args:
-        ends: (6 * LANES,), from `set_limbs`.
-        radius: (2,) [m].
-        r, t: extrinsics, world → camera.
-        k: intrinsics, upper triangular.
-        g: (_GEOMETRY,) float32, output.
+    `ends` (6 * LANES,) are from `set_limbs`, and `radius` (2,) is in metres. Length is 0 if there is no outline: one
+    circle contains the other, or the limb reaches behind the camera.
     """
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     tx, ty, tz, radius_a, radius_b = t[0], t[1], t[2], radius[0], radius[1]
@@ -93,12 +87,7 @@ def _set_geometry(ends, radius, r, t, k, g):
 
 @kernel
 def _set_side(g, side):
-    """Write a side of a limb's outline to the last rows of `g`.
-
-    Args:
-        g: from `_set_geometry`.
-        side: row of `_SIDES`.
-    """
+    """Write a side of a limb's outline, a row of `_SIDES`, to the last rows of its geometry `g`."""
     c0, cs, s0, sc, l0, la, lb = side
     for j in range(LANES):
         c, s = c0 + cs * g[_S + j], s0 + sc * g[_C + j]
@@ -113,14 +102,10 @@ def _set_side(g, side):
 
 @kernel
 def _set_pixels(g, along, width, height, words, point, weight):
-    """Write the image position of a point of a side, for each body.
+    """Write, for each body, the pixel of a point at the share `along` of a side's axis.
 
-    Args:
-        g: from `_set_side`.
-        along: position on the axis, float32.
-        width, height: of the image, whose rows have `words` words of bits.
-        point: (_POINT,) uint32, output.
-        weight: (LANES,) float32, output: length of outline [pixels], 0 outside of the image.
+    The image's rows have `words` words of bits. `point` (_POINT,) is uint32; `weight` (LANES,) is the length of outline
+    [pixels] for which the point stands, 0 outside of the image.
     """
     wide, high = np.float32(width), np.float32(height)
     right, bottom = np.float32(width - 1), np.float32(height - 1)
@@ -164,23 +149,10 @@ def _add_outlines(w, radii, r, t, k, bits, odds, g, point, weight, out):
 
 @kernel
 def body_sums(poses, offsets, shifts, body_height, radii, r, t, k, kinv, inside, along, silhouettes, outlines):
-    """Sums of one image over silhouettes, and of another along outlines.
+    """Write sums of `inside` over silhouettes to `silhouettes` (n,), and of `along` along outlines to `outlines`.
 
-    A limb that reaches behind the camera has no outline.
-
-    Args:
-        poses: (n, 25) [m, rad].
-        offsets: of the skeleton.
-        shifts: (limbs, 2, 3), `LIMB_SHIFTS`.
-        body_height: of the skeleton [m].
-        radii: (limbs, 2) [m].
-        r, t: extrinsics, world → camera.
-        k: (3, 3) intrinsics, upper triangular with positive diagonal.
-        kinv: their inverse.
-        inside: (height, width), summed over silhouettes.
-        along: (height, width), summed along outlines.
-        silhouettes: (n,), output.
-        outlines: (n,), output.
+    Both images are (height, width); a limb that reaches behind the camera has no outline. Poses and body are given as
+    in `_limbs_kernel.limb_ends`, the camera as in `_silhouette_kernel.silhouette_sums`.
     """
     height, width = inside.shape
     bits, spans = np.zeros((height, (width + 63) >> 6, LANES), np.uint64), np.empty((2, GROUP), np.int64)

@@ -137,15 +137,9 @@ def _legs(w, offsets, shifts, height):
 
 @part
 def set_limbs(poses, start, offsets, shifts, height, w):
-    """Write the limb ends [m] of up to `LANES` poses to the first `END_ROWS` rows of `w`.
+    """Write the limb ends [m] of up to `LANES` poses from `start` on to the first `END_ROWS` rows of `w` (WORK,).
 
-    Args:
-        poses: (n, 25) [m, rad].
-        start: index of the first; the last pose is repeated to fill the block.
-        offsets: of the skeleton.
-        shifts: (limbs, 2, 3), `LIMB_SHIFTS`.
-        height: of the skeleton [m].
-        w: (WORK,), output.
+    The last pose is repeated to fill the block. Poses and body are given as in `limb_ends`.
     """
     last = len(poses) - 1
     for j in range(LANES):
@@ -160,14 +154,9 @@ def set_limbs(poses, start, offsets, shifts, height, w):
 
 @kernel
 def limb_ends(poses, offsets, shifts, height, out):
-    """Write the limb ends (n, limbs, 2, 3) [m] of poses (n, 25): `motionenv.body.limb_segments`.
+    """Write the limb ends (n, limbs, 2, 3) [m] of poses (n, 25) [m, rad]: `motionenv.body.limb_segments`.
 
-    Args:
-        poses: [m, rad].
-        offsets: of the skeleton.
-        shifts: (limbs, 2, 3), `LIMB_SHIFTS`.
-        height: of the skeleton [m].
-        out: output.
+    `offsets` and `height` [m] are the skeleton's; `shifts` (limbs, 2, 3) are `LIMB_SHIFTS`.
     """
     w = np.empty(WORK)
     for start in range(0, len(poses), LANES):

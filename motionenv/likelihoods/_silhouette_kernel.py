@@ -97,14 +97,7 @@ def _put_lines(ax, ay, az, ra, bx, by, bz, rb, fx, skew, cx, fy, cy, seen, outli
 def _set_outlines(ends, radius, r, t, k, height, outline, extent):
     """Write a limb's image outline for each body of a block; empty unless the limb is wholly in front of the camera.
 
-    Args:
-        ends: (6 * LANES,), from `set_limbs`.
-        radius: (2,) [m].
-        r, t: extrinsics, world → camera.
-        k: intrinsics, upper triangular with positive diagonal.
-        height: of the image.
-        outline: (OUTLINE,) float32, output.
-        extent: (EXTENT,) int32, output.
+    `ends` (6 * LANES,) are from `set_limbs`. The float32 `outline` (OUTLINE,) and int32 `extent` (EXTENT,) are written.
     """
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     tx, ty, tz, ra, rb = t[0], t[1], t[2], radius[0], radius[1]
@@ -129,14 +122,9 @@ def _set_outlines(ends, radius, r, t, k, height, outline, extent):
 
 @kernel
 def _set_spans(v, down, outline, width, low, high):
-    """Write first and last pixel (GROUP,) of the limb of each body in row `v`; last < first where there is none.
+    """Write the first and last pixel (GROUP,) of each body's limb in row `v`; last < first where there is none.
 
-    Args:
-        v: row, float32.
-        down: rows from the principal point's to this one, float32.
-        outline: from `_set_outlines`, starting at the group's first body.
-        width: of the image, float32.
-        low, high: (GROUP,) int64, output.
+    The row lies `down` rows below the principal point; `outline` starts at the group's first body.
     """
     right, before = width - np.float32(1), np.float32(-1)
     for j in range(GROUP):
@@ -208,17 +196,10 @@ def _mark_near_limb(g, kinv, depth, limbs, bits, scratch, where):
 
 @kernel
 def mark_bodies(w, radii, r, t, k, kinv, bits, width, spans, outline, extent):
-    """Mark the silhouettes of a block's bodies.
+    """Mark the silhouettes of a block's bodies in `bits` (height, words, LANES), one bit per pixel.
 
-    Args:
-        w: from `set_limbs`.
-        radii: (limbs, 2) [m].
-        r, t: extrinsics, world → camera.
-        k: (3, 3) intrinsics, upper triangular with positive diagonal.
-        kinv: their inverse.
-        bits: (height, words, LANES) uint64, a bit per pixel, updated.
-        width: of the image.
-        spans: (2, GROUP) int64; outline: (OUTLINE,) float32; extent: (EXTENT,) int32: scratch.
+    `w` is from `set_limbs`; radii and camera are given as in `silhouette_sums`. Scratch: spans (2, GROUP) int64,
+    outline (OUTLINE,) float32 and extent (EXTENT,) int32.
     """
     height = len(bits)
     for limb in range(len(radii)):
@@ -245,13 +226,7 @@ def _mark_near(ends, lane, radius, r, t, k, kinv, width, bits):
 
 @kernel
 def add_marked(bits, picture, out):
-    """Write the sum of an image over the marked pixels of each body to `out` (LANES,), and clear the marks.
-
-    Args:
-        bits: (height, words, LANES) from `mark_bodies`.
-        picture: (height, width).
-        out: output.
-    """
+    """Write the sum of `picture` over each body's marked pixels to `out` (LANES,), and clear the marks."""
     fill(out, 0.0)
     for v in range(len(bits)):
         for word in range(bits.shape[1]):
@@ -278,16 +253,10 @@ def fill(a, value):
 
 @kernel
 def silhouette_sums(ends, radii, r, t, k, kinv, picture, out):
-    """Sum of an image over the pixels whose centres lie in each body's silhouette.
+    """Write to `out` (n,) the sum of `picture` over the pixels whose centres lie in each body's silhouette.
 
-    Args:
-        ends: (n, limbs, 2, 3) [m], world.
-        radii: (limbs, 2) [m].
-        r, t: extrinsics, world → camera.
-        k: (3, 3) intrinsics, upper triangular with positive diagonal.
-        kinv: their inverse.
-        picture: (height, width).
-        out: (n,), output.
+    Bodies are `ends` (n, limbs, 2, 3) and `radii` (limbs, 2) [m]; the camera is its extrinsics `r, t`, world → camera,
+    its intrinsics `k` (3, 3), upper triangular with positive diagonal, and their inverse `kinv`.
     """
     height, width = picture.shape
     bits, spans = np.zeros((height, (width + 63) >> 6, LANES), np.uint64), np.empty((2, GROUP), np.int64)

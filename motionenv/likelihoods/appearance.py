@@ -163,10 +163,6 @@ class AppearanceLikelihood:
 
 
 def colour_bins(rgb: np.ndarray) -> np.ndarray:
-    """Histogram bin (height, width) of each pixel, below `COLOURS`.
-
-    Args:
-        rgb: uint8 (height, width, 3).
-    """
+    """Histogram bin (height, width), below `COLOURS`, of each pixel of `rgb`, uint8 (height, width, 3)."""
     r, g, b = np.moveaxis(rgb.astype(np.int64) * _BINS // 256, -1, 0)
     return (r * _BINS + g) * _BINS + b

@@ -191,11 +191,7 @@ def outline_sums(
 
 
 def steepness(values: np.ndarray) -> np.ndarray:
-    """Gradient magnitude (height, width) of smoothed values (height, width) or (height, width, channels).
-
-    Args:
-        values: an image.
-    """
+    """Gradient magnitude (height, width) of smoothed `values`, (height, width) or (height, width, channels)."""
     from scipy import ndimage
 
     values = np.atleast_3d(values)

@@ -115,12 +115,10 @@ class ProductLikelihood:
         """
         total = self._sum(poses)
         if self.outliers and len(total):
-            total = np.logaddexp(np.log1p(-self.outliers) + total, np.log(self.outliers) + self._nobody(poses[0]))
+            # The pictures without a body are as likely for any pose.
+            nobody = sum(w * log_nobody(m, poses[0]) for w, m in zip(self.weights, self.models, strict=True) if w)
+            total = np.logaddexp(np.log1p(-self.outliers) + total, np.log(self.outliers) + nobody)
         return total
-
-    def _nobody(self, pose) -> float:
-        """Log of the product for the current picture without a body; `pose` (25,) is any."""
-        return sum(w * log_nobody(m, pose) for w, m in zip(self.weights, self.models, strict=True) if w)
 
     def _sum(self, poses) -> np.ndarray:
         """Σ w_m l_m (N,)."""

@@ -13,14 +13,9 @@ _ROWS = 4  # samples compared with another one at a time
 
 @_sums
 def energy(samples, weights, truth, near, apart) -> None:
-    """The energy score's two terms: mean distance to the truth, and mean distance between independent draws.
+    """Write the energy score's two terms (n,): `near` is Σ w_i |x_i - y| and `apart` is Σ w_i w_j |x_i - x_j|.
 
-    Args:
-        samples: (n, M, 45).
-        weights: (n, M), each row with sum 1.
-        truth: (n, 45).
-        near: (n,), output: Σ w_i |x_i - y|.
-        apart: (n,), output: Σ w_i w_j |x_i - x_j|.
+    `samples` are (n, M, 45), `weights` (n, M), each row with sum 1, and `truth` (n, 45).
     """
     m = samples.shape[1]
     whole = (m + _ROWS - 1) // _ROWS * _ROWS
@@ -82,14 +77,10 @@ def _weighted(w, square):
 
 @kernel
 def centrality(samples, weights, truth, deeper, alike) -> None:
-    """Weights of the pooled samples that are more central than the truth, by mean distance to the pool.
+    """Write the weights (n, J) of pooled samples that are more central than the truth, and of those as central.
 
-    Args:
-        samples: (n, M, J, 3).
-        weights: (n, M + 1), those of the samples, then of the truth; each row with sum 1.
-        truth: (n, J, 3).
-        deeper: (n, J), output: weight of samples closer to the pool than the truth is.
-        alike: (n, J), output: weight of those equally close, including the truth.
+    Samples closer to the pool by mean distance are `deeper`; the truth counts as `alike`. `samples` are (n, M, J, 3),
+    `truth` (n, J, 3), and `weights` (n, M + 1) those of the samples, then of the truth; each row has sum 1.
     """
     n, m, joints, _ = samples.shape
     pool = np.empty((m + 1, 3))

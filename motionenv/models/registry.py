@@ -107,11 +107,7 @@ def takes_long(name: str) -> bool:
 
 
 def version(name: str) -> str:
-    """Version of the package that provides a ready-made model.
-
-    Args:
-        name: one of `names()`.
-    """
+    """Version of the package that provides the ready-made model `name`, one of `names()`."""
     return _entries()[name].dist.version  # type: ignore[union-attr]
 
 

@@ -99,10 +99,6 @@ class _Walkers:
         """(n, samples, 3) of one marker, in body heights."""
         return self.markers[:, :, MARKERS.index(name)] / self.heights[:, None, None]
 
-    def both(self, name: str) -> np.ndarray:
-        """(n, samples, 2, 3) of the left and right markers, in body heights."""
-        return np.stack([self.of(f"left_{name}"), self.of(f"right_{name}")], axis=2)
-
 
 def _swing(w: _Walkers) -> np.ndarray:
     """Amplitude of the arms' swing against the legs; negative if they swing with the legs."""
@@ -123,9 +119,9 @@ def _wave(values: np.ndarray, harmonic: int) -> np.ndarray:
     return 2 * (values * np.cos(phase)).mean(axis=1)
 
 
-def _spread(w: _Walkers) -> np.ndarray:
-    """Mean lateral distance between the wrists."""
-    return (w.of("left_wrist") - w.of("right_wrist"))[..., 1].mean(axis=1)
+def _apart(w: _Walkers, joint: str) -> np.ndarray:
+    """Mean lateral distance between the left and the right one of a joint."""
+    return (w.of(f"left_{joint}") - w.of(f"right_{joint}"))[..., 1].mean(axis=1)
 
 
 def _lean(w: _Walkers) -> np.ndarray:
@@ -133,18 +129,13 @@ def _lean(w: _Walkers) -> np.ndarray:
     return (w.of("head") - w.of("pelvis"))[..., 0].mean(axis=1)
 
 
-def _steps(w: _Walkers) -> np.ndarray:
-    """Mean lateral distance between the ankles."""
-    return (w.of("left_ankle") - w.of("right_ankle"))[..., 1].mean(axis=1)
-
-
 #: Features by name: words for little and much of it, unit, and the function that measures it.
 FEATURES: dict[str, tuple[str, str, str, Callable[[_Walkers], np.ndarray]]] = {
     "pace": ("slow", "fast", "m/s", lambda w: w.cycle.speeds),
     "bounce": ("flat", "bouncy", "body heights", _bounce),
     "arm swing": ("still arms", "swinging arms", "body heights", _swing),
-    "arm spread": ("narrow arms", "wide arms", "body heights", _spread),
-    "step width": ("narrow steps", "wide steps", "body heights", _steps),
+    "arm spread": ("narrow arms", "wide arms", "body heights", lambda w: _apart(w, "wrist")),
+    "step width": ("narrow steps", "wide steps", "body heights", lambda w: _apart(w, "ankle")),
     "lean": ("leaning back", "leaning forward", "body heights", _lean),
     "height": ("small", "tall", "m", lambda w: w.heights),
 }

@@ -145,11 +145,7 @@ def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
 
 
 def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
-    """Fourier series of a model's markers, as `motionenv.parameters` describes them, and its frequencies.
-
-    Args:
-        model: fitted.
-    """
+    """Fourier series of a fitted `model`'s markers, as `motionenv.parameters` describes them, and its frequencies."""
     return {
         "mean": model.mean_,
         "components": model.components_,
@@ -159,24 +155,14 @@ def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
 
 
 def walk_cycles(model: "WalkingModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:
-    """Cycles of walkers with `scores` (n, q), their markers (n, samples, 15, 3) [m], and body heights (n,) [m].
-
-    Args:
-        model: fitted.
-        scores: (n, q).
-    """
+    """Cycles of `scores` (n, q) of a fitted `model`, their markers (n, samples, 15, 3) and body heights (n,) [m]."""
     cycle, body = walk_in_place(model, scores), model.skeleton()
     shown = np.where(known_markers(cycle.frames)[..., None], markers(cycle.frames, body), np.nan)
     return cycle, shown, np.full(len(scores), body.height)
 
 
 def marker_cycles(model: "FourierModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:
-    """What `walk_cycles` gives, of a model of markers.
-
-    Args:
-        model: fitted.
-        scores: (n, q) [m].
-    """
+    """What `walk_cycles` gives, of walkers with `scores` (n, q) [m] of a fitted `model` of markers."""
     cycle = markers_in_place(model, scores)
     return cycle, cycle.frames, body_heights(model.inverse_transform(scores))
 
@@ -184,13 +170,8 @@ def marker_cycles(model: "FourierModel", scores: np.ndarray) -> tuple[InPlace, n
 def _carried(poses, heights, rate, body: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """Poses (n, samples, 25) whose standing feet go back evenly, and how far a cycle goes (n,) [m].
 
-    As `motionenv.models.walking.model` does over the ground, closed to a ring.
-
-    Args:
-        poses: (n, samples, 25), roots at the origin.
-        heights: (n, samples, 2) [m] of the ankles.
-        rate: (n,) samples per second.
-        body: the body.
+    Like `motionenv.models.walking.model` over the ground, but closed to a ring. Roots are at the origin, `heights` (n,
+    samples, 2) [m] the ankles', and `rate` (n,) samples per second.
     """
     poses, seconds = poses.copy(), 1 / rate
     ankles = feet(poses, body)[0]
@@ -266,11 +247,7 @@ def _toe_down(rigid, free) -> np.ndarray:
 
 
 def _evenly(velocity) -> tuple[np.ndarray, np.ndarray]:
-    """The way (n, samples, 2) [m] less an even one, 0 on average, and how far a cycle goes (n, 2) [m].
-
-    Args:
-        velocity: (n, samples, 2) [m per cycle].
-    """
+    """The way (n, samples, 2) [m] of `velocity` [m/cycle] less an even one, 0 on average, and a cycle's (n, 2) [m]."""
     stride = velocity.mean(axis=1)
     rest = (velocity - stride[:, None]) / velocity.shape[1]
     way = np.cumsum(0.5 * (rest + np.roll(rest, 1, axis=1)), axis=1)

@@ -33,9 +33,7 @@ class Batch:
 
     def empty(self, rgb: bool) -> Frame:
         """An uninitialised frame of the right shape."""
-        shape = (*self.shape, *self.size)
-        picture = np.empty((*shape, 3), np.uint8) if rgb else None
-        return Frame(picture, np.empty(shape, np.float32), np.empty(shape, np.uint8))
+        return empty_frame((*self.shape, *self.size), rgb)
 
     def flat(self, frame: Frame) -> Frame:
         """`frame` with one batch axis, sharing its memory.
@@ -43,19 +41,31 @@ class Batch:
         Raises:
             MotionError: an array of `frame` has another shape or type than this batch needs, or isn't contiguous.
         """
-        shape = (*self.shape, *self.size)
-        arrays = []
-        for name, dtype, tail in (("rgb", np.uint8, (3,)), ("depth", np.float32, ()), ("limbs", np.uint8, ())):
-            array = getattr(frame, name)
-            if array is not None:
-                if array.shape != shape + tail or array.dtype != dtype or not array.flags.c_contiguous:
-                    raise MotionError(
-                        f"out.{name} must be a contiguous {np.dtype(dtype)} array of shape {shape + tail}, "
-                        f"got {array.dtype} {array.shape}"
-                    )
-                array = array.reshape(len(self.poses), *self.size, *tail)
-            arrays.append(array)
-        return Frame(*arrays)
+        check_frame(frame, (*self.shape, *self.size))
+        shape = (len(self.poses), *self.size)
+        rgb = None if frame.rgb is None else frame.rgb.reshape(*shape, 3)
+        return Frame(rgb, frame.depth.reshape(shape), frame.limbs.reshape(shape))
+
+
+def empty_frame(shape: tuple[int, ...], rgb: bool) -> Frame:
+    """An uninitialised frame of images of `shape` (..., height, width), with colours if `rgb`."""
+    picture = np.empty((*shape, 3), np.uint8) if rgb else None
+    return Frame(picture, np.empty(shape, np.float32), np.empty(shape, np.uint8))
+
+
+def check_frame(frame: Frame, shape: tuple[int, ...]) -> None:
+    """Check that `frame` can be overwritten with images of `shape` (..., height, width).
+
+    Raises:
+        MotionError: an array has another shape or type, or isn't contiguous.
+    """
+    for name, dtype, tail in (("rgb", np.uint8, (3,)), ("depth", np.float32, ()), ("limbs", np.uint8, ())):
+        array, whole = getattr(frame, name), shape + tail
+        if array is not None and (array.shape != whole or array.dtype != dtype or not array.flags.c_contiguous):
+            raise MotionError(
+                f"out.{name} must be a contiguous {np.dtype(dtype)} array of shape {whole}, "
+                f"got {array.dtype} {array.shape}"
+            )
 
 
 def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batch:

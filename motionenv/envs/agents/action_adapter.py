@@ -26,8 +26,8 @@ class Actions:
         self.n = env.num_envs if self.vector else 1
         space = env.single_action_space if self.vector else env.action_space
         self.observed = env.single_observation_space if self.vector else env.observation_space
-        self.points = _has(self.observed, "points")
-        depth = getattr(self.observed, "spaces", {}).get("depth", self.observed)
+        named = getattr(self.observed, "spaces", {})
+        self.points, depth = "points" in named, named.get("depth", self.observed)
         self.far = float(np.max(getattr(depth, "high", np.inf)))
         self._low, self._high, shape = space.low, space.high, space.shape
         self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
@@ -52,10 +52,6 @@ class Actions:
             said = poses[:, 0]
         said = np.clip(np.broadcast_to(said, (self.n, *self._shape)), self._low, self._high).astype(np.float32)
         return said if self.vector else said[0]
-
-
-def _has(space, name: str) -> bool:
-    return name in getattr(space, "spaces", {})
 
 
 def _kind(space) -> str:

@@ -86,17 +86,14 @@ class SeenWalkers:
             elif "depth" in pictures:
                 foreground = pictures["depth"][slot, ..., 0] < far
             else:
-                foreground = self._coloured(slot, pictures["rgb"][slot])
+                rgb, background = pictures["rgb"][slot], self._backgrounds[slot]
+                background.observe(rgb)
+                foreground = foreground_probability(rgb, background.estimate()) > _SURE
             self._place(slot, foreground)
         self._time += 1.0
         went = self._last - self._first
         speed = went[:, 1] / np.maximum(went[:, 0], 1.0)
         return self._last[:, 1] + speed * (self._time - 1.0 - self._last[:, 0])
-
-    def _coloured(self, slot: int, rgb: np.ndarray) -> np.ndarray:
-        """Foreground pixels of a colour image."""
-        self._backgrounds[slot].observe(rgb)
-        return foreground_probability(rgb, self._backgrounds[slot].estimate()) > _SURE
 
     def _place(self, slot: int, foreground: np.ndarray) -> None:
         """Process one silhouette (height, width), unless its area is implausible."""

@@ -61,12 +61,7 @@ def evaluate(env, agent: Agent, episodes: int, seed: int | None = None) -> Score
 
 
 class _Tally:
-    """Sums over the estimates of running episodes, and results of ended ones.
-
-    Args:
-        n: number of simultaneous episodes.
-        episodes: total number.
-    """
+    """Sums over the estimates of `n` simultaneous episodes, and results of ended ones, `episodes` in all."""
 
     def __init__(self, n: int, episodes: int):
         self._due = episodes // n + (np.arange(n) < episodes % n)

@@ -112,7 +112,8 @@ class TrackingAgent:
         for slot, track in enumerate(self._tracks):
             if track is None:
                 raise MotionError("the agent has not begun: call reset(observation) first")
-            belief = track.step(self._evidence(seen, slot, track.likelihood))
+            names = accepted(track.likelihood, seen)
+            belief = track.step({name: _picture(name, seen[name][slot], self._actions.far) for name in names})
             poses[slot] = _said(belief, self._actions, self._rng)
             if self._actions.form == "joints":
                 joints[slot, 0] = belief.expected_joints(track.filter.prior.skeleton)
@@ -140,19 +141,9 @@ class TrackingAgent:
         track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
         return _Track(track, start, rng)
 
-    def _evidence(self, seen: Mapping[str, np.ndarray], slot: int, likelihood: Likelihood) -> dict[str, np.ndarray]:
-        """What the likelihood of `slot` takes of an observation."""
-        return {name: _picture(name, seen[name][slot], self._actions.far) for name in accepted(likelihood, seen)}
-
 
 class _Track:
-    """One episode: a filter, and how it begins.
-
-    Args:
-        tracker: the filter.
-        start: given first pose; None finds it.
-        rng: of finding it.
-    """
+    """One episode: a filter, and its first pose; None searches for it, with the generator `rng`."""
 
     def __init__(self, tracker: ParticleFilter, start: Start | None, rng: np.random.Generator):
         self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from gymnasium import Space, spaces
@@ -45,10 +45,7 @@ class MarkerWorld:
         self.horizon = source.frames - 1
         self.fps = source.fps
         self.observation_space: Space = spaces.Dict(
-            {
-                "points": spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32),
-                "seen": spaces.MultiBinary(len(MARKERS)),
-            }
+            {"points": spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32), "seen": spaces.MultiBinary(len(MARKERS))}
         )
         self.action_space: spaces.Box = spaces.Box(-FAR, FAR, (len(MARKERS), 3), np.float32)
         self.time = np.zeros(n, dtype=np.intp)
@@ -87,11 +84,7 @@ class MarkerWorld:
 
     def truth(self, slot: int) -> dict[str, Any]:
         """As `World.truth`, of `slot`."""
-        return {
-            "joints": self._view.joints[slot].copy(),
-            "alpha": float(self._alphas[slot]),
-            "camera": self._camera,
-        }
+        return {"joints": self._view.joints[slot].copy(), "alpha": float(self._alphas[slot]), "camera": self._camera}
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
         """As `World.render`, of `slot` with its `estimate`."""
@@ -123,16 +116,6 @@ class MarkerWorld:
         self._view.look(slots, walkers, self._alphas, self._keys, self.time)
 
 
-class _Motion(Protocol):
-    """Motion of n walkers."""
-
-    def begin(self, slot: int, rng: np.random.Generator) -> None:
-        """Draw the walker of `slot`, and the initial phase."""
-
-    def positions(self, slots: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Markers (k, 15, 3) [m] of `slots` in the frames `time` (n,), walking along x with mean position x = y = 0."""
-
-
 class _Series:
     """Fourier walkers."""
 
@@ -143,6 +126,7 @@ class _Series:
         self._sizes, self._start, self._step = np.zeros((3, n))
 
     def begin(self, slot: int, rng: np.random.Generator) -> None:
+        """Draw the walker of `slot`, and the initial phase."""
         which = int(rng.integers(WALKERS))
         phase, tall, fast = rng.random(3)
         source, walkers = self._source, self._walkers
@@ -154,12 +138,13 @@ class _Series:
         self._start[slot], self._step[slot] = 2 * np.pi * phase, 2 * np.pi * frequency / source.fps
 
     def positions(self, slots: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Markers (k, 15, 3) [m] of `slots` in the frames `time` (n,), walking along x with mean position x = y = 0."""
         phases = self._start[slots] + self._step[slots] * time[slots]
         return self._walkers.positions(self._which[slots], phases, self._sizes[slots])
 
 
 class _Recorded:
-    """Segments of recordings, with their straight path removed."""
+    """Segments of recordings, with their straight path removed; used like `_Series`."""
 
     def __init__(self, recordings: Recordings, frames: int, n: int):
         self._recordings = recordings
@@ -177,7 +162,7 @@ class _Recorded:
         return self._tracks[slots, time[slots]].astype(np.float64)
 
 
-def _motion(source: Source, n: int) -> _Motion:
+def _motion(source: Source, n: int) -> _Series | _Recorded:
     """Motion of n walkers of `source`."""
     if source.motion == _FOURIER:
         return _Series(source, n)

@@ -182,20 +182,12 @@ class PictureSettings:
         self.space = known[names[0]] if self._alone else spaces.Dict({name: known[name] for name in names})
 
     def of(self, frame: Frame) -> np.ndarray | dict[str, np.ndarray]:
-        """The observation of images.
-
-        Args:
-            frame: (k, size, size), from `Stage.draw`.
-        """
+        """The observation of images: of a `frame` (k, size, size) from `Stage.draw`."""
         seen = {name: _SEEN[name](frame) for name in self._names}
         return seen[self._names[0]] if self._alone else seen
 
     def evidence(self, frame: Frame) -> dict[str, Any]:
-        """The most informative part of the observation, as arguments of `SilhouetteLikelihood.observe`.
-
-        Args:
-            frame: (1, size, size).
-        """
+        """The most informative part of a `frame` (1, size, size), as arguments of `SilhouetteLikelihood.observe`."""
         name = next(name for name in ("mask", "depth", "rgb") if name in self._names)
         seen = _SEEN[name](frame)[0]
         if name == "depth":

@@ -7,14 +7,9 @@ from motionenv._core.compilation import kernel
 
 @kernel
 def place(coefficients, which, phases, sizes, out) -> None:
-    """Fill `out` (k, 15, 3) with walkers at their phases (paper B, eq. 3.1).
+    """Fill `out` (k, 15, 3) [m] with the walkers `which` (k,) at their phases ωt (k,) [rad] (paper B, eq. 3.1).
 
-    Args:
-        coefficients: (n, 5, 15, 3) [m] of all walkers.
-        which: (k,) index of each row's walker.
-        phases: (k,) ωt [rad].
-        sizes: (k,) factors on all lengths.
-        out: (k, 15, 3) [m].
+    `coefficients` (n, 5, 15, 3) [m] are those of all walkers, `sizes` (k,) factors on all lengths.
     """
     for i in range(len(which)):
         w, body = coefficients[which[i]].reshape(5, 45), out[i].reshape(45)

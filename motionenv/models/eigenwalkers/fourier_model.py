@@ -61,9 +61,7 @@ class FourierModel(GaitModel):
     _needed: ClassVar[tuple[str, ...]] = MARKERS  # that at least one walker must show
 
     def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500):
-        self.n_components = n_components
-        self.tol = tol
-        self.max_iter = max_iter
+        self.n_components, self.tol, self.max_iter = n_components, tol, max_iter
         self.card_: dict = {}
 
     def transform(self, walkers) -> np.ndarray:

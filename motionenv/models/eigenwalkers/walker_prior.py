@@ -108,7 +108,8 @@ class WalkerPrior(FourierModel):
         self._learn(_with_mirror_images(w), self._columns_rank(2 * len(w)))
         self._learn_pace(log_frequencies)
         left_out = self._leave_out(w, np.array(labels))
-        factor = _best_factor(left_out)
+        # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
+        factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
         self.noise_ = _noise(_total(left_out), factor)
         self.inflation_ = _inflation(left_out, factor)
         return self
@@ -168,17 +169,10 @@ def _rest(w, weights, mean, components) -> np.ndarray:
 
 
 def _lifted(out: _LeftOut, noise: np.ndarray, alpha: float, seen: np.ndarray, w: np.ndarray):
-    """Error and posterior variance of the depth of walks, lifted from a level view (eq. 3.15).
+    """Error and posterior variance of the depth of walks w (n, 5, 15, 3) [m], lifted from a level view (eq. 3.15).
 
-    Args:
-        out: components to lift with.
-        noise: (5, 15) [m²] for each harmonic and marker.
-        alpha: view angle [rad].
-        seen: (15,) mask of the visible markers.
-        w: (n, 5, 15, 3) [m], walks in which these markers are known.
-
-    Returns:
-        Error (n, 5, seen) [m] of the coefficients, and variance (phases, seen) [m²] over the cycle.
+    The components of `out` lift them from the view angle `alpha` [rad], with `noise` (5, 15) [m²]; all walks show the
+    markers in `seen` (15,). The error is (n, 5, seen) [m] of the coefficients, the variance (phases, seen) [m²].
     """
     c, s = np.cos(alpha), np.sin(alpha)
     shown, away = np.array([[c, s, 0.0], [0.0, 0.0, 1.0]]).T, np.array([-s, c, 0.0])
@@ -194,18 +188,14 @@ def _lifted(out: _LeftOut, noise: np.ndarray, alpha: float, seen: np.ndarray, w:
 
 def _every_lift(left_out: list[_LeftOut], factor: float):
     """Yield visible markers, weights, error and variance for each view, and each group of walks with equal gaps."""
-    for out, noise in zip(left_out, _noises(left_out, factor), strict=True):
+    total = _total(left_out)
+    for out in left_out:
+        noise = _noise(total - out.squares, factor)  # of the other folds
         patterns, which = np.unique(np.isfinite(out.w).all(axis=(1, 3)), axis=0, return_inverse=True)
         for i, seen in enumerate(patterns):
             rows = which.reshape(-1) == i
             for alpha in _VIEWS:
                 yield seen, out.weights[rows], *_lifted(out, noise, alpha, seen, out.w[rows])
-
-
-def _noises(left_out: list[_LeftOut], factor: float) -> list[np.ndarray]:
-    """For each fold, the noise (5, 15) [m²] estimated from the other folds, times `factor`."""
-    total = _total(left_out)
-    return [_noise(total - out.squares, factor) for out in left_out]
 
 
 def _total(left_out: list[_LeftOut]) -> np.ndarray:
@@ -216,16 +206,8 @@ def _noise(squares: np.ndarray, factor: float) -> np.ndarray:
     return np.maximum(factor * squares[0] / squares[1], _FLOOR)
 
 
-def _best_factor(left_out: list[_LeftOut]) -> float:
-    """Factor on the noise that maximises the likelihood of the depth of left-out people, lifted from views all around.
-
-    Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
-    """
-    return float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
-
-
 def _unlikeliness(left_out: list[_LeftOut], factor: float) -> float:
-    """Weighted sum over views and markers of -2 log-density of the depth, averaged over the cycle."""
+    """Weighted sum over views all around and markers of -2 log-density of the depth, averaged over the cycle."""
     total = 0.0
     for _, weights, error, variance in _every_lift(left_out, factor):
         square = np.einsum("th,nhm->ntm", _CYCLE, error) ** 2

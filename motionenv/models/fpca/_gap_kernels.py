@@ -174,17 +174,13 @@ def _leave_out(gaps, outer, cross, lower, right):
 
 @sums
 def posterior(start, stop, data, tables, found, tallies):
-    """Posterior of the latents of some cycles, and the sums that the M step needs.
+    """Posterior of the latents of cycles `start` to `stop`, and the sums that the M step needs.
 
-    Args:
-        start: first cycle.
-        stop: end of the range of cycles, exclusive.
-        data: coefficients (K, N), groups, offsets, runs.
-        tables: loadings W / σ² (q, N), means / σ² (G, N), cumulative sums of W Wᵀ / σ² ((P + 1)·m, q(q + 1)/2), the
-            same over all samples, cumulative sums of W mean / σ² and of mean² / σ² + log 2πσ² (G, (P + 1)·m, q + 1),
-            the same over all samples.
-        found: output: z (K, q), covariances (K, q, q), twice the log-likelihood without -y² / σ² (K,).
-        tallies: accumulated: Σ z yᵀ (q, N), and at the edges of the gaps Σ E[z zᵀ] and Σ E[z].
+    `data`: coefficients (K, N), groups, offsets, runs. `tables`: loadings W / σ² (q, N), means / σ² (G, N), cumulative
+    sums of W Wᵀ / σ² ((P + 1)·m, q(q + 1)/2), the same over all samples, cumulative sums of W mean / σ² and of mean² /
+    σ² + log 2πσ² (G, (P + 1)·m, q + 1), the same over all samples. `found`, output: z (K, q), covariances (K, q, q),
+    twice the log-likelihood without -y² / σ² (K,). `tallies`, accumulated: Σ z yᵀ (q, N), and at the edges of the gaps
+    Σ E[z zᵀ] and Σ E[z].
     """
     coefficients, groups, offsets, runs = data
     loadings, means, outer, all_outer, cross, all_cross = tables
@@ -215,17 +211,12 @@ def posterior(start, stop, data, tables, found, tallies):
 
 @sums
 def impute_scores(start, stop, data, tables, found, tallies, repeats):
-    """Fig. 8's step from X⁽²⁾ to scores with fixed components: z = Wᵀ x, with the gaps of x filled by W z.
+    """Fig. 8's step from X⁽²⁾ to scores with fixed components, `repeats` times: z = Wᵀ x, gaps of x filled by W z.
 
-    Args:
-        start: first cycle.
-        stop: end of the range of cycles, exclusive.
-        data: coefficients (K, N), groups (not used), offsets, runs.
-        tables: orthonormal loadings (q, N), cumulative sums of W Wᵀ ((P + 1)·m, q(q + 1)/2).
-        found: z (K, q), read for the first filling of gaps and overwritten; output (K,): squared errors on the seen
-            samples, less y².
-        tallies: accumulated: Σ z yᵀ (q, N), and at the edges of the gaps Σ z zᵀ.
-        repeats: number of steps, at least 1.
+    For cycles `start` to `stop`. `data`: coefficients (K, N), groups (not used), offsets, runs. `tables`: orthonormal
+    loadings (q, N), cumulative sums of W Wᵀ ((P + 1)·m, q(q + 1)/2). `found`: z (K, q), read for the first filling of
+    gaps and overwritten; output (K,): squared errors on the seen samples, less y². `tallies`, accumulated: Σ z yᵀ (q,
+    N), and at the edges of the gaps Σ z zᵀ.
     """
     coefficients, _, offsets, runs = data
     loadings, outer = tables

@@ -81,13 +81,9 @@ class FunctionalPCA(StoredModel):
     def __init__(
         self, n_components=5, n_harmonics=20, centre="all", method="ppca", residual_harmonics=8, tol=1e-6, max_iter=200
     ):
-        self.n_components = n_components
-        self.n_harmonics = n_harmonics
-        self.centre = centre
-        self.method = method
-        self.residual_harmonics = residual_harmonics
-        self.tol = tol
-        self.max_iter = max_iter
+        self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
+        self.centre, self.method = centre, method
+        self.tol, self.max_iter = tol, max_iter
         self.card_: dict = {}
 
     def fit(self, cycles: Cycles, channels=None) -> "FunctionalPCA":

@@ -175,7 +175,8 @@ class MotionTree(GaitModel):
             MotionError: an invalid history (see `coefficients`), or an option out of range.
         """
         self.check()
-        n = _checked_options(n, noise)
+        checked_number(noise, "noise", 0)
+        n = checked_whole(n, "n", 1, unit="draws")
         recent = self.recent(history)
         probes = self.basis_.coefficients(recent.parameters).astype(np.float32)
         flat = probes.reshape(-1, probes.shape[-1])
@@ -370,8 +371,3 @@ class MotionTree(GaitModel):
             raise ModelError("this MotionTree is not fitted: call fit(motions) first, or motionenv.load")
         if self.mapping_ is not None:
             self.mapping_.check()
-
-
-def _checked_options(n, noise) -> int:
-    checked_number(noise, "noise", 0)
-    return checked_whole(n, "n", 1, unit="draws")

@@ -64,13 +64,9 @@ def decay(a):
 
 @jit
 def carry(rows, samples, rate, height):
-    """Write the root's x, y [m] and z [m] in rows, how much each foot stands, and the balls of the feet.
+    """Write the root's x, y and z [m] in `rows` (ROWS, ...), how much each foot stands, and the balls of the feet.
 
-    Args:
-        rows: (ROWS, ...) with those of the legs filled in.
-        samples: how many of each.
-        rate: samples per second.
-        height: of the body [m].
+    The legs' rows are filled in; there are `samples` of each, `rate` per second, of a body of `height` [m].
     """
     z, work, more = rows[Z], rows[_WORK], rows[_MORE]
     left, right = rows[_STANDS], rows[_STANDS + 1]
@@ -105,18 +101,12 @@ def carry(rows, samples, rate, height):
 def plant(rows, samples, rate, pad, finer, phase, hips, poses):
     """Put roots into poses (frames, 25), and turn their hips so that standing feet stay where they are on average.
 
-    Seen in the pelvis' heading, flexion moves the ankle forward by its depth under the hip, and abduction outwards
-    by its distance from it; what the pelvis' tilt adds to that is small.
+    Seen in the pelvis' heading, flexion moves the ankle forward by its depth under the hip, and abduction outwards by
+    its distance from it; what the pelvis' tilt adds to that is small.
 
-    Args:
-        rows: as `carry` leaves them.
-        samples: how many of each.
-        rate: samples per second.
-        pad: sample of the first pose.
-        finer: samples from pose to pose.
-        phase: (samples,) [cycles]; 0 is the left leg furthest ahead.
-        hips: (2, 3) [m] of the left and the right hip from the pelvis.
-        poses: with all angles filled in.
+    There are `samples` of `rows`, as `carry` leaves them, `rate` per second, and `finer` from pose to pose, of which
+    the first is at sample `pad`. `phase` (samples,) [cycles] is 0 when the left leg is furthest ahead; `hips` (2, 3)
+    [m] are those of the left and the right hip from the pelvis.
     """
     for f in range(len(poses)):
         t = pad + f * finer
@@ -226,13 +216,9 @@ def _gradient(values, samples, rate, out):
 
 @jit
 def smooth(values, samples, deviation, out):
-    """Write `values` smoothed by a Gaussian, as scipy's gaussian_filter1d does with the ends repeated.
+    """Write `values` (samples, ...) to `out`, smoothed by a Gaussian of standard deviation `deviation` [samples].
 
-    Args:
-        values: (samples, ...).
-        samples: how many.
-        deviation: standard deviation [samples].
-        out: to write; not `values`.
+    As scipy's gaussian_filter1d with the ends repeated; `out` must not be `values`.
     """
     radius = int(_TRUNCATE * deviation + 0.5)
     longer = np.empty(samples + 2 * radius)

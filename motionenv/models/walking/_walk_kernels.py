@@ -234,15 +234,9 @@ def _arms(w, first, last, poses):
 def _move(curves, floor, pace, samples, finer, body, rows, poses):
     """Write what contact wants of all samples to `rows`, and angles to poses (frames, 25), which may be none.
 
-    Args:
-        curves: (k, columns · 24), from `_curves`.
-        floor: what the left and the right ankle's heights are over [body heights].
-        pace: samples per second, sample of the first pose, stride time [s], phase [cycles].
-        samples: how many.
-        finer: samples from pose to pose.
-        body: offsets (16, 3) and height [m].
-        rows: (ROWS, samples + LANES or more).
-        poses: to write.
+    `curves` (k, columns · 24) are from `_curves`; `floor` is what the left and the right ankle's heights are over [body
+    heights]; `pace` holds samples per second, sample of the first pose, stride time [s] and phase [cycles]; there are
+    `finer` samples from pose to pose. `rows` has LANES columns to spare, and `body` is offsets (16, 3) and height [m].
     """
     (rate, pad, seconds, _), (offsets, height), size = pace, body, curves.shape[1]
     w, turn, d = np.empty(_WORK * LANES), np.empty(3 * LANES), np.empty((4, size))

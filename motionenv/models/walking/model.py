@@ -69,8 +69,7 @@ class WalkingModel(GaitModel):
     batch_size: ClassVar[int] = 32
 
     def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
-        self.n_components = n_components
-        self.n_harmonics = n_harmonics
+        self.n_components, self.n_harmonics = n_components, n_harmonics
         self.card_: dict = {}
 
     def fit(self, motions, subjects=None) -> "WalkingModel":
@@ -226,7 +225,9 @@ class WalkingModel(GaitModel):
     def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
         """The walk of `walker` for a `request`; `rng` draws the variation between cycles."""
         self._check_fitted()
-        stride = self._stride(walker)
+        scores = np.array([walker.scores])
+        seconds = self.stride_seconds(scores) if walker.stride_seconds is None else np.array([walker.stride_seconds])
+        stride = Stride(scores, seconds)
         self._check_stride(stride, 1)
         return Motion(self._poses(stride, request, rng)[0], self.skeleton(request.height), request.fps, "walk")
 
@@ -278,11 +279,7 @@ class WalkingModel(GaitModel):
         return Skeleton(self.proportions_ * height, limb_radii(height), height)
 
     def score(self, motions) -> float:
-        """Mean log-density of the scores of the cycles of captured walks.
-
-        Args:
-            motions: straight walks (frames, 25).
-        """
+        """Mean log-density of the scores of the cycles of captured `motions`, straight walks (frames, 25)."""
         from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
 
         self._check_fitted()
@@ -294,11 +291,6 @@ class WalkingModel(GaitModel):
         """The speed [m/s] of a body of mean height that equals `speed` of a body of `height` in body heights/s."""
         # Fitted speeds are in body heights per second: with equal scores, a tall person walks faster.
         return None if speed is None else speed * self.height_ / (self.height_ if height is None else height)
-
-    def _stride(self, walker: Walker) -> Stride:
-        scores = np.array([walker.scores])
-        seconds = self.stride_seconds(scores) if walker.stride_seconds is None else np.array([walker.stride_seconds])
-        return Stride(scores, seconds)
 
     def _poses(self, stride: Stride, request: Request, rng: np.random.Generator) -> np.ndarray:
         """Walks (n, frames, 25)."""

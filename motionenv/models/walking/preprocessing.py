@@ -120,11 +120,7 @@ def _closed(cycles: Cycles) -> Cycles:
 
 
 def forward_speed(motion: Motion) -> float:
-    """Mean speed [m/s] along the straight line of a walk.
-
-    Args:
-        motion: a straight walk (frames, 25).
-    """
+    """Mean speed [m/s] along the straight line of a walk, `motion` (frames, 25)."""
     return float(np.linalg.norm(_travel(motion)) * motion.fps)
 
 

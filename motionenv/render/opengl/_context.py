@@ -42,11 +42,7 @@ class _Thread:
         self._process = 0
 
     def submit(self, call: Callable, *arguments) -> Future:
-        """Run `call(*arguments)` in the thread.
-
-        Raises:
-            EngineError: this process was forked from one that had started OpenGL.
-        """
+        """Run `call(*arguments)` in the thread; an `EngineError` in a fork of a process that had started OpenGL."""
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, thread_name_prefix="opengl")
             self._process = os.getpid()
@@ -67,11 +63,7 @@ thread = _Thread()
 
 @cache
 def load():
-    """Import pyrender with compatibility patches.
-
-    Raises:
-        EngineError: OpenGL's libraries are missing.
-    """
+    """Import pyrender with compatibility patches; an `EngineError` if OpenGL's libraries are missing."""
     os.environ.setdefault("PYOPENGL_PLATFORM", _platform())
     if not hasattr(np, "infty"):
         setattr(np, "infty", np.inf)  # noqa: B010 (NPY201 takes the plain assignment for a use)
@@ -103,26 +95,17 @@ def _platform() -> str:
 
 
 def offscreen(width: int, height: int):
-    """A new pyrender OffscreenRenderer, for use in `thread` only, whose deletion doesn't affect other renderers.
+    """A new pyrender OffscreenRenderer, for use in `thread` only; an `EngineError` if no context can be created.
 
-    Args:
-        width, height: image size [pixels]; can be changed later.
-
-    Raises:
-        EngineError: no context can be created.
+    Its deletion doesn't affect other renderers. Its size [pixels] can be changed later.
     """
     load()
-    try:
-        return _offscreen_class()(width, height)
-    except (*BROKEN, _gl_error()) as error:
-        raise EngineError(f"OpenGL can't create a context ({error!r}): {_INSTALL}") from error
-
-
-def _gl_error() -> type[Exception]:
-    """Exception type of PyOpenGL's calls."""
     from OpenGL.error import Error
 
-    return Error
+    try:
+        return _offscreen_class()(width, height)
+    except (*BROKEN, Error) as error:
+        raise EngineError(f"OpenGL can't create a context ({error!r}): {_INSTALL}") from error
 
 
 @cache

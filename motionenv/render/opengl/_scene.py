@@ -16,21 +16,12 @@ _REACH = 120.0  # radius of ground and sky [m]
 
 
 class GlScene:
-    """pyrender's scene for one skeleton.
-
-    Args:
-        skeleton: the body.
-        scene: colours, lights, ground and sky.
-
-    Attributes:
-        pyrender: the module's scene.
-        ids: node → limb id, for the segmentation pass.
-    """
+    """pyrender's scene for one skeleton, and `ids`, node → limb id, for the segmentation pass."""
 
     def __init__(self, skeleton: Skeleton, scene: Scene):
         self._skeleton, self._scene = skeleton, scene
         self.pyrender = _scene_class()(bg_color=[*scene.horizon, 1.0], ambient_light=np.array(scene.ambient))
-        self.pyrender.reach = 1.1 * skeleton.height
+        self.pyrender.scale = 1.1 * skeleton.height
         rest = limb_segments(np.zeros(25), skeleton)
         lengths = np.linalg.norm(rest[:, 1] - rest[:, 0], axis=-1)
         self._limbs = [
@@ -50,25 +41,17 @@ class GlScene:
         return node
 
     def pose(self, pose) -> None:
-        """Move the limbs, and hide those that are unknown.
-
-        Args:
-            pose: (25,) [m, rad].
-        """
+        """Move the limbs to `pose` (25,) [m, rad], and hide those that are unknown."""
         ends, known = limb_segments(pose, self._skeleton), known_limbs(pose)
         for node, (start, end), shown in zip(self._limbs, ends, known, strict=True):
             node.mesh.is_visible = node.shown = bool(shown)
             if shown:
                 self.pyrender.set_pose(node, _placed(start, _along(end - start)))
         if known.any():
-            self.pyrender.middle = ends[LIMBS.index("pelvis")].mean(0)
+            self.pyrender.centroid = ends[LIMBS.index("pelvis")].mean(0)
 
     def look(self, camera: Camera) -> None:
-        """Set the camera; ground and sky move with it, by whole pairs of tiles.
-
-        Args:
-            camera: the camera.
-        """
+        """Set the camera; ground and sky move with it, by whole pairs of tiles."""
         self._camera.camera.K = camera.K
         self._camera.camera.size = camera.width, camera.height
         self.pyrender.set_pose(self._camera, _placed(camera.centre, camera.R.T @ _FLIP))
@@ -181,18 +164,10 @@ def _scene_class() -> type:
     """A pyrender scene whose shadow maps cover only the surroundings of the body."""
 
     class BodyScene(load().Scene):  # type: ignore[misc]
-        """`middle` (3,) and `reach` [m]: where the body is, and how far it reaches."""
+        """`centroid` (3,) and `scale` [m]: where the body is, and how far it reaches."""
 
-        middle = np.zeros(3)
-        reach = 2.0
-
-        @property
-        def centroid(self):
-            return self.middle
-
-        @property
-        def scale(self):
-            return self.reach
+        centroid = np.zeros(3)
+        scale = 2.0
 
     return BodyScene
 

@@ -131,9 +131,5 @@ def _close(state: _State) -> None:
 
 @lru_cache(maxsize=4)
 def shared_renderer(scene: Scene | None = None) -> PyrenderRenderer:
-    """The renderer of `motionenv.render.render` for `scene`; a few are cached because contexts are expensive.
-
-    Args:
-        scene: as in `PyrenderRenderer`.
-    """
+    """The renderer of `motionenv.render.render` for `scene`; a few are cached because contexts are expensive."""
     return PyrenderRenderer(scene)

@@ -90,10 +90,9 @@ def _draw_backgrounds(index, view, rgb):
 
 @kernel
 def draw(index, ends, radii, view, samples, depth, limbs, rgb):
-    """Render bodies `index` of `ends` (n, limbs, 2, 3) into their images.
+    """Render bodies `index` of `ends` (n, limbs, 2, 3) into their images; an `rgb` of length 0 is skipped.
 
-    Depth and ids come from pixel centres, colours of bodies from samples × samples rays per pixel. An `rgb` of length 0
-    is skipped.
+    Depth and ids come from pixel centres, colours of bodies from samples × samples rays per pixel.
     """
     height, width = depth.shape[1:]
     table, box = np.empty((len(radii), COLUMNS)), np.empty(4, np.int64)

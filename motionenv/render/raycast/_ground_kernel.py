@@ -20,14 +20,10 @@ _FLATTEST = np.float32(-1e-6)  # greatest z of a ray that intersects the ground
 def colour_background(to_world, height, settings, lights, ambient, colours, encode, lit, dark):
     """Write the bytes of every pixel for ground of the second tile colour, of an equal mixture, and of the first.
 
-    Args:
-        to_world: (3, 3), pixel (u, v, 1) → direction in the world.
-        height: of the camera above the ground [m].
-        settings: distance of half fading [m], whether there is a ground (0 or 1).
-        lights: (2, 6) of `Scene.lights`; ambient: (3,); both linear.
-        colours: (4, 3) linear: the two tiles, horizon, zenith.
-        encode: table of `encoding`.
-        lit, dark: uint8 (3, rows, columns, 3), outputs in full light and without the key light; equal in the sky.
+    `to_world` (3, 3) maps pixels (u, v, 1) to directions in the world; the camera is `height` [m] above the ground;
+    `settings` are the distance of half fading [m] and whether there is a ground (0 or 1). `lights` (2, 6) of
+    `Scene.lights`, `ambient` (3,) and `colours` (4, 3) of the two tiles, horizon and zenith are linear. `lit` and
+    `dark`, uint8 (3, rows, columns, 3), are in full light and without the key light, equal in the sky.
     """
     for v in range(lit.shape[1]):
         for u in range(lit.shape[2]):
@@ -84,13 +80,9 @@ def _footprint(far, slope, across, down, across_z, down_z):
 
 @part
 def share_row(to_world, centre, v, first, share):
-    """Fraction (0 to 1) of the first tile colour in each pixel's footprint: an exact box filter of the checkerboard.
+    """Write the fraction of the first tile colour in each pixel of row `v` from column `first`, box-filtered exactly.
 
-    Args:
-        to_world: (3, 3) float32, pixel (u, v, 1) → direction in the world.
-        centre: (3,) float32, position of the camera [tiles].
-        v: the row; first: the first column.
-        share: float32 (n,), output.
+    `to_world` (3, 3) maps pixels (u, v, 1) to directions in the world, from a camera at `centre` (3,) [tiles].
     """
     ax, ay, az = to_world[0, 0], to_world[1, 0], to_world[2, 0]
     dx, dy, dz = to_world[0, 1], to_world[1, 1], to_world[2, 1]
@@ -114,12 +106,7 @@ def mix_row(colours, v, first, share, row):
     """Write pixels (n, 3) of row `v` from column `first`: the parabola through the three bytes, at the tiles' share.
 
     The error against encoding the mixed light is at most half a byte unless the tiles' bytes differ by more than 100.
-
-    Args:
-        colours: (3, rows, columns, 3) from `colour_background`.
-        v, first: row and first column.
-        share: float32 (4, n), shares in the first row; the others are scratch.
-        row: uint8, output.
+    `colours` are from `colour_background`; `share` (4, n) holds the shares in its first row, and scratch below.
     """
     n = row.shape[0]
     wide, out = share.reshape(-1)[n:], row.reshape(-1)

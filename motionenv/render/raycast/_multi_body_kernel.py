@@ -14,13 +14,11 @@ from motionenv.render.raycast.limb_kernel import COLUMNS, GATHER
 def draw_crowd(start, stop, bodies, looks, cameras, lights, pictures):
     """Render bodies `start` to `stop` into their images.
 
-    Args:
-        start, stop: range of bodies.
-        bodies: poses (n, 25) [m, rad], offsets (n, 16, 3) [m], radii (n, limbs, 2) [m], heights (n,) [m].
-        looks: colours (n, clothes, 3), float32 and linear, and which of them each limb wears, (limbs,).
-        cameras: intrinsics, their inverse and rotations world → camera, (n, 3, 3) each, and translations (n, 3) [m].
-        lights: (n, 2, 6) float32, in the camera's frame; ambient light (3,) float32; table linear light → byte.
-        pictures: depth, limbs, rgb; an rgb of length 0 is skipped.
+    `bodies` are poses (n, 25) [m, rad], offsets (n, 16, 3) [m], radii (n, limbs, 2) [m] and heights (n,) [m]; `looks`
+    linear colours (n, clothes, 3) and which of them each limb wears (limbs,); `cameras` intrinsics, their inverse and
+    rotations world → camera (n, 3, 3) and translations (n, 3) [m]; `lights` those in the camera's frame (n, 2, 6),
+    ambient light (3,) and the table linear light → byte; `pictures` depth, limbs and rgb, which is skipped if of length
+    0.
     """
     (poses, offsets, radii, heights), (colours, worn), (k, kinv, r, t) = bodies, looks, cameras
     (directed, ambient, encode), (depth, limbs, rgb) = lights, pictures

@@ -46,17 +46,11 @@ def byte(light, table):
 
 @part
 def shade_body(table, kinv, box, lights, ambient, colours, encode, depth, limbs, rgb):
-    """Colour the body's pixels, gathered in blocks for SIMD.
+    """Colour the body's pixels in `rgb`, gathered in blocks for SIMD.
 
-    Args:
-        table: the limbs, from `set_limb`.
-        kinv: (3, 3) pixel → ray.
-        box: bounding box of the body: first and last column and row.
-        lights: (2, 6) direction in the camera's frame and radiance, float32; ambient: (3,).
-        colours: (limbs, 3) float32, linear.
-        encode: table of `encoding`.
-        depth, limbs: of all pixels.
-        rgb: the image.
+    `table` holds the limbs, from `set_limb`, and `box` the body's first and last column and row; `kinv` (3, 3) maps
+    pixels to rays. `lights` (2, 6), direction in the camera's frame and radiance, `ambient` (3,) and `colours` (limbs,
+    3) are linear; `encode` is the table of `encoding`.
     """
     small = np.empty(table.shape, np.float32)
     for i in range(table.shape[0]):

@@ -14,13 +14,9 @@ _ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
 
 @part
 def _shadow_box(limb, to_pixel, width, height, box):
-    """Write the bounding box (first and last column and row) of a limb's shadow to `box`.
+    """Write the bounding box (first and last column and row) of the shadow of a limb of `_project_limb` to `box` (4,).
 
-    Args:
-        limb: (10,) from `_project_limb`.
-        to_pixel: (3, 3), point of the light's plane (s, t, 1) → pixel times depth.
-        width, height: image size [pixels].
-        box: (4,), output.
+    `to_pixel` (3, 3) maps points of the light's plane (s, t, 1) to pixel times depth.
     """
     edge = 2.0 * (_EDGE + _EDGE_PER_METRE * max(limb[6], limb[6] + limb[7]))
     side = limb[4] + edge
@@ -69,10 +65,7 @@ def _project_limb(ends, radii, across, limb):
 def _shade_row(limb, start, step, shade):
     """Raise `shade` (n,) to the limb's shadow in each pixel of a row, 0 to 1.
 
-    Args:
-        limb: (10,) float32.
-        start, step: (3,) float32, homogeneous point of the light's plane at the row's first pixel and per pixel.
-        shade: float32, updated.
+    `start` and `step` (3,) are the homogeneous point of the light's plane at the row's first pixel, and per pixel.
     """
     for j in range(len(shade)):
         x = np.float32(j)
@@ -93,15 +86,11 @@ def _shade_row(limb, start, step, shade):
 
 @part
 def draw_shadows(ends, radii, view, samples, shade, rgb):
-    """Darken the ground where limbs block the key light: sharp at the feet, blurred with height.
+    """Darken the ground of `rgb` where limbs block the key light: sharp at the feet, blurred with height.
 
-    Args:
-        ends: (limbs, 2, 3) [m], world; radii: (limbs, 2) [m].
-        view: its `across` (2, 3) are two unit vectors perpendicular to the light, and its `to_pixel` and `from_pixel`
-            (3, 3) map homogeneous points of the light's plane (s, t, 1) to a ray's pixel and back.
-        samples: rays per pixel and axis.
-        shade: float32 (height · samples, width · samples), scratch.
-        rgb: the image, with the ground in light.
+    The view's `across` (2, 3) are two unit vectors perpendicular to the light, and its `to_pixel` and `from_pixel` (3,
+    3) map homogeneous points of the light's plane (s, t, 1) to a ray's pixel and back. `shade` is scratch, with samples
+    × samples rays per pixel.
     """
     height, width = shade.shape
     shapes, boxes = np.empty((len(radii), 10), np.float32), np.empty((len(radii), 4), np.int64)

@@ -101,7 +101,8 @@ class Raycaster:
         for k, some in enumerate(shown):
             mine = which.reshape(-1) == k
             part = view._replace(colours=view.colours[some])
-            seen, thick = np.ascontiguousarray(ends[mine][:, some]), _frozen(radii[some])
+            seen, thick = np.ascontiguousarray(ends[mine][:, some]), radii[some]
+            thick.flags.writeable = False  # like a skeleton's, so that kernels need no second version
             draw(index[mine], seen, thick, part, self.scene.samples, flat.depth, flat.limbs, rgb)
             ids = np.concatenate([[0], 1 + np.flatnonzero(some)]).astype(np.uint8)
             for i in index[mine]:
@@ -132,12 +133,6 @@ class Raycaster:
 
     def __setstate__(self, state):
         self.__init__(state["scene"], threads=state["threads"])  # type: ignore[misc]
-
-
-def _frozen(array: np.ndarray) -> np.ndarray:
-    """`array`, read-only like a skeleton's, so that kernels need no second version."""
-    array.flags.writeable = False
-    return array
 
 
 def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:

@@ -106,14 +106,10 @@ def _set_shape(ends, radii, camera_r, camera_t, g):
 
 @part
 def set_limb(ends, radii, camera_r, camera_t, k, kinv, width, height, g):
-    """Write one row `g` of the limb table; an empty bounding box means that the limb isn't visible.
+    """Write one row `g` (COLUMNS,) of the limb table; an empty bounding box means that the limb isn't visible.
 
-    Args:
-        ends: (2, 3) [m], world; radii: (2,) [m].
-        camera_r, camera_t: extrinsics, world → camera.
-        k, kinv: intrinsics and their inverse.
-        width, height: image size [pixels].
-        g: (COLUMNS,), output.
+    The limb has `ends` (2, 3) [m] in the world and `radii` (2,) [m]; the camera has the extrinsics `camera_r,
+    camera_t`, world → camera, the intrinsics `k` and their inverse `kinv`, and images of `width` × `height` [pixels].
     """
     _set_shape(ends, radii, camera_r, camera_t, g)
     ra, rb = g[RA], g[RA] - g[RR]
@@ -171,13 +167,8 @@ def _set_rays(g, kinv, u, v, c):
 def _cast(c, across, down, z):
     """Depth `z` (n,) at which rays enter the limb `c` of `_set_rays`; infinite if they miss.
 
-    Args:
-        c: (20,) float32.
-        across, down: (n,) float32, columns and rows relative to the pixel of `c`.
-        z: (n,) float32, output.
-
-    The loop has no branches, so that it compiles to SIMD. Divisions by zero give infinities and NaN, for which all
-    comparisons below are False.
+    The rays' columns and rows, `across` and `down` (n,), are relative to the pixel of `c`. The loop has no branches, so
+    that it compiles to SIMD. Divisions by zero give infinities and NaN, for which all comparisons below are False.
     """
     d0, d1, d2, f0, f1, f2 = c[0], c[1], c[2], c[3], c[4], c[5]
     o0, o1, o2, p0, p1, p2 = c[6], c[7], c[8], c[9], c[10], c[11]
@@ -215,15 +206,10 @@ def _put(z, where, limb, depth, limbs):
 
 @part
 def draw_limb(g, kinv, limb, width, depth, limbs, scratch, where):
-    """Draw one limb.
+    """Draw the limb with the row `g` of the limb table, and the id `limb`, into `depth` and `limbs` (height · width,).
 
-    Args:
-        g: its row of the limb table.
-        kinv: inverse intrinsics.
-        limb: its id.
-        width: of the image [pixels].
-        depth, limbs: (height · width,), updated.
-        scratch: (4, GATHER) float32; where: (GATHER,) int64.
+    `kinv` are the inverse intrinsics, and `width` is the image's [pixels]. Scratch memory: `scratch` (4, GATHER)
+    float32 and `where` (GATHER,) int64.
     """
     rays, across, down, z = scratch[3], scratch[0], scratch[1], scratch[2]
     middle_u, middle_v = int((g[BOX] + g[BOX + 1]) / 2), int((g[BOX + 2] + g[BOX + 3]) / 2)

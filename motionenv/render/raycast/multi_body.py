@@ -13,6 +13,7 @@ from motionenv.body.skeleton import CLOTHES, COLOURS
 from motionenv.errors import MotionError
 from motionenv.render.raycast._multi_body_kernel import draw_crowd
 from motionenv.render.raycast._shade_kernel import encoding
+from motionenv.render.request import check_frame, empty_frame
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Frame, shape_text
 
@@ -84,7 +85,11 @@ class MultiBodyRaycaster:
         ]
         if not np.isfinite(np.concatenate([array.reshape(-1) for array in arrays])).all():
             raise MotionError(_complaint(arrays))
-        frame = self._empty(n, rgb) if out is None else self._fits(out, n, rgb)
+        shape = (n, self.height, self.width)
+        frame = empty_frame(shape, rgb) if out is None else out
+        if (frame.rgb is not None) != rgb:
+            raise MotionError(f"out.rgb must be {'an array' if rgb else 'None'} if rgb={rgb}")
+        check_frame(frame, shape)
         *body, colours, K, R, t = arrays
         directed = np.empty((n, 2, 6), np.float32)
         directed[:, :, :3] = self._lights[:, :3] @ R.transpose(0, 2, 1)
@@ -98,28 +103,6 @@ class MultiBodyRaycaster:
     def close(self) -> None:
         """Stop the threads; they restart when needed."""
         self._workers.close()
-
-    def _empty(self, n: int, rgb: bool) -> Frame:
-        """An uninitialised frame of n images."""
-        shape = (n, self.height, self.width)
-        picture = np.empty((*shape, 3), np.uint8) if rgb else None
-        return Frame(picture, np.empty(shape, np.float32), np.empty(shape, np.uint8))
-
-    def _fits(self, out: Frame, n: int, rgb: bool) -> Frame:
-        """`out`, validated."""
-        if (out.rgb is not None) != rgb:
-            raise MotionError(f"out.rgb must be {'an array' if rgb else 'None'} if rgb={rgb}")
-        shape = (n, self.height, self.width)
-        for name, dtype, tail in (("rgb", np.uint8, (3,)), ("depth", np.float32, ()), ("limbs", np.uint8, ())):
-            array = getattr(out, name)
-            if array is not None and not (
-                array.shape == shape + tail and array.dtype == dtype and array.flags.c_contiguous
-            ):
-                raise MotionError(
-                    f"out.{name} must be a contiguous {np.dtype(dtype)} array of shape {shape + tail}, "
-                    f"got {array.dtype} {array.shape}"
-                )
-        return out
 
 
 def _checked(values, name: str, shape: tuple) -> np.ndarray:

@@ -10,22 +10,14 @@ _TURN = 2.0 * np.pi
 
 @kernel
 def look(slots, walkers, alphas, keys, time, setting, joints, hidden, points, seen) -> None:
-    """Rotate walkers by their view angle and observe them.
+    """Rotate walkers (k, 15, 3) [m], who walk along x, by their view angle and observe them.
 
     All randomness in a frame is derived from the episode's key and the frame number, in the same order for each marker.
-
-    Args:
-        slots: (k,) rows of the arrays below, except `walkers`.
-        walkers: (k, 15, 3) [m], walking along x.
-        alphas: (n,) view angle [rad].
-        keys: (n,) uint64.
-        time: (n,) frame number; at 0 gaps are drawn from their stationary distribution, later by a Markov chain.
-        setting: noise [m], dropout, gap fraction, probabilities of starting and of continuing a gap, distance and
-            height of the camera [m].
-        joints: (n, 15, 3), output: markers [m] with the camera at α = 0.
-        hidden: (n, 15) bool, markers in a gap; updated.
-        points: (n, 15, 2), output: observed positions [m], 0 if missing.
-        seen: (n, 15), output: 1 or 0.
+    At time 0 gaps are drawn from their stationary distribution, later by a Markov chain. `slots` (k,) are rows of the
+    other arrays: `alphas` [rad], `keys` and `time` (n,), true `joints` (n, 15, 3) [m] with the camera at α = 0,
+    `hidden` (n, 15), markers in a gap, and observed `points` (n, 15, 2) [m] with `seen` (n, 15), both 0 if missing.
+    `setting` is noise [m], dropout, gap fraction, probabilities of starting and of continuing a gap, distance and
+    height of the camera [m].
     """
     noise, dropout, share, start, stay, distance, height = setting
     state = np.empty(1, dtype=np.uint64)

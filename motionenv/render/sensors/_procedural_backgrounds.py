@@ -44,9 +44,8 @@ _SHAPES, _SHARES = ("box", "ellipse", "pole", "figure", "bush"), (0.58, 0.07, 0.
 class Bank:
     """Photographs of one size, generated when requested.
 
-    Attributes:
-        pictures: uint8 (2 · scenes, height, period + width, 3): each scene and its mirror image, horizontally periodic,
-            so that a camera can pan indefinitely.
+    `pictures`, uint8 (2 · scenes, height, period + width, 3), holds each scene and its mirror image, horizontally
+    periodic, so that a camera can pan indefinitely.
     """
 
     def __init__(self, width: int, height: int):
@@ -74,12 +73,7 @@ def photographs(width: int, height: int) -> Bank:
 
 
 def photograph(number: int, width: int, height: int) -> np.ndarray:
-    """A cluttered image, uint8 (height, width, 3), horizontally periodic.
-
-    Args:
-        number: index; the same scene at every size.
-        width, height: size [pixels].
-    """
+    """A cluttered image, uint8 (height, width, 3), horizontally periodic; of a `number`, the same at every size."""
     plan, grain = np.random.default_rng((_SEED, number, 0)), np.random.default_rng((_SEED, number, 1))
     fine = 2 if height <= 128 else 1
     picture = _room(plan, grain, fine * height, fine * width)
@@ -270,10 +264,7 @@ def _steps(phase: np.ndarray, heights: np.ndarray) -> np.ndarray:
 def _thing(kind: str, number: int, rows: int, columns: int) -> np.ndarray:
     """An object that fills (rows, columns, 4)."""
     index = list(OBJECTS).index(kind)
-    plan, grain = (
-        np.random.default_rng((_SEED, 2000, index, number)),
-        np.random.default_rng((_SEED, 2001, index, number)),
-    )
+    plan, grain = (np.random.default_rng((_SEED, stream, index, number)) for stream in (2000, 2001))
     v, u = (np.arange(rows)[:, None] + 0.5) / rows, (np.arange(columns)[None] + 0.5) / columns
     shape = {"carts": "ellipse" if number % 2 else "box", "posts": "pole", "boxes": "box", "bushes": "bush"}[kind]
     inside = np.broadcast_to(_inside(shape, u, v, grain), (rows, columns))

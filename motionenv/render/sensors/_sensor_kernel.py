@@ -29,13 +29,8 @@ _HALF, _MOST, _ZERO = np.float32(0.5), np.float32(255), np.float32(0)
 def put_colours(start, stop, slots, colours, rise, limbs, rgb):
     """Draw a uniform colour behind the bodies of images `start` to `stop`, which are on black.
 
-    Args:
-        start, stop: range of images.
-        slots: (m,) episode of each image.
-        colours: (n, 3) uint8, of each episode.
-        rise: (n,) gradient of the colour from top to bottom, which must keep it within 0 to 255.
-        limbs: (m, height, width).
-        rgb: (m, height, width, 3), updated.
+    `slots` (m,) are the images' episodes, which have colours (n, 3) and a gradient from top to bottom, `rise` (n,),
+    that must keep them within 0 to 255.
     """
     height, width = limbs.shape[1:]
     base, line = np.empty(3 * width, np.uint8), np.empty(3 * width, np.uint8)
@@ -56,15 +51,8 @@ def put_colours(start, stop, slots, colours, rise, limbs, rgb):
 def put_photographs(start, stop, slots, pan, photographs, which, offset, gain, limbs, rgb):
     """Draw photographs behind the bodies of images `start` to `stop`, which are on black.
 
-    Args:
-        start, stop: range of images.
-        slots: (m,) episode of each image; pan: (m,) [pixels].
-        photographs: (b, height, period + width, 3).
-        which: (n,) photograph of each episode.
-        offset: (n,) [pixels].
-        gain: (n,) an integer up to 256.
-        limbs: (m, height, width).
-        rgb: (m, height, width, 3), updated.
+    `photographs` are (b, height, period + width, 3). `slots` (m,) are the images' episodes, each with a photograph
+    `which`, an `offset` [pixels] and a `gain`, an integer up to 256, (n,); `pan` (m,) [pixels] is the images'.
     """
     height, width = limbs.shape[1:]
     period, line = photographs.shape[2] - width, np.empty(3 * width, np.uint8)
@@ -84,14 +72,10 @@ def put_photographs(start, stop, slots, pan, photographs, which, offset, gain, l
 
 @kernel
 def put_things(start, stop, slots, time, pan, sprites, table, pictures):
-    """Draw objects into images `start` to `stop`.
+    """Draw objects into images `start` to `stop` at `time` (m,) [frames] and `pan` (m,) [pixels].
 
-    Args:
-        start, stop: range of images.
-        slots: (m,) episode of each image; time: (m,) [frames]; pan: (m,) [pixels].
-        sprites: (s, rows, columns, 4).
-        table: (n, k, THING) objects of each episode.
-        pictures: depth, limbs, rgb, updated; an rgb of length 0 is skipped.
+    `slots` (m,) are the images' episodes, whose objects are `table` (n, k, THING) of `sprites` (s, rows, columns, 4).
+    `pictures` are depth, limbs and rgb, which is skipped if of length 0.
     """
     depth, limbs, rgb = pictures
     columns = np.empty(depth.shape[2], np.int64)
@@ -103,14 +87,10 @@ def put_things(start, stop, slots, time, pan, sprites, table, pictures):
 
 @kernel
 def develop(start, stop, slots, time, light, rgb):
-    """Apply light and sensor noise to images `start` to `stop`.
+    """Apply light and sensor noise to images `start` to `stop` of the episodes `slots` (m,) at `time` (m,) [frames].
 
-    Args:
-        start, stop: range of images.
-        slots: (m,) episode of each image; time: (m,) [frames].
-        light: relative amplitude of its variation; frequency [rad/frame] and phase of two waves (n, 4); noise [grey
-            levels], its keys (n,) and its table (int8, STEPS per standard deviation, g for g + 1/2).
-        rgb: (m, height, width, 3), updated.
+    `light` is the relative amplitude of its variation; frequency [rad/frame] and phase of two waves (n, 4); noise [grey
+    levels], its keys (n,) and its table (int8, STEPS per standard deviation, g for g + 1/2).
     """
     share, waves, noise, keys, gaussian = light
     state = np.empty(1, np.uint64)
@@ -184,14 +164,9 @@ def _put_thing(thing, time, pan, sprites, columns, depth, limbs, rgb):
 
 @part
 def _develop(gain, noise, gaussian, state, rgb):
-    """Apply gain and sensor noise, which is read from a random offset of its table for each row.
+    """Apply the light's gain, and noise that is read from a random offset of the table `gaussian` (n,) for each row.
 
-    Args:
-        gain: of the light.
-        noise: grey levels per step of `gaussian`.
-        gaussian: table (n,), int8.
-        state: (1,) of the random stream.
-        rgb: the image.
+    `noise` is in grey levels per step of the table; `state` (1,) is the random stream's.
     """
     middle = _HALF + _HALF * noise  # half a grey level plus half a table step, for unbiased rounding
     places = len(gaussian) - 3 * rgb.shape[1]

@@ -110,7 +110,10 @@ class Augmenter:
         for name, value in (("distance", distance), ("behind", behind), ("focal", focal)):
             checked_number(value, name, above=0)
         self._keys[slot] = rng.integers(2**64, dtype=np.uint64)
-        self._waves[slot] = self._draw_waves(rng)
+        # Two waves of the light, of periods of 4 to 12 s and of 1.5 to 4 s.
+        slow, fast = 2 * np.pi / self.fps / rng.uniform((4.0, 1.5), (12.0, 4.0))
+        phases = rng.uniform(0, 2 * np.pi, 2)
+        self._waves[slot] = slow, phases[0], fast, phases[1]
         self._draw_backdrop(slot, rng)
         for k in range(self.choice.distractors):
             self._things[slot, k] = self._draw_passer(rng, distance, focal)
@@ -177,12 +180,6 @@ class Augmenter:
         self._bank = photographs(*size) if self.choice.background == "clutter" else None
         self._photographs = np.empty((0, 0, 0, 3), np.uint8) if self._bank is None else self._bank.pictures
         self._sprites = sprites(*size) if self._things.shape[1] else np.empty((0, 0, 0, 4), np.uint8)
-
-    def _draw_waves(self, rng: np.random.Generator) -> np.ndarray:
-        """Frequencies [rad/frame] and phases of the light: periods of 4 to 12 s, and of 1.5 to 4 s."""
-        slow, fast = 2 * np.pi / self.fps / rng.uniform((4.0, 1.5), (12.0, 4.0))
-        phases = rng.uniform(0, 2 * np.pi, 2)
-        return np.array([slow, phases[0], fast, phases[1]])
 
     def _draw_backdrop(self, slot: int, rng: np.random.Generator) -> None:
         """Choose a photograph and its section, or a uniform colour."""

@@ -144,12 +144,9 @@ def _markers(poses: np.ndarray, motion: Motion) -> np.ndarray:
 def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float) -> Draw:
     """Renders dots of `radius` [pixels]."""
     dots, behind = (np.round(np.multiply(c, 255)) for c in (colour, background))
-
-    def draw(poses: np.ndarray, cameras: Sequence[Camera]) -> np.ndarray:
-        seen = _markers(poses, motion)
-        return render_points(seen, cameras, radius=radius, colour=dots, background=behind)
-
-    return draw
+    return lambda poses, cameras: render_points(
+        _markers(poses, motion), cameras, radius=radius, colour=dots, background=behind
+    )
 
 
 def _of_body(motion: Motion, engine: str, scene: Scene) -> Draw:

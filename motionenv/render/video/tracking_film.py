@@ -85,19 +85,11 @@ def _in_3d(raycaster: Raycaster, camera: Camera, pose: np.ndarray, skeleton: Ske
     alpha = float(np.arctan2(camera.R[0, 1], camera.R[0, 0])) + _TURNED
     here = np.concatenate([[0.0, 0.0], pose[2:]])
     beside = view(alpha, distance=4.0, eye_height=1.4, width=width, height=height, fov_degrees=36.0 * height / width)
-    rgb = raycaster.render(here[None], skeleton, beside).rgb
-    return np.asarray(rgb)[0]
+    return np.asarray(raycaster.render(here[None], skeleton, beside).rgb)[0]
 
 
 class _Plot:
-    """A curve that grows from frame to frame, with label, value and upper end of its axis.
-
-    Args:
-        curve: (T,) values; NaN leaves gaps.
-        top: upper end of the axis.
-        label: of the curve.
-        shape: of the images above it (rows, columns).
-    """
+    """A curve (T,) that grows from frame to frame, with label, value and upper end of its axis; NaN leaves gaps."""
 
     def __init__(self, curve: np.ndarray, top: float, label: str, shape: tuple):
         rows, columns = max(24, round(_CURVE_SHARE * shape[0])), shape[1]

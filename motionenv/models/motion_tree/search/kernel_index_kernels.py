@@ -241,15 +241,9 @@ def steepness_of(beta):
 def draw(blocks, boxes, n, probe, beta, state, work, out):
     """Draw positions `out` (count,) int32 with probabilities proportional to exp(-|z_i - probe|² / 2β), exactly.
 
-    The algorithm is described in `kernel_index`. Nodes stay open for all draws of a call.
-
-    Args:
-        blocks, boxes, n: attributes of a `KernelIndex`.
-        probe: (b,) float32, finite.
-        beta: above 0, finite.
-        state: a stream of `motionenv._core.random`, which is advanced.
-        work: from `scratch(n, boxes.shape[3])`; needs no clearing between calls.
-        out: output.
+    The algorithm is described in `kernel_index`, whose attributes `blocks`, `boxes` and `n` are. Nodes stay open for
+    all draws of a call. `probe` (b,) is float32, and both it and `beta`, above 0, are finite; `state` is a stream of
+    `motionenv._core.random`, which is advanced; `work` is from `scratch(n, boxes.shape[3])`, and needs no clearing.
     """
     mass, child, wide, row, powers, bits, stack, bounds, path = work  # unpacked once, as this counts references
     levels, first = first_groups(n)

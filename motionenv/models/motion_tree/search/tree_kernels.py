@@ -73,17 +73,11 @@ def is_whole(nodes, starts, members, depth):
 
 @kernel
 def build(blocks, median, nodes, starts, members):
-    """Build a tree, depth first, left before right.
+    """Write a tree of the coefficients `blocks`, depth first, left before right; returns the number of `nodes`.
 
-    Args:
-        blocks: coefficients.
-        median: split a node at the median of its windows; False splits at 0.
-        nodes: output: the nodes.
-        starts: output: start of each leaf's members, then the number of members.
-        members: (n,) output: positions, leaf by leaf, ascending within each.
-
-    Returns:
-        Number of nodes; there is one more leaf.
+    A node is split at the median of its windows if `median`, else at 0. There is one more leaf than nodes: `starts` are
+    where each leaf's members start, then the number of members; `members` (n,) are positions, leaf by leaf, ascending
+    within each.
     """
     n, node, leaf, top = len(members), 0, 0, 1
     values, aside = np.empty(n, np.float32), np.empty(n, np.int32)
@@ -172,18 +166,11 @@ def path_of(nodes, blocks, position, probe, sharpness):
 
 @kernel
 def draw(nodes, starts, members, blocks, probe, beta, kernel, state, weights):
-    """One draw for one probe: the position of a window, and its log-probability.
+    """One draw for one probe (b,) of standardised coefficients, float32: a window's position, and its log-probability.
 
-    Args:
-        nodes: the tree's nodes.
-        starts: start of each leaf's members, then the number of members.
-        members: positions, leaf by leaf.
-        blocks: coefficients.
-        probe: (b,) standardised coefficients, float32.
-        beta: temperature.
-        kernel: whether to choose within the leaf by p(cᵢ | cₜ) rather than uniformly.
-        state: state of the stream of random numbers.
-        weights: scratch memory of the size of the largest leaf.
+    `nodes`, `starts`, `members` and `blocks` are those of `build`, `beta` is the temperature, and `state` the stream of
+    random numbers. Within the leaf, `kernel` chooses by p(cᵢ | cₜ) rather than uniformly; `weights` is scratch memory
+    of the size of the largest leaf.
     """
     sharpness, place, log_probability = 1.0 / math.sqrt(beta), 0 if len(nodes) else -1, 0.0
     while place >= 0:

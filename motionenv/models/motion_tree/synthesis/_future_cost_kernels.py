@@ -19,15 +19,10 @@ _HOPELESS = 1e3  # cost of a dead end
 def future_cost(starts, frames, place, tails, exits, distances, toll, discount, sweeps, cost, way_out):
     """Write the future cost (n,) of windows by position, and the best exit of each window near a sequence's end.
 
-    Args:
-        starts: (sequences + 1,) first frames of the sequences.
-        frames, place: maps from positions to frames and back.
-        tails: (m,) positions of the windows near the end of their sequences, the last of each first.
-        exits, distances: (m, k) similar windows elsewhere, and squared distances to them, infinite if there are fewer.
-        toll: (n,) immediate cost of each window.
-        discount: γ, per frame.
-        sweeps: greatest number of value iterations.
-        cost, way_out: output.
+    `starts` (sequences + 1,) are the sequences' first frames; `frames` and `place` map positions to frames and back.
+    `tails` (m,) are the positions of the windows near the end of their sequences, the last of each first; `exits` and
+    squared `distances` (m, k) are similar windows elsewhere, infinitely far if there are fewer. `toll` (n,) is the
+    immediate cost of each window, `discount` is γ per frame, and `sweeps` the greatest number of value iterations.
     """
     for _ in range(sweeps):
         changed = 0.0

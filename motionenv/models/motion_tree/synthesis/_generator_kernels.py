@@ -50,16 +50,10 @@ _PACE_SPREAD = 0.15  # standard deviation of the wanted speed [m/s]
 
 @kernel
 def grow(sources, settings, state, poses, stands, offsets, height, key, out):
-    """Write the next poses to `out` (frames, 25).
+    """Write the next poses to `out` (frames, 25), and advance `state`.
 
-    Args:
-        sources: a tuple of `Source`, that of the legs first.
-        settings: `Settings`.
-        state: `State`, which is advanced.
-        poses, stands: (frames, 25) poses and (frames, 2) stance flags of the database.
-        offsets, height: the body.
-        key: key of the random numbers.
-        out: output.
+    `sources` begin with that of the legs. `poses` (frames, 25) and stance flags `stands` (frames, 2) are the
+    database's, `offsets` and `height` the body's; `key` is that of the random numbers.
     """
     random = np.empty(1, dtype=np.uint64)
     step, shown = np.empty(25), np.empty((1, 25))

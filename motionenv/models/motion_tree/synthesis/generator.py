@@ -204,18 +204,15 @@ class MotionGenerator:
         if start is None or isinstance(start, str):
             return self._started_in_database(start_window(self._trees[0], start, rng))
         if isinstance(start, int):
-            return self._started_in_database(self._checked_window(start))
+            count = len(self._trees[0].frames_)
+            _check(0 <= start < count, "start", start, f"the position of one of the {count} windows")
+            return self._started_in_database(start)
         recent = self._trees[0].recent(start)
         if recent.last.ndim != 1:
             raise MotionError("start must be one history (frames, 25), got a batch")
         self._scale = recent.scale
         ground = (0.0, ANKLE_HEIGHT * self.skeleton.height * self._scale, 0.0)
         return _state(recent.parameters, recent.last, np.full(len(self._trees), -1), ground)
-
-    def _checked_window(self, i: int) -> int:
-        count = len(self._trees[0].frames_)
-        _check(0 <= i < count, "start", i, f"the position of one of the {count} windows")
-        return i
 
     def _started_in_database(self, i: int) -> State:
         """The state after the window at a position."""
