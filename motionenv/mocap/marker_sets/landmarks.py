@@ -1,8 +1,8 @@
 """The landmarks of the body that a marker set or a marker map assigns to the points of a file.
 
 A landmark is a place on the skin that can be felt (the ASIS, a malleolus), where laboratories put markers, or a joint's
-centre. Joint centres carry the names of the body's nodes (`motionenv.body.NODES`). Segments may also carry rigid clusters
-of up to five markers.
+centre. Joint centres carry the names of the body's nodes (`motionenv.body.NODES`). Segments may also carry rigid
+clusters of up to five markers.
 """
 
 import tomllib
