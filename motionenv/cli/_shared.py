@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -59,8 +60,14 @@ def marker_map(text: str | None) -> "MarkerMap | str | None":
     from motionenv.mocap import MarkerMap
     from motionenv.mocap.marker_sets import marker_sets
 
-    if text is None or text in {known.name for known in marker_sets()}:
+    names = [known.name for known in marker_sets()]
+    if text is None or text in names:
         return text
+    if not Path(text).is_file():
+        near = get_close_matches(text, names, 1, 0.0)[0]
+        raise MotionError(
+            f"--map must be a file, or a marker set ({', '.join(names)}); did you mean {near}? Got {text}"
+        )
     return MarkerMap.read(text)
 
 

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from motionenv.cli._shared import Fps, Map, Static, Unit, check_folder, marker_map, note, progress
+from motionenv.errors import MotionError
 
 
 def report(
@@ -29,6 +30,8 @@ def report(
     """
     from motionenv.gait import load_band, read_group, write_report
 
+    if save_group is not None and group is None:
+        raise MotionError("--save-group writes the band of --group: give the folder of captures with --group")
     check_folder(out)
     chosen = marker_map(map_)
     band = None

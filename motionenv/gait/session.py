@@ -96,7 +96,8 @@ def read_session(
             left_out[Path(path).name] = str(error)
         on_step(Path(path).name)
     if not trials:
-        raise MotionError(f"no file can be analysed; the first: {next(iter(left_out.values()))}")
+        name, why = next(iter(left_out.items()))
+        raise MotionError(f"no file can be analysed; the first, {name}: {why}")
     return Session(tuple(trials), left_out, band)
 
 

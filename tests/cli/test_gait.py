@@ -50,6 +50,8 @@ def test_a_group_of_ones_own_is_the_band_and_can_be_kept(run, tmp_path):
     both = [json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8"))["band"] for name in "ab"]
     assert both[0] == both[1]
     assert both[0]["people"] == 3
+    refused(run("report", "her.npz", "--save-group", "c.json", "--out", "c.html"), "--group")
+    assert not (tmp_path / "c.html").exists()
 
 
 def test_a_guessed_map_makes_motion_of_a_file_with_other_names(run, lab, tmp_path):
@@ -65,7 +67,7 @@ def test_a_guessed_map_makes_motion_of_a_file_with_other_names(run, lab, tmp_pat
     assert run("mocap", "convert", "odd.trc", "--map", "map.toml", "--out", "odd.npz").code == 0
     motion = motionenv.read(tmp_path / "odd.npz")
     assert np.isfinite(motion.poses[:, [20, 24]]).mean() > 0.9
-    refused(run("report", "odd.trc", "--map", "no-map.toml", "--out", "r.html"), "no-map.toml")
+    refused(run("report", "odd.trc", "--map", "plug-in-gate", "--out", "r.html"), "did you mean plug-in-gait?")
 
 
 def test_a_c3d_gets_events_and_angles_and_keeps_its_points(run, lab, tmp_path):

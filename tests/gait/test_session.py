@@ -36,7 +36,7 @@ def test_files_that_cant_be_used_are_told(mocap):
     session = read_session([empty, walk])
     assert [t.name for t in session.trials] == [walk.stem]
     assert "empty" in session.left_out["Empty.trc"]
-    with pytest.raises(MotionError, match="no file can be analysed; the first: .*empty"):
+    with pytest.raises(MotionError, match="no file can be analysed; the first, .*empty"):
         read_session([empty])
     with pytest.raises(MotionError, match="at least one capture"):
         read_session([])
