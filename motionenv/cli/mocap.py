@@ -68,19 +68,19 @@ def guess(
     Example: motionenv mocap map walk.c3d --out map.toml
     """
     from motionenv._core.files import atomic_write
-    from motionenv.mocap import read
-    from motionenv.mocap.marker_sets import annotated, guess_map
+    from motionenv.mocap import MarkerMap, read
+    from motionenv.mocap.marker_sets import annotated
     from motionenv.types import Motion
 
     check_folder(out)
     capture = read(path, fps=fps, unit=unit)
     if isinstance(capture, Motion):
         raise MotionError(f"{path}: holds poses of the body, which need no marker map")
+    text = annotated(capture)
     with atomic_write(out) as temporary:
-        Path(temporary).write_text(annotated(capture), encoding="utf-8")
-    typer.echo(
-        f"{out}  {len(guess_map(capture).points)} landmarks guessed from {len(capture.names)} points: check them"
-    )
+        Path(temporary).write_text(text, encoding="utf-8")
+    guessed = len(MarkerMap.parse(text).points)
+    typer.echo(f"{out}  {guessed} landmarks guessed from {len(capture.names)} points: check them")
 
 
 def convert(

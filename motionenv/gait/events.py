@@ -56,20 +56,21 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     if method not in METHODS:
         raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
     recording = recording or Recording()
-    ways = {
-        "file": lambda: recording.events,
-        "plates": lambda: plate_events(recording.plates, feet),
-        "kinematics": lambda: kinematic_events(feet),
+    found = {
+        "file": recording.events,
+        "plates": plate_events(recording.plates, feet),
+        "kinematics": kinematic_events(feet),
     }
-    chosen = ways if method == "auto" else {method: ways[method]}
     notes: tuple[str, ...] = ()
-    if method == "auto" and _exchanged(recording.events, kinematic_events(feet)):
-        del ways["file"]
+    if method != "auto":
+        found = {method: found[method]}
+    elif _exchanged(found["file"], found["kinematics"]):
+        found["file"] = ()
         notes = ("the file's events name the wrong sides, so they are left out",)
     kept: list[Event] = []
     sources = {}
-    for name, find in chosen.items():
-        new = [event for event in find() if not any(_same(event, other) for other in kept)]
+    for name, events in found.items():
+        new = [event for event in events if not any(_same(event, other) for other in kept)]
         kept += new
         sources[name] = len(new)
     if not kept and method in ("file", "plates"):

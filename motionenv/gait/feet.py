@@ -5,14 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import NODES, SEGMENTS
+from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS, limb_radii
 from motionenv.errors import GapError
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.retargeting import find_nodes
 from motionenv.types import Markers, Motion
 
 # Heel and toe of the body in the foot's frame, from the ankle, relative to stature: the ends of its drawn foot.
-_HEEL, _TOE = np.array([-0.040, 0.0, -0.017]), np.array([0.102, 0.0, -0.023])
+_FOOT = LIMBS.index("left_foot")
+_HEEL, _TOE = LIMB_SHIFTS[_FOOT] + np.outer([-1.0, 1.0] * limb_radii(1.0)[_FOOT], [1.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.mocap.band import made
 from motionenv.errors import FormatError, MotionError
 from motionenv.gait import analyse, band_of, load_band, shipped_band
 from motionenv.gait.trial import ANGLES
@@ -65,3 +66,13 @@ def test_the_shipped_band_is_of_people_who_walk():
     for name, mean in band.mean.items():
         assert abs(mean[0] - mean[-1]) < 3, name
         assert (band.sd[name] > 0).all()
+
+
+def test_the_shipped_band_is_what_the_command_makes(mocap):
+    """python -m benchmarks.mocap.band: the same curves, but for rounding."""
+    band, shipped = made(mocap), shipped_band()
+    assert (shipped.people, shipped.who) == (band.people, band.who)
+    assert shipped.mean.keys() == band.mean.keys()
+    for name in band.mean:
+        np.testing.assert_allclose(shipped.mean[name], band.mean[name], atol=0.02)
+        np.testing.assert_allclose(shipped.sd[name], band.sd[name], atol=0.02)

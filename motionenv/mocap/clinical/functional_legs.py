@@ -8,9 +8,9 @@ centres in the sagittal plane, but hardly how far out they are. That comes from 
 - the leg, seen from the front and stretched, is a straight line from the hip, which runs such that the outermost
   markers of thigh and shank are as far outside of it as the limbs are thick.
 
-On five trials of three people whose knees and ankles have markers too, knee flexion differs from that of these markers
-by 1 to 6 degrees rms and the hip's by 1 to 3 where ASIS and sacrum show the pelvis. Where only a cluster shows it, hips
-are 3 to 5 cm off, knee flexion differs by 4 to 9 degrees and the hip's by 2 to 8, most of it a constant offset.
+Where ASIS and sacrum show the pelvis and knees and ankles have markers too, knees lie 7 to 19 mm and ankles 14 to 44
+mm from those of the markers, and knee flexion differs by 1 to 6 degrees rms (`benchmarks/mocap/clusters.py`: four trials
+of two people). Where only a cluster shows the pelvis, its tilt and the hips' distance are guesses, and errors are larger.
 """
 
 from dataclasses import dataclass, field

@@ -1,0 +1,54 @@
+"""Remake `motionenv/gait/cmu_band.json`: joint angles over the gait cycle of the people of the shipped models.
+
+python -m benchmarks.mocap.band [--out FILE]
+"""
+
+import argparse
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks import MOCAP, ROOT
+from motionenv.gait import Band, Trial, analyse, band_of
+from motionenv.mocap import read
+from motionenv.mocap.clinical import clinical_angles
+from motionenv.models.training import read_walks
+
+
+def made(mocap: Path) -> Band:
+    """The band of the walks that the shipped models learn from.
+
+    Args:
+        mocap: folder of motion capture with `cmu_asfamc` and `cmu_c3d`.
+    """
+    walks = read_walks(mocap / "cmu_asfamc", fps=120)
+    people: dict[str, list[Trial]] = defaultdict(list)
+    for motion, person in zip(walks.motions, walks.subjects, strict=True):
+        trial = analyse(motion)
+        if trial.strides:
+            people[person].append(trial)
+    fitted = next(motion for motion in walks.motions if motion.name == "02_01")
+    bent = [median_knee(clinical_angles(capture)) for capture in (fitted, read(mocap / "cmu_c3d" / "02_01.c3d"))]
+    who = (
+        f"{len(people)} people of the CMU Graphics Lab Motion Capture Database, those of the shipped models, who "
+        "walked 3 to 5 m at their own pace. Their angles are those of CMU's fitted skeletons, whose trunk stands for "
+        f"the pelvis and whose knees bend more than markers say ({bent[0]:.0f}° against {bent[1]:.0f}° in the median "
+        "of trial 02_01): compare shapes, not offsets."
+    )
+    return band_of(people, who)
+
+
+def median_knee(angles) -> float:
+    """Median flexion [degrees] of both knees."""
+    return float(np.nanmedian([angles["left_knee_flexion"], angles["right_knee_flexion"]]))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
+    parser.add_argument("--out", type=Path, default=ROOT / "motionenv" / "gait" / "cmu_band.json", help="file to write")
+    chosen = parser.parse_args()
+    band = made(chosen.mocap)
+    band.save(chosen.out)
+    print(f"{chosen.out.name}: {band.who}")
