@@ -9,8 +9,9 @@ centres in the sagittal plane, but hardly how far out they are. That comes from 
   markers of thigh and shank are as far outside of it as the limbs are thick.
 
 Where ASIS and sacrum show the pelvis and knees and ankles have markers too, knees lie 7 to 19 mm and ankles 14 to 44
-mm from those of the markers, and knee flexion differs by 1 to 6 degrees rms (`benchmarks/mocap/clusters.py`: four trials
-of two people). Where only a cluster shows the pelvis, its tilt and the hips' distance are guesses, and errors are larger.
+mm from those of the markers, and knee flexion differs by 1 to 6 degrees rms (`benchmarks/mocap/clusters.py`: four
+trials of two people). Where only a cluster shows the pelvis, its tilt and the hips' distance are guesses, and errors
+are larger.
 """
 
 from dataclasses import dataclass, field
