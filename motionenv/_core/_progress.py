@@ -20,12 +20,7 @@ class _Progress:
         self._began = self._said = 0.0
 
     def begin(self, name: str, count: Callable[[], int]) -> None:
-        """A kernel, or one that it calls, is about to be compiled.
-
-        Args:
-            name: of the kernel.
-            count: how many there are with those that it calls; called for the outermost only.
-        """
+        """A kernel, or one that it calls, is about to be compiled; the outermost is with others `count()` kernels."""
         if self._depth == 0:
             self._total = self._done + count()
             self._began = self._began or time.monotonic()

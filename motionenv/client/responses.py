@@ -51,11 +51,7 @@ class LiftedPoints:
 
 
 def samples(response: Mapping[str, Any]) -> "Samples":
-    """The samples in a response.
-
-    Args:
-        response: `SamplesResponse` of the service.
-    """
+    """The samples in a `SamplesResponse` of the service."""
     from motionenv.models.motion_tree import Samples
 
     poses = np.array(response["poses"]).reshape(-1, 25)
@@ -63,11 +59,7 @@ def samples(response: Mapping[str, Any]) -> "Samples":
 
 
 def lifted(response: Mapping[str, Any]) -> LiftedPoints:
-    """The walk in a response.
-
-    Args:
-        response: `LiftResponse` of the service.
-    """
+    """The walk in a `LiftResponse` of the service."""
     contradiction = response["contradiction"]
     return LiftedPoints(
         markers=Markers(tuple(response["markers"]), np.array(response["positions"]), response["fps"]),

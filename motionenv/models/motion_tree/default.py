@@ -104,11 +104,9 @@ def clips() -> Iterator[Clip]:
 
 
 def bent(motion: Motion, curvature: float) -> Motion:
-    """Bend a motion along x into an arc: the heading grows with the distance, and displacements follow the heading.
+    """Bend a motion (frames, 25) along x into an arc of a curvature [1/m], positive to the left.
 
-    Args:
-        motion: (frames, 25), straight along x.
-        curvature: curvature of the arc [1/m]; positive turns left.
+    The heading grows with the distance, and displacements follow the heading.
     """
     poses = motion.poses.copy()
     turned = curvature * (poses[:, 0] - poses[0, 0])

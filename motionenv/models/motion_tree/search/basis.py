@@ -91,13 +91,7 @@ def fit_basis(database: Database, channels: np.ndarray) -> Basis:
 
 
 def project(database: Database, basis: Basis, out: np.ndarray) -> None:
-    """Write the standardised coefficients c / σ of all windows to `out` (n, b), float32.
-
-    Args:
-        database: the database of n windows.
-        basis: the basis of b components.
-        out: an array-like of that shape that supports writing slices.
-    """
+    """Write the standardised coefficients c / σ of all n windows to slices of `out` (n, b), float32."""
     weights, offset = basis.filter
     weights = np.ascontiguousarray(weights.transpose(1, 0, 2).reshape(len(basis.channels), -1), dtype=np.float32)
     weights *= basis.scale[:, None].astype(np.float32)
