@@ -329,7 +329,7 @@ def _touch(folder: Path) -> None:
 
 
 def prune(folder: Path) -> None:
-    """Delete the kernels in `cache_folder()` that were unused for longest until the rest takes at most `LIMIT` bytes."""
+    """Delete the kernels in `cache_folder()` that were unused for longest until the rest has at most `LIMIT` bytes."""
     if not folder.is_dir():
         return
     kept = [(each.stat().st_mtime, each, _size(each)) for each in folder.iterdir() if any(each.glob("*.nbi"))]
