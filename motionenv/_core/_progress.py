@@ -39,12 +39,9 @@ class _Progress:
         self._said = now
         done, total = self._done + 1, max(self._total, self._done + 1)
         logger.warning(
-            "compiling kernels, once for this version and machine: %s, %d of %d, %.0f s",
-            name,
-            done,
-            total,
+            "compiling kernels, once for this version and machine: %s, %d of %d, %.0f s", name, done, total,
             now - self._began,
-        )
+        )  # fmt: skip
 
 
 progress = _Progress()

@@ -15,15 +15,9 @@ def is_number(value: Any) -> bool:
 
 
 def checked_number(
-    value: Any,
-    name: str,
-    low: float = -np.inf,
-    high: float = np.inf,
-    unit: str = "",
-    *,
-    above: float = -np.inf,
+    value: Any, name: str, low: float = -np.inf, high: float = np.inf, unit: str = "", *, above: float = -np.inf,
     below: float = np.inf,
-) -> float:
+) -> float:  # fmt: skip
     """A finite number from `low` to `high`, and beyond `above` and `below`; messages count in `unit`.
 
     Raises:

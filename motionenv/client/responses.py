@@ -63,16 +63,12 @@ def lifted(response: Mapping[str, Any]) -> LiftedPoints:
     contradiction = response["contradiction"]
     return LiftedPoints(
         markers=Markers(tuple(response["markers"]), np.array(response["positions"]), response["fps"]),
-        band=np.array(response["band"]),
-        poses=np.array(response["poses"]),
-        alpha=math.radians(response["view"]),
-        alpha_deviation=math.radians(response["view_deviation"]),
-        elevation=math.radians(response["elevation"]),
+        band=np.array(response["band"]), poses=np.array(response["poses"]), alpha=math.radians(response["view"]),
+        alpha_deviation=math.radians(response["view_deviation"]), elevation=math.radians(response["elevation"]),
         others=tuple(map(_view, response["others"])),
-        contradiction=None if contradiction is None else _view(contradiction),
-        swapped=np.array(response["swapped"]),
+        contradiction=None if contradiction is None else _view(contradiction), swapped=np.array(response["swapped"]),
         **{name: response[name] for name in ("height", "frequency", "speed", "misfit", "plausible")},
-    )
+    )  # fmt: skip
 
 
 def _view(response: Mapping[str, Any]) -> "OtherView":

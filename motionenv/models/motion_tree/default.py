@@ -121,18 +121,13 @@ def card() -> dict:
     """Model card of `mixed/tree` (Mitchell et al. 2019)."""
     count = len(MODELS) * PEOPLE * len(WAYS)
     return {
-        "model": "mixed/tree",
-        "people": len(MODELS) * PEOPLE,
-        "clips": count,
-        "frames": count * FRAMES,
+        "model": "mixed/tree", "people": len(MODELS) * PEOPLE, "clips": count, "frames": count * FRAMES,
         "windows": count * (FRAMES - WINDOW),
         "data": f"synthesised by {' and '.join(MODELS)}: walking at {_SPEEDS[0]} to {_SPEEDS[1]} m/s, also in curves",
-        "data licence": "MIT",
-        "model licence": "MIT",
+        "data licence": "MIT", "model licence": "MIT",
         "intended use": "trying the tree without motion capture; walking only, less varied than captured walking",
-        "command": "built when first loaded; from your own capture: motionenv fit tree",
-        "motionenv": __version__,
-    }
+        "command": "built when first loaded; from your own capture: motionenv fit tree", "motionenv": __version__,
+    }  # fmt: skip
 
 
 def _activity(speed: float, way: float) -> str:

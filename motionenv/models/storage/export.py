@@ -79,20 +79,9 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
     """The model's description, and how to draw its body."""
     treadmill = model.treadmill()
     return {
-        "kind": model.kind,
-        "about": model.about,
-        "treadmill": None if treadmill is None else treadmill.frame,
-        "steerable": model.steerable,
-        "height": height,
-        "ankle_height": ANKLE_HEIGHT,
-        "leg_share": LEG_SHARE,
-        "trunk_share": TRUNK_SHARE,
-        "contact": CONTACT._asdict(),
-        "limb_segments": LIMB_SEGMENT.tolist(),
-        "limb_nodes": LIMB_NODES.tolist(),
-        "clothes": CLOTHES,
-        "colours": COLOURS,
-        "edges": EDGES,
-        "markers": MARKERS,
+        "kind": model.kind, "about": model.about, "treadmill": None if treadmill is None else treadmill.frame,
+        "steerable": model.steerable, "height": height, "ankle_height": ANKLE_HEIGHT, "leg_share": LEG_SHARE,
+        "trunk_share": TRUNK_SHARE, "contact": CONTACT._asdict(), "limb_segments": LIMB_SEGMENT.tolist(),
+        "limb_nodes": LIMB_NODES.tolist(), "clothes": CLOTHES, "colours": COLOURS, "edges": EDGES, "markers": MARKERS,
         "pose": POSE,
-    }
+    }  # fmt: skip

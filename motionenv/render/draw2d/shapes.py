@@ -116,14 +116,10 @@ def draw_figures(images, pixels, depth, edges, colours, *, radius: float, width:
     """
     n = pixels.shape[-2]
     _draw_all(
-        images.reshape(-1, *images.shape[-3:]),
-        np.ascontiguousarray(pixels.reshape(-1, n, 2)),
-        np.argsort(-depth, axis=-1).reshape(-1, n),
-        np.asarray(edges, dtype=np.intp).reshape(-1, 2),
-        colours,
-        float(radius),
-        float(width),
-    )
+        images.reshape(-1, *images.shape[-3:]), np.ascontiguousarray(pixels.reshape(-1, n, 2)),
+        np.argsort(-depth, axis=-1).reshape(-1, n), np.asarray(edges, dtype=np.intp).reshape(-1, 2), colours,
+        float(radius), float(width),
+    )  # fmt: skip
 
 
 def as_colours(colour, n: int, name: str = "colour") -> np.ndarray:

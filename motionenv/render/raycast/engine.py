@@ -49,14 +49,9 @@ class Raycaster:
         return self._workers.threads
 
     def render(
-        self,
-        poses,
-        skeleton: Skeleton,
-        cameras: Camera | Sequence[Camera],
-        *,
-        rgb: bool = True,
+        self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True,
         out: Frame | None = None,
-    ) -> Frame:
+    ) -> Frame:  # fmt: skip
         """Render poses.
 
         Args:
