@@ -61,19 +61,9 @@ class _Workers(Multiprocess):
 def _config(settings: Settings) -> uvicorn.Config:
     """Settings of uvicorn."""
     return uvicorn.Config(
-        "service.server:application",
-        factory=True,
-        host=settings.host,
-        port=settings.port,
-        workers=settings.workers,
-        loop="uvloop",
-        http=GuardedHttpProtocol,
-        ws="websockets-sansio",
-        ws_max_size=65_536,
-        access_log=False,
-        log_config=None,
-        server_header=False,
-        proxy_headers=bool(settings.proxies),
-        forwarded_allow_ips=settings.proxies or None,
+        "service.server:application", factory=True, host=settings.host, port=settings.port, workers=settings.workers,
+        loop="uvloop", http=GuardedHttpProtocol, ws="websockets-sansio", ws_max_size=65_536,
+        access_log=False, log_config=None, server_header=False,
+        proxy_headers=bool(settings.proxies), forwarded_allow_ips=settings.proxies or None,
         timeout_graceful_shutdown=round(settings.shutdown_seconds),
-    )
+    )  # fmt: skip

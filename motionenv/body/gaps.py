@@ -50,11 +50,7 @@ def missing_parts(poses) -> tuple[str, ...]:
 
 
 def known_limbs(poses) -> np.ndarray:
-    """Which of the drawn limbs are known: (..., limbs) bool, in the order of `motionenv.body.LIMBS`.
-
-    Args:
-        poses: (..., 25) [m, rad], NaN where unknown.
-    """
+    """Which limbs of `motionenv.body.LIMBS` poses (..., 25) show: (..., limbs) bool; NaN is unknown."""
     segments = _known_segments(poses)
     limbs = segments[..., LIMB_SEGMENT]
     limbs[..., _UPPER] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
@@ -62,11 +58,7 @@ def known_limbs(poses) -> np.ndarray:
 
 
 def known_markers(poses) -> np.ndarray:
-    """Which of the 15 markers are known: (..., 15) bool, in the order of `motionenv.types.MARKERS`.
-
-    Args:
-        poses: (..., 25) [m, rad], NaN where unknown.
-    """
+    """Which of the 15 markers of `motionenv.types.MARKERS` poses (..., 25) show: (..., 15) bool; NaN is unknown."""
     segments = _known_segments(poses)
     markers = segments[..., _MARKER_SEGMENT]
     markers[..., _UPPER_MARKERS] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
@@ -74,12 +66,7 @@ def known_markers(poses) -> np.ndarray:
 
 
 def check_shown(poses, parts, purpose: str) -> None:
-    """Check that poses show some parts of the body.
-
-    Args:
-        poses: (..., 25) [m, rad], NaN where unknown.
-        parts: names of `PARTS`.
-        purpose: who needs them, the subject of the message.
+    """Check that poses (..., 25) show some of `PARTS`, for a `purpose` that is the subject of the message.
 
     Raises:
         GapError: a part is never shown whole; names it.

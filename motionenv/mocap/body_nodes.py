@@ -37,12 +37,7 @@ class Nodes:
 
 
 def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibration | None = None) -> Nodes:
-    """The nodes of the body that the landmarks of a capture determine.
-
-    Args:
-        landmarks: from `motionenv.mocap.find_landmarks`.
-        person: measurements, NaN where unknown.
-        calibration: from a standing trial.
+    """The nodes of the body that the landmarks of a capture determine, with measurements that are NaN where unknown.
 
     Raises:
         GapError: not even one thigh is known; names what is missing.

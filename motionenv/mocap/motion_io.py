@@ -15,15 +15,9 @@ _UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 
 def read_motion(
-    path,
-    *,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    marker_map: MarkerMap | str | None = None,
-    static=None,
-    body_model=None,
-    override: bool = True,
-) -> Motion:
+    path, *, fps: float | None = None, unit: str | float | None = None, marker_map: MarkerMap | str | None = None,
+    static=None, body_model=None, override: bool = True,
+) -> Motion:  # fmt: skip
     """Read the motion in a file; capture is retargeted to the body.
 
     Args:

@@ -113,11 +113,7 @@ def read(path) -> Motion:
 
 
 def parse(raw: bytes, path) -> Motion:
-    """The motion in the bytes of a file of `write` or `parts`.
-
-    Args:
-        raw: the file's content.
-        path: its name, for messages.
+    """The motion in the bytes of a file of `write` or `parts`; messages call it `path`.
 
     Raises:
         FormatError: as in `read`.

@@ -12,27 +12,18 @@ from motionenv.types import Markers, Motion
 
 #: The reader of each suffix, and the options of `read` that it accepts.
 _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
-    ".amc": (asfamc.read, {"fps", "unit", "asf"}),
-    ".bvh": (bvh.read, {"fps", "unit"}),
-    ".c3d": (c3d.read, {"fps", "unit", "up"}),
-    ".trc": (trc.read, {"fps", "unit", "up"}),
-    ".npz": (npz.read, set()),
-}
+    ".amc": (asfamc.read, {"fps", "unit", "asf"}), ".bvh": (bvh.read, {"fps", "unit"}),
+    ".c3d": (c3d.read, {"fps", "unit", "up"}), ".trc": (trc.read, {"fps", "unit", "up"}), ".npz": (npz.read, set()),
+}  # fmt: skip
 
 #: Suffixes of the files that can be read.
 SUFFIXES = frozenset(_READERS)
 
 
 def read(
-    path,
-    *,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    asf=None,
-    body_model=None,
-    override: bool = True,
-) -> Markers | Motion:
+    path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None, asf=None,
+    body_model=None, override: bool = True,
+) -> Markers | Motion:  # fmt: skip
     """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, or AMASS's.
 
     Args:

@@ -80,12 +80,9 @@ def find_source(name: str) -> Source:
 
 
 def download(
-    source: Source | str,
-    to: Path | str,
-    *,
-    base_url: str | None = None,
+    source: Source | str, to: Path | str, *, base_url: str | None = None,
     on_file: Callable[[SourceFile], None] = lambda file: None,
-) -> list[Path]:
+) -> list[Path]:  # fmt: skip
     """Fetch the files of `source` (or its name) below the folder `to`, made when missing; their paths, in order.
 
     A file that is there with the right SHA-256 is not fetched again, so a run that broke off goes on where it

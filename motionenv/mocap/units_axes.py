@@ -52,14 +52,7 @@ def metres_per(unit) -> float:
 
 
 def file_metres(written: str) -> float | None:
-    """Metres per unit from the name that a file gives it, however it is spelt ("MM ", "mm.", "milimeters").
-
-    Args:
-        written: what stands in the file.
-
-    Returns:
-        None if it names no unit.
-    """
+    """Metres per unit from its name in a file, however it is spelt ("MM ", "mm.", "milimeters"); None for no unit."""
     if any(c.isdigit() for c in written):  # such as "0.1 mm"
         return None
     letters = "".join(c for c in written.lower() if c.isalpha())
@@ -70,11 +63,7 @@ def file_metres(written: str) -> float | None:
 
 
 def box(points) -> np.ndarray:
-    """Sides (3,) of the box around the points of a frame, the median over frames; NaN without points.
-
-    Args:
-        points: (frames, points, 3); NaN in gaps.
-    """
+    """Sides (3,) of the box around the points (frames, points, 3), the median over frames; NaN without points."""
     points = np.asarray(points, dtype=np.float64)
     seen = points[np.isfinite(points).all(-1).any(-1)]
     if not seen.size:
@@ -85,11 +74,8 @@ def box(points) -> np.ndarray:
 def vertical_axis(points, default: str) -> str:
     """The axis, "x", "y" or "z", along which upright people extend; `default` where it isn't clear.
 
-    It is clear if the points extend along it at least 0.6 m and 1.5 times as far as along each other axis.
-
-    Args:
-        points: (frames, points, 3) [m]; NaN in gaps.
-        default: the axis otherwise.
+    It is clear if the points (frames, points, 3) [m] extend along it at least 0.6 m and 1.5 times as far as along each
+    other axis.
     """
     sides = box(points)
     _, second, first = np.sort(sides)
@@ -97,11 +83,9 @@ def vertical_axis(points, default: str) -> str:
 
 
 def unit_proposal(points, units=tuple(METRES)) -> str:
-    """What to pass as the unit of a file that states none, from the size of the body, for the end of a message.
+    """What to pass as the unit of a file that states none, one of `units`, from the size of the body in it.
 
-    Args:
-        points: (frames, points, 3) [file units]; NaN in gaps.
-        units: names in `METRES` to choose from.
+    The end of a message; points are (frames, points, 3) [file units], NaN in gaps.
     """
     size = box(points).max()
     if not size > 0:

@@ -62,15 +62,9 @@ def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: fl
 
 
 def view(
-    alpha: float,
-    *,
-    distance: float = 4.5,
-    eye_height: float = 1.1,
-    target=(0.0, 0.0, 0.9),
-    width: int = 640,
-    height: int = 480,
-    fov_degrees: float = 40.0,
-) -> Camera:
+    alpha: float, *, distance: float = 4.5, eye_height: float = 1.1, target=(0.0, 0.0, 0.9), width: int = 640,
+    height: int = 480, fov_degrees: float = 40.0,
+) -> Camera:  # fmt: skip
     """A camera at paper B's view angle: 0 is the side view with +x to the right, π/2 frontal.
 
     Args:
@@ -92,15 +86,9 @@ def view(
 
 
 def fit_view(
-    points,
-    alpha: float,
-    *,
-    width: int = 640,
-    height: int = 480,
-    margin: float = 0.08,
-    fov_degrees: float = 40.0,
+    points, alpha: float, *, width: int = 640, height: int = 480, margin: float = 0.08, fov_degrees: float = 40.0,
     elevation: float = 0.0,
-) -> Camera:
+) -> Camera:  # fmt: skip
     """The nearest static camera at view angle `alpha` that has all `points`, such as a whole walk, in its image.
 
     Args:

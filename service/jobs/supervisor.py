@@ -13,6 +13,7 @@ from typing import IO
 import structlog
 
 from motionenv.models import names
+from service.errors import FULL
 from service.jobs.child_process import Failed, Interrupted, run
 from service.jobs.file_store import FileStore, full_disk_errors, sha256
 from service.jobs.store import ATTEMPTS, Full, Job, Store
@@ -136,7 +137,7 @@ class Supervisor:
             await self._done(job, folder)
             _log.info("job done", job=job.id, kind=job.kind, seconds=round(time.monotonic() - begun, 3))
         except Full:
-            self._fail(job, 507, "the service's disk is full: remove jobs or models, or contact its operator")
+            self._fail(job, 507, FULL)
         except Interrupted:
             self._retry(job)
         except Failed as error:

@@ -30,16 +30,10 @@ class _Joint:
 
 
 def read(path, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
-    """Read the joints of a BVH file; end sites are named "<joint>_end".
+    """Read the joints of a BVH file; end sites are named "<joint>_end". Rotations are relative to its OFFSETs' pose.
 
-    Args:
-        path: the file.
-        fps: frame rate; overrides the file's "Frame Time".
-        unit: length unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit. The format doesn't specify
-            it; None assumes centimetres, if that gives the first pose a plausible size.
-
-    Returns:
-        Positions [m] and joint → world rotations (identity in the rest pose given by the file's OFFSETs).
+    `fps` overrides the file's "Frame Time". The format doesn't specify the unit, a name in
+    `motionenv.mocap.units_axes.METRES` or metres; None assumes centimetres, if the first pose then has a usual size.
 
     Raises:
         FormatError: a malformed file, or a frame time or a unit that must be given; names the line, and the unit that

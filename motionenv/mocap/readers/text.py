@@ -9,11 +9,7 @@ from motionenv.errors import FormatError
 
 
 def read_lines(path, latin: bool = False) -> list[str]:
-    """The lines of a text file, without line ends of any system.
-
-    Args:
-        path: the file.
-        latin: whether a file that isn't UTF-8 is read as Latin-1, which Windows programs write.
+    """The lines of a text file, UTF-8 or, with `latin`, what Windows programs write, without line ends of any system.
 
     Raises:
         FormatError: missing, unreadable, empty, binary or not UTF-8.

@@ -19,7 +19,10 @@ def read(
 ) -> Markers:
     """Read the markers of a TRC file; blanks and points at exactly (0, 0, 0) are gaps: NaN.
 
-    Decimal commas, missing or additional tabs, and columns separated by blanks are read too.
+    Decimal commas, missing or additional tabs, and columns separated by blanks are read too. "NumMarkers" is ignored:
+    some files don't count virtual markers in it, others count unlabelled ones. "NumFrames" is ignored where it
+    disagrees with the number of rows, but the times rise in even steps: programs that cut a trial leave it as it was.
+    Repeated labels get "_2", "_3". The unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Args:
         path: the file.
@@ -29,12 +32,6 @@ def read(
             points, of a standing or walking person, extend at least 1.5 times as far as along each other one; if there
             is none, "y", as in OpenSim's files.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
-
-    Returns:
-        Positions [m], z up, of every labelled marker. ("NumMarkers" is ignored: some files don't count virtual markers
-        in it, others count unlabelled ones. "NumFrames" is ignored where it disagrees with the number of rows, but the
-        times rise in even steps: programs that cut a trial leave it as it was.) Repeated labels get "_2", "_3". The
-        unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Raises:
         FormatError: a malformed file, or a frame rate or a unit that must be given; names the line.

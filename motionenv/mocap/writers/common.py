@@ -45,11 +45,7 @@ def y_up_turns(rotations) -> np.ndarray:
 
 
 def local_rotations(motion: Motion) -> np.ndarray:
-    """Rotation of each segment relative to its parent, (frames, 12, 3, 3), axes as in the world.
-
-    Args:
-        motion: one sequence without gaps.
-    """
+    """Rotation of each segment relative to its parent, (frames, 12, 3, 3), axes as in the world; without gaps."""
     rotations = forward(motion.poses, motion.skeleton)[1]
     local = rotations.copy()
     for segment, parent in enumerate(SEGMENT_PARENT):
@@ -59,13 +55,10 @@ def local_rotations(motion: Motion) -> np.ndarray:
 
 
 def known_segments(poses) -> np.ndarray:
-    """Which segments a motion shows, (12,) bool in the order of `motionenv.body.SEGMENTS`.
+    """Which segments poses (frames, 25) show, (12,) bool in the order of `motionenv.body.SEGMENTS`.
 
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
     the arms of a lower-body capture.
-
-    Args:
-        poses: (frames, 25) [m, rad].
     """
     known = ~np.isnan(poses).all(0)
     shown = np.zeros(len(SEGMENTS), dtype=bool)
@@ -75,11 +68,7 @@ def known_segments(poses) -> np.ndarray:
 
 
 def without_missing(motion: Motion) -> Motion:
-    """`motion` with zeros for all entries of missing segments, so that the rest can be computed without NaN.
-
-    Args:
-        motion: one sequence (frames, 25); writers leave out what `known_segments` says is missing.
-    """
+    """`motion` (frames, 25) with zeros for what `known_segments` says is missing: the rest can do without NaN."""
     poses = np.where(_shown_entries(motion.poses), motion.poses, 0.0)
     return Motion(poses, motion.skeleton, motion.fps, motion.name)
 
@@ -93,13 +82,10 @@ def _shown_entries(poses) -> np.ndarray:
 
 
 def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
-    """Reject motions that a file can't represent, before anything is written.
+    """Reject motions that a file of `kind` can't represent, before anything is written.
 
-    Args:
-        motion: the motion.
-        kind: name of the format, for messages.
-        gaps: whether the format can represent missing values. If not, limbs that are missing in every frame (see
-            `known_segments`) are fine, because they are left out of the file.
+    Without `gaps`, the format can't represent missing values; limbs that are missing in every frame (see
+    `known_segments`) are fine all the same, because they are left out of the file.
 
     Raises:
         MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.
@@ -135,12 +121,8 @@ def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
 def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
     """The columns (frames,) [degrees] of angles by name.
 
-    Args:
-        angles: as a caller passed them.
-        frames: number of frames of the motion or capture.
-
     Raises:
-        MotionError: not one row per frame and one column per name.
+        MotionError: not one row for each of the `frames` and one column per name.
     """
     values = np.asarray(angles.values, dtype=np.float64)
     if values.shape != (frames, len(angles.names)):
@@ -168,13 +150,10 @@ def opensim_axes(points) -> np.ndarray:
 
 
 def facing_x(motion: Motion) -> Motion:
-    """`motion` turned about the vertical through the world's origin by the quarter turns that bring it to face x most.
+    """`motion` (frames, 25) turned about the vertical through the world's origin by quarter turns, to face x most.
 
     OpenSim's models walk along x, and their pelvis_tilt and pelvis_list mean what they say only then. Quarter turns
     keep the laboratory's axes and, when the motion faces x already, its numbers.
-
-    Args:
-        motion: one sequence (frames, 25).
     """
     heading = motion.poses[:, 5]
     known = heading[~np.isnan(heading)]

@@ -294,17 +294,9 @@ class FunctionalPCA(StoredModel):
 
 
 def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
-    """A copy of cycles with gaps filled from the components.
+    """A copy of cycles (K, P, m) with gaps, NaN, filled from the components (q, P, m).
 
-    Args:
-        values: (K, P, m), NaN where missing.
-        means: (G, P, m) means of the groups.
-        groups: (K,) group of each cycle.
-        scores: (K, q).
-        components: (q, P, m).
-
-    Returns:
-        (K, P, m).
+    `means` (G, P, m) are those of the groups, `groups` (K,) those of the cycles, `scores` (K, q).
     """
     from motionenv.models.fpca._gap_kernels import fill
 

@@ -177,8 +177,7 @@ def in_parts(kernel, data: Observations, tables, found, shapes, *more) -> list[n
     """Run a kernel over all cycles in threads, each with its own tallies, and return the sums of the tallies.
 
     Args:
-        kernel: from `motionenv.models.fpca._gap_kernels`, with arguments (start, stop, data, tables, found, tallies,
-            …).
+        kernel: from `_gap_kernels`, with arguments (start, stop, data, tables, found, tallies, …).
         data: the cycles.
         tables: read-only input of the kernel.
         found: output of the kernel by cycle.

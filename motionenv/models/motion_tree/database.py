@@ -80,12 +80,9 @@ class Database:
 
 
 def build_database(
-    clips: Iterable[Clip],
-    *,
-    skeleton: Skeleton | None = None,
-    mirrored: bool = False,
+    clips: Iterable[Clip], *, skeleton: Skeleton | None = None, mirrored: bool = False,
     on_short: Callable[[str], None] = lambda name: None,
-) -> Database:
+) -> Database:  # fmt: skip
     """Build a database from clips. Poses are spooled to a temporary file, so that memory holds one clip at a time.
 
     Args:

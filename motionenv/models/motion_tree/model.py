@@ -37,12 +37,9 @@ if TYPE_CHECKING:
 
 #: Entries of the pose vector that a tree of a body part uses and predicts.
 PARTS = {
-    "body": tuple(range(25)),
-    "lower": (*range(6), *range(17, 25)),
-    "upper": tuple(range(6, 17)),
-    "left_arm": tuple(range(9, 13)),
-    "right_arm": tuple(range(13, 17)),
-}
+    "body": tuple(range(25)), "lower": (*range(6), *range(17, 25)), "upper": tuple(range(6, 17)),
+    "left_arm": tuple(range(9, 13)), "right_arm": tuple(range(13, 17)),
+}  # fmt: skip
 METHODS = ("tree", "exact")
 
 
@@ -145,18 +142,9 @@ class MotionTree(GaitModel):
         return self.basis_.coefficients(self.recent(history).parameters).astype(np.float32)
 
     def sample(
-        self,
-        history,
-        n: int = 1,
-        *,
-        temperature: float = 0.05,
-        seed=None,
-        method: str = "tree",
-        leaf: str = "uniform",
-        noise: float = 0.0,
-        carry: bool = False,
-        probability: bool = False,
-    ) -> Samples:
+        self, history, n: int = 1, *, temperature: float = 0.05, seed=None, method: str = "tree",
+        leaf: str = "uniform", noise: float = 0.0, carry: bool = False, probability: bool = False,
+    ) -> Samples:  # fmt: skip
         """Draw samples of the next pose.
 
         Args:

@@ -14,18 +14,11 @@ __all__ = ["fit_tree"]
 
 
 def fit_tree(
-    folder,
-    *,
-    fps: float | None = None,
-    unit: str | None = None,
-    marker_map: MarkerMap | None = None,
-    activity: str | None = None,
-    mirrored: bool = False,
-    fill: bool = False,
-    command: str = "",
+    folder, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
+    activity: str | None = None, mirrored: bool = False, fill: bool = False, command: str = "",
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
-) -> MotionTree:
+) -> MotionTree:  # fmt: skip
     """Fit a tree to all capture below a folder.
 
     Args:
@@ -63,19 +56,13 @@ def fit_tree(
         raise MotionError(f"none of {len(left_out)} files can be used; the first, {name}: {why}") from error
     tree = MotionTree().fit_database(database)
     tree.card_ = {
-        "model": "tree",
-        "people": len(set(database.persons)),
-        "clips": len(set(database.clips)),
-        "activities": ", ".join(sorted(set(database.activities))),
-        "frames": len(database.poses),
-        "windows": len(database.windows),
-        "components": len(tree.basis_.deviation),
-        "variance kept": f"{tree.basis_.share:.0%}",
-        "data": "files of unknown origin",
+        "model": "tree", "people": len(set(database.persons)), "clips": len(set(database.clips)),
+        "activities": ", ".join(sorted(set(database.activities))), "frames": len(database.poses),
+        "windows": len(database.windows), "components": len(tree.basis_.deviation),
+        "variance kept": f"{tree.basis_.share:.0%}", "data": "files of unknown origin",
         "data licence": "not stated: ask the source of the capture",
         "model licence": "not stated: that of the capture, which the model contains",
-        "intended use": "synthesis and tracking of motion like that in the capture",
-        "command": command,
+        "intended use": "synthesis and tracking of motion like that in the capture", "command": command,
         "motionenv": __version__,
-    }
+    }  # fmt: skip
     return tree

@@ -49,14 +49,9 @@ class Raycaster:
         return self._workers.threads
 
     def render(
-        self,
-        poses,
-        skeleton: Skeleton,
-        cameras: Camera | Sequence[Camera],
-        *,
-        rgb: bool = True,
+        self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True,
         out: Frame | None = None,
-    ) -> Frame:
+    ) -> Frame:  # fmt: skip
         """Render poses.
 
         Args:
@@ -146,13 +141,7 @@ def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:
 def ground_colours(camera: Camera, height: float, scene: Scene, rgb: bool) -> tuple[np.ndarray, np.ndarray]:
     """Bytes (3, height, width, 3) of ground and sky in full light and without the key light: `colour_background`.
 
-    They don't depend on the camera's horizontal position.
-
-    Args:
-        camera: provides intrinsics and rotation.
-        height: of the camera [m].
-        scene: light, ground and sky.
-        rgb: False leaves them empty.
+    They depend on the camera's intrinsics, rotation and height [m]. Without `rgb` they stay empty.
     """
     size = (3, camera.height, camera.width, 3) if rgb else (3, 0, 0, 3)
     lit, dark = np.empty(size, np.uint8), np.empty(size, np.uint8)
@@ -164,14 +153,7 @@ def ground_colours(camera: Camera, height: float, scene: Scene, rgb: bool) -> tu
 
 
 def make_view(camera: Camera, scene: Scene, lit: np.ndarray, dark: np.ndarray) -> View:
-    """Precomputed values of `camera` and `scene` that all images share.
-
-    Args:
-        camera: the camera.
-        scene: light, clothes, ground and sky.
-        lit: `ground_colours` in full light.
-        dark: `ground_colours` without the key light.
-    """
+    """Precomputed values of `camera` and `scene` that all images share; for `lit` and `dark` see `ground_colours`."""
     k, kinv = camera.K, np.linalg.inv(camera.K)
     fine = enlarged(camera, scene.samples).K
     lights = scene.lights

@@ -83,14 +83,9 @@ class Augmenter:
         self._find()
 
     def begin(
-        self,
-        slot: int,
-        rng: np.random.Generator,
-        *,
-        distance: float = 4.5,
-        behind: float | None = None,
+        self, slot: int, rng: np.random.Generator, *, distance: float = 4.5, behind: float | None = None,
         focal: float | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Draw the scenery of a new episode.
 
         Args:

@@ -66,12 +66,7 @@ def read_frames(path, *, fps: float | None = None, width: int | None = None, sec
 
 
 def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
-    """An image, uint8 (height, width, 3), scaled to another width like the frames of `read_frames`.
-
-    Args:
-        picture: uint8 (height, width, 3).
-        width: [pixels]; the height follows.
-    """
+    """An image, uint8 (height, width, 3), scaled to another width [pixels] like the frames of `read_frames`."""
     return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width)
 
 

@@ -99,15 +99,9 @@ class MotionGenerator:
     """
 
     def __init__(
-        self,
-        tree: MotionTree,
-        start=None,
-        *,
-        seed=None,
-        upper: MotionTree | None = None,
-        options: Options | None = None,
-        target: Target | None = None,
-    ):
+        self, tree: MotionTree, start=None, *, seed=None, upper: MotionTree | None = None,
+        options: Options | None = None, target: Target | None = None,
+    ):  # fmt: skip
         self._trees = (tree,) if upper is None else (tree, upper)
         for each in self._trees:
             each.check()
@@ -186,18 +180,12 @@ class MotionGenerator:
             own = list(PARTS[tree.part])
             noise[own] = o.noise * tree.forecast_.plain_deviation[own]
         return Settings(
-            temperature=float(o.temperature),
-            paper=o.method == "tree",
-            stay=float(np.exp(-1 / (o.persistence * FPS))) if o.persistence else 0.0,
-            candidates=int(o.candidates),
-            quickness=2 * np.log(2) / o.blend if o.blend else np.inf,
-            future=bool(o.future),
-            contact=bool(o.contact),
-            noise=noise,
-            activity=self._activity,
-            heading=np.nan if wanted.heading is None else float(wanted.heading),
+            temperature=float(o.temperature), paper=o.method == "tree",
+            stay=float(np.exp(-1 / (o.persistence * FPS))) if o.persistence else 0.0, candidates=int(o.candidates),
+            quickness=2 * np.log(2) / o.blend if o.blend else np.inf, future=bool(o.future), contact=bool(o.contact),
+            noise=noise, activity=self._activity, heading=np.nan if wanted.heading is None else float(wanted.heading),
             pace=np.nan if wanted.speed is None else float(wanted.speed) * self._scale,
-        )
+        )  # fmt: skip
 
     def _started(self, start, rng: np.random.Generator) -> State:
         """The state after a history, or at a window picked with `rng`."""
@@ -293,27 +281,14 @@ def _source(tree: MotionTree, future: FutureCost) -> Source:
     weights, offset = tree.basis_.filter
     index, descent = tree.index_, tree.descent_
     return Source(
-        blocks=_fixed(index.blocks),
-        boxes=_fixed(index.boxes),
-        n=int(index.n),
-        scratch=scratch(index.n, index.boxes.shape[3]),
-        nodes=_fixed(descent.nodes),
-        leaves=_fixed(descent.starts),
-        members=_fixed(descent.members),
-        leaf_weights=np.empty(descent.largest),
-        frames=_fixed(tree.frames_),
-        cost=_fixed(future.towards()[0]),
-        turn=_fixed(future.turn),
-        speed=_fixed(future.speed),
-        activity=_fixed(future.activity),
-        way_out=_fixed(future.towards()[1]),
-        ground=_fixed(future.ground),
-        place=_fixed(future.place),
-        channels=_fixed(tree.basis_.channels),
-        weights=_fixed(weights),
-        offset=_fixed(offset),
-        owns=_fixed(np.isin(np.arange(25), PARTS[tree.part])),
-    )
+        blocks=_fixed(index.blocks), boxes=_fixed(index.boxes), n=int(index.n),
+        scratch=scratch(index.n, index.boxes.shape[3]), nodes=_fixed(descent.nodes), leaves=_fixed(descent.starts),
+        members=_fixed(descent.members), leaf_weights=np.empty(descent.largest), frames=_fixed(tree.frames_),
+        cost=_fixed(future.towards()[0]), turn=_fixed(future.turn), speed=_fixed(future.speed),
+        activity=_fixed(future.activity), way_out=_fixed(future.towards()[1]), ground=_fixed(future.ground),
+        place=_fixed(future.place), channels=_fixed(tree.basis_.channels), weights=_fixed(weights),
+        offset=_fixed(offset), owns=_fixed(np.isin(np.arange(25), PARTS[tree.part])),
+    )  # fmt: skip
 
 
 def _fixed(array: np.ndarray) -> np.ndarray:
