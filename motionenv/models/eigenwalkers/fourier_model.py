@@ -50,7 +50,7 @@ class FourierModel(GaitModel):
         explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
         log_frequency_mean_, log_frequency_weights_, log_frequency_deviation_: log ω/2π [Hz] is the mean plus
             weights (N,) · k / √λ plus a residual of this standard deviation.
-        speed_direction_: (5, 15, 3) change of a person's coefficients per change of the log stride length [body heights].
+        speed_direction_: (5, 15, 3) change of a person's coefficients per change of the log stride length.
         speed_exponent_: power of speed that a person's step length follows.
         learned_speeds_: (2,) least and greatest speed of the walks it was fitted to [m/s].
         n_people_, n_walkers_: number of people and of walks it was fitted to.
