@@ -59,12 +59,9 @@ def read(
 
 
 def person_label(path) -> str:
-    """The person's label from a file's name: what stands before the first "_", as in CMU's trials.
+    """The person's label from a file's `path`: what stands before the first "_" of its name, as in CMU's trials.
 
     Letters are composed (NFC): the same name may come decomposed from another operating system.
-
-    Args:
-        path: the file.
     """
     return unicodedata.normalize("NFC", Path(path).stem).partition("_")[0]
 

@@ -31,14 +31,11 @@ _LEVELS = (
 
 
 def guess_map(markers: Markers) -> MarkerMap:
-    """A first guess of which points of a capture are which landmarks.
+    """A first guess of which of captured `markers` (frames, points, 3) [m], z up, are which landmarks.
 
     The nearest marker set's names first; then, for landmarks that it leaves open, the point whose name is most like
     one that any set has for it. A guess that puts a landmark on the wrong level of the body, such as a knee below an
     ankle, is dropped.
-
-    Args:
-        markers: captured points (frames, points, 3) [m], z up.
     """
     known, points = recognise(markers.names)
     found = dict(points)

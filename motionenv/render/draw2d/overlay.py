@@ -45,15 +45,12 @@ def draw_pose(rgb, markers, camera, *, width: float = 3.0, colour=None) -> np.nd
 
 
 def side_by_side(left, right, *, gap: int = 4) -> np.ndarray:
-    """Two images (or stacks of images) side by side, with a thin black gap.
+    """Two images (or stacks of images) side by side, with a thin black gap: uint8 (..., H, both widths + gap, 3).
 
     Args:
         left: uint8 (..., H, W, 3).
         right: uint8 (..., H, any width, 3), the same number of images and height.
         gap: between them [pixels].
-
-    Returns:
-        uint8 (..., H, W + gap + the other width, 3).
 
     Raises:
         MotionError: they are not uint8 images, or differ in number or height.

@@ -17,12 +17,9 @@ from motionenv.types import Camera, Frame, Skeleton
 
 
 class PyrenderRenderer:
-    """Renders bodies with pyrender; its OpenGL context is created with the first image.
+    """Renders bodies in a `scene` with pyrender; its OpenGL context is created with the first image.
 
     Thread-safe: all OpenGL calls are made in one thread. Must not be used across a fork.
-
-    Args:
-        scene: light, clothes, ground and sky.
     """
 
     def __init__(self, scene: Scene | None = None):

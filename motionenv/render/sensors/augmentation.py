@@ -61,8 +61,7 @@ class Augmenter:
     Args:
         choice: settings.
         n: number of episodes.
-        width: of the images [pixels], 16 to 512.
-        height: of the images [pixels], 16 to 512.
+        width, height: of the images [pixels], 16 to 512.
         fps: frame rate [Hz], for the speed of moving objects.
         threads: number of threads.
     """
@@ -117,7 +116,7 @@ class Augmenter:
         self._things[slot, :, PARALLAX] = behind / self._things[slot, :, DEPTH]
 
     def compose(self, frame: Frame, time, pan, slots) -> Frame:
-        """Augment images of bodies on black, in place.
+        """Augment images of bodies on black, in place; return them.
 
         Objects occlude what is farther away: at an occluded body pixel, `limbs` is 0, and `depth` is the object's.
         Background depth becomes `FAR`.
@@ -131,9 +130,6 @@ class Augmenter:
             time: (m,) frame numbers, from 0.
             pan: (m,) [pixels] shift of the background to the left since the start; nearer objects move farther.
             slots: (m,) episode of each image.
-
-        Returns:
-            `frame`.
 
         Raises:
             MotionError: images of another size, no such slot, or a non-finite number.
