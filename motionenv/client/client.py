@@ -314,7 +314,6 @@ class Client:
 
 
 def _walk(model: str, seconds: float, fps: float, walk: Mapping[str, Any], picture: Picture | None) -> dict[str, Any]:
-    """`SynthesisRequest` of the service."""
     given = {"seconds": seconds, "fps": fps, **walk}
     body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
     return {"model": model, **body, "picture": dict(picture or {})}
@@ -330,7 +329,6 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:
-    """The media type that belongs to a suffix."""
     try:
         return known[suffix.lower()]
     except KeyError:

@@ -67,7 +67,6 @@ def person_label(path) -> str:
 
 
 def _is_amass(path) -> bool:
-    """Whether an NPZ file has AMASS's arrays; False if it can't be read."""
     try:
         with zipfile.ZipFile(path) as archive:
             return amass.is_amass(name.removesuffix(".npy") for name in archive.namelist())

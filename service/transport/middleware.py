@@ -57,7 +57,6 @@ class ObservabilityMiddleware:
             self._note(scope, response)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handle a WebSocket, and log it at its end."""
         scope["request_id"], begun, client = _request_id(scope), time.perf_counter(), scope.get("client")
         try:
             await self.app(scope, receive, send)
@@ -95,7 +94,6 @@ class ObservabilityMiddleware:
             await _send_problem(scope, receive, response.send, 500, "internal error: please report it")
 
     def _note(self, scope: Scope, response: "_Response") -> None:
-        """Count and log the request."""
         seconds, route, client = time.perf_counter() - response.begun, _route(scope), scope.get("client")
         self.metrics.count(scope["method"], route, response.status, seconds)
         _log.info(
@@ -264,5 +262,4 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, detai
 async def _send_problem(
     scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any = None
 ) -> None:
-    """Send an error response."""
     await problem_response(status, detail, request_id=scope.get("request_id"), headers=headers)(scope, receive, send)

@@ -148,7 +148,6 @@ def _columns(path, header: list[str]) -> tuple[str, np.ndarray]:
 
 
 def _row(path, line: int, row: list[str], header: list[str]) -> list[float]:
-    """The numbers of one row; NaN for empty fields."""
     if len(row) != len(header):
         raise FormatError(path, f"expected {len(header)} columns as in line 1, got {len(row)}", f"line {line}")
     return [number(path, line, word, name) if word.strip() else np.nan for word, name in zip(row, header, strict=True)]

@@ -183,7 +183,6 @@ def _values(path, rows: list[tuple[int, list[str]]]) -> np.ndarray:
 
 
 def _rate(path, frame_time: str, fps: float | None, override: bool) -> float:
-    """Frames per second from the caller or the file."""
     if fps is not None and override:
         return checked_fps(fps)
     try:

@@ -67,7 +67,6 @@ def _header(path, lines: list[str]) -> dict[str, str]:
 
 
 def _even(times: np.ndarray) -> bool:
-    """Whether the times rise in even steps."""
     steps = np.diff(times)
     return len(steps) > 0 and bool((np.abs(steps - np.median(steps)) <= _EVEN * np.median(steps)).all())
 
@@ -121,7 +120,6 @@ def _pointed(word: str) -> str:
 
 
 def _filled(word: str) -> bool:
-    """False for all notations of a gap."""
     return word.lower() not in ("", "nan")
 
 
@@ -152,7 +150,6 @@ def _stated_fps(path, written: str, times: np.ndarray) -> float:
 
 
 def _metres(path, written: str, points: np.ndarray, unit, override: bool) -> float:
-    """Metres per file unit."""
     stated = file_metres(written)
     if unit is not None and (override or stated is None):
         return metres_per(unit)

@@ -100,7 +100,6 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
 
 
 def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
-    """The part of `check_sequence` about values."""
     bad = np.isinf(poses)
     if bad.any():
         frame, entry = np.argwhere(bad)[0]

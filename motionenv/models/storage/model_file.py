@@ -195,7 +195,6 @@ def _check_sizes(path, archive: zipfile.ZipFile, members: list[zipfile.ZipInfo])
 
 
 def _header(path, archive: zipfile.ZipFile) -> dict:
-    """The checked header of an open file."""
     header = None
     if "header.npy" in archive.namelist():
         info = archive.getinfo("header.npy")

@@ -84,7 +84,6 @@ def strip(frames: Sequence, n: int = 6, *, gap: int = 4) -> np.ndarray:
 
 
 def _pictures(rgb, name: str) -> np.ndarray:
-    """`rgb` as an array."""
     rgb = np.asarray(rgb)
     if rgb.dtype != np.uint8 or rgb.ndim < 3 or rgb.shape[-1] != 3:
         raise MotionError(f"{name} must be uint8 (..., height, width, 3), got {rgb.dtype} {rgb.shape}")

@@ -96,7 +96,6 @@ class Raycaster:
                 flat.limbs[i] = ids[flat.limbs[i]]
 
     def _view(self, camera: Camera, rgb: bool) -> View:
-        """Precomputed values that all images of `camera` share."""
         parts = (camera.K.tobytes(), camera.R.tobytes(), camera.width, camera.height, rgb)
         height = round(float(camera.centre[2]), 6)  # the height of a moving camera varies by rounding errors
         colours = self._kept(self._colours, (*parts, height), lambda: ground_colours(camera, height, self.scene, rgb))

@@ -146,7 +146,6 @@ class Augmenter:
         return frame
 
     def _compose(self, start: int, stop: int, slots, time, pan, frame: Frame) -> None:
-        """Augment images `start` to `stop`; see `compose`."""
         rgb, limbs, depth = frame.rgb, frame.limbs, frame.depth[start:stop]
         if rgb is not None and self._bank is None:
             kernel.put_colours(start, stop, slots, self._colours, self._rise, limbs, rgb)
@@ -173,7 +172,6 @@ class Augmenter:
         self._sprites = sprites(*size) if self._things.shape[1] else np.empty((0, 0, 0, 4), np.uint8)
 
     def _draw_backdrop(self, slot: int, rng: np.random.Generator) -> None:
-        """Choose a photograph and its section, or a uniform colour."""
         if self._bank is None:
             grey, tint = rng.integers(50, 205), rng.integers(-34, 35, 3)
             self._colours[slot], self._rise[slot] = grey + tint, rng.uniform(-30, 30)

@@ -62,7 +62,6 @@ def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
 
 
 def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> Iterator:
-    """`read_frames` with validated arguments."""
     began: float | None = None
     last: tuple[float, av.VideoFrame] | None = None
     count, rate, shape = 0, 1.0, None

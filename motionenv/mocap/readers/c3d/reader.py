@@ -69,7 +69,6 @@ def read(
 
 
 def _bare(label: str) -> str:
-    """A label without the subject's name."""
     return label.rpartition(":")[2].strip() or "unlabelled"
 
 
@@ -83,7 +82,6 @@ def _labels(path, parameters: Parameters, points: int) -> list[str]:
 
 
 def _metres(path, parameters: Parameters, points: np.ndarray, unit, override: bool) -> float:
-    """Metres per file unit."""
     written = parameters.text("POINT:UNITS")
     stated = file_metres(written)
     if unit is not None and (override or stated is None):
@@ -95,7 +93,6 @@ def _metres(path, parameters: Parameters, points: np.ndarray, unit, override: bo
 
 
 def _up(path, parameters: Parameters, up: str | None) -> str:
-    """The file's vertical axis."""
     if up is not None:
         return up
     written = parameters.text("POINT:Y_SCREEN").lower()
@@ -108,7 +105,6 @@ def _up(path, parameters: Parameters, up: str | None) -> str:
 
 
 def _fps(path, parameters: Parameters, layout: Layout, fps: float | None, override: bool) -> float:
-    """Frame rate from the caller, the parameters or the header."""
     rates = [parameters.number("POINT:RATE"), layout.rate, parameters.number("TRIAL:CAMERA_RATE")]
     stated = next((float(rate) for rate in rates if 0 < rate < np.inf), None)
     if fps is not None and (override or stated is None):

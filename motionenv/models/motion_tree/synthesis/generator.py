@@ -286,7 +286,6 @@ def _source(tree: MotionTree, future: FutureCost) -> Source:
 
 
 def _fixed(array: np.ndarray) -> np.ndarray:
-    """A read-only contiguous view or copy of an array."""
     view = np.ascontiguousarray(np.asarray(array)).view()
     view.flags.writeable = False
     return view
