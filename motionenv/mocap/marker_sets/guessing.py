@@ -23,11 +23,9 @@ _AT_END = 5  # how many of them a name may also end with, beside "l" and "r"
 #: From the ground up: what stands in a later row is higher on anybody who stands or walks.
 _LEVELS = (
     ("heel", "toe", "metatarsal_1", "metatarsal_5", "ankle_lateral", "ankle_medial", "ankle"),
-    ("knee_lateral", "knee_medial", "knee"),
-    ("asis", "psis", "sacrum", "hip", "iliac_crest"),
-    ("acromion", "shoulder", "c7", "clavicle"),
-    ("head", "head_top", "head_front", "head_back"),
-)
+    ("knee_lateral", "knee_medial", "knee"), ("asis", "psis", "sacrum", "hip", "iliac_crest"),
+    ("acromion", "shoulder", "c7", "clavicle"), ("head", "head_top", "head_front", "head_back"),
+)  # fmt: skip
 
 
 def guess_map(markers: Markers) -> MarkerMap:
