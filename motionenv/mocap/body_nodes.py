@@ -75,7 +75,6 @@ def _legs(at: dict[str, np.ndarray], legs: LowerBody) -> dict[str, np.ndarray]:
 
 
 def _trunk(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Neck, sternum and head."""
     found: dict[str, np.ndarray] = {name: at[name] for name in ("neck", "sternum", "head") if name in at}
     if "neck" not in found and {"clavicle", "c7"} <= at.keys():
         found["neck"] = 0.5 * (at["clavicle"] + at["c7"])
@@ -172,7 +171,6 @@ def _of_knee(landmarks: Landmarks, side: str) -> list[str]:
 
 
 def _markers(limb: str) -> list[str]:
-    """The landmarks of the smallest cluster."""
     return [f"{limb}_cluster_{i}" for i in (1, 2, 3)]
 
 

@@ -59,18 +59,14 @@ def read(
 
 
 def person_label(path) -> str:
-    """The person's label from a file's name: what stands before the first "_", as in CMU's trials.
+    """The person's label from a file's `path`: what stands before the first "_" of its name, as in CMU's trials.
 
     Letters are composed (NFC): the same name may come decomposed from another operating system.
-
-    Args:
-        path: the file.
     """
     return unicodedata.normalize("NFC", Path(path).stem).partition("_")[0]
 
 
 def _is_amass(path) -> bool:
-    """Whether an NPZ file has AMASS's arrays; False if it can't be read."""
     try:
         with zipfile.ZipFile(path) as archive:
             return amass.is_amass(name.removesuffix(".npy") for name in archive.namelist())

@@ -109,12 +109,10 @@ def _fetcher(source: Source, to: Path, base_url: str | None) -> Callable[[Source
 
     pooch.get_logger().setLevel("WARNING")  # log lines on stderr would break the caller's progress bar
     registry = pooch.create(
-        path=to,
-        base_url=f"{base_url.rstrip('/')}/" if base_url else "",
+        path=to, base_url=f"{base_url.rstrip('/')}/" if base_url else "",
         registry={file.path: f"sha256:{file.sha256}" for file in source.files},
-        urls=None if base_url else {file.path: file.url for file in source.files},
-        retry_if_failed=_RETRIES,
-    )
+        urls=None if base_url else {file.path: file.url for file in source.files}, retry_if_failed=_RETRIES,
+    )  # fmt: skip
 
     def fetch(file: SourceFile) -> Path:
         url = registry.get_url(file.path)

@@ -5,7 +5,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from motionenv._core.validation import is_number
-from motionenv.errors import MotionError
+from motionenv.errors import FormatError, MotionError
 
 #: Metres per unit. "cmu" is the Carnegie Mellon database's: 0.45 units to the inch.
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
@@ -103,6 +103,17 @@ def unit_proposal(points, units=tuple(METRES)) -> str:
         f"in {_NAMED.get(name, name)} the points would span {tall:.2f} m, which {fit} a person: "
         f'pass unit="{name}" (--unit {name})'
     )
+
+
+def stated_metres(path, written: str, points: np.ndarray, unit, override: bool, place: str) -> float:
+    """Metres per unit of markers: a caller's `unit` if it overrides or what is `written` at `place` is none."""
+    stated = file_metres(written)
+    if unit is not None and (override or stated is None):
+        return metres_per(unit)
+    if stated is None:
+        what = f"the unit of length {written!r} is unknown" if written else "the unit of length is missing"
+        raise FormatError(path, f"{what}; {unit_proposal(points, MARKER_UNITS)}", place)
+    return stated
 
 
 def upright(points, up: str) -> np.ndarray:

@@ -101,11 +101,7 @@ def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
     """The bytes of the file that `write` would write, in parts that are made on demand.
 
     BVH, CSV, MOT and TRC are encoded a few hundred frames at a time, the others in one part. NPZ is not compressed, for
-    speed.
-
-    Args:
-        motion: (frames, 25) poses and their skeleton.
-        suffix: as in `write`, such as ".bvh".
+    speed. The `suffix` of a `motion` is as in `write`, such as ".bvh".
 
     Raises:
         GapError: the motion has gaps in time, which the format can't represent.

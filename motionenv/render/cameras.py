@@ -38,8 +38,7 @@ def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: fl
     Args:
         eye: (3,) [m] camera position.
         target: (3,) [m] the point it looks at.
-        width: image width [pixels].
-        height: image height [pixels].
+        width, height: size of the image [pixels].
         fov_degrees: vertical field of view [degrees], from edge to edge of the image.
         up: (3,) direction that points up in the image.
 
@@ -72,8 +71,7 @@ def view(
         distance: horizontal distance from the camera to the target [m].
         eye_height: height of the camera above the ground [m].
         target: (3,) [m] point in the centre of the image.
-        width: image width [pixels].
-        height: image height [pixels].
+        width, height: size of the image [pixels].
         fov_degrees: vertical field of view [degrees].
 
     Raises:
@@ -94,8 +92,7 @@ def fit_view(
     Args:
         points: (..., 3) [m], such as all markers of a motion; NaN points are ignored.
         alpha: view angle [rad]; see the figure in the module's docstring.
-        width: image width [pixels].
-        height: image height [pixels].
+        width, height: size of the image [pixels].
         margin: fraction of the image left free at each edge, from 0 to below 0.5.
         fov_degrees: vertical field of view [degrees].
         elevation: angle [rad] by which the camera looks down on the walker, within ±π/2; 0 is level.

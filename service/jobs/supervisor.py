@@ -94,7 +94,6 @@ class Supervisor:
         return True
 
     async def _recover(self) -> None:
-        """Clean up after the last supervisor."""
         for job in self.store.recover():
             _log.warning("job was interrupted", job=job)
         await asyncio.to_thread(shutil.rmtree, self._folder, ignore_errors=True)
@@ -130,7 +129,6 @@ class Supervisor:
         self.wake()
 
     async def _one(self, job: Job) -> None:
-        """Run one job from start to end."""
         folder = self._folder / f"{job.id}-{job.attempts}"
         begun = time.monotonic()
         try:
@@ -161,7 +159,6 @@ class Supervisor:
         self.store.end(job.id, "failed", detail, {"status": status, "detail": detail})
 
     async def _done(self, job: Job, folder: Path) -> None:
-        """Run a job and store its result."""
         with full_disk_errors():
             (folder / "input").mkdir(parents=True)
         for name, sha in self.store.inputs(job.id):

@@ -79,7 +79,6 @@ async def answer(request: Request, asked: MotionRequest, make: Callable[[int], M
 def _chunks(
     make: Callable[[int], Motion], asked: MotionRequest, media_type: str, seed: int, gone: threading.Event
 ) -> Iterator[bytes]:
-    """The chunks of a response that takes long."""
     made = make(seed)
     yield b""  # lets the response stop here if the client has disconnected
     if media_type not in formats.FILMS:

@@ -243,7 +243,6 @@ async def _uploaded(
 
 
 def _fields(model: type[Fields], upload: Upload) -> Fields:
-    """The fields of an upload."""
     try:
         return model.model_validate(upload.fields)
     except ValidationError as error:
@@ -276,12 +275,10 @@ def _static(asked: schemas.ReportFields, names: list[str]) -> str | None:
 
 
 def _accepted(manager: JobManager, job: Job) -> Response:
-    """202 with the location of the job."""
     return _state(manager, job, 202, Location=f"/v1/jobs/{job.id}")
 
 
 def _state(manager: JobManager, job: Job, status: int = 200, **headers: str) -> Response:
-    """`JobStatus` of a job as JSON."""
     body = orjson.dumps(_to_response(manager, job))
     return Response(body, status, headers={**headers, **_FRESH}, media_type=JSON)
 
@@ -303,7 +300,6 @@ def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
 
 
 def _chunks(file: IO[bytes]) -> Iterator[bytes]:
-    """A file in chunks; closes it."""
     with file:
         while chunk := file.read(_CHUNK):
             yield chunk

@@ -17,7 +17,6 @@ _PROBLEM = 500  # characters of what is wrong with a marker map, at most
 
 
 def _checked_map(text: str) -> str:
-    """The text of a marker map."""
     try:
         MarkerMap.parse(text)
     except MotionError as error:

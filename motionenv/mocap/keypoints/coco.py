@@ -204,7 +204,6 @@ def _tracks(path, found: list) -> list[_Track]:
 
 
 def _named(path, by_frame: dict) -> list[_Track]:
-    """People by their track ids."""
     tracks: dict[int | str, _Track] = {}
     for frame in sorted(by_frame):
         for keypoints, name in by_frame[frame]:
@@ -238,7 +237,6 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _chosen(path, tracks: list[_Track], person: int | None) -> int:
-    """Index of the person to read."""
     seen = [t for t in tracks if t.weight >= _RIVAL * tracks[0].weight] if tracks[0].weight > 0 else tracks
     if person is None and len(seen) == 1:
         return 0

@@ -142,13 +142,11 @@ def _with_word(value, word: str):
 
 
 def _ways(landmark: str, value) -> tuple[Weights, ...]:
-    """The ways to find a landmark."""
     ways = value if isinstance(value, list) else [value]
     return tuple(_weights(landmark, way) for way in ways)
 
 
 def _weights(landmark: str, way) -> Weights:
-    """One way to find a landmark."""
     if isinstance(way, str) and way.strip():
         return {way: 1.0}
     numbers = isinstance(way, Mapping) and all(
@@ -161,13 +159,11 @@ def _weights(landmark: str, way) -> Weights:
 
 
 def _quoted(text: str) -> str:
-    """A TOML string."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'
 
 
 def _written(ways: tuple[Weights, ...]) -> str:
-    """The ways to find a landmark, in TOML."""
     texts = []
     for way in ways:
         only = len(way) == 1

@@ -86,7 +86,6 @@ def read(
 
 
 def _load(path, wanted: set[str]) -> dict[str, np.ndarray]:
-    """The wanted arrays of an NPZ file."""
     found, held = load_arrays(read_bytes(path), path, wanted)
     if not found:
         raise FormatError(path, f"is an NPZ file of another kind: it has {', '.join(held[:8]) or 'no arrays'}")
@@ -114,7 +113,6 @@ def _joints(
 
 
 def _posed(path, arrays: dict[str, np.ndarray], body_model, fps: float, up: str) -> Markers:
-    """The joints of poses."""
     poses = _poses(path, arrays)
     trans = _numbers(path, "trans", arrays.get("trans", np.zeros((len(poses), 3))), (len(poses), 3))
     betas = np.asarray(arrays.get("betas", np.zeros(0)), dtype=np.float64)
@@ -178,7 +176,6 @@ class _BodyModel:
 
 
 def _read_model(path) -> _BodyModel:
-    """A body model from its NPZ file."""
     if Path(path).suffix.lower() in (".pkl", ".pickle"):
         raise FormatError(
             path, "body models are read as NPZ, for pickles can run code: download the NPZ version, or convert the "

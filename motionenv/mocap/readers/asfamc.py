@@ -71,7 +71,6 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
 
 
 def _beside(path) -> Path:
-    """The skeleton file in the AMC file's folder."""
     path = Path(path)
     found = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     own = (path.stem.lower(), path.stem.split("_")[0].lower())
@@ -274,7 +273,6 @@ class _Amc:
 
 
 def _in_degrees(bones: list[_Bone], values: np.ndarray) -> np.ndarray:
-    """`values` with rotations converted from radians to degrees."""
     turning = np.array([d in _DOF for bone in bones for d in bone.dof])
     return np.where(turning, np.degrees(values), values)
 

@@ -1,10 +1,11 @@
 """Parsing of text files: lines, numbers, names, with errors that name the place."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 
 
@@ -26,6 +27,16 @@ def read_lines(path, latin: bool = False) -> list[str]:
             return raw.decode("latin-1").splitlines()
         line = raw.count(b"\n", 0, error.start) + 1
         raise FormatError(path, "is not UTF-8 text; save it as UTF-8", f"line {line}") from None
+
+
+def given_fps(fps: float | None, override: bool, stated: Callable[[], float]) -> float:
+    """A caller's frame rate, if it overrides or the file's, `stated()`, is a FormatError; otherwise the file's."""
+    if fps is None:
+        return stated()
+    try:
+        return checked_fps(fps) if override else stated()
+    except FormatError:
+        return checked_fps(fps)
 
 
 def read_bytes(path) -> bytes:

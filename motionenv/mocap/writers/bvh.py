@@ -25,7 +25,6 @@ _ARMS = {"{}Arm": ("Spine2", "{}_shoulder"), "{}ForeArm": ("{}Arm", "{}_elbow"),
 
 
 def _sided(table: dict[str, tuple[str, str]], side: str) -> dict[str, tuple[str, str]]:
-    """Rows of one side of the body."""
     word = side.title()
     return {joint.format(word): (parent.format(word), node.format(side)) for joint, (parent, node) in table.items()}
 
@@ -108,7 +107,6 @@ def _block(joint: str, rest: dict[str, np.ndarray], joints: list[str]) -> list[s
 
 
 def _offset(point: np.ndarray) -> str:
-    """An OFFSET line."""
     return "OFFSET " + " ".join(f"{x:.6f}" for x in np.round(point, 6) + 0.0)
 
 

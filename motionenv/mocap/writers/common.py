@@ -6,20 +6,13 @@ from typing import Protocol
 import numpy as np
 
 from motionenv._core.files import atomic_write
+from motionenv.body import gaps
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT, SEGMENTS
+from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT
 from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 
 _Y_UP = [1, 2, 0]
-
-#: Per segment of `SEGMENTS`: the entries of the pose vector that turn it relative to its parent. A foot has none.
-_ENTRIES = (
-    range(6), range(6, 9),
-    range(9, 12), range(12, 13), range(13, 16), range(16, 17),
-    range(17, 20), range(20, 21), range(21, 24), range(24, 25),
-    range(0), range(0),
-)  # fmt: skip
 
 
 class Angles(Protocol):
@@ -60,11 +53,7 @@ def known_segments(poses) -> np.ndarray:
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
     the arms of a lower-body capture.
     """
-    known = ~np.isnan(poses).all(0)
-    shown = np.zeros(len(SEGMENTS), dtype=bool)
-    for segment, (entries, parent) in enumerate(zip(_ENTRIES, SEGMENT_PARENT, strict=True)):
-        shown[segment] = known[list(entries)].all() and (parent < 0 or shown[parent])
-    return shown
+    return gaps.known_segments(np.where(np.isnan(poses).all(0), np.nan, 0.0))
 
 
 def without_missing(motion: Motion) -> Motion:
@@ -76,8 +65,8 @@ def without_missing(motion: Motion) -> Motion:
 def _shown_entries(poses) -> np.ndarray:
     """Which of the 25 entries turn a segment that isn't missing, (25,) bool."""
     shown = np.zeros(len(POSE), dtype=bool)
-    for entries, segment_shown in zip(_ENTRIES, known_segments(poses), strict=True):
-        shown[list(entries)] = segment_shown
+    for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, known_segments(poses), strict=True):
+        shown[entries] = segment_shown
     return shown
 
 
@@ -100,7 +89,6 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
 
 
 def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
-    """The part of `check_sequence` about values."""
     bad = np.isinf(poses)
     if bad.any():
         frame, entry = np.argwhere(bad)[0]

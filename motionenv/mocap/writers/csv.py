@@ -48,7 +48,6 @@ def _parts(motion: Motion) -> Iterator[bytes]:
 
 
 def _rows(motion: Motion, frames: np.ndarray) -> bytes:
-    """Lines of some frames."""
     poses = motion.poses[frames]
     points = markers(poses, motion.skeleton).reshape(len(poses), -1)
     table = np.column_stack([frames / motion.fps, poses, points])

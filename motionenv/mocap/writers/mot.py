@@ -79,7 +79,6 @@ def _coordinates(motion: Motion, shown: set[str]) -> dict[str, np.ndarray]:
 
 
 def _pelvis(motion: Motion) -> dict[str, np.ndarray]:
-    """The pelvis's angles and position."""
     turned = from_euler("ZXY", motion.poses[:, [5, 4, 3]])
     angles = unwrap_euler(to_euler("YXZ", turned)) * [-1.0, 1.0, 1.0]  # the world's y is the ground's -z, its z is y
     offsets = motion.skeleton.offsets
@@ -98,5 +97,4 @@ def _ball(motion: Motion, side: str, joint: str, names: tuple[str, str, str]) ->
 
 
 def _hinge(motion: Motion, side: str, joint: str, name: str) -> dict[str, np.ndarray]:
-    """Flexion of a knee or elbow."""
     return {f"{name}_{side[0]}": np.degrees(motion.poses[:, POSE.index(f"{side}_{joint}_flexion")])}

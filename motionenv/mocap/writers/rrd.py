@@ -65,7 +65,6 @@ def _encoded(
     motion: Motion, camera: Camera | None, pictures: Iterable[np.ndarray] | None, events: Sequence[Event],
     angles: Angles | None,
 ) -> bytes:  # fmt: skip
-    """The bytes of a file."""
     check_sequence(motion, "RRD", gaps=True)
     if pictures is not None and camera is None:
         raise MotionError("pictures are shown in a camera: pass camera= too")
@@ -122,7 +121,6 @@ def _log_body(log: Log, motion: Motion) -> None:
 
 
 def _log_pictures(log: Log, pictures: Iterable[Any], camera: Camera, frames: int) -> None:
-    """One picture per frame."""
     expected = (camera.height, camera.width, 3)
     count = 0
     for picture in map(np.asarray, pictures):

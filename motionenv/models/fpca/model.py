@@ -154,15 +154,12 @@ class FunctionalPCA(StoredModel):
         return self._fill(flat, self.inverse_transform(scores)).reshape(values.shape)
 
     def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
-        """The model at any phase, from its Fourier series: smooth and periodic in every derivative.
+        """The model (..., m) at any phase, from its Fourier series: smooth and periodic in every derivative.
 
         Args:
             scores: (..., q).
             phase: (...) real numbers [cycles]; broadcasts with the scores.
             derivative: 0 for values, d for the d-th derivative with respect to phase [per cycle^d].
-
-        Returns:
-            (..., m).
         """
         self._check_fitted()
         scores, phase = np.asarray(scores, dtype=np.float64), np.asarray(phase, dtype=np.float64)

@@ -65,10 +65,7 @@ class Database:
         return np.searchsorted(self.starts, frames, side="right") - 1
 
     def motion(self, sequence: int) -> Motion:
-        """One sequence as a motion at 30 frames/s.
-
-        Args:
-            sequence: index of the sequence.
+        """One sequence, by its index, as a motion at 30 frames/s.
 
         Raises:
             MotionError: there is no such sequence.

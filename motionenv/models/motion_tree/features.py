@@ -78,15 +78,11 @@ def turned_towards(poses, aim) -> np.ndarray:
 
 
 def resample(motion: Motion, fps: float = FPS) -> list[np.ndarray]:
-    """The gapless stretches of a motion at another frame rate, each (frames, 25) [m, rad].
+    """The gapless stretches of one `motion` (frames, 25) at another rate `fps`, each (frames, 25) [m, rad].
 
     Cubic splines interpolate the poses of a stretch; a frame with NaN ends it. Three angles represent each rotation in
     two ways, (f, a, r) and (f + π, π - a, r + π), up to whole turns. Each stretch takes the one that is on average
     nearest to the middle of the joint's range.
-
-    Args:
-        motion: one sequence, (frames, 25).
-        fps: new frame rate.
 
     Raises:
         MotionError: a batch of motions, or a frame rate not above 0.

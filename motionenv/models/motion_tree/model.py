@@ -191,10 +191,8 @@ class MotionTree(GaitModel):
 
         Args:
             probes: (B, b) float32, from `coefficients`.
-            n: draws for each probe.
-            temperature: β.
+            n, temperature, method, leaf, probability: see `sample`.
             key: whole number that seeds the draws.
-            method, leaf, probability: see `sample`.
 
         Raises:
             MotionError: an option out of range.
@@ -223,10 +221,8 @@ class MotionTree(GaitModel):
         Args:
             history: (..., frames, 25), see `coefficients`.
             after: (..., 25) the true next pose.
-            temperature: β.
+            temperature, seed, method: see `sample`.
             draws: windows drawn for each history.
-            seed: int or Generator.
-            method: "tree" or "exact".
 
         Raises:
             MotionError: see `sample`; also if `after` isn't finite.
@@ -326,14 +322,7 @@ class MotionTree(GaitModel):
         return self.descent_.leaf_of(windows)
 
     def recent(self, history) -> Recent:
-        """Parameters of a history's last frames, scaled to the database's body.
-
-        Args:
-            history: see `coefficients`.
-
-        Raises:
-            MotionError: see `coefficients`.
-        """
+        """Parameters of a history's last frames, scaled to the database's body; see `coefficients` for its errors."""
         return recent_frames(history, self.database_)
 
     def _poses(self, recent: Recent, after: np.ndarray) -> np.ndarray:

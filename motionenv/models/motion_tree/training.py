@@ -22,15 +22,9 @@ def fit_tree(
     """Fit a tree to all capture below a folder.
 
     Args:
-        folder: searched with its subfolders.
-        fps: frames per second, for files that don't state it.
-        unit: unit of length, for files that don't state it.
-        marker_map: which points of the files are which landmarks; None recognises them by their names.
-        activity: activity of all files; None takes it from the names.
+        folder, fps, unit, marker_map, activity, fill, on_file: as of `motionenv.models.motion_tree.read_clips`.
         mirrored: also include the left-right mirror image of every clip.
-        fill: whether to fill what the capture doesn't show (`motionenv.fill`).
         command: the command line to record in the card.
-        on_file: called with each file's name before it is read.
         on_left_out: called with name and reason of each file that is not used.
 
     Raises:

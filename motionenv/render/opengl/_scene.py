@@ -35,7 +35,6 @@ class GlScene:
         self._camera = self.pyrender.add(_camera_class()(znear=_NEAR, zfar=_FAR))
 
     def _add(self, primitive, casts_shadow: bool = False):
-        """Add a mesh; returns its node."""
         node = self.pyrender.add(load().Mesh([primitive]))
         node.casts_shadow, node.shown = casts_shadow, True
         return node

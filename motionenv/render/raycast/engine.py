@@ -29,12 +29,7 @@ _CHUNK = 64  # bodies per task: large enough to amortise the call, small enough 
 
 
 class Raycaster:
-    """Renders bodies in a scene; caches the ground colours of recent views.
-
-    Args:
-        scene: light, clothes, ground and sky.
-        threads: number of threads.
-    """
+    """Renders bodies in a `scene` in some `threads`; caches the ground colours of recent views."""
 
     def __init__(self, scene: Scene | None = None, *, threads: int | None = 1):
         self.scene = scene or Scene()
@@ -52,17 +47,14 @@ class Raycaster:
         self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True,
         out: Frame | None = None,
     ) -> Frame:  # fmt: skip
-        """Render poses.
+        """Render poses; colours take most of the time.
 
         Args:
             poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
             skeleton: the body, the same in all images.
             cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
-            rgb: whether to render colours, which takes most of the time.
+            rgb: whether to render colours; otherwise `rgb` of the images is None.
             out: a frame of an earlier call with the same shape, to be overwritten.
-
-        Returns:
-            The images; `rgb` is None if not requested.
 
         Raises:
             MotionError: see `motionenv.render.request.batch`; or `out` has a wrong shape.
@@ -104,7 +96,6 @@ class Raycaster:
                 flat.limbs[i] = ids[flat.limbs[i]]
 
     def _view(self, camera: Camera, rgb: bool) -> View:
-        """Precomputed values that all images of `camera` share."""
         parts = (camera.K.tobytes(), camera.R.tobytes(), camera.width, camera.height, rgb)
         height = round(float(camera.centre[2]), 6)  # the height of a moving camera varies by rounding errors
         colours = self._kept(self._colours, (*parts, height), lambda: ground_colours(camera, height, self.scene, rgb))

@@ -141,7 +141,6 @@ def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float
 
 
 def _of_body(motion: Motion, engine: str, scene: Scene) -> Draw:
-    """Renders the body with an engine."""
     if engine == "raycast":
         raycaster = Raycaster(scene, threads=None)
         return lambda poses, cameras: cast(np.ndarray, raycaster.render(poses, motion.skeleton, cameras).rgb)

@@ -58,14 +58,10 @@ class Basis:
 
 
 def fit_basis(database: Database, channels: np.ndarray) -> Basis:
-    """The basis of a database's windows: b = ⌊log₂ n⌋ components (paper C).
+    """The basis of a database's n windows: b = ⌊log₂ n⌋ components (paper C) of `channels` (p,) of a frame's 50.
 
     Parameters are divided by their standard deviations first, as by Σ in paper C's eq. 3. Otherwise the approximation
     of its Observation 1 doesn't hold.
-
-    Args:
-        database: the database of n windows.
-        channels: (p,) indices of the parameters to use, of the 50 of a frame.
     """
     n = len(database.windows)
     middle, unit = _rough(database, channels)

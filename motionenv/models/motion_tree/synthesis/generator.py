@@ -144,9 +144,6 @@ class MotionGenerator:
     def step(self, frames: int) -> np.ndarray:
         """The next poses (frames, 25) [m, rad].
 
-        Args:
-            frames: number of frames, at least 1.
-
         Raises:
             MotionError: `frames` isn't a whole number above 0.
             ModelError: the tree's file was changed in place, or isn't finite.
@@ -214,12 +211,9 @@ class MotionGenerator:
 
 
 def history(tree: MotionTree, activity: str | None = None, *, seed=None) -> np.ndarray:
-    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of the database.
+    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of a tree's database.
 
-    Args:
-        tree: tree with the database.
-        activity: an activity of the database, or None for any window.
-        seed: int or Generator; picks the same window as `MotionGenerator` with this seed.
+    The window is one of `activity`, if not None; a `seed` picks the same one as for `MotionGenerator`.
 
     Raises:
         MotionError: an unknown activity.
@@ -292,7 +286,6 @@ def _source(tree: MotionTree, future: FutureCost) -> Source:
 
 
 def _fixed(array: np.ndarray) -> np.ndarray:
-    """A read-only contiguous view or copy of an array."""
     view = np.ascontiguousarray(np.asarray(array)).view()
     view.flags.writeable = False
     return view
