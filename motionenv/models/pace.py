@@ -6,7 +6,7 @@ steps get longer, are learned within people, and shrunk to what is known otherwi
 several speeds. Speeds above those captured go on in this direction; far from them only the cadence changes.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ class Pace:
         weights: (q,) its change with z.
         curvature: (q, q) and with products of z.
         direction: (q,) change of z per change of the log stride length in one person.
+        between: (q,) mean difference of z between people per difference of the log stride length.
         exponent: power of speed that step length follows.
         speeds: (2,) least and greatest speed learned from [body heights / s].
     """
@@ -39,6 +40,7 @@ class Pace:
     weights: np.ndarray
     curvature: np.ndarray
     direction: np.ndarray
+    between: np.ndarray
     exponent: float
     speeds: np.ndarray
 
@@ -46,14 +48,12 @@ class Pace:
         """Log stride lengths (...) of bodies of height 1 with scores z (..., q)."""
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
-    def longer(self, z: np.ndarray, change) -> np.ndarray:
-        """Scores (..., q) of the same people with log stride lengths changed by `change` (...)."""
-        if not self.direction.any():
-            return z
-        slope = np.maximum((self.weights + 2 * z @ self.curvature) @ self.direction, _LEAST_GAIN)
-        bend = self.direction @ self.curvature @ self.direction
+    def longer(self, z: np.ndarray, change, way: np.ndarray) -> np.ndarray:
+        """Scores (..., q) with log stride lengths changed by `change` (...) along `way`, `direction` or `between`."""
+        slope = np.maximum((self.weights + 2 * z @ self.curvature) @ way, _LEAST_GAIN)
+        bend = way @ self.curvature @ way
         root = np.sqrt(np.maximum(slope**2 + 4 * bend * change, (0.5 * slope) ** 2))
-        return z + (2 * np.clip(change, -1.0, 1.0) / (slope + root))[..., None] * self.direction
+        return z + (2 * np.clip(change, -1.0, 1.0) / (slope + root))[..., None] * way
 
     def at_speed(self, z: np.ndarray, seconds, scale, speed) -> tuple[np.ndarray, np.ndarray]:
         """The same people at another speed.
@@ -69,7 +69,7 @@ class Pace:
         """
         now = self.log_length(z)
         goal = now + self.exponent * (np.log(speed * seconds / scale) - now)
-        z = self.longer(z, reached(goal, self.length) - reached(now, self.length))
+        z = self.longer(z, reached(goal, self.length) - reached(now, self.length), self.direction)
         return z, np.exp(self.log_length(z)) * scale / speed
 
     def to_arrays(self) -> dict[str, np.ndarray]:
@@ -110,14 +110,14 @@ def fit_pace(
     curvature[j, i] += found[1 + q :] / 2
     speeds = np.exp([log_speeds.min(), log_speeds.max()])
     power = exponent(log_lengths, log_speeds, people)
-    made = Pace(float(found[0]), found[1 : 1 + q], curvature, np.zeros(q), power, speeds)
+    made = Pace(float(found[0]), found[1 : 1 + q], curvature, np.zeros(q), np.zeros(q), power, speeds)
     spread = np.cov(drawn.T).reshape(q, q) @ made.weights
     variance = float(made.weights @ spread)
     if variance < 1e-9:  # walks that don't differ
         return made
-    way = direction(z, made.log_length(z), people, spread / variance)
-    way = way / max(float(way @ made.weights), _LEAST_GAIN)
-    return Pace(made.length, made.weights, curvature, way, power, speeds)
+    between = spread / variance
+    way = direction(z, made.log_length(z), people, between)
+    return replace(made, direction=way / max(float(way @ made.weights), _LEAST_GAIN), between=between)
 
 
 def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.ndarray) -> np.ndarray:

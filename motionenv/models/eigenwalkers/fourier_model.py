@@ -4,7 +4,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from motionenv._core.validation import checked_whole, random_generator
+from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
@@ -21,11 +21,11 @@ from motionenv.models.eigenwalkers.fourier_series import (
 from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
-from motionenv.models.pace import direction, exponent, reached
-from motionenv.models.population import Person, draw_person
+from motionenv.models.pace import EXPONENT, direction, exponent, reached
+from motionenv.models.population import draw_person
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
-from motionenv.types import MARKERS, Markers, Motion
+from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
 
 COEFFICIENTS = (len(PARTS), len(MARKERS), 3)  #: shape of a walker's coefficients
 _EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits
@@ -150,7 +150,7 @@ class FourierModel(GaitModel):
             fps: frames per second.
             walker: the walker, from `walker`; None draws one with the seed.
             seed: int or Generator.
-            speed: walking speed [m/s] of the walker as large as the scores say; None takes the walker's own.
+            speed: walking speed [m/s]; None takes the walker's own.
             phase: phase at the start [cycles]; at 0 the left foot is furthest ahead.
             overground: False keeps the walker in place, as on a treadmill.
 
@@ -162,6 +162,8 @@ class FourierModel(GaitModel):
         walker = self.walker(seed) if walker is None else walker
         found, frequency = self._paced(walker, speed, None)
         positions = found.positions(_phases(frequency, request), overground=overground)
+        if walker.person is not None:
+            positions *= walker.person.height / found.skeleton.height
         return Markers(MARKERS, positions, fps, name="eigenwalker")
 
     def gait_of(self, walker: Walker) -> Gait:
@@ -196,29 +198,27 @@ class FourierModel(GaitModel):
     def _paced(self, walker: Walker, speed: float | None, height: float | None) -> tuple[Gait, float]:
         """The walker at a `speed` [m/s] of a body of `height` [m], and strides per second.
 
-        The gait has the size that the scores say; the same frequency on another height makes the speed.
+        The gait has the size that the scores say; scaled to the height, it has the speed at the same frequency.
         """
-        w = self.inverse_transform(walker.scores)
-        if walker.person is not None:
-            return self._of_person(w, walker.person, speed, height)
-        seconds = walker.stride_seconds or 1 / float(self.frequency(walker.scores))
-        if speed is None:
-            return gait(w), 1 / seconds
-        size = 1.0 if height is None else gait(w).skeleton.height / height
-        found = gait(self.at_speed(w, seconds, speed * size))
-        return found, speed * size / found.stride_length
-
-    def _of_person(self, w: np.ndarray, person: Person, speed, height) -> tuple[Gait, float]:
-        """What `_paced` gives of coefficients w (5, 15, 3) that walk as a person."""
-        size = float(body_heights(w[None])[0]) / person.height
-        w = self._longer(w, np.log(2 * size * person.step_length / stride_lengths(w)))
-        own = size * person.speed
-        if speed is None:
-            found, speed = gait(w), own
+        w, person = self.inverse_transform(walker.scores), walker.person
+        tall = float(body_heights(w[None])[0])
+        if height is None:
+            height = tall if person is None else person.height
+        own = None if speed is None else speed * tall / height
+        if own is not None:
+            checked_number(own, "speed of the walker's own body", *SPEED_RANGE)
+        if person is None:
+            seconds = walker.stride_seconds or 1 / float(self.frequency(walker.scores))
+            if own is None:
+                return gait(w), 1 / seconds
+            found = gait(self.at_speed(w, seconds, own))
         else:
-            speed = speed * size * person.height / (person.height if height is None else height)
-            found = gait(self._longer(w, self.speed_exponent_ * np.log(speed / own)))
-        return found, speed / found.stride_length
+            size = tall / person.height
+            w = self._longer(w, np.log(2 * size * person.step_length / stride_lengths(w)))
+            liked = size * person.speed
+            own = liked if own is None else own
+            found = gait(self._longer(w, self.speed_exponent_ * np.log(own / liked)))
+        return found, own * found.skeleton.height / tall / found.stride_length
 
     def components(self) -> Components:
         """The eigenwalkers as components."""
@@ -318,16 +318,26 @@ class FourierModel(GaitModel):
         self.explained_variance_ratio_ = self.explained_variance_ / total
         self.scores_ = self._scores(coefficients)
 
-    def _learn_speed(self, walkers: list[FourierWalker], subjects: list[str]) -> None:
-        """Learn what speed does, from walks and the person's label of each; left and right learn from each other."""
+    def _learn_speed(self, walkers: list[FourierWalker], subjects: list[str], merged, log_frequencies) -> None:
+        """Learn what speed does to walkers with labels `subjects`; left and right learn from each other.
+
+        If the walks show one leg each, learn from people's `merged` walks (R, 5, 15, 3) and `log_frequencies` (R,).
+        """
         w = centred(in_phase(np.stack([walker.coefficients for walker in walkers])))
+        pace, people = np.array([walker.frequency for walker in walkers]), np.array(subjects)
+        if np.isfinite(stride_lengths(w)).sum() < 2:
+            w, pace, people = merged, np.exp(log_frequencies), np.arange(len(merged))
         heights, strides = body_heights(w), stride_lengths(w)
-        known = np.isfinite(heights) & np.isfinite(strides)
-        people = np.array(subjects)[known]
-        w, heights, strides = w[known], heights[known], strides[known]
-        log_lengths, speeds = np.log(strides / heights), strides * [x.frequency for x in np.array(walkers)[known]]
+        known = np.isfinite(heights * strides)
+        if known.sum() < 2:  # no two walks or people show both legs
+            self.speed_direction_, self.speed_exponent_ = np.zeros(COEFFICIENTS), EXPONENT
+            self.learned_speeds_ = stride_lengths(self.mean_) * np.array([pace.min(), pace.max()])
+            return
+        w, heights, strides, pace, people = (values[known] for values in (w, heights, strides, pace, people))
         values = (w / heights[:, None, None, None]).reshape(len(w), -1)
-        values = np.nan_to_num(values - np.nanmean(values, axis=0))
+        seen = np.isfinite(values)
+        values = np.where(seen, values - np.nansum(values, axis=0) / np.maximum(seen.sum(axis=0), 1), 0.0)
+        log_lengths, speeds = np.log(strides / heights), strides * pace
         x = log_lengths - log_lengths.mean()
         found = direction(values, log_lengths, people, x @ values / max(float(x @ x), 1e-9)).reshape(COEFFICIENTS)
         self.speed_direction_ = 0.5 * (found + mirrored(found))

@@ -55,7 +55,7 @@ class Eigenwalkers(FourierModel):
         coefficients, log_frequencies, self.people_ = mean_walkers(walkers, subjects)
         self.n_people_, self.n_walkers_ = len(coefficients), len(walkers)
         self._learn(coefficients, self._rank())
-        self._learn_speed(walkers, subjects)
+        self._learn_speed(walkers, subjects, coefficients, log_frequencies)
         standard = self.scores_ / np.sqrt(self.explained_variance_)
         fitted = shrunk_regression(standard, log_frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted

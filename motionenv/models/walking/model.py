@@ -259,9 +259,8 @@ class WalkingModel(GaitModel):
         person = draw_person(rng, height=height, about=self.height_)
         scale = person.height * person.legs
         length = np.log(2 * person.step_length / scale)
-        scores = self._tables.gain @ [1.0, length] + self._tables.others @ rng.standard_normal(len(self._tables.gain))
-        z = self._standard(scores[None])
-        z = self.pace_.longer(z, length - self.pace_.log_length(z))
+        z = self._standard(self.sample(1, seed=rng).scores)
+        z = self.pace_.longer(z, length - self.pace_.log_length(z), self.pace_.between)
         seconds = np.array([2 * person.step_length / person.speed])
         if speed is not None:
             z, seconds = self.pace_.at_speed(z, seconds, scale, speed)

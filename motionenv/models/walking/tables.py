@@ -23,8 +23,6 @@ class Tables:
     Attributes:
         body: the mean body.
         people: (q + 1, q + 1) square root of the covariance of scores and log stride times.
-        gain: (q, 2) mean scores given 1 and the log stride length [body heights].
-        others: (q, q) square root of the covariance of scores given the log stride length.
         pace: (q,) regression weights of the log stride time on the scores.
         cycles: (q, q) square root of the covariance of the control points of score splines.
         terms: argument of `motionenv.models.walking._walk_kernels.walk`.
@@ -33,8 +31,6 @@ class Tables:
 
     body: Skeleton
     people: np.ndarray
-    gain: np.ndarray
-    others: np.ndarray
     pace: np.ndarray
     cycles: np.ndarray
     terms: np.ndarray
@@ -57,7 +53,6 @@ def tables_of(model: "WalkingModel") -> Tables:
     return Tables(
         Skeleton(model.proportions_ * height, limb_radii(height), height),
         root_of(model.person_covariance_[:-1, :-1]),
-        *_given_length(model.person_mean_, model.person_covariance_),
         # Singular if fitted to few walks: the pseudo-inverse leaves the undetermined part at the mean.
         np.linalg.pinv(model.person_covariance_[:-2, :-2], _NO_VARIANCE, hermitian=True)
         @ model.person_covariance_[:-2, -2],
@@ -66,14 +61,6 @@ def tables_of(model: "WalkingModel") -> Tables:
         np.ascontiguousarray(series[:, columns][..., ORDER]).reshape(len(series), -1),
         np.ascontiguousarray(np.moveaxis(ankles, -1, 0)),
     )
-
-
-def _given_length(mean: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`Tables.gain` and `Tables.others`, of the Gaussian of scores, log stride times and log speeds."""
-    together = covariance[:-2, -2:].sum(axis=1)
-    slope = together / max(covariance[-2:, -2:].sum(), np.finfo(float).tiny)
-    rest = root_of(covariance[:-2, :-2] - np.outer(slope, together))
-    return np.column_stack([mean[:-2] - slope * mean[-2:].sum(), slope]), rest
 
 
 def in_order(values: np.ndarray, channels: tuple[str, ...], lacking: float) -> np.ndarray:
