@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter1d
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.paths._steps import Steps, runs, smooth, steps_of
+from motionenv.models.paths._steps import Steps, even_way, runs, smooth, steps_of
 from motionenv.models.types import Request
 from motionenv.types import SPEED_RANGE, Motion, Skeleton
 
@@ -169,7 +169,7 @@ def _source(walk: Motion) -> _Source:
     where = [runs(stands) for stands in steps.stands.T]
     if min(map(len, where)) < 4 or root[-1, 0] <= root[0, 0]:
         raise ModelError("this model's walk has no steps: it can go along a path only at one speed, and not stop")
-    even = _even(root, np.median(np.diff(where[0][1:-1, 0])))
+    even = even_way(root, _OVER * np.median(np.diff(where[0][1:-1, 0])))
     places = [np.array([steps.balls[a:b, side].mean(axis=0) for a, b in spans]) for side, spans in enumerate(where)]
     passes = [np.interp(place[:, 0], even[:, 0], frames) for place in places]
     inner = passes[0][1:-1]
@@ -187,16 +187,9 @@ def _source(walk: Motion) -> _Source:
         step = np.interp(steps.balls[:, side, 0], x, np.concatenate([[number[0] - 1], number, [number[-1] + 1]]))
         left = place[:, 1] - np.interp(passed, frames, even[:, 1])
         signals[:, _STEP.start + side] = step
-        signals[:, _SIDE.start + side] = steps.balls[:, side, 1] - even[:, 1] - np.interp(step, number, left)
+        signals[:, _SIDE.start + side] = steps.balls[:, side, 1] - np.interp(step, number, place[:, 1])
         stances.append(np.column_stack([number, left, *((np.array(t) - origin) / length for t in (passed, *spans.T))]))
     return _Source(signals, walk.fps / length, -origin / length, stances)
-
-
-def _even(root: np.ndarray, stride: float) -> np.ndarray:
-    """The way of a root (frames, 2) [m] without what repeats in every `stride` [frames]."""
-    line = np.linspace(0.0, 1.0, len(root))[:, None] * (root[-1] - root[0])
-    even = smooth(root - line, _OVER * stride) + line
-    return np.column_stack([np.maximum.accumulate(even[:, 0]), even[:, 1]])
 
 
 def _still(source: _Source) -> np.ndarray:
