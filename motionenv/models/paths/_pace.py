@@ -26,11 +26,12 @@ _RESTS = 0.02  # [m/s] below which somebody stands
 _SLOWEST = 0.6  # [m/s] of the walks that are blended
 _BETWEEN = 0.25  # [m/s] between their speeds
 RATE = 120.0  #: [Hz] at which walks to blend are made
-_SOON = 0.4  # [s] within which who starts or stops has the cadence of the greater speed
+_SOON = (0.4, 1.0)  # [s] after and before, within which who starts or stops has the cadence of the greater speed
 _SWAY = (0.02, 0.25)  # [m], and at most as a share of the way: by which a body moves before its first and after its last step
 _OVER = 0.4  # strides, standard deviation of the smoothing of a walk's way
 _SHOWN = 12.0  # [s] of a walk that shows its stride frequency
 _AHEAD = 0.055  # by which balls of feet are before the pelvis of who stands, in body heights
+_STAYS = 0.03  # of a step, in which a foot of the blended walks is not yet on its way, or has come already
 _EDGE = 1e-6  # [cycles]
 #: Columns of a walk's signals after the 25 of the poses.
 _ANKLES, _YAWS, _REACH, _STEP, _SIDE, _STANDS = (slice(25 + 2 * i, 27 + 2 * i) for i in range(6))
@@ -140,7 +141,8 @@ def paced(make: Callable[[float, float], Motion], pace: Pace, request: Request) 
     least = max(moving.min(initial=most), _SLOWEST)
     speeds = np.linspace(least, most, 1 + int(np.ceil((most - least) / _BETWEEN)))
     frequencies = [_source(make(_SHOWN, v)).frequency for v in speeds]
-    soon = maximum_filter1d(pace.speeds, 2 * round(_SOON / _TICK) + 1)
+    window = round(sum(_SOON) / _TICK) + 1
+    soon = maximum_filter1d(pace.speeds, window, origin=window // 2 - round(_SOON[0] / _TICK))
     rate = np.interp(soon, speeds, frequencies) * np.sqrt(np.minimum(soon / least, 1.0))
     cycles = 1.25 * rate.sum() * _TICK + len(runs(pace.speeds == 0)) + 2.0
     walks = [make(cycles / f, v) for f, v in zip(frequencies, speeds, strict=True)]
@@ -258,7 +260,9 @@ def _balls(rows, sources: list[_Source], course: tuple, height: float) -> np.nda
         x = np.interp(passed, phases, pace.way)
         for begins, ends, at in rests:
             x[(lands <= ends + _EDGE) & (lifts >= begins - _EDGE)] = at + _AHEAD * height
-        step = rows[:, _STEP.start + side]
+        whole = np.floor(rows[:, _STEP.start + side] + 0.5)
+        gone = rows[:, _STEP.start + side] - whole
+        step = whole + np.sign(gone) * np.maximum(np.abs(gone) - _STAYS, 0.0) * (0.5 / (0.5 - _STAYS))
         balls[:, side, 0] = np.interp(step, number, np.maximum.accumulate(x))
         balls[:, side, 1] = np.interp(step, number, left) + rows[:, _SIDE.start + side]
     return balls

@@ -25,7 +25,7 @@ _STRIDES = 0.45  # [s] the same of the way and the speed, over which steps even 
 _STRAIGHT = 0.9998  # greatest distance from hip to ankle, as a share of the leg: the knee is bent by 2.3°
 _HEEL = 0.05  # body heights by which the heel of a foot behind the body rises more than in the walk, if it must
 _BEHIND = 0.1  # body heights
-_SOFT = 0.002  # [m] over which a leg that is too short lowers the body
+_SOFT = 0.004  # [m] over which a leg that is too short lowers the body
 _ROUNDS = 4  # in which feet that follow their shins come to be where they should
 
 
@@ -167,7 +167,9 @@ def _leg(apart, ahead, thigh: float, shin: float) -> tuple[np.ndarray, np.ndarra
     """
     length = np.linalg.norm(apart, axis=-1, keepdims=True)
     up = -apart / length
-    length = np.minimum(length[:, 0], _STRAIGHT * (thigh + shin))
+    # Softly, because a knee that comes to its end at once would stop at once.
+    spare = (thigh + shin - length[:, 0]) / _SOFT
+    length = thigh + shin - _SOFT * np.logaddexp(0.0, spare)
     across = np.stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))], axis=-1)
     across[:, 2] = -(across * up).sum(-1) / np.where(np.abs(up[:, 2]) > 1e-6, up[:, 2], 1e-6)
     across /= np.linalg.norm(across, axis=-1, keepdims=True)
