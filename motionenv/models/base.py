@@ -129,7 +129,9 @@ class GaitModel(StoredModel):
         low, high = self.learned_speeds()
         beyond = [v for v in speeds if v is not None and not 0.99 * low <= v <= 1.01 * high]
         if beyond:
-            told = f"speed {beyond[0]:g} m/s is beyond the walks that this model learned from, {low:.2f} to {high:.2f} m/s"
+            told = (
+                f"speed {beyond[0]:g} m/s is beyond the walks that this model learned from, {low:.2f} to {high:.2f} m/s"
+            )
             warnings.warn(f"{told}: step length and angles are extrapolated", ExtrapolationWarning, stacklevel=3)
 
     def traits(self) -> "list[Trait]":

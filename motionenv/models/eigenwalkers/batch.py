@@ -27,12 +27,9 @@ class WalkerBatch:
     strides: np.ndarray
 
     def positions(self, which, phases, sizes) -> np.ndarray:
-        """Marker positions (k, 15, 3) [m].
+        """Marker positions (k, 15, 3) [m] of the walkers `which` (k,) at `phases` (k,) ωt [rad].
 
-        Args:
-            which: (k,) index of each walker.
-            phases: (k,) ωt [rad] of each walker.
-            sizes: (k,) factors on all lengths; 1 keeps the walker's size.
+        `sizes` (k,) are factors on all lengths; 1 keeps the walker's size.
         """
         from motionenv.models.eigenwalkers._batch_kernel import place
 
@@ -45,11 +42,6 @@ def draw_walkers(model: FourierModel, n: int, seed=None) -> WalkerBatch:
     """Draw `n` walkers with scores from N(0, diag λ) and frequencies from the model's regression.
 
     Unlike `FourierModel.sample`, it builds no bodies and so doesn't reject walkers that exceed joint limits.
-
-    Args:
-        model: a fitted model.
-        n: number of walkers.
-        seed: int or Generator.
 
     Raises:
         ModelError: not fitted.

@@ -50,7 +50,7 @@ class FourierModel(GaitModel):
         explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
         log_frequency_mean_, log_frequency_weights_, log_frequency_deviation_: log ω/2π [Hz] is the mean plus
             weights (N,) · k / √λ plus a residual of this standard deviation.
-        speed_direction_: (5, 15, 3) change of a person's coefficients per change of the log stride length [body heights].
+        speed_direction_: (5, 15, 3) change of a person's coefficients per change of the log stride length.
         speed_exponent_: power of speed that a person's step length follows.
         learned_speeds_: (2,) least and greatest speed of the walks it was fitted to [m/s].
         n_people_, n_walkers_: number of people and of walks it was fitted to.
@@ -83,13 +83,10 @@ class FourierModel(GaitModel):
         self.card_: dict = {}
 
     def transform(self, walkers) -> np.ndarray:
-        """Scores k by least squares on the known entries (eq. 3.9, with 3D coefficients instead of 2D).
+        """Scores k (..., N) [m] by least squares on the known entries (eq. 3.9, with 3D coefficients instead of 2D).
 
         Args:
             walkers: a `FourierWalker`, n of them, or coefficients (..., 5, 15, 3) [m]; NaN where unknown.
-
-        Returns:
-            (N,), (n, N) or (..., N) [m].
 
         Raises:
             MotionError: another shape, or infinite values.
@@ -402,11 +399,7 @@ def _phases(frequency: float, request: Request) -> np.ndarray:
 
 
 def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
-    """Walks as Fourier walkers, and the person's label of each.
-
-    Args:
-        walks: `Motion`s, `Markers` of the 15 markers, or `FourierWalker`s.
-        subjects: the person's label for each walk; None takes each walk for a different person.
+    """Walks, as of `FourierModel.fit`, as Fourier walkers, and the label of each person; None: all are different.
 
     Raises:
         MotionError: not one label per walk; see also `fourier_walker`.
@@ -419,12 +412,7 @@ def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
 
 
 def mean_walkers(walkers: list[FourierWalker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
-    """Means over each person's walks: known coefficients (R, 5, 15, 3), log frequency (R,), and the label.
-
-    Args:
-        walkers: n walkers.
-        subjects: the person's label of each walker.
-    """
+    """Means over each person's walks: known coefficients (R, 5, 15, 3), log frequency (R,), and the label."""
     people = tuple(dict.fromkeys(subjects))
     w, log_frequencies = np.full((len(people), *COEFFICIENTS), np.nan), np.empty(len(people))
     for i, person in enumerate(people):

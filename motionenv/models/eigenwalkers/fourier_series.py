@@ -72,15 +72,7 @@ class FourierWalker:
 
 
 def columns(phase, derivative: int = 0) -> np.ndarray:
-    """The five functions of eq. 3.1 at phases ωt: 1, sin, cos, sin 2, cos 2.
-
-    Args:
-        phase: (...) [rad].
-        derivative: 0 for values, d for the d-th derivative with respect to phase.
-
-    Returns:
-        (..., 5).
-    """
+    """The five functions of eq. 3.1 at phases ωt (...) [rad], (..., 5): 1, sin, cos, sin 2, cos 2, or a derivative."""
     phase = np.asarray(phase, dtype=np.float64)
     turn = derivative * np.pi / 2
     waves = [2 ** (derivative * i) * f((i + 1) * phase + turn) for i in (0, 1) for f in (np.sin, np.cos)]
@@ -88,15 +80,9 @@ def columns(phase, derivative: int = 0) -> np.ndarray:
 
 
 def positions_at(coefficients, phase, derivative: int = 0) -> np.ndarray:
-    """Marker positions in place (eq. 3.1).
+    """Marker positions in place (..., frames, 15, 3) [m] (eq. 3.1), or a derivative of them by phase.
 
-    Args:
-        coefficients: (..., 5, 15, 3) [m].
-        phase: (frames,) ωt [rad].
-        derivative: 0 for positions, d for their d-th derivative with respect to phase.
-
-    Returns:
-        (..., frames, 15, 3) [m].
+    Coefficients are (..., 5, 15, 3) [m], phases ωt (frames,) [rad].
     """
     return np.einsum("th,...hmc->...tmc", columns(phase, derivative), coefficients)
 

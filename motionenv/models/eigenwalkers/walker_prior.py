@@ -53,8 +53,7 @@ class WalkerPrior(FourierModel):
 
     Args:
         n_components: N; None takes 20, or one less than the number of columns if that is fewer.
-        tol: see `FourierModel`.
-        max_iter: see `FourierModel`.
+        tol, max_iter: see `FourierModel`.
         merge: average each person's walks first, for walks that each show one side of the body. Unmerged, hundreds of
             incomplete walks take minutes.
 

@@ -65,12 +65,10 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         shown = {"mean_scores": components.means, "deviations": components.deviations, "traits": directions}
         numbers = shown | numbers
     description = {
-        **_described(walkable, height),
-        "components": len(components),
-        "shares": components.shares.tolist(),
+        **_described(walkable, height), "components": len(components), "shares": components.shares.tolist(),
         "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
         "activities": list(walkable.activities),
-    }
+    }  # fmt: skip
     return _body(offsets) | numbers, description
 
 
