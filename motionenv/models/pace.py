@@ -16,8 +16,8 @@ EXPONENT, _BETWEEN_STUDIES = 0.5, 0.03
 _LEAST_ERROR = 0.05  # of a slope within a handful of people
 _PRIOR = 0.02  # spread of log lengths that knowledge from between people counts as: one person's at ± 10 %
 #: How far log stride lengths go from the average person's: not below the first, at about 0.35 m/s; above the second,
-#: at about 1.6 m/s, half as far as the power of speed says, and cadence makes up for it.
-REACH = (-0.6, 0.25)
+#: at about 1.65 m/s, half as far as the power of speed says, and cadence makes up for it.
+REACH = (-0.6, 0.28)
 _LEADING = 12  # components whose products say how long strides are
 _LEAST_GAIN = 0.3
 
