@@ -89,5 +89,4 @@ def _missing(name: str) -> Problem:
 
 @lru_cache(maxsize=_KEPT)
 def _loaded(path: Path, _changed: int) -> GaitModel:
-    """The model in a file; read again when the file has changed."""
     return gait_model(path)

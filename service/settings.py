@@ -98,7 +98,6 @@ class Settings(BaseSettings):
 
 
 def _loopback(host: str) -> bool:
-    """Whether only this machine can reach `host`."""
     if host == "localhost":
         return True
     try:

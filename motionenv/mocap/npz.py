@@ -74,14 +74,12 @@ class _Member(NamedTuple):
 
 
 def _member(name: str, array: np.ndarray) -> _Member:
-    """An array as an archive member."""
     data = _npy_header(array.shape, array.dtype.str) + array.tobytes()
     return _Member(f"{name}.npy".encode(), data, zlib.crc32(data))
 
 
 @lru_cache(maxsize=256)
 def _npy_header(shape: tuple[int, ...], dtype: str) -> bytes:
-    """Header of an NPY file."""
     file = io.BytesIO()
     fields = {"descr": dtype, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(file, fields)
@@ -113,11 +111,7 @@ def read(path) -> Motion:
 
 
 def parse(raw: bytes, path) -> Motion:
-    """The motion in the bytes of a file of `write` or `parts`.
-
-    Args:
-        raw: the file's content.
-        path: its name, for messages.
+    """The motion in the bytes of a file of `write` or `parts`; messages call it `path`.
 
     Raises:
         FormatError: as in `read`.

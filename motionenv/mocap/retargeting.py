@@ -1,5 +1,7 @@
 """Retarget captured points to the 25-DOF body: joint positions, limb lengths, poses."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
@@ -7,6 +9,7 @@ from motionenv.body.skeleton import NODES
 from motionenv.mocap.body_nodes import Nodes, body_nodes
 from motionenv.mocap.clinical import Measurements, person_of
 from motionenv.mocap.marker_sets import Landmarks, MarkerMap, find_landmarks
+from motionenv.mocap.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 
@@ -75,7 +78,23 @@ def find_nodes(
     person, calibration = person_of(markers, static=static, measurements=measurements, marker_map=marker_map)
     nodes = body_nodes(landmarks, person, calibration)
     side = _captured_side(markers, landmarks, nodes.positions)
-    return nodes if side is None else Nodes(nodes.positions, side, nodes.trunk, nodes.how)
+    nodes = nodes if side is None else replace(nodes, head_side=side)
+    return _with_corrected_legs(markers, landmarks, nodes)
+
+
+def _with_corrected_legs(markers: Markers, landmarks: Landmarks, nodes: Nodes) -> Nodes:
+    """The nodes, with the legs of a walking CMU skeleton corrected."""
+    shanks = [name.strip() for name in landmarks.marker_map.shank_rotation.split(",") if name]
+    joints = [name.rpartition(":")[2] for name in markers.names]
+    if markers.rotations is None or not shanks or not set(shanks) <= set(joints):
+        return nodes
+    left, right = (markers.rotations[:, joints.index(name)] for name in shanks)
+    walk = SkeletonWalk(nodes.positions, markers.rotations[:, 0], {"left": left, "right": right}, markers.fps)
+    found = correct_legs(walk)
+    if found is None:
+        return nodes
+    positions, correction = found
+    return replace(nodes, positions=positions, how=nodes.how | {"hip": str(correction)})
 
 
 def _captured_side(markers: Markers, landmarks: Landmarks, nodes: np.ndarray) -> np.ndarray | None:

@@ -101,12 +101,7 @@ def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batc
 
 
 def enlarged(camera: Camera, samples: int) -> Camera:
-    """The same view with `samples` × `samples` pixels for each one.
-
-    Args:
-        camera: the view.
-        samples: factor on the number of pixels along each axis.
-    """
+    """The same view with `samples` × `samples` pixels for each one."""
     k = camera.K.copy()
     k[:2] *= samples
     k[:2, 2] += (samples - 1) / 2  # pixel centres are at integers; keep the image's corner fixed

@@ -16,14 +16,9 @@ HTML = "text/html"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
-    NPZ: ".npz",
-    CSV: ".csv",
-    BVH: ".bvh",
-    "model/gltf-binary": ".glb",
-    "application/x-c3d": ".c3d",
-    TRC: ".trc",
+    NPZ: ".npz", CSV: ".csv", BVH: ".bvh", "model/gltf-binary": ".glb", "application/x-c3d": ".c3d", TRC: ".trc",
     MOT: ".mot",
-}
+}  # fmt: skip
 #: Suffixes of the formats of a gait report.
 REPORTS = {HTML: ".html", JSON: ".json", CSV: ".csv"}
 #: Suffixes of videos and pictures.

@@ -17,7 +17,6 @@ _PROBLEM = 500  # characters of what is wrong with a marker map, at most
 
 
 def _checked_map(text: str) -> str:
-    """The text of a marker map."""
     try:
         MarkerMap.parse(text)
     except MotionError as error:
@@ -38,12 +37,9 @@ class ReadFields(BaseModel):
         examples=['[points]\nleft_knee_lateral = "KneeL"\nleft_hip = { HipL1 = 0.5, HipL2 = 0.5 }\n'],
     )
     fps: float | None = Field(
-        None,
-        ge=1,
-        le=10_000,
-        description="Frames per second of files that don't contain it, such as AMC.",
+        None, ge=1, le=10_000, description="Frames per second of files that don't contain it, such as AMC.",
         examples=[120],
-    )
+    )  # fmt: skip
     unit: Literal["m", "dm", "cm", "mm", "inch", "cmu"] | None = Field(
         None, description="Unit of length of files that don't contain it.", examples=["cm"]
     )
@@ -81,15 +77,9 @@ class ConvertFields(FillFields):
     """A conversion of a capture file."""
 
     format: Literal[
-        "application/json",
-        "application/x-npz",
-        "text/csv",
-        "model/x-bvh",
-        "model/gltf-binary",
-        "application/x-c3d",
-        "text/x-trc",
-        "text/x-mot",
-    ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
+        "application/json", "application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d",
+        "text/x-trc", "text/x-mot",
+    ] = Field(description="Media type of the result.", examples=["model/x-bvh"])  # fmt: skip
 
 
 class ReportFields(ReadFields):

@@ -1,19 +1,16 @@
 """Parsing of text files: lines, numbers, names, with errors that name the place."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 
 
 def read_lines(path, latin: bool = False) -> list[str]:
-    """The lines of a text file, without line ends of any system.
-
-    Args:
-        path: the file.
-        latin: whether a file that isn't UTF-8 is read as Latin-1, which Windows programs write.
+    """The lines of a text file, UTF-8 or, with `latin`, what Windows programs write, without line ends of any system.
 
     Raises:
         FormatError: missing, unreadable, empty, binary or not UTF-8.
@@ -30,6 +27,16 @@ def read_lines(path, latin: bool = False) -> list[str]:
             return raw.decode("latin-1").splitlines()
         line = raw.count(b"\n", 0, error.start) + 1
         raise FormatError(path, "is not UTF-8 text; save it as UTF-8", f"line {line}") from None
+
+
+def given_fps(fps: float | None, override: bool, stated: Callable[[], float]) -> float:
+    """A caller's frame rate, if it overrides or the file's, `stated()`, is a FormatError; otherwise the file's."""
+    if fps is None:
+        return stated()
+    try:
+        return checked_fps(fps) if override else stated()
+    except FormatError:
+        return checked_fps(fps)
 
 
 def read_bytes(path) -> bytes:

@@ -62,11 +62,9 @@ class Gait:
         return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
     def positions(self, phase, *, overground: bool = True) -> np.ndarray:
-        """Marker positions (frames, 15, 3) [m]; in the first frame the origin is where the treadmill would be.
+        """Marker positions (frames, 15, 3) [m] at phases ωt (frames,) [rad].
 
-        Args:
-            phase: (frames,) ωt [rad].
-            overground: False keeps the walker in place, as on a treadmill.
+        In the first frame the origin is where the treadmill would be, on which the walker stays unless `overground`.
         """
         positions = positions_at(self.coefficients, phase)
         if overground:
@@ -77,11 +75,7 @@ class Gait:
     def motion(self, phase, fps: float, *, overground: bool = True, name: str = "") -> Motion:
         """The cylinder body that follows the markers; they lie within about a centimetre, since limbs are rigid.
 
-        Args:
-            phase: (frames,) ωt [rad].
-            fps: frames per second.
-            overground: False keeps the walker in place, as on a treadmill.
-            name: goes into the motion.
+        Arguments as of `positions`; `fps` and `name` go into the motion.
         """
         poses = fit_poses(_nodes(self.positions(phase, overground=overground)), self.skeleton, fps)
         poses[:, 2] += self.lift

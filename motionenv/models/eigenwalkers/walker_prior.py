@@ -53,8 +53,7 @@ class WalkerPrior(FourierModel):
 
     Args:
         n_components: N; None takes 20, or one less than the number of columns if that is fewer.
-        tol: see `FourierModel`.
-        max_iter: see `FourierModel`.
+        tol, max_iter: see `FourierModel`.
         merge: average each person's walks first, for walks that each show one side of the body. Unmerged, hundreds of
             incomplete walks take minutes.
 
@@ -107,6 +106,7 @@ class WalkerPrior(FourierModel):
             )
         self._learn(_with_mirror_images(w), self._columns_rank(2 * len(w)))
         self._learn_pace(log_frequencies)
+        self._learn_speed(walkers, subjects, w, log_frequencies)
         left_out = self._leave_out(w, np.array(labels))
         # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
         factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))

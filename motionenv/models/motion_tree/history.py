@@ -26,11 +26,7 @@ class Recent:
 
 
 def recent_frames(history, database: Database) -> Recent:
-    """Parameters of a history's last frames, scaled to the body of a database.
-
-    Args:
-        history: (..., frames, 25) poses at 30 frames/s, oldest first, or a `Motion` of that rate.
-        database: the database.
+    """Parameters of a history's last frames, (..., frames, 25) at 30 frames/s, scaled to the body of a database.
 
     Raises:
         MotionError: fewer than ten frames, another shape or rate, or NaN.

@@ -63,8 +63,7 @@ class Mapping:
     def reduced(self, load: Callable[[str], Any]) -> tuple:
         """Return value for `__reduce__` of the model in the file, so that a pickle holds the path and not the arrays.
 
-        Args:
-            load: loads the model from a path and sets its `mapping_`.
+        `load` loads the model from a path and sets its `mapping_`.
         """
         return reopened, (load, str(self.path), self.fingerprint)
 
@@ -74,15 +73,10 @@ class Mapping:
 
 
 def reopened(load: Callable[[str], Any], path: str, fingerprint: int) -> Any:
-    """Restore a model from a pickle that holds its path.
-
-    Args:
-        load: loads the model from a path.
-        path: path of the model file.
-        fingerprint: fingerprint of the pickled file.
+    """Restore a model from a pickle that holds its path; for `load` see `Mapping.reduced`.
 
     Raises:
-        ModelError: the file is missing or has changed.
+        ModelError: the file is missing or has changed: its fingerprint is another one.
     """
     model = load(path)
     if model.mapping_.fingerprint != fingerprint:
@@ -91,11 +85,7 @@ def reopened(load: Callable[[str], Any], path: str, fingerprint: int) -> Any:
 
 
 def write_mapped(path, arrays: dict[str, np.ndarray]) -> None:
-    """Write arrays atomically, and without copies in memory, to a file that `map_arrays` opens.
-
-    Args:
-        path: the file, conventionally *.npz.
-        arrays: C-contiguous arrays by name, of any size; they may be mapped themselves.
+    """Write arrays atomically, and without copies in memory, to a file (*.npz) that `map_arrays` opens.
 
     Raises:
         MotionError: the file can't be written.
@@ -117,14 +107,9 @@ def write_mapped(path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def map_arrays(file, archive: zipfile.ZipFile, path) -> tuple[dict[str, np.ndarray], Mapping]:
-    """Map the arrays of an open file read-only; return them by name, and the `Mapping`.
+    """Map the arrays of an open file, the zip `archive` in it, read-only; return them by name, and the `Mapping`.
 
     Checks names, sizes, types and offsets against the file, but doesn't read the data.
-
-    Args:
-        file: the file, open for reading.
-        archive: the zip in it.
-        path: its path, for errors and pickles.
 
     Raises:
         ModelError: the file is damaged or wasn't written by `write_mapped`.

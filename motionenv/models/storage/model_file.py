@@ -111,11 +111,7 @@ def load_model(path) -> tuple[str, dict[str, np.ndarray], dict]:
 
 
 def open_model(path, class_of: Callable[[str], type[StoredModel]]) -> StoredModel:
-    """Load the model in a file.
-
-    Args:
-        path: the model file.
-        class_of: returns the class of a kind, or raises a ModelError.
+    """Load the model in the file at `path`; `class_of` returns the class of a kind, or raises a ModelError.
 
     Raises:
         ModelError: see `load_model`; also if the arrays don't fit the class.
@@ -199,7 +195,6 @@ def _check_sizes(path, archive: zipfile.ZipFile, members: list[zipfile.ZipInfo])
 
 
 def _header(path, archive: zipfile.ZipFile) -> dict:
-    """The checked header of an open file."""
     header = None
     if "header.npy" in archive.namelist():
         info = archive.getinfo("header.npy")

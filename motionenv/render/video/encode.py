@@ -93,7 +93,6 @@ def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[byt
 
 
 def _streamed(frames: Iterator[av.VideoFrame], rate: Fraction, crf: int) -> Iterator[bytes]:
-    """Parts of a fragmented MP4."""
     sink = _Sink()
     muxer = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
     every = str(max(1, round(_FRAGMENT * rate)))
@@ -115,7 +114,6 @@ class _Sink:
         self._parts: list[bytes] = []
 
     def write(self, data: bytes) -> int:
-        """Keep `data`."""
         self._parts.append(bytes(data))
         return len(data)
 
@@ -158,7 +156,6 @@ def write_image(path, rgb) -> None:
 
 
 def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
-    """The frame rate as a fraction."""
     if suffix not in _MOST_FPS:
         raise MotionError(
             f"can't write a video to {path}: the suffix must be .mp4, .gif or .webp, or none for a folder of PNGs"
@@ -170,7 +167,6 @@ def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
 
 
 def _checked_rate(suffix: str, fps, crf) -> Fraction:
-    """The frame rate as a fraction."""
     checked_number(fps, f"fps of {suffix or 'a folder of PNGs'}", _LEAST_FPS, _MOST_FPS[suffix])
     checked_whole(crf, "crf", 0, 51)
     return Fraction(fps).limit_denominator(1001)
@@ -264,7 +260,6 @@ def _yuv(frame: av.VideoFrame) -> av.VideoFrame:
 
 
 def _write_webp(path: Path, frames: Iterator[av.VideoFrame], rate: Fraction) -> None:
-    """Animated WebP."""
     with _encoder(path, "libwebp_anim", "bgra", rate, {"loop": "0"}, quality=str(_WEBP_QUALITY)) as add:
         _in_background(frames, lambda frame: add(frame.reformat(format="bgra")))
 
@@ -323,7 +318,6 @@ class _Filter:
         self._inputs[to].push(frame)
 
     def pull(self) -> Iterator[av.VideoFrame]:
-        """The available output frames."""
         while True:
             try:
                 frame = cast(av.VideoFrame, self._output.pull())
@@ -348,7 +342,6 @@ def _write_folder(path: Path, frames: Iterator[av.VideoFrame]) -> None:
 
 
 def _png(frame: av.VideoFrame) -> bytes:
-    """One frame as a PNG file."""
     context = av.CodecContext.create("png", "w")
     context.width, context.height, context.pix_fmt = frame.width, frame.height, "rgb24"
     context.time_base, context.thread_count = Fraction(1, 1), 1

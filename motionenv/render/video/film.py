@@ -26,19 +26,10 @@ _EASE = 0.5  # [s] standard deviation of the low-pass filter of a following came
 
 
 def film(
-    motion: Motion,
-    alpha: float = 0.0,
-    *,
-    width: int = 640,
-    height: int = 480,
-    elevation: float = _LEVEL,
-    points: bool = False,
-    colour: Colour = (1.0, 1.0, 1.0),
-    background: Colour | None = None,
-    engine: str = "raycast",
-    follow: bool = True,
-    scene: Scene | None = None,
-) -> Iterator[np.ndarray]:
+    motion: Motion, alpha: float = 0.0, *, width: int = 640, height: int = 480, elevation: float = _LEVEL,
+    points: bool = False, colour: Colour = (1.0, 1.0, 1.0), background: Colour | None = None, engine: str = "raycast",
+    follow: bool = True, scene: Scene | None = None,
+) -> Iterator[np.ndarray]:  # fmt: skip
     """Frames (height, width, 3) uint8 of a motion, one at a time.
 
     Args:
@@ -150,7 +141,6 @@ def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float
 
 
 def _of_body(motion: Motion, engine: str, scene: Scene) -> Draw:
-    """Renders the body with an engine."""
     if engine == "raycast":
         raycaster = Raycaster(scene, threads=None)
         return lambda poses, cameras: cast(np.ndarray, raycaster.render(poses, motion.skeleton, cameras).rgb)

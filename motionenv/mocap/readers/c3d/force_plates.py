@@ -43,11 +43,7 @@ class Analog:
 
 
 def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:
-    """The plates whose description and data are whole; a damaged one, or one of another type, is left out.
-
-    Args:
-        analog: of the trial.
-    """
+    """The plates whose description and data are whole; a damaged one, or one of another type, is left out."""
     parameters = analog.parameters
     shapes = {"CORNERS": (3, 4), "ORIGIN": (3,), "CHANNEL": (None,), "CAL_MATRIX": (6, 6)}
     described = {name: _by_plate(parameters, name, shape) for name, shape in shapes.items()}
@@ -62,11 +58,7 @@ def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:
 
 
 def plates_up(parameters: Parameters) -> str | None:
-    """The axis of the file, "x", "y" or "z", to which all plates are perpendicular; None without.
-
-    Args:
-        parameters: of the file.
-    """
+    """The axis of the file, "x", "y" or "z", to which all plates are perpendicular; None without."""
     corners = _by_plate(parameters, "CORNERS", (3, 4))
     with np.errstate(all="ignore"):
         found = [_axes(corners[..., i]) for i in range(corners.shape[-1])] if corners is not None else []
