@@ -126,20 +126,22 @@ class _Source:
         return (1.0 - share) * self.signals[before] + share * self.signals[before + 1]
 
 
-def paced(make: Callable[[float, float], Motion], pace: Pace, request: Request) -> tuple[Steps, Skeleton]:
+def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple[Steps, Skeleton]:
     """The steps of a straight walk at a pace, for a `request`, and the body.
 
     Args:
         make: makes a straight walk of the person from a duration [s] and a speed [m/s], at 120 frames/s.
         pace: speed over time.
+        learned: least speed that the model learned from [m/s].
         request: of which frame rate and duration count.
 
     Raises:
         ModelError: the model's walk has no steps.
     """
     moving = pace.speeds[pace.speeds > 0]
-    most = max(moving.max(initial=_SLOWEST), _SLOWEST)
-    least = max(moving.min(initial=most), _SLOWEST)
+    slowest = max(_SLOWEST, learned)
+    most = max(moving.max(initial=slowest), slowest)
+    least = max(moving.min(initial=most), slowest)
     speeds = np.linspace(least, most, 1 + int(np.ceil((most - least) / _BETWEEN)))
     frequencies = [_source(make(_SHOWN, v)).frequency for v in speeds]
     window = round(sum(_SOON) / _TICK) + 1
