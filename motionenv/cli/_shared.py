@@ -85,6 +85,39 @@ def parsed_numbers(text: str | None, name: str) -> list[float] | None:
         raise MotionError(f"{name} must be numbers separated by commas, such as 1,0,-2; got {text!r}") from None
 
 
+def parsed_speed(text: str | None) -> float | list[list[float]] | None:
+    """A speed from "1.3", rows (time, speed) from "0:0 1:1.3"; None from None."""
+    try:
+        if text is None or ":" not in text:
+            return None if text is None else float(text)
+        rows = [[float(number) for number in pair.split(":")] for pair in text.split()]
+        if any(len(row) != 2 for row in rows):
+            raise ValueError
+    except ValueError:
+        raise MotionError(f"--speed must be a number of m/s, or TIME:SPEED pairs, as '0:0 1:1.3'; got {text!r}") from None
+    return rows
+
+
+def parsed_path(text: str | None):
+    """A path from "arc:3,90", points (n, 2) from "0,0 2,0 3,1" or a file of such rows; None from None."""
+    from motionenv.models.paths import Path as Way
+
+    if text is None:
+        return None
+    is_arc = text.startswith("arc:")
+    try:
+        rows = Path(text).read_text().splitlines() if text.endswith(".csv") else text.removeprefix("arc:").split()
+        points = [[float(number) for number in row.split(",")] for row in rows if row.strip()]
+        if any(len(point) != 2 for point in points) or is_arc and len(points) != 1:
+            raise ValueError
+    except OSError as error:
+        raise MotionError(f"can't read --path {text}: {error.strerror}") from None
+    except ValueError:
+        wanted = "arc:RADIUS,DEGREES, points 'X,Y X,Y ...' in metres, or a .csv file with X,Y in each row"
+        raise MotionError(f"--path must be {wanted}; got {text!r}") from None
+    return Way.arc(points[0][0], math.radians(points[0][1])) if is_arc else Way.through(points)
+
+
 def parsed_view(text: str) -> float:
     """View angle α [rad] (paper B) from "side", "front", "oblique" or degrees."""
     try:

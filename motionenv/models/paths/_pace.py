@@ -72,20 +72,7 @@ def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
     beyond = round(_BEYOND / _TICK)
     times = _TICK * np.arange(-beyond, int(np.ceil(seconds / _TICK)) + beyond + 1)
     asked = np.clip(times, 0.0, seconds)
-    try:
-        if callable(speed):
-            speeds = np.array([float(speed(float(t))) for t in asked])
-        else:
-            rows = np.asarray(speed, dtype=np.float64)
-            rows = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else rows
-            if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows) or not (np.diff(rows[:, 0]) > 0).all():
-                raise ValueError
-            speeds = np.interp(asked, *rows.T)
-    except (TypeError, ValueError):
-        raise MotionError(
-            "speed must be a number, a function of the time, or rows (time, speed) with increasing times, "
-            f"got {speed!r}"
-        ) from None
+    speeds = np.array([speed(float(t)) for t in asked], dtype=np.float64) if callable(speed) else _read(speed, asked)
     for value in (np.min(speeds), np.max(speeds)):
         checked_number(float(value), "speed", 0.0, SPEED_RANGE[1], SPEED_RANGE[2])
     speeds = smooth(speeds, _EASE / _TICK)
@@ -97,6 +84,20 @@ def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
         way[i + 1] = way[i] + speeds[i] * _TICK
     speeds[-1] = speeds[-2]
     return Pace(times, np.where(speeds < _RESTS, 0.0, speeds), way)
+
+
+def _read(speed, times: np.ndarray) -> np.ndarray:
+    """Speeds at `times` (ticks,) [s] from a number or rows (time, speed)."""
+    try:
+        rows = np.asarray(speed, dtype=np.float64)
+    except (TypeError, ValueError):
+        rows = np.zeros(0)
+    rows = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else rows
+    if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows) or not (np.diff(rows[:, 0]) > 0).all():
+        raise MotionError(
+            f"speed must be a number, a function of the time, or rows (time, speed) with increasing times, got {speed!r}"
+        )
+    return np.interp(times, *rows.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,20 +126,22 @@ class _Source:
         return (1.0 - share) * self.signals[before] + share * self.signals[before + 1]
 
 
-def paced(make: Callable[[float, float], Motion], pace: Pace, request: Request) -> tuple[Steps, Skeleton]:
+def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple[Steps, Skeleton]:
     """The steps of a straight walk at a pace, for a `request`, and the body.
 
     Args:
         make: makes a straight walk of the person from a duration [s] and a speed [m/s], at 120 frames/s.
         pace: speed over time.
+        learned: least speed that the model learned from [m/s].
         request: of which frame rate and duration count.
 
     Raises:
         ModelError: the model's walk has no steps.
     """
     moving = pace.speeds[pace.speeds > 0]
-    most = max(moving.max(initial=_SLOWEST), _SLOWEST)
-    least = max(moving.min(initial=most), _SLOWEST)
+    slowest = max(_SLOWEST, learned)
+    most = max(moving.max(initial=slowest), slowest)
+    least = max(moving.min(initial=most), slowest)
     speeds = np.linspace(least, most, 1 + int(np.ceil((most - least) / _BETWEEN)))
     frequencies = [_source(make(_SHOWN, v)).frequency for v in speeds]
     window = round(sum(_SOON) / _TICK) + 1

@@ -82,7 +82,7 @@ def walk_along(
         speed = float(np.clip(speed, *SPEED_RANGE[:2]))
     pace = pace_of(speed, seconds, path.length)
     make = lambda span, fast: model.synthesize(span, RATE, seed=drawn, speed=fast, **take)
-    steps, skeleton = paced(make, pace, request)
+    steps, skeleton = paced(make, pace, model.learned_speeds()[0], request)
     return Motion(bent(steps, path, 0.0, skeleton), skeleton, fps, f"{model.kind} along a path")
 
 
