@@ -27,12 +27,10 @@ Unit = Annotated[
 ]
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
 Map = Annotated[
-    str | None, typer.Option("--map", help="Marker map (TOML file of `motionenv mocap map`), or name of a marker set.")
+    str | None, typer.Option("--map", help="Marker map (file of `motionenv mocap map`), or a marker set's name.")
 ]
 Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
-Fill = Annotated[
-    bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by the model's prior.")
-]
+Fill = Annotated[bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by a prior.")]
 Height = Annotated[float | None, typer.Option(help="Body height [m]; by default the model's.")]
 Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by default the walker's own.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
