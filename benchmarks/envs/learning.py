@@ -21,7 +21,7 @@ import motionenv.envs  # noqa: F401 (registers the environments)
 from motionenv.envs.agents.baselines import ConstantVelocity, MeanPose
 from motionenv.envs.agents.evaluation import evaluate
 
-NAME = "motionenv/MarkerTracking-v0"
+NAME = "motionenv/MarkerTracking-v1"
 ENVS, HIDDEN, CHUNK = 128, 192, 40  # parallel episodes, units, frames between updates
 RATE = 3e-3
 EPISODES = 512  # of each final evaluation

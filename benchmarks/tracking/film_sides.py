@@ -62,7 +62,7 @@ def filmed(walk: Motion, film: Path, seed: int) -> np.ndarray:
     file = film.with_suffix(".npz")
     write(walk, file)
     env = gymnasium.make(
-        "motionenv/WalkerTracking-v0", motion=str(file), size=SIZE, observation="rgb", camera="side", fps=FPS,
+        "motionenv/WalkerTracking-v1", motion=str(file), size=SIZE, observation="rgb", camera="side", fps=FPS,
         split="eval", horizon=FRAMES, background="clutter", noise=NOISE,
     )  # fmt: skip
     picture, _ = env.reset(seed=seed)

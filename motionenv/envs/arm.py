@@ -1,4 +1,4 @@
-"""motionenv/ArmTracking-v0: the right arm in images (paper C, section 6)."""
+"""motionenv/ArmTracking-v1: the right arm in images (paper C, section 6)."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -83,7 +83,7 @@ class ArmTracking(PictureTracking):
     `WalkerTracking`, for whole poses.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/ArmTracking-v0", num_envs=64)` renders all images of a step in one batch; it also
+    `gymnasium.make_vec("motionenv/ArmTracking-v1", num_envs=64)` renders all images of a step in one batch; it also
     accepts `autoreset_mode` and `threads`.
 
     ## Version History

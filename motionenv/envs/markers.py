@@ -1,4 +1,4 @@
-"""motionenv/MarkerTracking-v0: 3D tracking from 15 noisy, incomplete 2D markers in an unknown view."""
+"""motionenv/MarkerTracking-v1: 3D tracking from 15 noisy, incomplete 2D markers in an unknown view."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ class MarkerTracking(TrackingEnv):
 
     ## Arguments
     - `motion="walk/eigenwalkers"`: 4,096 Fourier walkers per split, evaluated directly; or any other motion of
-      `motionenv/WalkerTracking-v0`, with its straight path removed. `file_fps` and `unit` are for files that don't
+      `motionenv/WalkerTracking-v1`, with its straight path removed. `file_fps` and `unit` are for files that don't
       specify them.
     - `split="train"`: or "eval", which has other walkers; of a folder, other people.
     - `view=None`: view angle α [degrees], or (low, high); None is the full circle.
@@ -67,7 +67,7 @@ class MarkerTracking(TrackingEnv):
     against that frame without access to the ground truth.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/MarkerTracking-v0", num_envs=1024)` steps all environments in compiled loops; it also
+    `gymnasium.make_vec("motionenv/MarkerTracking-v1", num_envs=1024)` steps all environments in compiled loops; it also
     accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled").
 
     ## Version History

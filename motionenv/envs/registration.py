@@ -4,9 +4,9 @@ import gymnasium
 
 #: Ids and the classes of the single environments; a vector environment's class has the same name followed by Vector.
 ENVIRONMENTS = {
-    "motionenv/WalkerTracking-v0": "motionenv.envs.walker:WalkerTracking",
-    "motionenv/MarkerTracking-v0": "motionenv.envs.markers:MarkerTracking",
-    "motionenv/ArmTracking-v0": "motionenv.envs.arm:ArmTracking",
+    "motionenv/WalkerTracking-v1": "motionenv.envs.walker:WalkerTracking",
+    "motionenv/MarkerTracking-v1": "motionenv.envs.markers:MarkerTracking",
+    "motionenv/ArmTracking-v1": "motionenv.envs.arm:ArmTracking",
 }
 
 

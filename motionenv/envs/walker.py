@@ -1,4 +1,4 @@
-"""motionenv/WalkerTracking-v0: the pose of a walking person in images."""
+"""motionenv/WalkerTracking-v1: the pose of a walking person in images."""
 
 from typing import Any
 
@@ -93,7 +93,7 @@ class WalkerTracking(PictureTracking):
     observed, it learns the background from the frames in which it is accessed: access it in each frame.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/WalkerTracking-v0", num_envs=64)` renders all images of a step in one batch; it also
+    `gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64)` renders all images of a step in one batch; it also
     accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled") and `threads`.
 
     ## Version History

@@ -25,7 +25,7 @@ pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environ
 
 from gymnasium.utils.env_checker import check_env, data_equivalence, data_shares_objects
 
-IDS = ["motionenv/WalkerTracking-v0", "motionenv/ArmTracking-v0"]
+IDS = ["motionenv/WalkerTracking-v1", "motionenv/ArmTracking-v1"]
 
 
 def numbers(env, steps: int = 3):
@@ -151,7 +151,7 @@ def test_a_vector_with_threads_forks():
 
 SCRIPT = """
 import hashlib, json, numpy as np, gymnasium, motionenv.envs
-env = gymnasium.make("motionenv/WalkerTracking-v0", size=40, background="clutter", noise=3, speed=(1, 1.5))
+env = gymnasium.make("motionenv/WalkerTracking-v1", size=40, background="clutter", noise=3, speed=(1, 1.5))
 digest = hashlib.sha256(env.reset(seed=11)[0].tobytes())
 for _ in range(5):
     observed, reward, *_ = env.step(np.zeros(25, np.float32))

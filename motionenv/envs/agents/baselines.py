@@ -1,6 +1,6 @@
 """Baseline agents: lower and upper bounds for the tracking environments.
 
-    >>> env = gymnasium.make("motionenv/MarkerTracking-v0")
+    >>> env = gymnasium.make("motionenv/MarkerTracking-v1")
     >>> evaluate(env, ConstantVelocity(env), episodes=20, seed=1).errors.mean()     # [m] per joint
 
 `MeanPose` ignores observations. `ConstantVelocity` uses 2D detections, extrapolates them at constant velocity while

@@ -1,4 +1,4 @@
-"""The world of motionenv/MarkerTracking-v0: walkers in place, seen as markers."""
+"""The world of motionenv/MarkerTracking-v1: walkers in place, seen as markers."""
 
 import math
 from collections.abc import Sequence
