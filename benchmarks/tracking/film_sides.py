@@ -63,7 +63,7 @@ def filmed(walk: Motion, film: Path, seed: int) -> np.ndarray:
     write(walk, file)
     env = gymnasium.make(
         "motionenv/WalkerTracking-v1", motion=str(file), size=SIZE, observation="rgb", camera="side", fps=FPS,
-        split="eval", horizon=FRAMES, background="clutter", noise=NOISE,
+        split="eval", horizon=FRAMES, background="clutter", noise=NOISE, start="line",
     )  # fmt: skip
     picture, _ = env.reset(seed=seed)
     nothing, pictures, poses, over = np.zeros(env.action_space.shape, np.float32), [], [], False

@@ -74,7 +74,14 @@ def arguments(asked: dict) -> dict:
 def test_through_the_environment(python, asked, split):
     """All of every episode; only where the origin is on the ground is up to the camera."""
     motion = python(asked)
-    env = gymnasium.make("motionenv/WalkerTracking-v1", observation="mask", split=split, **arguments(asked))
+    env = gymnasium.make(
+        "motionenv/WalkerTracking-v1",
+        observation="mask",
+        split=split,
+        actions="metric",
+        start="line",
+        **arguments(asked),
+    )
     for seed in (0, 1):
         env.reset(seed=seed)
         truths, ended = [env.unwrapped.truth()], False

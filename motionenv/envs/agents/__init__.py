@@ -1,7 +1,7 @@
 """Agents for the environments: baselines, a particle filter agent, and evaluation."""
 
-from motionenv.envs.agents.baselines import ConstantVelocity, MeanPose, Oracle
+from motionenv.envs.agents.baselines import Blob, ConstantVelocity, MeanPose, Oracle
 from motionenv.envs.agents.evaluation import Scores, evaluate
 from motionenv.envs.agents.particle_filter import TrackingAgent, truth_start
 
-__all__ = ["ConstantVelocity", "MeanPose", "Oracle", "Scores", "TrackingAgent", "evaluate", "truth_start"]
+__all__ = ["Blob", "ConstantVelocity", "MeanPose", "Oracle", "Scores", "TrackingAgent", "evaluate", "truth_start"]
