@@ -8,13 +8,15 @@ from motionenv.envs.simulation.picture_world import PictureWorld
 from motionenv.envs.simulation.views import WalkingView
 
 
-def walker_world(n: int, *, motion: str = "walk/fpca", start: str = "near", **arguments: Any) -> PictureWorld:
+def walker_world(
+    n: int, *, motion: str = "walk/fpca", start: str = "near", path: str = "straight", **arguments: Any
+) -> PictureWorld:
     """`n` walkers, each in front of their own camera.
 
     Args:
         n: number of episodes.
         motion: source of motion.
-        start: where and whereto people walk, one of `STARTS`.
+        start, path: where and whereto people walk, of `STARTS` and `PATHS`.
         arguments: see `picture_world`.
 
     Raises:
@@ -22,7 +24,7 @@ def walker_world(n: int, *, motion: str = "walk/fpca", start: str = "near", **ar
     """
 
     def direct(source: Source, camera: str | float) -> tuple[Source, WalkingView]:
-        return source, WalkingView(camera, source.fps, (source.frames - 1) / source.fps, start)
+        return source, WalkingView(camera, source.fps, (source.frames - 1) / source.fps, start, path)
 
     return picture_world(n, direct, motion=motion, scored={}, **arguments)
 
@@ -88,6 +90,7 @@ class WalkerTracking(PictureTracking):
       show their whole path, and anywhere across the image. "anywhere": in all directions, up to 4 m farther. "line":
       along x through the origin, in the middle of the image, with the camera as near as the whole path allows. With
       `camera="follow"` only directions differ.
+    - `path="straight"`: or "turning", a random path of curves of at least 1.5 m radius, with `motionenv.models.paths`.
     - `camera="side"`: "side", "front", a view angle in degrees, "random" (any view angle, which only the camera of
       `observation_model` reveals), or "follow" (moves along). A static camera shows the whole path, so a walker appears
       small if `horizon` is more than some seconds, and "depth" doesn't show a body beyond 20 m; use "follow" then.

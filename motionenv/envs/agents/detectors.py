@@ -8,12 +8,13 @@ from motionenv.likelihoods.background import Background, foreground_probability
 from motionenv.types import Camera
 
 _HEIGHT = 1.75  # [m] average body height
-_TALL = 0.06  # relative standard deviation of body height
-_PIXELS = 0.5  # [pixels] standard deviation of the row of the feet, and of the number of rows
+_TALL = 0.1  # [m] standard deviation of body height
+_PIXELS = 0.5  # [pixels] standard deviation of the rows of head and feet
 _STILL = 0.05  # [s²] variance of one frame's position over that of velocities
 _MOVES = 0.2  # [m/s] least speed that tells a heading
 _AREA = 0.45  # [m²] typical area of a silhouette
 _CREDIBLE = 0.3, 2.0  # plausible range of a silhouette's area, relative to the typical one
+_AGREE = 1.4  # ratio of the two distances above which feet or head are hidden
 _SURE = 0.9  # foreground probability above which a pixel of a colour image counts
 
 
@@ -124,18 +125,19 @@ class SeenWalkers:
 def walker_at(camera: Camera, column: float, top: float, bottom: float) -> tuple[np.ndarray, float]:
     """Where somebody stands, x and y (2,) [m], and the distance along the camera's axis [m].
 
-    The distance is the mean of those that the rows of the silhouette tell if the body has average height, and that the
-    lowest row tells if the feet are on the ground, weighted by their precision.
+    The highest row tells a distance if the body has average height, the lowest if the feet are on the ground. It is
+    their mean, weighted by their precision, or the smaller one if they disagree: who is partly hidden seems farther.
 
     Args:
-        camera: a level camera.
+        camera: a level camera, above the ground and below the head.
         column: centre of the silhouette [pixels].
         top, bottom: its first and last row [pixels].
     """
-    focal, horizon, rows = camera.K[1, 1], camera.K[1, 2], bottom - top
-    below = max(bottom - horizon, 1.0)
-    depths = focal * np.array([_HEIGHT / rows, camera.centre[2] / below])
-    precise = 1.0 / np.array([_TALL**2 + (_PIXELS / rows) ** 2, (_PIXELS / below) ** 2])
-    depth = float(depths @ precise / precise.sum())
+    focal, horizon, eye = camera.K[1, 1], camera.K[1, 2], camera.centre[2]
+    rows = np.maximum([horizon - top, bottom - horizon], 1.0)
+    depths = focal * np.array([_HEIGHT - eye, eye]) / rows
+    precise = 1.0 / ((_PIXELS / rows) ** 2 + [(_TALL / (_HEIGHT - eye)) ** 2, 0.0])
+    agree = depths.max() < _AGREE * depths.min()
+    depth = float(depths @ precise / precise.sum() if agree else depths.min())
     ray = np.array([(column - camera.K[0, 2]) / camera.K[0, 0], 0.0, 1.0])
     return camera.centre[:2] + depth * (camera.R.T @ ray)[:2], depth

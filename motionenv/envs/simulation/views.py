@@ -9,7 +9,7 @@ import numpy as np
 from motionenv._core.validation import is_number
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.types import MARKERS, Skeleton
+from motionenv.types import MARKERS, Motion, Skeleton
 
 #: Vertical field of view of every camera [degrees].
 FOV = 40.0
@@ -19,11 +19,14 @@ EYE = 1.1
 #: How people start, by name: the largest angle between their path and the x axis [rad], along which they may walk
 #: either way, and the range of their distances from the camera [m]. On the line everybody walks along +x.
 STARTS = {"line": (0.0, 0.0), "near": (math.pi / 6, 2.0), "anywhere": (math.pi / 2, 4.0)}
+#: How people go on.
+PATHS = ("straight", "turning")
 
 _NAMED = {"side": 0.0, "front": 90.0}
 _EDGE = math.tan(math.radians(FOV / 2))  # half width of an image at depth 1
 _NEAREST = 3.5  # [m] least distance from the camera to the world's origin
 _PACE = 1.5  # [m/s] that static cameras, and the reach of actions, expect of walkers
+_SHARPEST = 1.5  # [m] least radius of a turn
 _ROOM = 2.0  # [m] reach of actions beyond half of a path
 _BESIDE, _BELOW, _BEFORE = 0.55, 1.15, 0.3  # [m] extent of a body beside its root, below the camera, before its root
 _SMOOTH = 0.5  # [s] averaging time of a following camera
@@ -78,17 +81,22 @@ class WalkingView:
         fps: frame rate [Hz].
         seconds: duration of an episode.
         start: one of `STARTS`.
+        path: one of `PATHS`.
 
     Raises:
-        MotionError: no such camera or start.
+        MotionError: no such camera, start or path.
     """
 
-    def __init__(self, camera: str | float, fps: float, seconds: float = 3.0, start: str = "line"):
+    def __init__(
+        self, camera: str | float, fps: float, seconds: float = 3.0, start: str = "line", path: str = "straight"
+    ):
         if camera != "follow":
             checked_angle(camera, "follow")
         if start not in STARTS:
             raise MotionError(f"start must be one of {', '.join(STARTS)}, got {start!r}")
-        self.camera, self.fps, self.start = camera, fps, start
+        if path not in PATHS:
+            raise MotionError(f"path must be one of {', '.join(PATHS)}, got {path!r}")
+        self.camera, self.fps, self.start, self.path = camera, fps, start, path
         self._turn, self._deep = STARTS[start]
         self._distance = _NEAREST + _PACE * seconds
         self.reach = _ROOM if camera == "follow" else _ROOM + _PACE * seconds + self._deep
@@ -96,6 +104,8 @@ class WalkingView:
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
         """As `View.place`, of `poses` of `body` with `rng`."""
         way, R = np.zeros(len(poses)), level(0.0 if self.camera == "follow" else drawn_angle(self.camera, rng))
+        if self.path == "turning":
+            poses[:] = _bent(poses, body, self.fps, rng)
         if self.start != "line":
             _turn(poses, rng.uniform(-self._turn, self._turn) + math.pi * rng.integers(2))
         ground = poses[:, :2].copy()
@@ -170,6 +180,18 @@ def checked_angle(camera: str | float, *others: str) -> str | float:
         names = ", ".join([*_NAMED, "random", *others])
         raise MotionError(f"camera must be {names}, or a view angle in degrees, got {camera!r}")
     return camera
+
+
+def _bent(poses: np.ndarray, body: Skeleton, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Poses (frames, 25) of a walk along x, on a random path that they can take without leaning by more than 12°."""
+    from motionenv.models.paths import bend, random_path
+
+    walk = poses.copy()
+    walk[:, :2] -= poses[0, :2]
+    length = max(1.0, float(walk[:, 0].max()))
+    speed = length * fps / len(walk)
+    path = random_path(rng, length + _ROOM, radius=max(_SHARPEST, 0.5 * speed**2))
+    return bend(Motion(walk, body, fps), path).poses
 
 
 def _turn(poses: np.ndarray, angle: float) -> None:

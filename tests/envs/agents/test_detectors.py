@@ -75,6 +75,17 @@ def test_a_walker_who_is_hidden_is_thought_to_go_on(name):
     assert headings[1] == 0.0
 
 
+def test_who_is_half_hidden_does_not_seem_to_be_elsewhere():
+    look = SeenWalkers(1, kept=0.0)
+    look.forget(np.ones(1, bool), [camera(0.0)])
+    for frame in range(10):
+        mask = Raycaster().render(walker(0.0, 0.0, frame=frame), WALK.skeleton, camera(0.0)).limbs[None, ..., None]
+        if frame >= 5:
+            mask = np.where(np.arange(128)[:, None, None] > 78, 0, mask)  # legs are behind a box
+        found, _ = look.at({"mask": mask}, 50.0, 30.0)
+        assert np.hypot(*found[0]) < 0.8  # their lowest row alone tells a distance of 12 m instead of 6
+
+
 def test_a_blob_is_where_the_last_picture_has_it():
     look = SeenWalkers(1, kept=0.0)
     look.forget(np.ones(1, bool), [camera(0.0)])
