@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 from motionenv.envs.base import (
     LOST_ESTIMATES,
     Observation,
+    OfWorld,
     World,
     checked_actions,
     checked_lost_after,
@@ -21,7 +22,7 @@ from motionenv.envs.base import (
 from motionenv.errors import MotionError
 
 
-class TrackingVectorEnv(gymnasium.vector.VectorEnv):
+class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
     """A vector environment on a world with one slot per sub-environment.
 
     It returns the same as a `gymnasium.vector.SyncVectorEnv` of the single environments for the same seeds, actions and
@@ -141,12 +142,12 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             for array in (errors, rewards, lost, truncated):
                 array[resets] = 0
             self._begin(np.flatnonzero(resets))
-        self._ended = lost | truncated
+        self._ended = truncated.copy()
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
             infos = self._renewed(errors, lost)
         else:
             infos = _infos(errors, lost, stepped)
-        return self.world.observe(self._all), rewards, lost, truncated, infos
+        return self.world.observe(self._all), rewards, np.zeros_like(truncated), truncated, infos
 
     def _keep(self, actions: np.ndarray, slots: np.ndarray) -> None:
         """Store the actions that `render` overlays, for `slots`."""
