@@ -7,7 +7,7 @@
         envs.send(policy(observations), infos["env_id"])  # they are stepped while the policy looks at the others
 
 Environments are stepped in the background, in the order in which they were sent and `batch_size` together, so that the
-same calls return the same batches. All arrays are new, contiguous and writable: `torch.from_dlpack` shares their memory.
+same calls return the same batches. Arrays are new, contiguous and writable: `torch.from_dlpack` shares their memory.
 """
 
 from collections import deque
@@ -16,7 +16,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-from gymnasium.error import ResetNeeded
 
 from motionenv._core.validation import checked_whole
 from motionenv.envs.base import Observation, World, checked_actions
@@ -94,8 +93,8 @@ class Asynchronous:
             )
         ids, batch = self._batches.popleft()
         self._away[ids] = False
-        *returned, infos = batch.result()
-        return (*returned, {**infos, "env_id": ids})
+        observed, rewards, terminated, truncated, infos = batch.result()
+        return observed, rewards, terminated, truncated, {**infos, "env_id": ids}
 
     def check_received(self, what: str) -> None:
         """Raise if environments have been sent and not received.
