@@ -160,11 +160,15 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--model", default="walk/fpca", help="name of a walking model")
-    parser.add_argument("--people", type=int, default=1000, help="number of people at their own pace; a fifth at each speed")
+    parser.add_argument(
+        "--people", type=int, default=1000, help="number of people at their own pace; a fifth at each speed"
+    )
     parser.add_argument("--figure", type=Path, help="picture to write")
     asked = parser.parse_args()
     curves, parameters = drawn(asked.model, asked.people, None)
-    print(f"{asked.model}: {asked.people} people of {parameters['height'].mean():.2f} ± {parameters['height'].std():.2f} m")
+    print(
+        f"{asked.model}: {asked.people} people of {parameters['height'].mean():.2f} ± {parameters['height'].std():.2f} m"
+    )
     print("\n| angle | within the norm's ± 1 SD | at contact | least | most |\n|-|-|-|-|-|")
     mean = curves.mean(axis=0)
     for name, share, ours in zip(ANGLES.values(), inside(curves), mean.T, strict=True):

@@ -56,7 +56,7 @@ class LiftResponse(BaseModel):
     contradiction: View | None = Field(description="The view that the points suggest, if they contradict a given one.")
     frequency: float = Field(description="Strides per second [Hz].")
     speed: float = Field(description="Walking speed [m/s].")
-    misfit: float = Field(description="Distance from the walks of the prior, which are below about 100.")
+    misfit: float = Field(description="Rms deviation from the walks of the prior [standard deviations].")
     plausible: bool = Field(description="Whether the walk is like those of the prior, so that bands hold.")
     fps: float = Field(description="Frames per second.")
     markers: list[str] = Field(description="Names of the 15 markers.")

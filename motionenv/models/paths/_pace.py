@@ -27,7 +27,10 @@ _SLOWEST = 0.6  # [m/s] of the walks that are blended
 _BETWEEN = 0.25  # [m/s] between their speeds
 RATE = 120.0  #: [Hz] at which walks to blend are made
 _SOON = (0.4, 1.0)  # [s] after and before, within which who starts or stops has the cadence of the greater speed
-_SWAY = (0.02, 0.25)  # [m], and at most as a share of the way: by which a body moves before its first and after its last step
+_SWAY = (
+    0.02,
+    0.25,
+)  # [m], and at most as a share of the way: by which a body moves before its first and after its last step
 _OVER = 0.4  # strides, standard deviation of the smoothing of a walk's way
 _SHOWN = 12.0  # [s] of a walk that shows its stride frequency
 _AHEAD = 0.055  # by which balls of feet are before the pelvis of who stands, in body heights
