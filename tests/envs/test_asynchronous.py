@@ -90,7 +90,7 @@ def test_observations_are_shared_by_dlpack_without_copies(kind):
 
 def test_torch_writes_into_the_observations():
     torch = pytest.importorskip("torch")
-    envs = gymnasium.make_vec("motionenv/WalkerTracking-v0", num_envs=4, batch_size=2, size=36)
+    envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=4, batch_size=2, size=36)
     envs.async_reset(seed=0)
     observed, *_ = envs.recv()
     tensor = torch.from_dlpack(observed)
