@@ -18,11 +18,7 @@ def checked_number(
     value: Any, name: str, low: float = -np.inf, high: float = np.inf, unit: str = "", *, above: float = -np.inf,
     below: float = np.inf,
 ) -> float:  # fmt: skip
-    """A finite number from `low` to `high`, and beyond `above` and `below`; messages count in `unit`.
-
-    Raises:
-        MotionError: it isn't one; calls it `name`.
-    """
+    """A finite number from `low` to `high`, and beyond `above` and `below`, counted in `unit`; else a MotionError."""
     number = float(value) if is_number(value) else np.nan
     if not (low <= number <= high and above < number < below):
         counted = f" of {unit}" if unit else ""
@@ -33,11 +29,7 @@ def checked_number(
 
 
 def checked_whole(value: Any, name: str, low: int, high: float = np.inf, unit: str = "") -> int:
-    """A whole number from `low` to `high`, which may come as a float; messages count in `unit`.
-
-    Raises:
-        MotionError: it isn't one; calls it `name`.
-    """
+    """A whole number from `low` to `high`, counted in `unit`, also as a float; else a MotionError about `name`."""
     number: float = np.nan
     if is_number(value):
         number = float(value) if isinstance(value, float | np.floating) else int(value)  # floats end at 2⁵³
@@ -61,11 +53,7 @@ def _short(limit: float) -> str:
 
 
 def checked_range(value: Any, name: str, low: float, high: float, unit: str = "") -> tuple[float, float]:
-    """Two numbers in order from `low` to `high`; messages count in `unit`.
-
-    Raises:
-        MotionError: they are not; calls them `name`.
-    """
+    """Two numbers in order from `low` to `high`, counted in `unit`; else a MotionError about `name`."""
     try:
         least, most = value if all(map(is_number, value)) else (np.nan, np.nan)
     except (TypeError, ValueError):
@@ -88,11 +76,7 @@ def checked_seed(seed: Any, name: str = "seed") -> int:
 
 
 def random_generator(seed: Any) -> np.random.Generator:
-    """The generator of a seed, None, a whole number from 0 or several of them; a Generator is returned as it is.
-
-    Raises:
-        MotionError: none of these.
-    """
+    """The generator of a seed, None, a whole number from 0 or several; a Generator as it is; else a MotionError."""
     try:
         return np.random.default_rng(seed)
     except (TypeError, ValueError):

@@ -62,11 +62,7 @@ def known_markers(poses) -> np.ndarray:
 
 
 def check_shown(poses, parts, purpose: str) -> None:
-    """Check that poses (..., 25) show some of `PARTS`, for a `purpose` that is the subject of the message.
-
-    Raises:
-        GapError: a part is never shown whole; names it.
-    """
+    """Raise a GapError that names the first of `parts` that poses (..., 25) never show; `purpose` is its subject."""
     if missing := [part for part in missing_parts(poses) if part in parts]:
         raise GapError(
             f"{purpose} needs {listed(missing)}, never shown here: fill the motion first with motionenv.fill, "

@@ -16,17 +16,11 @@ if TYPE_CHECKING:
 
 
 class Mesh(NamedTuple):
-    """A closed surface.
+    """A closed surface."""
 
-    Attributes:
-        vertices: (n, 3) [m].
-        normals: (n, 3), the unit normals of the round surface at the vertices, outwards.
-        faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
-    """
-
-    vertices: np.ndarray
-    normals: np.ndarray
-    faces: np.ndarray
+    vertices: np.ndarray  # (n, 3) [m]
+    normals: np.ndarray  # (n, 3), the unit normals of the round surface at the vertices, outwards
+    faces: np.ndarray  # (m, 3) indices of vertices, counter-clockwise seen from outside
 
 
 def rounded_cone(

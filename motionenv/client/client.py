@@ -95,19 +95,11 @@ class Client:
         return self._connection.request("GET", "/v1/models").json()["models"]
 
     def model(self, name: str) -> dict[str, Any]:
-        """A model's card, components and bounds: `ModelDescription` of the service's API.
-
-        Args:
-            name: of the model.
-        """
+        """The card, components and bounds of the model called `name`: `ModelDescription` of the service's API."""
         return self._connection.request("GET", f"/v1/models/{quote(name)}").json()
 
     def remove_model(self, name: str) -> None:
-        """Remove a fitted model.
-
-        Args:
-            name: of the model, fitted/….
-        """
+        """Remove the fitted model called `name`, fitted/…."""
         self._connection.request("DELETE", f"/v1/models/{quote(name)}")
 
     def synthesize(self, model: str, seconds: float, fps: float, **walk: Unpack[Walk]) -> Motion:
@@ -214,12 +206,9 @@ class Client:
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 
     def inspect(self, files: Iterable[str | Path], **how: Any) -> Job:
-        """Inspect motion capture: its markers or joints, the body, the gait cycles of a walk.
+        """Inspect captured `files`: markers or joints, the body, the gait cycles of a walk.
 
-        Args:
-            files: of capture.
-            how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
-                their names.
+        `how`: fps and unit, for files that don't contain them; marker_map, for points whose names aren't recognised.
         """
         return self._uploaded("/v1/jobs/inspect", files, how)
 
@@ -233,26 +222,19 @@ class Client:
     def report(
         self, files: Iterable[str | Path], suffix: str = ".html", *, static: str | Path | None = None, **how: Any
     ) -> Job:
-        """Report on the gait in motion capture: step parameters, and joint angles over the cycle.
+        """Report on the gait in captured `files`: step parameters, and joint angles over the cycle.
 
-        Args:
-            files: of capture.
-            suffix: of the format: .html, .json or .csv.
-            static: the one of the files that holds a static trial.
-            how: as of `inspect`.
+        The `suffix` of the format is .html, .json or .csv; `static` is the file of a static trial, if there is one;
+        `how` is as of `inspect`.
         """
-        name = None if static is None else Path(static).name
-        return self._uploaded(
-            "/v1/jobs/report", files, {"format": _media_type(suffix, _REPORTS), "static": name, **how}
-        )
+        fields = {"format": _media_type(suffix, _REPORTS), "static": None if static is None else Path(static).name}
+        return self._uploaded("/v1/jobs/report", files, {**fields, **how})
 
     def convert(self, files: Iterable[str | Path], suffix: str, **how: Any) -> Job:
-        """Retarget motion capture to the body, and write it in another format.
+        """Retarget a capture, `files` with its .asf where it is .amc, to the body, and write it in another format.
 
-        Args:
-            files: a capture file, with its .asf where it is .amc.
-            suffix: of the format: .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc.
-            how: as of `inspect`; fill, to fill what the file doesn't show.
+        The `suffix` of the format is .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc; `how` is as of `inspect`, and
+        fill, to fill what the file doesn't show.
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 

@@ -34,11 +34,7 @@ _CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
 
 
 def metres_per(unit) -> float:
-    """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text.
-
-    Raises:
-        MotionError: neither; lists the names.
-    """
+    """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text; else a MotionError."""
     if isinstance(unit, str):
         if (metres := file_metres(unit)) is not None:
             return metres

@@ -132,11 +132,7 @@ def _check_capture(capture) -> None:
 
 
 def check_suffix(path) -> None:
-    """Reject paths with a suffix that `write` doesn't support, before any work.
-
-    Raises:
-        MotionError: another suffix, with a list of the supported ones, or one whose library isn't installed.
-    """
+    """Reject, before any work, paths whose suffix `write` doesn't support or needs a library that isn't installed."""
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(_WRITERS)}")

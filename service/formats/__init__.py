@@ -27,11 +27,7 @@ MOTION = (JSON, NPY, *FILES, *FILMS)
 
 
 def negotiated(accept: str | None, offered: Iterable[str]) -> str:
-    """The media type of the response: one of those offered, the preferred one first, that the header `accept` allows.
-
-    Raises:
-        Problem: 406, none is accepted.
-    """
+    """The media type of the response: the first of those offered that the header `accept` prefers; 406 if none."""
     offered = list(offered)
     if not accept or accept == "*/*":
         return offered[0]

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from motionenv import Points, WalkerPrior
-from motionenv.lifting import MISFIT_LIMIT, Lifted, OtherView, lift
+from motionenv.lifting import Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE
 from service.errors import documented
 from service.responses.json import dumps
@@ -50,7 +50,7 @@ def to_response(found: Lifted) -> dict:
         "elevation": math.degrees(refined.elevation), "others": [_view(other) for other in found.others],
         "contradiction": None if found.contradiction is None else _view(found.contradiction),
         "frequency": refined.frequency, "speed": found.walker.speed, "misfit": found.misfit,
-        "plausible": bool(found.misfit <= MISFIT_LIMIT and refined.converged), "fps": motion.fps,
+        "plausible": found.plausible, "fps": motion.fps,
         "markers": MARKERS, "positions": found.markers().positions, "band": found.band,
         "pose": POSE, "poses": motion.poses, "height": motion.skeleton.height, "swapped": found.swapped,
     }  # fmt: skip

@@ -150,15 +150,13 @@ class CapturePoints(BaseModel):
     points: list[str] = Field(description="Names of markers or joints.")
     frame: int = Field(ge=0, description="The first frame in which most points are visible, counted from 0.")
     positions: list[Position | None] = Field(
-        description="(points, 3) [m] in that frame, z up; null for points that it lacks."
+        description="(points, 3) [m] in that frame, z up; null where it lacks them."
     )
     heading: float | None = Field(
         description="Direction in which the points move during the capture [degrees], from x towards y; null if they "
         "stay within 0.3 m."
     )
-    marker_set: str | None = Field(
-        description="The marker set of which the most landmarks are among the points; null if none is."
-    )
+    marker_set: str | None = Field(description="The marker set with the most landmarks among the points; null if none.")
     problem: str | None = Field(None, description="Why the points aren't a body's, with this map or without one.")
     map: str | None = Field(
         description="Marker map (TOML): the one that was sent, or else a guess from names and heights; null if nothing "

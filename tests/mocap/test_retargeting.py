@@ -129,3 +129,18 @@ def test_our_own_markers_come_back_from_the_c3d_that_we_write(tmp_path):
     np.testing.assert_allclose(points.positions, body.markers(motion.poses, motion.skeleton), atol=1e-4)
     again = retarget(points)
     assert np.abs(body.markers(again.poses, again.skeleton) - points.positions).max() < 0.02
+
+
+def test_a_motion_that_was_read_is_already_on_the_body(tmp_path):
+    """An .npz holds a motion: `retarget(read(...))` returns it, or scales it to a skeleton of the same proportions."""
+    write(synthesize("walk/fpca", 1, 30, seed=2), tmp_path / "walk.npz")
+    motion = read(tmp_path / "walk.npz")
+    np.testing.assert_array_equal(retarget(motion).poses, motion.poses)
+    small = retarget(motion, skeleton=body.from_height(1.5))
+    tall = retarget(small, skeleton=body.from_height(2.0))
+    nodes, taller = (body.forward(m.poses, m.skeleton)[0] for m in (small, tall))
+    np.testing.assert_allclose(taller, nodes * 4 / 3, atol=1e-9)
+    with pytest.raises(MotionError, match="omit marker_map"):
+        retarget(motion, marker_map="plug-in-gait")
+    with pytest.raises(MotionError, match=r"as read\(\) returns, got str"):
+        retarget("walk.npz")

@@ -40,11 +40,7 @@ def given_fps(fps: float | None, override: bool, stated: Callable[[], float]) ->
 
 
 def read_bytes(path) -> bytes:
-    """The file's content.
-
-    Raises:
-        FormatError: missing, unreadable or empty.
-    """
+    """The file's content; a FormatError if it is missing, unreadable or empty."""
     try:
         raw = Path(path).read_bytes()
     except OSError as error:
@@ -55,11 +51,7 @@ def read_bytes(path) -> bytes:
 
 
 def number(path, line: int, word: str, what: str) -> float:
-    """`word` as a finite number.
-
-    Raises:
-        FormatError: it isn't one; names the line and `what`, the expected value.
-    """
+    """`word` as a finite number; otherwise a FormatError that names the line and `what`, the expected value."""
     try:
         value = float(word)
     except ValueError:
@@ -70,11 +62,7 @@ def number(path, line: int, word: str, what: str) -> float:
 
 
 def count(path, line: int, word: str, what: str) -> int:
-    """`word` as a whole number above 0.
-
-    Raises:
-        FormatError: it isn't one; names the line and `what`, the expected value.
-    """
+    """`word` as a whole number above 0; otherwise a FormatError that names the line and `what`, the expected value."""
     value = number(path, line, word, what)
     if value != int(value) or value < 1:
         raise FormatError(path, f"{what} must be a whole number above 0, got {word!r}", f"line {line}")

@@ -107,11 +107,7 @@ def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
 
 
 def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
-    """The columns (frames,) [degrees] of angles by name.
-
-    Raises:
-        MotionError: not one row for each of the `frames` and one column per name.
-    """
+    """The columns (frames,) [degrees] of angles by name; a MotionError unless they have one row per frame."""
     values = np.asarray(angles.values, dtype=np.float64)
     if values.shape != (frames, len(angles.names)):
         raise MotionError(
@@ -122,11 +118,7 @@ def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
 
 
 def save(made: Iterable[bytes], path) -> None:
-    """Write the parts `made` of a file to `path`, whole or not at all.
-
-    Raises:
-        MotionError: the file can't be written.
-    """
+    """Write the parts `made` of a file to `path`, whole or not at all; a MotionError if it can't be written."""
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
         file.writelines(made)
 

@@ -35,11 +35,7 @@ def parts(motion: Motion) -> Iterator[bytes]:
 
 
 def marker_parts(capture: Markers) -> Iterator[bytes]:
-    """The bytes of a TRC file of captured points (frames, points, 3) [m] under their own names.
-
-    Raises:
-        MotionError: a name that the format can't hold.
-    """
+    """The bytes of a TRC file of captured points (frames, points, 3) [m]; a MotionError for names it can't hold."""
     if bad := [name for name in capture.names if not name.strip() or set(name) & set("\t\r\n")]:
         raise MotionError(f"a TRC file needs names of points without tabs and line ends, got {bad[0]!r}: rename it")
     return _parts(capture.names, capture.positions, capture.fps, capture.name)

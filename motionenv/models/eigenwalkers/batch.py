@@ -12,19 +12,12 @@ from motionenv.types import MARKERS
 
 @dataclass(frozen=True, eq=False)
 class WalkerBatch:
-    """Walkers as Fourier series, standing on z = 0, with the pelvis on average at x = y = 0.
+    """Walkers as Fourier series, standing on z = 0, with the pelvis on average at x = y = 0."""
 
-    Attributes:
-        coefficients: (n, 5, 15, 3) [m].
-        frequencies: (n,) strides per second [Hz].
-        heights: (n,) body heights [m], from the lengths of legs and trunk.
-        strides: (n,) stride lengths [m], from the backward speed of the stance foot.
-    """
-
-    coefficients: np.ndarray
-    frequencies: np.ndarray
-    heights: np.ndarray
-    strides: np.ndarray
+    coefficients: np.ndarray  # (n, 5, 15, 3) [m]
+    frequencies: np.ndarray  # (n,) strides per second [Hz]
+    heights: np.ndarray  # (n,) body heights [m], from the lengths of legs and trunk
+    strides: np.ndarray  # (n,) stride lengths [m], from the backward speed of the stance foot
 
     def positions(self, which, phases, sizes) -> np.ndarray:
         """Marker positions (k, 15, 3) [m] of the walkers `which` (k,) at `phases` (k,) ωt [rad].

@@ -21,7 +21,7 @@ from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.eigenwalkers.speed import at_speed, longer
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
-from motionenv.models.population import draw_person
+from motionenv.models.people.population import draw_person
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion

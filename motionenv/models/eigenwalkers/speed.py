@@ -1,4 +1,4 @@
-"""What speed does to Fourier walkers: a direction of their coefficients, as `motionenv.models.pace` describes it."""
+"""What speed does to Fourier walkers: a direction of their coefficients, as `motionenv.models.people.pace` describes it."""
 
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from motionenv.models.eigenwalkers.fourier_series import (
     mirrored,
     stride_lengths,
 )  # fmt: skip
-from motionenv.models.pace import EXPONENT, direction, exponent, reached
+from motionenv.models.people.pace import EXPONENT, direction, exponent, reached
 
 if TYPE_CHECKING:
     from motionenv.models.eigenwalkers.fourier_model import FourierModel

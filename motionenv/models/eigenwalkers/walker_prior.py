@@ -83,10 +83,7 @@ class WalkerPrior(FourierModel):
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 
         Args:
-            motions: walks, as `Motion`s, as `Markers` of the 15 markers, or as `FourierWalker`s with NaN in the
-                coefficients of markers that were not seen.
-            subjects: the person's label for each walk; None takes each walk for a different person. Cross-validation
-                leaves out all walks of a person together.
+            motions, subjects: as of `Eigenwalkers.fit`. Cross-validation leaves out all walks of a person together.
 
         Raises:
             MotionError: fewer than three people, too few columns for `n_components`, or labels that don't match the

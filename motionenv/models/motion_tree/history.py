@@ -12,17 +12,11 @@ from motionenv.types import Motion, frozen
 
 @dataclass(frozen=True, eq=False)
 class Recent:
-    """A history scaled to the database's body.
+    """A history scaled to the database's body."""
 
-    Attributes:
-        parameters: (..., 10, 50) parameters of the last ten frames.
-        last: (..., 25) the last pose.
-        scale: factor from the history's lengths to the database's.
-    """
-
-    parameters: np.ndarray
-    last: np.ndarray
-    scale: float
+    parameters: np.ndarray  # (..., 10, 50) parameters of the last ten frames
+    last: np.ndarray  # (..., 25) the last pose
+    scale: float  # factor from the history's lengths to the database's
 
 
 def recent_frames(history, database: Database) -> Recent:

@@ -49,11 +49,7 @@ class Mapping:
         weakref.finalize(self, os.close, self._descriptor)
 
     def check(self) -> None:
-        """Check that the file hasn't changed since it was opened; takes a microsecond.
-
-        Raises:
-            ModelError: the file was changed in place.
-        """
+        """Raise a ModelError if the file has changed since it was opened; takes a microsecond."""
         if self._state() != self._opened:
             raise ModelError(
                 f"{self.path} was changed while it was in use: load it again, and replace such files by renaming, as "
@@ -73,11 +69,7 @@ class Mapping:
 
 
 def reopened(load: Callable[[str], Any], path: str, fingerprint: int) -> Any:
-    """Restore a model from a pickle that holds its path; for `load` see `Mapping.reduced`.
-
-    Raises:
-        ModelError: the file is missing or has changed: its fingerprint is another one.
-    """
+    """Restore a model from a pickle that holds its path, `load` as of `Mapping.reduced`; a ModelError if changed."""
     model = load(path)
     if model.mapping_.fingerprint != fingerprint:
         raise ModelError(f"{path} has changed since this model was pickled: load it and pickle it again")

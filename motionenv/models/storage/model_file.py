@@ -131,11 +131,7 @@ def open_model(path, class_of: Callable[[str], type[StoredModel]]) -> StoredMode
 
 
 def read_card(path) -> dict:
-    """Read the model card in the file `path`, without the model.
-
-    Raises:
-        ModelError: no such file, or not a model file.
-    """
+    """The model card in the file `path`, without the model; a ModelError if it is no model file."""
     with _reading(path) as (_, archive):
         return _header(path, archive)["meta"].get("card", {})
 

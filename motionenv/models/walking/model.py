@@ -20,8 +20,8 @@ from motionenv.body.skeleton import NODES, limb_radii, symmetric
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.pace import Pace
-from motionenv.models.population import draw_person
+from motionenv.models.people.pace import Pace
+from motionenv.models.people.population import draw_person
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.models.walking.people import fit_people
 from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, tables_of
@@ -49,7 +49,7 @@ class WalkingModel(GaitModel):
     A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
     vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
     are Fourier series, so that walks are smooth where cycles meet. People's bodies, comfortable speeds and walk ratios
-    are those of `motionenv.models.population`; at another speed a person's steps are longer and quicker by `pace_`.
+    are those of `motionenv.models.people.population`; at another speed a person's steps are longer and quicker by `pace_`.
 
     Args:
         n_components: components of the functional PCA; None takes 8, or one less than the number of cycles if that is
@@ -109,7 +109,7 @@ class WalkingModel(GaitModel):
         return self
 
     def standard(self, scores: np.ndarray) -> np.ndarray:
-        """Scores (..., q) in standard deviations from the average person."""
+        """`scores` (..., q) in standard deviations from the average person."""
         components = self.components()
         return (scores - components.means) / components.deviations
 

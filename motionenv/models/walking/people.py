@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motionenv.models.pace import Pace, fit_pace
+from motionenv.models.people.pace import Pace, fit_pace
 from motionenv.models.walking.tables import root_of
 from motionenv.types import Cycles
 

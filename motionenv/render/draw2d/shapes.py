@@ -123,11 +123,7 @@ def draw_figures(images, pixels, depth, edges, colours, *, radius: float, width:
 
 
 def as_colours(colour, n: int, name: str = "colour") -> np.ndarray:
-    """`colour` as (n, 3) float64: one (R, G, B) from 0 to 255 for all, or one each.
-
-    Raises:
-        MotionError: wrong shape, or out of range.
-    """
+    """`colour` as (n, 3) float64: one (R, G, B) from 0 to 255 for all, or one each; otherwise a MotionError."""
     colours = np.asarray(colour, dtype=np.float64)
     if colours.shape not in {(3,), (n, 3)} or not ((colours >= 0) & (colours <= 255)).all():
         raise MotionError(f"{name} must be (R, G, B) from 0 to 255, or {n} of them, got {colour!r}")

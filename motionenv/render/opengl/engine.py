@@ -33,11 +33,8 @@ class PyrenderRenderer:
         """Render poses.
 
         Args:
-            poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
-            skeleton: the body.
-            cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
-            rgb: whether to render colours.
-            masks: whether to render depth and ids; otherwise those two arrays have length 0.
+            poses, skeleton, cameras: as of `motionenv.render.render`.
+            rgb, masks: whether to render colours, and depth and ids; otherwise the latter's arrays have length 0.
 
         Raises:
             MotionError: see `motionenv.render.request.batch`.

@@ -81,8 +81,7 @@ def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[byt
     Nothing is rendered or encoded ahead. The same frames give the same bytes.
 
     Args:
-        frames: uint8 (H, W, 3), all of one size: an array (T, H, W, 3) or any iterable, consumed one at a time.
-        fps: frame rate, from 0.01 to 1000 [Hz].
+        frames, fps: as of `write_video`.
         crf: quality, from 0 (best) to 51 (worst).
 
     Raises:
@@ -125,27 +124,16 @@ class _Sink:
 
 
 def png(rgb) -> bytes:
-    """Encode one image as PNG.
-
-    Args:
-        rgb: uint8 (H, W, 3).
-
-    Raises:
-        MotionError: not an image.
-    """
+    """Encode one image `rgb`, uint8 (H, W, 3), as PNG; a MotionError if it is none."""
     (picture,) = _checked_frames([rgb], None)
     return _png(picture)
 
 
 def write_image(path, rgb) -> None:
-    """Write one image (H, W, 3) uint8 to a PNG file, atomically.
-
-    Args:
-        path: of the file, with suffix `.png`; an existing file is replaced.
-        rgb: uint8 (H, W, 3).
+    """Write one image `rgb`, uint8 (H, W, 3), to a PNG file at `path`, atomically; an existing file is replaced.
 
     Raises:
-        MotionError: another suffix, not an image, or a full or read-only disk.
+        MotionError: another suffix than .png, not an image, or a full or read-only disk.
     """
     path = Path(path)
     if path.suffix.lower() != ".png":

@@ -23,23 +23,14 @@ _NEWTONS = {"kn": 1000.0, "lbf": 4.4482216, "lb": 4.4482216}
 
 @dataclass(frozen=True)
 class Analog:
-    """The analog data of a trial.
+    """The analog data of a trial."""
 
-    Attributes:
-        parameters: of the file.
-        layout: of its data.
-        channels: (samples, channels), in their units.
-        metres: per unit of length.
-        up: the file's vertical axis.
-        fps: frames per second.
-    """
-
-    parameters: Parameters
-    layout: Layout
-    channels: np.ndarray
-    metres: float
-    up: str
-    fps: float
+    parameters: Parameters  # of the file
+    layout: Layout  # of its data
+    channels: np.ndarray  # (samples, channels), in their units
+    metres: float  # per unit of length
+    up: str  # the file's vertical axis
+    fps: float  # frames per second
 
 
 def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:

@@ -235,11 +235,7 @@ def future_cost_of(tree: MotionTree) -> FutureCost:
 
 
 def start_window(tree: MotionTree, activity: str | None, rng: np.random.Generator) -> int:
-    """Position of a random window of an activity from which a motion can start.
-
-    Raises:
-        MotionError: an unknown activity.
-    """
+    """Position of a random window of an activity from which a motion can start; a MotionError for unknown ones."""
     future = future_cost_of(tree)
     if activity is not None and activity not in future.activities:
         raise MotionError(_unknown(activity, future.activities))

@@ -52,7 +52,7 @@ class Pace:
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
     def longer(self, z: np.ndarray, change, way: np.ndarray) -> np.ndarray:
-        """Scores (..., q) with log stride lengths changed by `change` (...) along `way`, `direction` or `between`."""
+        """Scores `z` (..., q), log stride lengths changed by `change` (...) along `way`: `direction` or `between`."""
         slope = np.maximum((self.weights + 2 * z @ self.curvature) @ way, _LEAST_GAIN)
         bend = way @ self.curvature @ way
         root = np.sqrt(np.maximum(slope**2 + 4 * bend * change, (0.5 * slope) ** 2))
@@ -80,7 +80,7 @@ class Pace:
         return {f"pace_{field.name}": np.asarray(getattr(self, field.name)) for field in fields(self)}
 
 
-def reached(lengths, average: float):
+def reached(lengths, average: float) -> np.ndarray:
     """Log stride lengths (...) that are walked where `lengths` (...) are wanted: see `REACH`."""
     most = average + REACH[1]
     return np.maximum(np.minimum(lengths, 0.5 * (lengths + most)), average + REACH[0])

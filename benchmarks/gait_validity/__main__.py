@@ -2,7 +2,7 @@
 
 python -m benchmarks.gait_validity [--model walk/fpca] [--people 1000] [--figure renders/gait.png]
 
-Norms of the curves are in gait_norms.csv (Schwartz, Rozumalski & Trost 2008, free speed; children and adolescents,
+Norms of the curves are in norms.csv (Schwartz, Rozumalski & Trost 2008, free speed; children and adolescents,
 whose curves differ from adults' by less than the standard deviation: knee 6°, 19° and 59° at contact, in stance and in
 swing, Winter 1991: about 4°, 19° and 62°). Two conventions differ from Plug-in Gait's. The pelvis is the
 body's trunk, which stands upright, while the plane of ASIS and PSIS leans forward by 12°: tilt is compared about its
@@ -10,7 +10,7 @@ mean, and the hip's flexion by that of the thigh against the vertical, in the no
 
 Norms of step parameters: walk ratio 0.0040 to 0.0065 m/(steps/min) (Sekiya & Nagasaki 1998, Bogen et al. 2018), bob
 3 to 6 cm (Gard & Childress 2001), comfortable speed 1.2 to 1.43 m/s (Bohannon & Williams Andrews 2011). Nothing in the
-models is fitted to these rows but what `motionenv.models.population` says of pace and walk ratio.
+models is fitted to these rows but what `motionenv.models.people.population` says of pace and walk ratio.
 """
 
 import argparse
@@ -43,7 +43,7 @@ MOST_SLIP = 0.02  # [m]
 
 def norms() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Percent (20,), means and standard deviations (20, 5) [degrees] of `ANGLES`."""
-    table = np.loadtxt(Path(__file__).with_name("gait_norms.csv"), delimiter=",", skiprows=3)
+    table = np.loadtxt(Path(__file__).with_name("norms.csv"), delimiter=",", skiprows=3)
     mean, deviation = table[:, 1::2].copy(), table[:, 2::2]
     mean[:, 0] -= mean[:, 2]
     mean[:, 2] -= mean[:, 2].mean()
