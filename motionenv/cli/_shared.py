@@ -94,7 +94,9 @@ def parsed_speed(text: str | None) -> float | list[list[float]] | None:
         if any(len(row) != 2 for row in rows):
             raise ValueError
     except ValueError:
-        raise MotionError(f"--speed must be a number of m/s, or TIME:SPEED pairs, as '0:0 1:1.3'; got {text!r}") from None
+        raise MotionError(
+            f"--speed must be a number of m/s, or TIME:SPEED pairs, as '0:0 1:1.3'; got {text!r}"
+        ) from None
     return rows
 
 
@@ -108,7 +110,7 @@ def parsed_path(text: str | None):
     try:
         rows = Path(text).read_text().splitlines() if text.endswith(".csv") else text.removeprefix("arc:").split()
         points = [[float(number) for number in row.split(",")] for row in rows if row.strip()]
-        if any(len(point) != 2 for point in points) or is_arc and len(points) != 1:
+        if any(len(point) != 2 for point in points) or (is_arc and len(points) != 1):
             raise ValueError
     except OSError as error:
         raise MotionError(f"can't read --path {text}: {error.strerror}") from None

@@ -53,7 +53,8 @@ def synth(
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
     seed: Seed = 0,
     speed: Annotated[
-        str | None, typer.Option(help="Speed [m/s], or TIME:SPEED ..., as '0:0 1:1.3 6:1.3 7:0'; by default the walker's.")
+        str | None,
+        typer.Option(help="Speed [m/s], or TIME:SPEED ..., as '0:0 1:1.3 6:1.3 7:0'; by default the walker's."),
     ] = None,
     height: Height = None,
     path: Annotated[

@@ -158,7 +158,20 @@ def test_a_path_and_speeds_are_those_of_the_library(run, tmp_path):
     points, rows = [(0, 0), (2, 0), (4, 1)], [(0, 0), (1, 1.2)]
     expected = motionenv.synthesize("walk/fpca", 3, 60, seed=1, path=points, speed=rows)
     for i, path in enumerate(("0,0 2,0 4,1", "way.csv")):
-        run("synth", "walk/fpca", "--seconds", 3, "--seed", 1, "--path", path, "--speed", "0:0 1:1.2", "--out", f"{i}.npz")
+        run(
+            "synth",
+            "walk/fpca",
+            "--seconds",
+            3,
+            "--seed",
+            1,
+            "--path",
+            path,
+            "--speed",
+            "0:0 1:1.2",
+            "--out",
+            f"{i}.npz",
+        )
         np.testing.assert_array_equal(motionenv.read(tmp_path / f"{i}.npz").poses, expected.poses)
     run("synth", "walk/fpca", "--seconds", 2, "--seed", 1, "--path", "arc:3,-90", "--out", "arc.npz")
     expected = motionenv.synthesize("walk/fpca", 2, 60, seed=1, path=Path.arc(3, -np.pi / 2))
