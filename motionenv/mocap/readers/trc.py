@@ -109,17 +109,14 @@ def _row(path, i: int, line: str, markers: int) -> list[float]:
         values = [np.inf]
     if np.isinf(values).any():
         words = [_pointed(word) for word in words]
-        values = [number(path, i, word, f"column {c}") if _filled(word) else np.nan for c, word in enumerate(words, 1)]
+        gap = lambda word: word.lower() in ("", "nan")
+        values = [np.nan if gap(word) else number(path, i, word, f"column {c}") for c, word in enumerate(words, 1)]
     return values
 
 
 def _pointed(word: str) -> str:
     """A number with a decimal point for a decimal comma."""
     return word.replace(",", ".") if word.count(",") == 1 and "." not in word else word
-
-
-def _filled(word: str) -> bool:
-    return word.lower() not in ("", "nan")
 
 
 def _stated_fps(path, written: str, times: np.ndarray) -> float:
