@@ -23,13 +23,7 @@ _FADE = 0.25  # [s]
 
 
 class Stream:
-    """One motion without end; `models` gives the model of a name.
-
-    Attributes:
-        settings: the present ones; set by `change`.
-        fps: frames per second.
-        height: of the body [m].
-    """
+    """One motion without end, at `fps`, of a body of `height` [m]; `models` gives the model of a name."""
 
     def __init__(self, models: Any, settings: StreamSettings):
         self._models, self._pieces, self._last, self.settings = models, 0, np.zeros((0, 25)), settings

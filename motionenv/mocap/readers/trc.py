@@ -24,13 +24,10 @@ def read(
     Repeated labels get "_2", "_3". The unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Args:
-        path: the file.
-        fps: frame rate; overrides the file's "DataRate".
-        unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit; overrides the file's "Units".
+        path, fps, unit, override: as of `motionenv.mocap.read`; the file has "DataRate" and "Units".
         up: the file's vertical axis, "x", "y" or "z". The format doesn't specify it. None is the axis along which the
             points, of a standing or walking person, extend at least 1.5 times as far as along each other one; if there
             is none, "y", as in OpenSim's files.
-        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Raises:
         FormatError: a malformed file, or a frame rate or a unit that must be given; names the line.
