@@ -161,13 +161,9 @@ class Store:
             )
 
     def finish(self, job: Job, result: str, size: int, publish: Callable[[], None]) -> bool:
-        """Mark a running job as done; False if it was cancelled meanwhile.
+        """Mark a running job as done, with the SHA-256 of its result and its size; False if it was cancelled meanwhile.
 
-        Args:
-            job: the job.
-            result: SHA-256 of its result.
-            size: of its result [bytes].
-            publish: moves result and model into place, within the transaction.
+        `publish` moves result and model into place, within the transaction.
 
         Raises:
             Full: the disk is full.

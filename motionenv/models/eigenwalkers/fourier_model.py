@@ -109,13 +109,6 @@ class FourierModel(GaitModel):
         """Draw `n` walkers with scores from N(0, diag λ) and frequencies from the regression.
 
         Scores whose body exceeds its joint limits, such as knees that bend forwards, are drawn again.
-
-        Args:
-            n: number of walkers.
-            seed: int or Generator.
-
-        Raises:
-            MotionError: `n` is not a whole number above 0.
         """
         n = checked_whole(n, "n", 1)
         rng = random_generator(seed)

@@ -40,15 +40,10 @@ _TURN = 2 * np.pi
 
 @dataclass(frozen=True, eq=False)
 class AnglePrior:
-    """A Gaussian over the 19 joint angles at the times `LAGS`.
+    """A Gaussian over the 19 joint angles at the times `LAGS`."""
 
-    Attributes:
-        mean: (19,) [rad].
-        covariance: (5, 19, 5, 19) [rad²].
-    """
-
-    mean: np.ndarray
-    covariance: np.ndarray
+    mean: np.ndarray  # (19,) [rad]
+    covariance: np.ndarray  # (5, 19, 5, 19) [rad²]
 
     def predict(self, angles: np.ndarray, fps: float, wanted: np.ndarray) -> np.ndarray:
         """The conditional mean (frames, k) [rad] of the angles `wanted` (k,) given all that no frame lacks.

@@ -69,12 +69,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
         "activities": list(walkable.activities),
     }  # fmt: skip
-    return _body(offsets) | numbers, description
-
-
-def _body(offsets) -> dict[str, np.ndarray]:
-    """The body's shape, in body heights."""
-    return {"offsets": np.asarray(offsets), "limb_shifts": LIMB_SHIFTS, "limb_radii": limb_radii(1.0)}
+    shape = {"offsets": np.asarray(offsets), "limb_shifts": LIMB_SHIFTS, "limb_radii": limb_radii(1.0)}
+    return shape | numbers, description
 
 
 def _described(model: GaitModel, height: float) -> dict[str, Any]:
