@@ -108,20 +108,11 @@ class OfWorld:
             self._spec.max_episode_steps = self.world.horizon
 
     def action(self, estimate: np.ndarray) -> np.ndarray:
-        """The action, float32, that says an estimate [m, rad]: a pose, joints, or a belief.
-
-        Args:
-            estimate: of the action space's shape, or one for each environment of a vector. What is out of reach goes to
-                the bound.
-        """
+        """The action, float32, that says an `estimate` [m, rad]; what is out of reach goes to the bound."""
         return self.world.scale.actions(estimate)
 
     def estimate(self, action: np.ndarray) -> np.ndarray:
-        """The estimate [m, rad], float64, that an action says; the inverse of `action`.
-
-        Args:
-            action: in the action space, or one for each environment of a vector.
-        """
+        """The estimate [m, rad] that an `action` says; the inverse of the method `action`."""
         return self.world.scale.estimates(np.asarray(action, dtype=np.float64))
 
 
@@ -256,11 +247,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
 
 
 def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
-    """A vector environment's arguments with its specification's `max_episode_steps` as the horizon.
-
-    Args:
-        arguments: as Gymnasium's `make_vec` passes them; a "horizon" among them counts more.
-    """
+    """`arguments` of `make_vec`, with the specification's `max_episode_steps` as the horizon if there is none."""
     arguments = dict(arguments)
     steps = arguments.pop("max_episode_steps", None)
     return arguments if steps is None else {"horizon": steps, **arguments}
