@@ -20,11 +20,8 @@ __all__ = ["app", "main"]
 
 app = typer.Typer(
     help="Walking people with known ground truth: motion capture, motion models, rendering, tracking.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
+    no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+)  # fmt: skip
 app.command()(synthesis.demo)
 app.command()(synthesis.synth)
 app.command()(synthesis.sample)

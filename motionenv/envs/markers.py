@@ -103,6 +103,7 @@ class MarkerTrackingVector(TrackingVectorEnv):
     Args:
         num_envs: number of environments.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
         render_mode: None or "rgb_array".
         lost_after: as in `MarkerTracking`.
         arguments: as in `MarkerTracking`.
@@ -113,6 +114,7 @@ class MarkerTrackingVector(TrackingVectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
         render_mode: str | None = None,
         lost_after: float | None = None,
         **arguments: Any,
@@ -122,6 +124,7 @@ class MarkerTrackingVector(TrackingVectorEnv):
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,
+            batch_size=batch_size,
         )
 
 

@@ -47,6 +47,7 @@ class PictureTrackingVector(TrackingVectorEnv):
     Args:
         num_envs: number of environments.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
         threads: rendering threads; None uses one per core.
         render_mode: None or "rgb_array".
         lost_after: error [m] beyond which the track counts as lost; None disables it.
@@ -60,6 +61,7 @@ class PictureTrackingVector(TrackingVectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
         threads: int | None = None,
         render_mode: str | None = None,
         lost_after: float | None = None,
@@ -70,6 +72,7 @@ class PictureTrackingVector(TrackingVectorEnv):
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,
+            batch_size=batch_size,
         )
 
 

@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter1d
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.paths._steps import Steps, runs, smooth, steps_of
+from motionenv.models.paths._steps import Steps, even_way, runs, smooth, steps_of
 from motionenv.models.types import Request
 from motionenv.types import SPEED_RANGE, Motion, Skeleton
 
@@ -26,7 +26,7 @@ _RESTS = 0.02  # [m/s] below which somebody stands
 _SLOWEST = 0.6  # [m/s] of the walks that are blended
 _BETWEEN = 0.25  # [m/s] between their speeds
 RATE = 120.0  #: [Hz] at which walks to blend are made
-_SOON = 0.4  # [s] within which who starts or stops has the cadence of the greater speed
+_SOON = (0.4, 1.0)  # [s] after and before, within which who starts or stops has the cadence of the greater speed
 _SWAY = (
     0.02,
     0.25,
@@ -34,6 +34,7 @@ _SWAY = (
 _OVER = 0.4  # strides, standard deviation of the smoothing of a walk's way
 _SHOWN = 12.0  # [s] of a walk that shows its stride frequency
 _AHEAD = 0.055  # by which balls of feet are before the pelvis of who stands, in body heights
+_STAYS = 0.03  # of a step, in which a foot of the blended walks is not yet on its way, or has come already
 _EDGE = 1e-6  # [cycles]
 #: Columns of a walk's signals after the 25 of the poses.
 _ANKLES, _YAWS, _REACH, _STEP, _SIDE, _STANDS = (slice(25 + 2 * i, 27 + 2 * i) for i in range(6))
@@ -74,20 +75,7 @@ def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
     beyond = round(_BEYOND / _TICK)
     times = _TICK * np.arange(-beyond, int(np.ceil(seconds / _TICK)) + beyond + 1)
     asked = np.clip(times, 0.0, seconds)
-    try:
-        if callable(speed):
-            speeds = np.array([float(speed(float(t))) for t in asked])
-        else:
-            rows = np.asarray(speed, dtype=np.float64)
-            rows = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else rows
-            if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows) or not (np.diff(rows[:, 0]) > 0).all():
-                raise ValueError
-            speeds = np.interp(asked, *rows.T)
-    except (TypeError, ValueError):
-        raise MotionError(
-            "speed must be a number, a function of the time, or rows (time, speed) with increasing times, "
-            f"got {speed!r}"
-        ) from None
+    speeds = np.array([speed(float(t)) for t in asked], dtype=np.float64) if callable(speed) else _read(speed, asked)
     for value in (np.min(speeds), np.max(speeds)):
         checked_number(float(value), "speed", 0.0, SPEED_RANGE[1], SPEED_RANGE[2])
     speeds = smooth(speeds, _EASE / _TICK)
@@ -99,6 +87,20 @@ def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
         way[i + 1] = way[i] + speeds[i] * _TICK
     speeds[-1] = speeds[-2]
     return Pace(times, np.where(speeds < _RESTS, 0.0, speeds), way)
+
+
+def _read(speed, times: np.ndarray) -> np.ndarray:
+    """Speeds at `times` (ticks,) [s] from a number or rows (time, speed)."""
+    try:
+        rows = np.asarray(speed, dtype=np.float64)
+    except (TypeError, ValueError):
+        rows = np.zeros(0)
+    rows = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else rows
+    if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows) or not (np.diff(rows[:, 0]) > 0).all():
+        raise MotionError(
+            f"speed must be a number, a function of the time, or rows (time, speed) with increasing times, got {speed!r}"
+        )
+    return np.interp(times, *rows.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,23 +129,26 @@ class _Source:
         return (1.0 - share) * self.signals[before] + share * self.signals[before + 1]
 
 
-def paced(make: Callable[[float, float], Motion], pace: Pace, request: Request) -> tuple[Steps, Skeleton]:
+def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple[Steps, Skeleton]:
     """The steps of a straight walk at a pace, for a `request`, and the body.
 
     Args:
         make: makes a straight walk of the person from a duration [s] and a speed [m/s], at 120 frames/s.
         pace: speed over time.
+        learned: least speed that the model learned from [m/s].
         request: of which frame rate and duration count.
 
     Raises:
         ModelError: the model's walk has no steps.
     """
     moving = pace.speeds[pace.speeds > 0]
-    most = max(moving.max(initial=_SLOWEST), _SLOWEST)
-    least = max(moving.min(initial=most), _SLOWEST)
+    slowest = max(_SLOWEST, learned)
+    most = max(moving.max(initial=slowest), slowest)
+    least = max(moving.min(initial=most), slowest)
     speeds = np.linspace(least, most, 1 + int(np.ceil((most - least) / _BETWEEN)))
     frequencies = [_source(make(_SHOWN, v)).frequency for v in speeds]
-    soon = maximum_filter1d(pace.speeds, 2 * round(_SOON / _TICK) + 1)
+    window = round(sum(_SOON) / _TICK) + 1
+    soon = maximum_filter1d(pace.speeds, window, origin=window // 2 - round(_SOON[0] / _TICK))
     rate = np.interp(soon, speeds, frequencies) * np.sqrt(np.minimum(soon / least, 1.0))
     cycles = 1.25 * rate.sum() * _TICK + len(runs(pace.speeds == 0)) + 2.0
     walks = [make(cycles / f, v) for f, v in zip(frequencies, speeds, strict=True)]
@@ -172,7 +177,7 @@ def _source(walk: Motion) -> _Source:
     where = [runs(stands) for stands in steps.stands.T]
     if min(map(len, where)) < 4 or root[-1, 0] <= root[0, 0]:
         raise ModelError("this model's walk has no steps: it can go along a path only at one speed, and not stop")
-    even = _even(root, np.median(np.diff(where[0][1:-1, 0])))
+    even = even_way(root, _OVER * np.median(np.diff(where[0][1:-1, 0])))
     places = [np.array([steps.balls[a:b, side].mean(axis=0) for a, b in spans]) for side, spans in enumerate(where)]
     passes = [np.interp(place[:, 0], even[:, 0], frames) for place in places]
     inner = passes[0][1:-1]
@@ -190,16 +195,9 @@ def _source(walk: Motion) -> _Source:
         step = np.interp(steps.balls[:, side, 0], x, np.concatenate([[number[0] - 1], number, [number[-1] + 1]]))
         left = place[:, 1] - np.interp(passed, frames, even[:, 1])
         signals[:, _STEP.start + side] = step
-        signals[:, _SIDE.start + side] = steps.balls[:, side, 1] - even[:, 1] - np.interp(step, number, left)
+        signals[:, _SIDE.start + side] = steps.balls[:, side, 1] - np.interp(step, number, place[:, 1])
         stances.append(np.column_stack([number, left, *((np.array(t) - origin) / length for t in (passed, *spans.T))]))
     return _Source(signals, walk.fps / length, -origin / length, stances)
-
-
-def _even(root: np.ndarray, stride: float) -> np.ndarray:
-    """The way of a root (frames, 2) [m] without what repeats in every `stride` [frames]."""
-    line = np.linspace(0.0, 1.0, len(root))[:, None] * (root[-1] - root[0])
-    even = smooth(root - line, _OVER * stride) + line
-    return np.column_stack([np.maximum.accumulate(even[:, 0]), even[:, 1]])
 
 
 def _still(source: _Source) -> np.ndarray:
@@ -268,7 +266,9 @@ def _balls(rows, sources: list[_Source], course: tuple, height: float) -> np.nda
         x = np.interp(passed, phases, pace.way)
         for begins, ends, at in rests:
             x[(lands <= ends + _EDGE) & (lifts >= begins - _EDGE)] = at + _AHEAD * height
-        step = rows[:, _STEP.start + side]
+        whole = np.floor(rows[:, _STEP.start + side] + 0.5)
+        gone = rows[:, _STEP.start + side] - whole
+        step = whole + np.sign(gone) * np.maximum(np.abs(gone) - _STAYS, 0.0) * (0.5 / (0.5 - _STAYS))
         balls[:, side, 0] = np.interp(step, number, np.maximum.accumulate(x))
         balls[:, side, 1] = np.interp(step, number, left) + rows[:, _SIDE.start + side]
     return balls

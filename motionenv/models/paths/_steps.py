@@ -21,9 +21,11 @@ _STANDS = (0.15, 0.2)  # [m/s], and share of the walk's speed, below which a bal
 _BRIEF = 0.1  # [s] for which a foot stands at least
 _LANDS = 0.012  # [s] standard deviation of the smoothing of feet that land and leave
 _SHIFTS = 0.05  # [s] the same of the weight between the feet
-_STRIDES = 0.3  # [s] the same of the speed
+_STRIDES = 0.45  # [s] the same of the way and the speed, over which steps even out
 _STRAIGHT = 0.9998  # greatest distance from hip to ankle, as a share of the leg: the knee is bent by 2.3°
-_SOFT = 0.002  # [m] over which a leg that is too short lowers the body
+_HEEL = 0.05  # body heights by which the heel of a foot behind the body rises more than in the walk, if it must
+_BEHIND = 0.1  # body heights
+_SOFT = 0.004  # [m] over which a leg that is too short lowers the body
 _ROUNDS = 4  # in which feet that follow their shins come to be where they should
 
 
@@ -73,15 +75,30 @@ def steps_of(motion: Motion) -> Steps:
     yaws = np.unwrap(np.arctan2(-across[..., 0], across[..., 1]), axis=0)
     yaws -= 2 * np.pi * np.round(yaws[0] / (2 * np.pi))
     reach = np.linalg.norm(ankles - nodes[:, _HIP_NODES], axis=-1)
-    found = Steps(motion.poses, balls, ankles[..., 2], yaws, reach, np.zeros(yaws.shape, bool), motion.fps)
+    poses = motion.poses.copy()
+    even = even_way(poses[:, :2], _STRIDES * motion.fps)
+    # Walks drift to a side; a shear of the ground makes them straight, and feet that stand stay where they are.
+    drift = lambda x: np.interp(x, even[:, 0], even[:, 1])
+    turn = np.arctan2(np.gradient(even[:, 1]), np.maximum(np.gradient(even[:, 0]), 1e-3))
+    poses[:, 1] -= drift(poses[:, 0])
+    balls[..., 1] -= drift(balls[..., 0])
+    poses[:, POSE.index("root_heading")] -= turn
+    found = Steps(poses, balls, ankles[..., 2], yaws - turn[:, None], reach, np.zeros(yaws.shape, bool), motion.fps)
     limit = _STANDS[0] + _STANDS[1] * np.abs(found.speed)
     for side in range(2):
         pace = np.linalg.norm(np.gradient(smooth(balls[:, side], _LANDS * found.fps), axis=0), axis=-1) * found.fps
         for first, stop in runs(pace < limit):
-            if stop - first >= _BRIEF * found.fps or first == 0 or stop == len(pace):
+            if stop - first >= _BRIEF * found.fps:
                 found.stands[first:stop, side] = True
         _plant(balls[:, side], found.stands[:, side], found.fps)
     return found
+
+
+def even_way(root: np.ndarray, width: float) -> np.ndarray:
+    """The way of a root (frames, 2) [m] without its sway, smoothed over `width` [frames]; x doesn't go back."""
+    line = np.linspace(0.0, 1.0, len(root))[:, None] * (root[-1] - root[0])
+    even = smooth(root - line, width) + line
+    return np.column_stack([np.maximum.accumulate(even[:, 0]), even[:, 1]])
 
 
 def runs(flags: np.ndarray) -> np.ndarray:
@@ -106,7 +123,8 @@ def _plant(ball: np.ndarray, stands: np.ndarray, fps: float) -> None:
 def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
     """Poses (frames, 25) whose feet are where the steps say, with limbs as long as the skeleton's.
 
-    The body is as high as the legs that carry it say, and low enough for both to reach the ground. Each leg is solved
+    The body is as high as the legs that carry it say, and low enough for both to reach the ground; the heel of the one
+    behind rises for that. Each leg is solved
     in closed form: the knee by the cosine rule, the hip by the plane in which the leg bends, which is that of its foot.
     """
     poses = steps.poses.copy()
@@ -123,9 +141,12 @@ def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
         raise_by = lambda length: np.sqrt(np.maximum(length**2 - level, 1e-4)) + apart[..., 2]
         wanted = (weight * raise_by(steps.reach)).sum(-1)
         most = raise_by(_STRAIGHT * (thigh + shin))
-        lift = _least(np.concatenate([wanted[:, None], most], axis=-1))
+        behind = -(apart[..., :2] * ahead).sum(-1) / (_BEHIND * skeleton.height)
+        heel = _HEEL * skeleton.height * np.clip(behind, 0.0, 1.0)
+        lift = _least(np.concatenate([wanted[:, None], most + heel], axis=-1))
         poses[:, 2] += lift
-        apart[..., 2] -= lift[:, None]
+        rise = np.maximum(lift[:, None] - most, 0.0)
+        apart[..., 2] += rise - lift[:, None]
         for side in range(2):
             turn = _leg(apart[:, side], ahead[:, side], thigh[side], shin[side])
             local = rotations[:, 0].swapaxes(-1, -2) @ turn[0]
@@ -146,7 +167,9 @@ def _leg(apart, ahead, thigh: float, shin: float) -> tuple[np.ndarray, np.ndarra
     """
     length = np.linalg.norm(apart, axis=-1, keepdims=True)
     up = -apart / length
-    length = np.minimum(length[:, 0], _STRAIGHT * (thigh + shin))
+    # Softly, because a knee that comes to its end at once would stop at once.
+    spare = (thigh + shin - length[:, 0]) / _SOFT
+    length = thigh + shin - _SOFT * np.logaddexp(0.0, spare)
     across = np.stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))], axis=-1)
     across[:, 2] = -(across * up).sum(-1) / np.where(np.abs(up[:, 2]) > 1e-6, up[:, 2], 1e-6)
     across /= np.linalg.norm(across, axis=-1, keepdims=True)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from motionenv._core.validation import random_generator
+from motionenv._core.validation import is_number, random_generator
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.motion_tree.features import resample
@@ -15,10 +15,7 @@ from motionenv.models.synthesis import scaled
 from motionenv.models.types import Request, Target, Walker
 from motionenv.types import POSE, SPEED_RANGE, Motion
 
-_LOOK = 0.5  # [s] of the way ahead at which who is steered aims, and at least
-_LOOK_LEAST = 0.4  # [m]
-_TURN = 0.1  # [s] between two looks
-_USUAL = 1.2  # [m/s] of who chooses the speed
+_LOOK = 0.1  # [s] after which who is steered is told the speed again
 _HEADING = POSE.index("root_heading")
 
 #: A speed [m/s]: a number, a function of the time [s], or rows (time [s], speed [m/s]) with straight lines between.
@@ -42,8 +39,9 @@ def walk_along(
 
     Steady models bend their straight walks (`bend`). Where speed changes, walks of the same person at several speeds
     are blended in phase; at 0 m/s the person stands on both feet, and takes whole steps to start and to stop. Speed
-    changes are smoothed over 0.3 s, as nobody starts at once. Who comes to the end of the path stops there. Models that
-    are steered are steered along the path, and keep to it less exactly.
+    changes are smoothed over 0.3 s, as nobody starts at once. Who comes to the end of the path stops there. A model
+    that is steered is steered straight ahead, at the speed as far as it can, and its motion is bent; it doesn't stop at
+    the end.
 
     Args:
         model: any gait model.
@@ -66,7 +64,7 @@ def walk_along(
     if not isinstance(path, Path):
         raise MotionError(f"path must be a motionenv.models.paths.Path, got {type(path).__name__}")
     rng = random_generator(seed)
-    constant = speed is None or isinstance(speed, int | float | np.number)
+    constant = speed is None or is_number(speed)
     request = Request(seconds, fps, float(speed) if constant and speed is not None else None, height, phase, variation)
     if not model.steady:
         return _steered(model, path, request, speed, walker, rng)
@@ -84,37 +82,32 @@ def walk_along(
         speed = float(np.clip(speed, *SPEED_RANGE[:2]))
     pace = pace_of(speed, seconds, path.length)
     make = lambda span, fast: model.synthesize(span, RATE, seed=drawn, speed=fast, **take)
-    steps, skeleton = paced(make, pace, request)
+    steps, skeleton = paced(make, pace, model.learned_speeds()[0], request)
     return Motion(bent(steps, path, 0.0, skeleton), skeleton, fps, f"{model.kind} along a path")
 
 
 def _steered(model, path: Path, request: Request, speed: Speed, walker, rng: np.random.Generator) -> Motion:
-    """Motion of a steerable model that is steered towards a point of the path ahead of it."""
+    """Motion of a steerable model, steered straight ahead at the speed, then bent."""
     if not model.steerable:
         raise MotionError(f"a {model.kind} model neither walks steadily nor is steered: it can't keep to a path")
     if request.phase != 0.0 or request.variation != 1.0:
         raise MotionError(f"a {model.kind} model has no cycles: leave phase and variation out")
-    pace = None if speed is None else pace_of(speed, request.seconds)
     start = walker.start if walker is not None else "walk" if "walk" in model.activities else None
     growth = model.generator(start, seed=rng)
     size = 1.0 if request.height is None else request.height / growth.skeleton.height
+    pace = None if speed is None else pace_of(speed, request.seconds)
     poses = growth.step(1)
-    turn = float(path.heading(0.0) - poses[0, _HEADING])
-    turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    origin, gone = poses[0, :2], 0.0
-    while len(poses) < (request.seconds + _TURN) * growth.fps:
-        here = path.start + size * (poses[-1, :2] - origin) @ turned
-        near = gone + np.linspace(0.0, 1.0, 51)
-        gone = float(near[np.linalg.norm(path.position(near) - here, axis=-1).argmin()])
-        fast = None if pace is None else float(np.interp(len(poses) / growth.fps, pace.times, pace.speeds))
-        fast = fast if gone < path.length else 0.0
-        to = path.position(gone + max(_LOOK_LEAST, _LOOK * (_USUAL if fast is None else fast))) - here
-        growth.target = Target(heading=float(np.arctan2(to[1], to[0])) - turn, speed=fast and fast / size)
-        poses = np.concatenate([poses, growth.step(max(round(_TURN * growth.fps), 1))])
-    poses[:, :2] = path.start / size + (poses[:, :2] - origin) @ turned
-    poses[:, _HEADING] += turn
+    heading, chunk = float(poses[0, _HEADING]), max(round(_LOOK * growth.fps), 1)
+    while len(poses) < request.seconds * growth.fps + 2:
+        fast = pace and float(np.interp(len(poses) / growth.fps, pace.times, pace.speeds)) / size
+        growth.target = Target(heading=heading, speed=fast)
+        poses = np.concatenate([poses, growth.step(chunk)])
+    poses[:, :2] -= poses[0, :2]
+    forth, left = np.cos(heading), np.sin(heading)
+    poses[:, :2] = poses[:, :2] @ np.array([[forth, -left], [left, forth]])
+    poses[:, _HEADING] -= heading
     motion = Motion(poses, growth.skeleton, growth.fps, f"{model.kind} along a path")
     if request.fps != growth.fps:
         motion = Motion(resample(motion, request.fps)[0], motion.skeleton, request.fps, motion.name)
     motion = Motion(motion.poses[: request.frames], motion.skeleton, request.fps, motion.name)
-    return motion if request.height is None else scaled(motion, request.height)
+    return bend(motion if request.height is None else scaled(motion, request.height), path)
