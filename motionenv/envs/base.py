@@ -11,7 +11,7 @@ A world holds n episodes in arrays. The single environment is a world with n = 1
 same as single ones with the same seeds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any, Protocol
 
@@ -244,6 +244,28 @@ class TrackingEnv(OfWorld, gymnasium.Env):
 
     def __getstate__(self):
         return {**self.__dict__, "_window": None}
+
+
+class SimulatedTracking(TrackingEnv):
+    """A tracking environment that makes its world; subclasses say of what.
+
+    Args:
+        render_mode: None, "rgb_array" or "human".
+        lost_after: error [m] beyond which the track counts as lost; None never does.
+        arguments: of the world.
+    """
+
+    make_world: Callable[..., World]
+    world: Any
+
+    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
+        super().__init__(type(self).make_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
+
+    @property
+    def observation_model(self) -> Any:
+        """Likelihood of poses (n, 25) for the last observed frame, without access to the ground truth."""
+        self.check_begun("observation")
+        return self.world.observation_model(0)
 
 
 def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
