@@ -1,7 +1,7 @@
 """motionenv/ArmTracking-v1: the right arm in images (paper C, section 6)."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -9,10 +9,12 @@ import numpy as np
 from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.body.skeleton import ANKLE_HEIGHT
-from motionenv.envs.pictures import PictureTracking, PictureTrackingVector, picture_world
+from motionenv.envs.base import SimulatedTracking
+from motionenv.envs.pictures import picture_world
 from motionenv.envs.simulation.motion_sources import HEIGHT, SPLITS, WALKERS, Recordings, Source
 from motionenv.envs.simulation.picture_world import PictureWorld
 from motionenv.envs.simulation.views import ArmView
+from motionenv.envs.vector import SimulatedTrackingVector
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, POSE, Skeleton
 
@@ -41,7 +43,7 @@ def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorl
     )
 
 
-class ArmTracking(PictureTracking):
+class ArmTracking(SimulatedTracking):
     """Tracking an arm in images.
 
     ## Description
@@ -104,10 +106,13 @@ class ArmTracking(PictureTracking):
     make_world = staticmethod(arm_world)
 
 
-class ArmTrackingVector(PictureTrackingVector):
-    """`num_envs` copies of `ArmTracking`, rendered in batches: see `PictureTrackingVector`."""
+class ArmTrackingVector(SimulatedTrackingVector):
+    """`num_envs` copies of `ArmTracking`, rendered in batches by `threads` threads, None is one per core.
 
-    make_world = staticmethod(arm_world)
+    The other arguments are those of `SimulatedTrackingVector` and of `ArmTracking`.
+    """
+
+    make_world = staticmethod(partial(arm_world, threads=None))
 
 
 @dataclass(frozen=True)

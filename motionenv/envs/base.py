@@ -11,7 +11,7 @@ A world holds n episodes in arrays. The single environment is a world with n = 1
 same as single ones with the same seeds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any, Protocol
 
@@ -108,20 +108,11 @@ class OfWorld:
             self._spec.max_episode_steps = self.world.horizon
 
     def action(self, estimate: np.ndarray) -> np.ndarray:
-        """The action, float32, that says an estimate [m, rad]: a pose, joints, or a belief.
-
-        Args:
-            estimate: of the action space's shape, or one for each environment of a vector. What is out of reach goes to
-                the bound.
-        """
+        """The action, float32, that says an `estimate` [m, rad]; what is out of reach goes to the bound."""
         return self.world.scale.actions(estimate)
 
     def estimate(self, action: np.ndarray) -> np.ndarray:
-        """The estimate [m, rad], float64, that an action says; the inverse of `action`.
-
-        Args:
-            action: in the action space, or one for each environment of a vector.
-        """
+        """The estimate [m, rad] that an `action` says; the inverse of the method `action`."""
         return self.world.scale.estimates(np.asarray(action, dtype=np.float64))
 
 
@@ -255,12 +246,30 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         return {**self.__dict__, "_window": None}
 
 
-def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
-    """A vector environment's arguments with its specification's `max_episode_steps` as the horizon.
+class SimulatedTracking(TrackingEnv):
+    """A tracking environment that makes its world; subclasses say of what.
 
     Args:
-        arguments: as Gymnasium's `make_vec` passes them; a "horizon" among them counts more.
+        render_mode: None, "rgb_array" or "human".
+        lost_after: error [m] beyond which the track counts as lost; None never does.
+        arguments: of the world.
     """
+
+    make_world: Callable[..., World]
+    world: Any
+
+    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
+        super().__init__(type(self).make_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
+
+    @property
+    def observation_model(self) -> Any:
+        """Likelihood of poses (n, 25) for the last observed frame, without access to the ground truth."""
+        self.check_begun("observation")
+        return self.world.observation_model(0)
+
+
+def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
+    """`arguments` of `make_vec`, with the specification's `max_episode_steps` as the horizon if there is none."""
     arguments = dict(arguments)
     steps = arguments.pop("max_episode_steps", None)
     return arguments if steps is None else {"horizon": steps, **arguments}

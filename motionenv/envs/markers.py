@@ -1,20 +1,61 @@
 """motionenv/MarkerTracking-v1: 3D tracking from 15 noisy, incomplete 2D markers in an unknown view."""
 
-from typing import Any
-
 import numpy as np
-from gymnasium.vector import AutoresetMode
 
 from motionenv._core.validation import checked_range, checked_whole, is_number
-from motionenv.envs.base import TrackingEnv, with_horizon
+from motionenv.envs.base import SimulatedTracking
 from motionenv.envs.simulation.marker_world import MarkerWorld
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
-from motionenv.envs.vector import TrackingVectorEnv
-from motionenv.likelihoods import MarkerLikelihood
+from motionenv.envs.vector import SimulatedTrackingVector
 from motionenv.render.sensors.marker_sensor import MarkerSensor
 
 
-class MarkerTracking(TrackingEnv):
+def marker_world(
+    n: int,
+    *,
+    motion: str = "walk/eigenwalkers",
+    split: str = "train",
+    view: float | tuple[float, float] | None = None,
+    distance: float | None = None,
+    noise: float = 0.01,
+    dropout: float = 0.05,
+    gaps: float = 0.1,
+    gap_seconds: float = 0.3,
+    fps: float = 30.0,
+    horizon: int = 200,
+    speed: tuple[float, float] | None = None,
+    height: tuple[float, float] | None = None,
+    file_fps: float | None = None,
+    unit: str | None = None,
+    actions: str = "normalised",
+) -> MarkerWorld:
+    """Walkers in place, each in front of their own camera.
+
+    Args:
+        n: number of episodes.
+        motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon: see `MarkerTracking`.
+        speed, height, file_fps, unit, actions: see `MarkerTracking`.
+
+    Raises:
+        MotionError: an invalid argument.
+    """
+    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
+    sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
+    n = checked_whole(n, "num_envs", 1)
+    return MarkerWorld(n, source, sensor, _radians(view), actions)
+
+
+def _radians(view) -> tuple[float, float]:
+    """Range (low, high) of view angles [rad]."""
+    if view is None:
+        return -np.pi, np.pi
+    if is_number(view):
+        view = (view, view)
+    low, high = checked_range(view, "view", -360, 360, "degrees")
+    return float(np.radians(low)), float(np.radians(high))
+
+
+class MarkerTracking(SimulatedTracking):
     """Tracking a walker in 3D from 2D markers in an unknown view.
 
     ## Description
@@ -85,88 +126,10 @@ class MarkerTracking(TrackingEnv):
         arguments: see Arguments.
     """
 
-    world: MarkerWorld
-
-    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
-        super().__init__(marker_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
-
-    @property
-    def observation_model(self) -> MarkerLikelihood:
-        """Likelihood of poses for the last observed frame, without access to the ground truth."""
-        self.check_begun("observation")
-        return self.world.observation_model(0)
+    make_world = staticmethod(marker_world)
 
 
-class MarkerTrackingVector(TrackingVectorEnv):
-    """`num_envs` copies of `MarkerTracking`, stepped together.
+class MarkerTrackingVector(SimulatedTrackingVector):
+    """`num_envs` copies of `MarkerTracking`, stepped together: see `SimulatedTrackingVector`."""
 
-    Args:
-        num_envs: number of environments.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
-        render_mode: None or "rgb_array".
-        lost_after: as in `MarkerTracking`.
-        arguments: as in `MarkerTracking`.
-    """
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        batch_size: int | None = None,
-        render_mode: str | None = None,
-        lost_after: float | None = None,
-        **arguments: Any,
-    ):
-        super().__init__(
-            marker_world(checked_whole(num_envs, "num_envs", 1), **with_horizon(arguments)),
-            render_mode=render_mode,
-            lost_after=lost_after,
-            autoreset_mode=autoreset_mode,
-            batch_size=batch_size,
-        )
-
-
-def marker_world(
-    n: int,
-    *,
-    motion: str = "walk/eigenwalkers",
-    split: str = "train",
-    view: float | tuple[float, float] | None = None,
-    distance: float | None = None,
-    noise: float = 0.01,
-    dropout: float = 0.05,
-    gaps: float = 0.1,
-    gap_seconds: float = 0.3,
-    fps: float = 30.0,
-    horizon: int = 200,
-    speed: tuple[float, float] | None = None,
-    height: tuple[float, float] | None = None,
-    file_fps: float | None = None,
-    unit: str | None = None,
-    actions: str = "normalised",
-) -> MarkerWorld:
-    """Walkers in place, each in front of their own camera.
-
-    Args:
-        n: number of episodes.
-        motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon: see `MarkerTracking`.
-        speed, height, file_fps, unit, actions: see `MarkerTracking`.
-
-    Raises:
-        MotionError: an invalid argument.
-    """
-    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
-    sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
-    return MarkerWorld(n, source, sensor, _radians(view), actions)
-
-
-def _radians(view) -> tuple[float, float]:
-    """Range (low, high) of view angles [rad]."""
-    if view is None:
-        return -np.pi, np.pi
-    if is_number(view):
-        view = (view, view)
-    low, high = checked_range(view, "view", -360, 360, "degrees")
-    return float(np.radians(low)), float(np.radians(high))
+    make_world = staticmethod(marker_world)

@@ -1,79 +1,14 @@
-"""Base classes of the environments that show images, and their common arguments."""
+"""The common arguments of the environments that show images."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from gymnasium.vector import AutoresetMode
-
-from motionenv.envs.base import TrackingEnv, with_horizon
 from motionenv.envs.simulation.estimates import Estimates
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
 from motionenv.envs.simulation.picture_world import PictureWorld
 from motionenv.envs.simulation.stage import Motions, PictureSettings, Stage
 from motionenv.envs.simulation.views import View
-from motionenv.envs.vector import TrackingVectorEnv
-from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.render.sensors.augmentation import Augmentation
-
-#: Builds a world of n episodes from an environment's arguments.
-MakeWorld = Callable[..., PictureWorld]
-
-
-class PictureTracking(TrackingEnv):
-    """A single environment that shows images; subclasses define the world.
-
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None disables it.
-        arguments: of the world.
-    """
-
-    make_world: MakeWorld
-    world: PictureWorld
-
-    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
-        super().__init__(type(self).make_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
-
-    @property
-    def observation_model(self) -> SilhouetteLikelihood:
-        """Likelihood of poses (n, 25) for the last observed frame, without access to the ground truth."""
-        self.check_begun("observation")
-        return self.world.observation_model(0)
-
-
-class PictureTrackingVector(TrackingVectorEnv):
-    """A batch of environments, rendered together; subclasses define the world.
-
-    Args:
-        num_envs: number of environments.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
-        threads: rendering threads; None uses one per core.
-        render_mode: None or "rgb_array".
-        lost_after: error [m] beyond which the track counts as lost; None disables it.
-        arguments: of the world.
-    """
-
-    make_world: MakeWorld
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        batch_size: int | None = None,
-        threads: int | None = None,
-        render_mode: str | None = None,
-        lost_after: float | None = None,
-        **arguments: Any,
-    ):
-        super().__init__(
-            type(self).make_world(num_envs, threads=threads, **with_horizon(arguments)),
-            render_mode=render_mode,
-            lost_after=lost_after,
-            autoreset_mode=autoreset_mode,
-            batch_size=batch_size,
-        )
 
 
 def picture_world(

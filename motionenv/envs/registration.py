@@ -18,6 +18,5 @@ def register() -> None:
         gymnasium.register(name, entry_point=entry_point, vector_entry_point=f"{entry_point}Vector")
     for name, task in TASKS.items():
         entry_point = ENVIRONMENTS[task.env]
-        gymnasium.register(
-            name, entry_point=entry_point, vector_entry_point=f"{entry_point}Vector", kwargs=dict(task.settings)
-        )
+        vector, kwargs = f"{entry_point}Vector", dict(task.settings)
+        gymnasium.register(name, entry_point=entry_point, vector_entry_point=vector, kwargs=kwargs)

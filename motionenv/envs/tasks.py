@@ -9,9 +9,7 @@ evaluation, and `motionenv.envs.agents.score` runs it:
   as `motion`, its people who are for evaluation instead.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from motionenv.errors import MotionError
 
@@ -19,19 +17,12 @@ from motionenv.errors import MotionError
 SPLITS = ("train", "eval", "ood")
 
 
-@dataclass(frozen=True)
-class Task:
-    """A named task.
-
-    Attributes:
-        env: id of its environment.
-        settings: arguments of the environment.
-        ood: arguments that differ in the split "ood".
-    """
+class Task(NamedTuple):
+    """A named task: id of its environment, arguments, and those that differ in the split "ood"."""
 
     env: str
-    settings: Mapping[str, Any]
-    ood: Mapping[str, Any]
+    settings: dict[str, Any]
+    ood: dict[str, Any]
 
 
 _SMALL = {"height": (1.2, 1.45), "speed": (1.5, 1.8)}

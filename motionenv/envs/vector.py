@@ -1,6 +1,6 @@
 """The native vector environment: many episodes in one world, in all three autoreset modes of Gymnasium."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import gymnasium
@@ -19,6 +19,7 @@ from motionenv.envs.base import (
     checked_actions,
     checked_lost_after,
     checked_render_mode,
+    with_horizon,
 )
 from motionenv.errors import MotionError
 
@@ -229,6 +230,36 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
         self.check_received(what)
         if not self._begun.all():
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
+
+
+class SimulatedTrackingVector(TrackingVectorEnv):
+    """A batch of tracking environments that makes its world; subclasses say of what.
+
+    Args:
+        num_envs: number of environments.
+        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
+        render_mode: None or "rgb_array".
+        lost_after: error [m] beyond which the track counts as lost; None never does.
+        arguments: of the world.
+    """
+
+    make_world: Callable[..., World]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
+        render_mode: str | None = None,
+        lost_after: float | None = None,
+        **arguments: Any,
+    ):
+        world = type(self).make_world(num_envs, **with_horizon(arguments))
+        super().__init__(
+            world, render_mode=render_mode, lost_after=lost_after, autoreset_mode=autoreset_mode, batch_size=batch_size
+        )
 
 
 def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, Any]:

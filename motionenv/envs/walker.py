@@ -1,11 +1,14 @@
 """motionenv/WalkerTracking-v1: the pose of a walking person in images."""
 
+from functools import partial
 from typing import Any
 
-from motionenv.envs.pictures import PictureTracking, PictureTrackingVector, picture_world
+from motionenv.envs.base import SimulatedTracking
+from motionenv.envs.pictures import picture_world
 from motionenv.envs.simulation.motion_sources import Source
 from motionenv.envs.simulation.picture_world import PictureWorld
 from motionenv.envs.simulation.views import WalkingView
+from motionenv.envs.vector import SimulatedTrackingVector
 
 
 def walker_world(
@@ -29,7 +32,7 @@ def walker_world(
     return picture_world(n, direct, motion=motion, scored={}, **arguments)
 
 
-class WalkerTracking(PictureTracking):
+class WalkerTracking(SimulatedTracking):
     """Tracking the pose of a walking person in images.
 
     ## Description
@@ -128,7 +131,10 @@ class WalkerTracking(PictureTracking):
     make_world = staticmethod(walker_world)
 
 
-class WalkerTrackingVector(PictureTrackingVector):
-    """`num_envs` copies of `WalkerTracking`, rendered in batches: see `PictureTrackingVector`."""
+class WalkerTrackingVector(SimulatedTrackingVector):
+    """`num_envs` copies of `WalkerTracking`, rendered in batches by `threads` threads, None is one per core.
 
-    make_world = staticmethod(walker_world)
+    The other arguments are those of `SimulatedTrackingVector` and of `WalkerTracking`.
+    """
+
+    make_world = staticmethod(partial(walker_world, threads=None))

@@ -34,10 +34,7 @@ _RESAMPLED = 2000  # bootstrap samples
 
 
 def agent_of(name: str) -> Callable[[Any], Agent]:
-    """The factory (env) -> agent with a name.
-
-    Args:
-        name: one of `AGENTS`, or "module:factory".
+    """The factory (env) -> agent with a `name`: one of `AGENTS`, or "module:factory".
 
     Raises:
         MotionError: there is none.
@@ -49,8 +46,7 @@ def agent_of(name: str) -> Callable[[Any], Agent]:
         return getattr(import_module(module), factory)
     except (ImportError, AttributeError, ValueError) as error:
         raise MotionError(
-            f"agent must be one of {', '.join(AGENTS)}, or module:factory, a callable that takes the environment; got "
-            f"{name!r} ({error})"
+            f"agent must be one of {', '.join(AGENTS)}, or module:factory for factory(env), got {name!r} ({error})"
         ) from None
 
 
@@ -77,9 +73,8 @@ def score(
     episodes = checked_whole(episodes, "episodes", 1)
     make, name = (agent_of(agent), agent) if isinstance(agent, str) else (agent, getattr(agent, "__name__", "agent"))
     began, parts = time.perf_counter(), []
-    env = gymnasium.make_vec(
-        task, num_envs=min(episodes, _TOGETHER), vectorization_mode="vector_entry_point", **changed
-    )
+    n = min(episodes, _TOGETHER)
+    env = gymnasium.make_vec(task, num_envs=n, vectorization_mode="vector_entry_point", **changed)
     player = make(env)
     for first in range(0, episodes, n):
         parts.append(evaluate(env, player, min(n, episodes - first), seed=FIRST_SEED + first))
@@ -98,6 +93,6 @@ def score(
 
 
 def interval(values: np.ndarray) -> list[float]:
-    """The 95 % bootstrap interval [low, high] of the mean of values (n,); the same values give the same interval."""
+    """The 95 % bootstrap interval [low, high] of the mean of `values` (n,), always the same."""
     drawn = np.random.default_rng(0).integers(len(values), size=(_RESAMPLED, len(values)))
     return np.percentile(values[drawn].mean(axis=1), [2.5, 97.5]).tolist()

@@ -1,0 +1,1 @@
+"""Agents that are trained for the named tasks: networks by imitation, and PPO."""

@@ -1,0 +1,69 @@
+"""Train a network for a task by imitation, on episodes of split "train".
+
+Observations are the inputs, `truth()` gives the targets, and the loss is what the environment charges. Actions never
+change what is seen, so those of these episodes don't matter. An agent that is evaluated has no `truth()`.
+"""
+
+import time
+
+import gymnasium
+import numpy as np
+import torch
+
+from benchmarks.envs.tasks.networks import Network
+
+RATE, LEAST = 3e-3, 1e-5  # learning rate at first and at last, as a cosine over the time
+CHUNK = 30  # frames between updates
+SCORED = {"ArmTracking": [6, 8]}
+
+
+def watched(env, network: Network, scored) -> tuple[torch.Tensor, torch.Tensor]:
+    """Inputs (frames, n, ...) and true joints (frames, n, joints, 3) of an episode of each environment."""
+    observation, _ = env.reset()
+    nothing = np.zeros(env.action_space.shape, np.float32)
+    inputs, truths, over = [], [], False
+    while not over:
+        inputs.append(network.inputs(observation))
+        truths.append([truth["joints"][scored] for truth in env.unwrapped.truth()])
+        observation, _, _, truncated, _ = env.step(nothing)
+        over = truncated.all()
+    return torch.stack(inputs), torch.from_numpy(np.array(truths, np.float32))
+
+
+def imitate(task: str, remembers: bool, minutes: float, seed: int = 0) -> Network:
+    """A network that has learned for so many minutes of one core's time.
+
+    Args:
+        task: an id.
+        remembers: whether it is recurrent.
+        minutes: of training, episodes included.
+        seed: of the network and the episodes.
+    """
+    torch.manual_seed(seed)
+    torch.set_num_threads(1)
+    n = 128 if "Marker" in task else 32
+    env = gymnasium.make_vec(task, num_envs=n, split="train", autoreset_mode="Disabled")
+    env.reset(seed=seed)
+    network = Network(env, remembers)
+    scored = next((joints for name, joints in SCORED.items() if name in task), slice(None))
+    optimiser = torch.optim.Adam(network.parameters(), lr=RATE)
+    began, frames, shown = time.process_time(), 0, 0.0
+    while (done := (time.process_time() - began) / (60 * minutes)) < 1.0:
+        for group in optimiser.param_groups:
+            group["lr"] = RATE * 0.5 * (1 + np.cos(np.pi * done)) + LEAST
+        inputs, truths = watched(env, network, scored)
+        state = None
+        for first in range(0, len(inputs), CHUNK):
+            joints, state = network(inputs[first : first + CHUNK], state)
+            loss = torch.linalg.norm(joints - truths[first : first + CHUNK], dim=-1).mean()
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+            optimiser.step()
+            state = None if state is None else state.detach()
+        frames += inputs.shape[0] * n
+        if done >= shown:
+            print(f"  {task} {60 * minutes * done:4.0f} s, {frames:9,} frames: {1000 * loss.item():.0f} mm", flush=True)
+            shown += 0.25
+    env.close()
+    return network.eval()
