@@ -11,7 +11,7 @@ same calls return the same batches. Arrays are new, contiguous and writable: `to
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
@@ -34,6 +34,9 @@ class Asynchronous:
     """
 
     world: World
+    _restart: Callable[[int | Sequence[int | None] | None], None]  # seeds all, and marks them for a new episode
+    _runnable: Callable[[np.ndarray], np.ndarray]  # which of some will be restarted; raises if some can't be stepped
+    _advance: Callable[[np.ndarray, np.ndarray], Step]  # steps some, ascending, with actions (num_envs, ...)
 
     def __init__(self, num_envs: int, batch_size: int | None):
         self.batch_size = num_envs if batch_size is None else checked_whole(batch_size, "batch_size", 1, num_envs)
@@ -130,15 +133,3 @@ class Asynchronous:
         self._batches.clear()
         self._waiting.clear()
         self._away[:] = False
-
-    def _restart(self, seed) -> None:
-        """Seed all sub-environments, and mark them for a new episode."""
-        raise NotImplementedError
-
-    def _runnable(self, ids: np.ndarray) -> np.ndarray:
-        """Which of `ids` will be restarted; raises `ResetNeeded` for those that can't be stepped."""
-        raise NotImplementedError
-
-    def _advance(self, actions: np.ndarray, chosen: np.ndarray) -> Step:
-        """Step the sub-environments `chosen`, ascending, with `actions` (num_envs, ...)."""
-        raise NotImplementedError

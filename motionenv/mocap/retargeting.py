@@ -22,8 +22,8 @@ def retarget(
     """Fit the 25-DOF body to captured joints or markers, of a whole body or of a part of it.
 
     Args:
-        markers: captured points (frames, points, 3) [m]; or a motion, which is already on the body: it is returned as it
-            is, or on another `skeleton` with the same joint angles, its path scaled by the length of the legs.
+        markers: captured points (frames, points, 3) [m]; or a motion, which is already on the body: it is returned as
+            it is, or on another `skeleton` with the same joint angles, its path scaled by the length of the legs.
         marker_map: which points are which landmarks: a map, or the name of a marker set, such as "plug-in-gait". None
             takes the set of which the most landmarks are there.
         skeleton: the body to use; None measures the person's limbs.
