@@ -54,7 +54,7 @@ class Asynchronous:
         Raises:
             MotionError: a wrong number of seeds, or environments that have been sent and not received.
         """
-        self.check_received("async_reset")
+        self._check_received("async_reset")
         self._restart(seed)
         n, shape = len(self._away), self.world.action_space.shape
         self._queue(np.arange(n), np.zeros((n, *shape)))
@@ -72,10 +72,9 @@ class Asynchronous:
             ResetNeeded: before the first `async_reset` or `reset`, or, in DISABLED mode, after the end of an episode.
         """
         ids = np.arange(len(self._away)) if env_id is None else np.asarray(env_id)
-        if ids.dtype.kind not in "iu" or ids.ndim != 1 or len(np.unique(ids)) < len(ids):
-            raise MotionError(f"env_id must be different whole numbers (k,), got {env_id!r}")
-        if not ((ids >= 0) & (ids < len(self._away))).all():
-            raise MotionError(f"env_id must be from 0 to {len(self._away) - 1}, got {ids.tolist()}")
+        known = ids.dtype.kind in "iu" and ids.ndim == 1 and len(np.unique(ids)) == len(ids)
+        if not (known and ((ids >= 0) & (ids < len(self._away))).all()):
+            raise MotionError(f"env_id must be different whole numbers from 0 to {len(self._away) - 1}, got {env_id!r}")
         if self._away[ids].any():
             raise MotionError(f"environments {ids[self._away[ids]].tolist()} have been sent: call recv() first")
         ended = self._runnable(ids)
@@ -99,15 +98,8 @@ class Asynchronous:
         observed, rewards, terminated, truncated, infos = batch.result()
         return observed, rewards, terminated, truncated, {**infos, "env_id": ids}
 
-    def check_received(self, what: str) -> None:
-        """Raise if environments have been sent and not received.
-
-        Args:
-            what: what was asked for, for the message.
-
-        Raises:
-            MotionError: there are some.
-        """
+    def _check_received(self, what: str) -> None:
+        """Refuse `what` while environments have been sent and not received."""
         if self._away.any():
             away = np.flatnonzero(self._away).tolist()
             raise MotionError(f"no {what} while environments {away} are stepped in the background: recv() them first")
