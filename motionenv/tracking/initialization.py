@@ -17,7 +17,7 @@ import numpy as np
 from motionenv._core.validation import checked_fps, checked_whole, random_generator
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import CameraLikelihood
+from motionenv.likelihoods.protocols import CameraLikelihood, apparent
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
 from motionenv.tracking.priors.base import Start, systematic
@@ -44,12 +44,13 @@ SPREAD = np.concatenate([np.full(3, 0.03), np.full(3, 0.05), np.full(19, 0.08)])
 
 @dataclass(frozen=True, eq=False)
 class _Hypotheses:
-    """N hypotheses: gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m] at the start."""
+    """N hypotheses: gait index, time in the gait [s], heading [rad], ground position (N, 2) [m] at the start, and size."""
 
     gait: np.ndarray
     moment: np.ndarray
     heading: np.ndarray
     place: np.ndarray
+    size: np.ndarray
 
     def take(self, which: np.ndarray) -> "_Hypotheses":
         return _Hypotheses(*(getattr(self, f.name)[which] for f in fields(self)))
@@ -71,6 +72,7 @@ def automatic_start(
     n: int = 10_000,
     candidates: int = 64,
     model: WalkingModel | str = "walk/fpca",
+    size: float = 0.0,
     seed=None,
 ) -> Start:
     """Estimate candidates for the first pose from the first images.
@@ -83,10 +85,11 @@ def automatic_start(
         n: number of hypotheses, at least 100.
         candidates: number of poses to return, equally weighted; likelier poses are repeated.
         model: `WalkingModel` of the hypotheses, or its name or path.
+        size: standard deviation of the log of the body's size relative to the likelihood's skeleton; 0 if it is known.
         seed: int or Generator.
 
     Returns:
-        Candidate poses of the first frame, each with the pose one frame earlier.
+        Candidate poses of the first frame, each with the pose one frame earlier and the body's height.
 
     Raises:
         MotionError: no observations, no foreground in the first image, or an argument out of range.
@@ -100,15 +103,16 @@ def automatic_start(
     pictures = [(i / fps, seen) for i, seen in enumerate(_observed(likelihood, observations)) if i in chosen]
     box = bounding_box(pictures[0][1].foreground)
     bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
-    walkers = _random_hypotheses(bank, likelihood, box, n, rng)
+    walkers = _random_hypotheses(bank, likelihood, box, n, size, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
-        drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some), _KEPT * n, n, rng))
-        walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, rng)
-    scores = _scores(bank, walkers, pictures)
+        drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some, size), _KEPT * n, n, rng))
+        walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, size, rng)
+    scores = _scores(bank, walkers, pictures, size)
     best = walkers.take(_tempered_draw(scores, max(2.0, 0.5 * _KEPT * n), candidates, rng))
     poses = _poses(bank, best, 0.0)
-    return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD)
+    heights = likelihood.skeleton.height * best.size
+    return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD, heights)
 
 
 def bounding_box(foreground: np.ndarray) -> np.ndarray:
@@ -150,17 +154,19 @@ def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, r
 
 
 def _random_hypotheses(
-    bank: _Bank, likelihood: CameraLikelihood, box: np.ndarray, n: int, rng: np.random.Generator
+    bank: _Bank, likelihood: CameraLikelihood, box: np.ndarray, n: int, size: float, rng: np.random.Generator
 ) -> _Hypotheses:
     """`n` hypotheses with random gait, phase and heading, placed to match the bounding box."""
     moment = 0.1 + rng.random(n) * (_SPARE - 1.0)
     heading = 2 * np.pi * (np.arange(n) + rng.random(n)) / n
-    walkers = _Hypotheses(rng.integers(len(bank.cycles), size=n), moment, heading, np.zeros((n, 2)))
+    gait, sizes = rng.integers(len(bank.cycles), size=n), np.exp(size * rng.standard_normal(n)) if size else np.ones(n)
+    walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes)
     camera = likelihood.camera
     place = np.broadcast_to(_initial_position(camera, likelihood.skeleton, box), (n, 2))
     for _ in range(_SETTLED):
         walkers = replace(walkers, place=place)
-        place = place + _placement_shift(camera, limb_segments(_poses(bank, walkers, 0.0), likelihood.skeleton), box)
+        seen = apparent(_poses(bank, walkers, 0.0), sizes, camera)
+        place = place + sizes[:, None] * _placement_shift(camera, limb_segments(seen, likelihood.skeleton), box)
     away = (place - camera.centre[:2]) @ _horizontal_unit(camera.R[2, :2])
     return replace(walkers, place=place + np.maximum(_NEAREST - away, 0.0)[:, None] * _horizontal_unit(camera.R[2, :2]))
 
@@ -203,7 +209,8 @@ def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
     first = at.astype(int)
     share = (at - first)[:, None]
     poses = (1 - share) * bank.poses[walkers.gait, first] + share * bank.poses[walkers.gait, first + 1]
-    x, y = (poses[:, :2] - began).T
+    x, y = (walkers.size[:, None] * (poses[:, :2] - began)).T
+    poses[:, 2] *= walkers.size
     c, s = np.cos(walkers.heading), np.sin(walkers.heading)
     poses[:, 0], poses[:, 1] = walkers.place[:, 0] + c * x - s * y, walkers.place[:, 1] + s * x + c * y
     poses[:, 5] += walkers.heading
@@ -218,11 +225,15 @@ def _observed(likelihood: CameraLikelihood, observations: Sequence[Mapping[str, 
         yield deepcopy(seeing)
 
 
-def _scores(bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]]) -> np.ndarray:
-    """Log-likelihood (n,) of the images, given as (seconds after the first, likelihood that has observed it)."""
-    total = np.zeros(len(walkers.moment))
+def _scores(
+    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]], size: float
+) -> np.ndarray:
+    """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and `size`."""
+    total = -0.5 * (np.log(walkers.size) / size) ** 2 if size else np.zeros(len(walkers.moment))
     for seconds, likelihood in pictures:
-        total += np.nan_to_num(likelihood.log_likelihood(_poses(bank, walkers, seconds)), nan=-1e9, neginf=-1e9)
+        seen = _poses(bank, walkers, seconds)
+        seen = apparent(seen, walkers.size, likelihood.camera) if size else seen
+        total += np.nan_to_num(likelihood.log_likelihood(seen), nan=-1e9, neginf=-1e9)
     return total
 
 
@@ -238,7 +249,7 @@ def _tempered_draw(scores: np.ndarray, effective: float, n: int, rng: np.random.
 
 
 def _perturbed(
-    bank: _Bank, walkers: _Hypotheses, camera: Camera, share: float, rng: np.random.Generator
+    bank: _Bank, walkers: _Hypotheses, camera: Camera, share: float, size: float, rng: np.random.Generator
 ) -> _Hypotheses:
     """Hypotheses with `share` of the first round's noise; some jump to ambiguous alternatives."""
     n = len(walkers.moment)
@@ -251,4 +262,6 @@ def _perturbed(
     heading = np.where(what < _EXCHANGED, 2 * across - walkers.heading, walkers.heading)
     heading += share * _HEADING * rng.standard_normal(n)
     place = walkers.place + share * _PLACE * rng.standard_normal((n, 2))
-    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place)
+    grown = np.exp(share * 0.5 * size * rng.standard_normal(n)) if size else np.ones(n)
+    place = camera.centre[:2] + grown[:, None] * (place - camera.centre[:2])  # looks as tall as before
+    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size)

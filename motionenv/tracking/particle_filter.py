@@ -10,7 +10,7 @@ import numpy as np
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, Likelihood, log_nobody
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, CameraLikelihood, Likelihood, apparent, log_nobody
 from motionenv.tracking.priors.base import Prior, Start, State, systematic
 from motionenv.types import Skeleton
 
@@ -64,11 +64,13 @@ class Belief:
         """Expected marker positions (15, 3) [m]; more accurate than the markers of the mean pose.
 
         Args:
-            skeleton: the body.
+            skeleton: the prior's; particles with a size of their own are scaled.
         """
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
-        return np.einsum("n,nij->ij", weights / weights.sum(), markers(self.poses[some], skeleton))
+        joints, roots = markers(self.poses[some], skeleton), self.poses[some, None, :3]
+        joints = roots + getattr(self.state, "sizes", np.ones(self.state.poses.shape[0]))[some, None, None] * (joints - roots)
+        return np.einsum("n,nij->ij", weights / weights.sum(), joints)
 
 
 class ParticleFilter:
@@ -126,6 +128,7 @@ class ParticleFilter:
             )
         self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
         self.resample, self.layers, self.hidden = resample, int(layers), hidden
+        self._sized = getattr(prior, "size", 0.0) > 0
         self._rng = random_generator(seed)
         self._state: Any = None
 
@@ -162,7 +165,7 @@ class ParticleFilter:
         evidence, lost = self._updated()
         self._lost = self._lost + 1 if lost else 0
         if isinstance(self.likelihood, AdaptiveLikelihood) and not (lost or recovered):
-            self.likelihood.learn(self._state.poses, self._log_weights)
+            self.likelihood.learn(self._looks(), self._log_weights)
         effective = float(1 / np.exp(2 * self._log_weights).sum())
         return Belief(self._state, self._log_weights.copy(), effective, evidence, lost, recovered)
 
@@ -199,14 +202,18 @@ class ParticleFilter:
 
     def _scored(self) -> np.ndarray:
         """Log-likelihoods (N,) of the particles, or of `state`; minus infinity instead of NaN."""
-        poses = self._state.poses
-        if not np.isfinite(poses).all():
+        if not np.isfinite(self._state.poses).all():
             raise MotionError(
                 f"{type(self.prior).__name__} proposed a pose that isn't finite: check its model and the start"
             )
-        scores = np.asarray(self.likelihood.log_likelihood(poses), dtype=np.float64)
+        scores = np.asarray(self.likelihood.log_likelihood(self._looks()), dtype=np.float64)
         scores = np.where(np.isnan(scores) | (scores == np.inf), -np.inf, scores)
         return np.logaddexp(np.log1p(-self.hidden) + scores, self._floor) if np.isfinite(self._floor) else scores
+
+    def _looks(self) -> np.ndarray:
+        """The particles' poses (N, 25), at the distance at which bodies of the likelihood's skeleton look like them."""
+        state = self._state
+        return apparent(state.poses, state.sizes, self.likelihood.camera) if self._sized else state.poses
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
         """Multiply the weights by the likelihood (N,); returns the log evidence."""

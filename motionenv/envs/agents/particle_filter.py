@@ -17,6 +17,7 @@ from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
+_SIZE = 0.07  # standard deviation of the log of a body's size
 _LOOK = 10  # frames from which the automatic start is made, once there are as many
 
 
@@ -76,7 +77,7 @@ class TrackingAgent:
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
         check_options(n, **options)
-        self._prior = FPCAPrior(fps=self._actions.env.world.fps) if prior is None else prior
+        self._prior = FPCAPrior(fps=self._actions.env.world.fps, size=_SIZE) if prior is None else prior
         self._likelihood, self._start, self._threads = likelihood, start, threads
         self._n, self._options = n, options
         self._rng = random_generator(seed)
@@ -165,8 +166,7 @@ class _Track:
         seen = len(self._waiting)
         again = self._waiting if seen in (1, _LOOK) else [observation]  # once more from the first, now knowing more
         if len(again) == seen:
-            model = cast(CameraLikelihood, self.likelihood)
-            self.filter.start(automatic_start(model, again, fps=self.filter.prior.fps, seed=self._rng))
+            self.filter.start(self._searched(again))
         if seen == _LOOK:
             self._waiting = None
         for frame in again:
@@ -174,12 +174,16 @@ class _Track:
         assert self.belief is not None
         return self.belief
 
+    def _searched(self, observations: list) -> Start:
+        """A start from the pictures of successive frames."""
+        prior, model = self.filter.prior, cast(CameraLikelihood, self.likelihood)
+        size = getattr(prior, "size", 0.0)
+        return automatic_start(model, observations, fps=prior.fps, size=size, seed=self._rng)
+
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
         """A new start from one picture, or None where it shows nobody."""
         try:
-            return automatic_start(
-                cast(CameraLikelihood, self.likelihood), [observation], fps=self.filter.prior.fps, seed=self._rng
-            )
+            return self._searched([observation])
         except MotionError:
             return None
 
