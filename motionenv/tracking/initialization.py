@@ -38,19 +38,23 @@ _OTHER_GAIT = 0.3  # probability of switching the gait in each round
 _EXCHANGED = 0.1  # probability of swapping left and right, and of reflecting in depth
 # Standard deviations of the first round's noise: time [s], heading [rad], forward and sideways position [m].
 _MOMENT, _HEADING, _PLACE = 0.06, 0.25, 0.06
+_PACE, _PACES = 0.1, (0.6, 1.6)  # standard deviation of the log of a gait's pace, and least and greatest pace
 #: Standard deviations (25,) of a candidate's pose: positions [m], then angles [rad].
 SPREAD = np.concatenate([np.full(3, 0.03), np.full(3, 0.05), np.full(19, 0.08)])
 
 
 @dataclass(frozen=True, eq=False)
 class _Hypotheses:
-    """N hypotheses: gait index, time in the gait [s], heading [rad], ground position (N, 2) [m] at the start, and size."""
+    """N hypotheses: gait index, time in the gait [s], heading [rad], ground position (N, 2) [m] at the start, size and
+    pace relative to the gait's.
+    """
 
     gait: np.ndarray
     moment: np.ndarray
     heading: np.ndarray
     place: np.ndarray
     size: np.ndarray
+    pace: np.ndarray
 
     def take(self, which: np.ndarray) -> "_Hypotheses":
         return _Hypotheses(*(getattr(self, f.name)[which] for f in fields(self)))
@@ -148,7 +152,7 @@ def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, r
         raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(walking).__name__}")
     strides = walking.sample(_GAITS, seed=rng)
     walks = walking.walks(
-        seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0, height=skeleton.height
+        _PACES[1] * seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0, height=skeleton.height
     )
     return _Bank(np.asarray(walks.poses), strides.seconds)
 
@@ -160,7 +164,7 @@ def _random_hypotheses(
     moment = 0.1 + rng.random(n) * (_SPARE - 1.0)
     heading = 2 * np.pi * (np.arange(n) + rng.random(n)) / n
     gait, sizes = rng.integers(len(bank.cycles), size=n), np.exp(size * rng.standard_normal(n)) if size else np.ones(n)
-    walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes)
+    walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes, np.exp(_PACE * rng.standard_normal(n)))
     camera = likelihood.camera
     place = np.broadcast_to(_initial_position(camera, likelihood.skeleton, box), (n, 2))
     for _ in range(_SETTLED):
@@ -204,7 +208,7 @@ def _horizontal_unit(direction: np.ndarray) -> np.ndarray:
 
 def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
     """Poses (n, 25) of the hypotheses `seconds` after the first image."""
-    at = np.clip((walkers.moment + seconds) * _BANK_FPS, 0, bank.poses.shape[1] - 1.001)
+    at = np.clip((walkers.moment + seconds * walkers.pace) * _BANK_FPS, 0, bank.poses.shape[1] - 1.001)
     began = bank.poses[walkers.gait, np.floor(walkers.moment * _BANK_FPS).astype(int), :2]
     first = at.astype(int)
     share = (at - first)[:, None]
@@ -264,4 +268,5 @@ def _perturbed(
     place = walkers.place + share * _PLACE * rng.standard_normal((n, 2))
     grown = np.exp(share * 0.5 * size * rng.standard_normal(n)) if size else np.ones(n)
     place = camera.centre[:2] + grown[:, None] * (place - camera.centre[:2])  # looks as tall as before
-    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size)
+    pace = np.clip(walkers.pace * np.exp(0.5 * share * _PACE * rng.standard_normal(n)), *_PACES)
+    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size, pace)

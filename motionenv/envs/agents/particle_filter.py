@@ -18,7 +18,7 @@ from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
 _SIZE = 0.07  # standard deviation of the log of a body's size
-_LOOK = 10  # frames from which the automatic start is made, once there are as many
+_LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
 
 def truth_start(env: Any, slot: int) -> Start:
@@ -164,10 +164,10 @@ class _Track:
             return self.belief
         self._waiting.append(observation)
         seen = len(self._waiting)
-        again = self._waiting if seen in (1, _LOOK) else [observation]  # once more from the first, now knowing more
-        if len(again) == seen:
+        again = self._waiting if seen in _LOOKS else [observation]  # once more from the first, now knowing more
+        if seen in _LOOKS:
             self.filter.start(self._searched(again))
-        if seen == _LOOK:
+        if seen == _LOOKS[-1]:
             self._waiting = None
         for frame in again:
             self.belief = self.filter.step(**frame)

@@ -34,7 +34,7 @@ _MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = 1.5, 2.0, 0.5, 20.0  # [s] c
 _PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
 _WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
-_TURNING = 0.01  # [rad] per frame at 30 frames/s
+_TURNING = 0.03  # [rad] per frame at 30 frames/s
 _SHAPED = np.array([2, 3, 4, *range(6, 25)])  # pose entries that components and δ determine
 # Standard deviations of δ [m, rad]: about the residuals of held-out people with eight components.
 _REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
