@@ -10,7 +10,7 @@ import numpy as np
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, CameraLikelihood, Likelihood, apparent, log_nobody
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, Likelihood, apparent, log_nobody
 from motionenv.tracking.priors.base import Prior, Start, State, systematic
 from motionenv.types import Skeleton
 
@@ -69,7 +69,9 @@ class Belief:
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
         joints, roots = markers(self.poses[some], skeleton), self.poses[some, None, :3]
-        joints = roots + getattr(self.state, "sizes", np.ones(self.state.poses.shape[0]))[some, None, None] * (joints - roots)
+        joints = roots + getattr(self.state, "sizes", np.ones(self.state.poses.shape[0]))[some, None, None] * (
+            joints - roots
+        )
         return np.einsum("n,nij->ij", weights / weights.sum(), joints)
 
 

@@ -17,6 +17,8 @@ from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
+_SEARCHED = 4000  # hypotheses of an automatic start
+_NEAR = 2.5  # [m] farthest from where they were lost that people are found again
 _SIZE = 0.07  # standard deviation of the log of a body's size
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
@@ -140,19 +142,23 @@ class TrackingAgent:
             _check_moves_an_arm(prior, start)
         rng = self._rng.spawn(1)[0]
         track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
-        return _Track(track, start, rng)
+        walks = not self._actions.arm and hasattr(type(likelihood), "foreground")
+        return _Track(track, start, walks, rng)
 
 
 class _Track:
-    """One episode: a filter, and its first pose; None searches for it, with the generator `rng`."""
+    """One episode: a filter, and its first pose; None searches for it, with the generator `rng`.
 
-    def __init__(self, tracker: ParticleFilter, start: Start | None, rng: np.random.Generator):
+    A walker who is lost is searched for, too.
+    """
+
+    def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng: np.random.Generator):
         self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None
-        self._rng = rng
+        self._rng, self._given = rng, start is not None
         self._waiting: list[dict[str, np.ndarray]] | None = [] if start is None else None
         if start is not None:
             tracker.start(start)
-        else:
+        if walks:
             tracker.restart = self._found
 
     belief: Belief | None
@@ -166,7 +172,10 @@ class _Track:
         seen = len(self._waiting)
         again = self._waiting if seen in _LOOKS else [observation]  # once more from the first, now knowing more
         if seen in _LOOKS:
-            self.filter.start(self._searched(again))
+            start = self._searched(again)
+            if hasattr(self.likelihood, "forget"):
+                self.likelihood.forget()  # what was learned beside a body elsewhere
+            self.filter.start(start)
         if seen == _LOOKS[-1]:
             self._waiting = None
         for frame in again:
@@ -178,14 +187,19 @@ class _Track:
         """A start from the pictures of successive frames."""
         prior, model = self.filter.prior, cast(CameraLikelihood, self.likelihood)
         size = getattr(prior, "size", 0.0)
-        return automatic_start(model, observations, fps=prior.fps, size=size, seed=self._rng)
+        return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=size, seed=self._rng)
 
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
-        """A new start from one picture, or None where it shows nobody."""
+        """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
         try:
-            return self._searched([observation])
+            found = self._searched([observation])
         except MotionError:
             return None
+        if not self._given or self.belief is None:
+            return found
+        # A head above a bush looks like somebody far away.
+        away = np.hypot(*(found.poses - self.belief.mean)[:, :2].T)
+        return found if np.median(away) < _NEAR else None
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:

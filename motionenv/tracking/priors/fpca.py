@@ -30,7 +30,12 @@ from motionenv.tracking.priors.base import Start
 from motionenv.types import POSE, Skeleton
 
 _PHASES = 256  # phases per cycle at which the model is tabulated
-_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = 1.5, 2.0, 0.5, 20.0  # [s] correlation times of scores, pace, δ, size
+_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = (
+    1.5,
+    2.0,
+    0.5,
+    20.0,
+)  # [s] correlation times of scores, pace, δ, size
 _PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
 _WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
