@@ -2,12 +2,13 @@
 
 Run: motionenv bench tracking.agent [--episodes 60] [--split eval] [--processes 2] [--only NAME]
 
-The agent is as the library makes it: it doesn't know the body, nor the first pose where "automatic" is said. Depth is the
-distance between the estimated and the true pelvis along the camera's axis; frames/s includes the searches for the start.
-"Kept" are episodes whose error over the last ten estimates is below 300 mm. Beside it stands ConstantVelocity, a
-silhouette's centre and height with the mean pose, which assumes that people walk along x at y = 0. "Anywhere" turns each
-walker's path by any angle and moves it by up to 1 m to either side in x and y. Settings were chosen on split "train"
-with seeds from 0; these are split "eval" and seeds from 5,000. Intervals are 95 %, by episodes.
+The agent is as the library makes it: it doesn't know the body, nor the first pose where "automatic" is said. Depth is
+the distance between the estimated and the true pelvis along the camera's axis; frames/s are CPU time of one thread and
+include the searches for the start. "Kept" are episodes whose error over the last ten estimates is below 300 mm. Beside
+it stands ConstantVelocity, a silhouette's centre and height with the mean pose, which assumes that people walk along x
+at y = 0. "Anywhere" turns each walker's path by any angle and moves it by up to 1 m to either side in x and y. Settings
+were chosen on split "train" with seeds from 0; these are split "eval" and seeds from 5,000. Intervals are 95 %, by
+episodes.
 """
 
 import argparse
@@ -39,7 +40,8 @@ class Anywhere(WalkingView):
     def place(self, poses, body, rng) -> Placed:
         """As `View.place`."""
         super().place(poses, body, rng)
-        turn, (c, s) = (angle := rng.uniform(-np.pi, np.pi)), (np.cos(angle), np.sin(angle))
+        turn = rng.uniform(-np.pi, np.pi)
+        c, s = np.cos(turn), np.sin(turn)
         poses[:, :2] = poses[:, :2] @ np.array([[c, s], [-s, c]])
         poses[:, 5] += turn
         placed = super().place(poses, body, rng)
@@ -76,7 +78,8 @@ def play(asked: tuple[str, str, int, int, bool]) -> tuple[np.ndarray, np.ndarray
 
 def cell(found: list[float], form: str) -> str:
     """A value and its interval."""
-    return "{0} ({1}–{2})".format(*(form.format(x) for x in found))
+    value, low, high = (form.format(x) for x in found)
+    return f"{value} ({low}–{high})"
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def log_nobody(likelihood: Likelihood, pose: np.ndarray) -> float:
 
 
 def apparent(poses: np.ndarray, sizes: np.ndarray, camera: Camera) -> np.ndarray:
-    """Poses (N, 25) in which bodies of a likelihood's skeleton look as they would in `poses` if they were of other size.
+    """Poses (N, 25) in which bodies of the likelihood's size look like bodies of other `sizes` in `poses`.
 
     Scaling a body and its distance from the camera alike changes no picture, except of depths.
 

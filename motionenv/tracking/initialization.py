@@ -45,8 +45,10 @@ SPREAD = np.concatenate([np.full(3, 0.03), [0.05, 0.05, 0.12], np.full(19, 0.08)
 
 @dataclass(frozen=True, eq=False)
 class _Hypotheses:
-    """N hypotheses: gait index, time in the gait [s], heading [rad], ground position (N, 2) [m] at the start, size and
-    pace relative to the gait's.
+    """N hypotheses.
+
+    Gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m] at the start; body size relative to
+    the likelihood's, and pace relative to the gait's.
     """
 
     gait: np.ndarray

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -69,9 +69,8 @@ class Belief:
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
         joints, roots = markers(self.poses[some], skeleton), self.poses[some, None, :3]
-        joints = roots + getattr(self.state, "sizes", np.ones(self.state.poses.shape[0]))[some, None, None] * (
-            joints - roots
-        )
+        if hasattr(self.state, "sizes"):
+            joints = roots + self.state.sizes[some, None, None] * (joints - roots)
         return np.einsum("n,nij->ij", weights / weights.sum(), joints)
 
 
@@ -104,6 +103,10 @@ class ParticleFilter:
         hidden: prior probability that the person is occluded in a frame; 0 disables the occlusion model.
         restart: called with an observation when the track is lost; returns a new start, or None to continue.
         seed: int or Generator; the result doesn't depend on the number of threads.
+
+    **Body size.** If the prior has a `size` above 0 (see `FPCAPrior`), each particle has a size of its own, relative to
+    the skeleton. Silhouettes and colours of a small body nearby are those of a large one far away, so the likelihood is
+    asked about the latter; what differs is where the feet stand.
 
     Raises:
         MotionError: an argument out of range, or a prior and a likelihood for bodies of different heights.
@@ -214,8 +217,11 @@ class ParticleFilter:
 
     def _looks(self) -> np.ndarray:
         """The particles' poses (N, 25), at the distance at which bodies of the likelihood's skeleton look like them."""
-        state = self._state
-        return apparent(state.poses, state.sizes, self.likelihood.camera) if self._sized else state.poses
+        if not self._sized:
+            return self._state.poses
+        if not getattr(self.likelihood, "silhouettes", True):
+            raise MotionError("depths can't be tracked with a prior of unknown body size: give it size=0")
+        return apparent(self._state.poses, self._state.sizes, cast(CameraLikelihood, self.likelihood).camera)
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
         """Multiply the weights by the likelihood (N,); returns the log evidence."""
