@@ -10,7 +10,7 @@ import numpy as np
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, Likelihood, apparent, log_nobody
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, CameraLikelihood, Likelihood, apparent, log_nobody
 from motionenv.tracking.priors.base import Prior, Start, State, systematic
 from motionenv.types import Skeleton
 
