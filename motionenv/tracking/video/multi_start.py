@@ -149,7 +149,7 @@ def exchanged(start: Start) -> Start:
     Args:
         start: any.
     """
-    return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread)
+    return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
 def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> float:
