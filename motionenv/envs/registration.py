@@ -7,6 +7,7 @@ ENVIRONMENTS = {
     "motionenv/WalkerTracking-v0": "motionenv.envs.walker:WalkerTracking",
     "motionenv/MarkerTracking-v0": "motionenv.envs.markers:MarkerTracking",
     "motionenv/ArmTracking-v0": "motionenv.envs.arm:ArmTracking",
+    "motionenv/ActiveTracking-v0": "motionenv.envs.active.tracking:ActiveTracking",
 }
 
 
