@@ -13,10 +13,11 @@ class Policy:
     Args:
         env: ActiveTracking, single or vector.
         seed: of particles and of whatever else is random.
+        particles: per person.
     """
 
-    def __init__(self, env, seed: int = 0):
-        self.beliefs, self.scene = Beliefs(env, seed=seed), env.unwrapped.world.scene
+    def __init__(self, env, seed: int = 0, particles: int = 256):
+        self.beliefs, self.scene = Beliefs(env, particles, seed), env.unwrapped.world.scene
         self.rng = np.random.default_rng(seed)
 
     def reset(self, observation, began=None) -> None:
@@ -101,4 +102,5 @@ class Myopic(Planner):
     seconds = 0.6
 
 
-POLICIES = {c.__name__.lower(): c for c in (Policy, Random, Sweep, Greedy, Myopic, Planner)}
+#: By name.
+POLICIES = {"still": Policy, "random": Random, "sweep": Sweep, "greedy": Greedy, "myopic": Myopic, "planner": Planner}

@@ -136,8 +136,8 @@ def look(slots, keys, time, cameras, pillars, bodies, hues, noise, points, seen,
     """Detect people with joints `bodies` (k, people, 15, 3) [m] and `hues` (n, people) [rad], for k `slots`.
 
     Fills `points` (n, people, 15, 2), `seen` (n, people, 15) and `colours` (n, people, 2), from left to right. `noise`
-    is that of points, of hues [rad] with the widest view, and the share of people that are missed. All randomness of a
-    frame comes from its key and number, in the same order for all points.
+    is that of points, of hues [rad] in the widest view, and the share of people that are missed. All randomness of a
+    frame comes from its key and number.
     """
     state, people = np.empty(1, dtype=np.uint64), bodies.shape[1]
     found, shown, tints = np.empty((people, 15, 2)), np.empty((people, 15), np.int8), np.empty(people)
@@ -148,23 +148,20 @@ def look(slots, keys, time, cameras, pillars, bodies, hues, noise, points, seen,
         for k in range(people):
             total, count = 0.0, 0
             for j in range(15):
-                u, v, _ = sight(camera, bodies[i, k, j, 0], bodies[i, k, j, 1], bodies[i, k, j, 2])
-                clear = inside(u, v) and not hidden(bodies[i, k, j, 0], bodies[i, k, j, 1], pillars[e])
-                u, v = (
-                    min(max(u + noise[0] * gaussian(state), -2.0), 2.0),
-                    min(max(v + noise[0] * gaussian(state), -2.0), 2.0),
-                )
-                shown[k, j], found[k, j, 0], found[k, j, 1] = clear, u, v
+                x, y, z = bodies[i, k, j, 0], bodies[i, k, j, 1], bodies[i, k, j, 2]
+                u, v, _ = sight(camera, x, y, z)
+                shown[k, j] = clear = inside(u, v) and not hidden(x, y, pillars[e])
+                found[k, j, 0] = min(max(u + noise[0] * gaussian(state), -2.0), 2.0)
+                found[k, j, 1] = min(max(v + noise[0] * gaussian(state), -2.0), 2.0)
                 if clear:
-                    total, count = total + u, count + 1
+                    total, count = total + found[k, j, 0], count + 1
             tints[k] = hues[e, k] + noise[1] * NARROW ** camera[2] * gaussian(state)
             if uniform(state) >= noise[2] and count >= _SEEN:
                 order[k] = total / count
-        ranks = np.argsort(order)
-        for d in range(people):
-            k = ranks[d]
+        for d, k in enumerate(np.argsort(order)):
             there = order[k] < np.inf
             colours[e, d, 0], colours[e, d, 1] = there * np.cos(tints[k]), there * np.sin(tints[k])
             for j in range(15):
                 seen[e, d, j] = there and shown[k, j]
-                points[e, d, j, 0], points[e, d, j, 1] = seen[e, d, j] * found[k, j, 0], seen[e, d, j] * found[k, j, 1]
+                for c in range(2):
+                    points[e, d, j, c] = seen[e, d, j] * found[k, j, c]

@@ -161,7 +161,7 @@ class ActiveWorld:
         body = self._bodies.positions(self._which[slots].ravel(), walks[:, 3], np.ones(len(walks)))
         c, s = np.cos(walks[:, 2, None]), np.sin(walks[:, 2, None])
         x, y = walks[:, :1] + c * body[..., 0] - s * body[..., 1], walks[:, 1:2] + s * body[..., 0] + c * body[..., 1]
-        return np.stack([x, y, body[..., 2]], axis=-1).reshape(len(slots), -1, len(MARKERS), 3)
+        return np.stack([x, y, body[..., 2]], axis=-1).reshape(len(slots), self.scene.people, len(MARKERS), 3)
 
     def _look(self, slots: np.ndarray) -> None:
         """Observe the current frames."""
