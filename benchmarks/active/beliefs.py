@@ -3,7 +3,8 @@
 import numpy as np
 
 from benchmarks.active.filter_kernel import renew, scatter, share, weigh
-from motionenv.envs.active.world import packed, walkers
+from motionenv.envs.active import packed
+from motionenv.envs.simulation.marker_world import fourier_walkers
 
 
 class Beliefs:
@@ -31,9 +32,9 @@ class Beliefs:
         m, k = particles, scene.people
         self._noise, self._motion = (
             (scene.noise, scene.colour_noise, scene.dropout),
-            (1 / (scene.turn_seconds * scene.fps), 1 / scene.fps),
+            scene.pace,
         )
-        train = walkers("train")
+        train = fourier_walkers("train")
         self._levels = (train.coefficients[:, 0, :, 2] / train.heights[:, None]).mean(axis=0)  # of the 15 markers
         self._rng, self._keys, self._time = np.random.default_rng(seed), np.zeros(n, np.uint64), np.zeros(n, np.intp)
         self.particles = np.zeros((n, k, m, 4))

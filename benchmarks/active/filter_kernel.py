@@ -9,9 +9,9 @@ from motionenv.envs.active.scene_kernel import (
     NARROW,
     OUTER,
     SPEEDS,
+    WIDE,
     appear,
     gaussian,
-    half_width,
     hidden,
     inside,
     restart,
@@ -70,7 +70,7 @@ def weigh(cameras, pillars, heights, hues, found, noise, particles, weights, uns
 @kernel
 def _match(camera, detection, height, noise, particles, weights) -> float:
     """Fill `weights` (1 + m,) of particles for a detection; returns their sum."""
-    z, m, half = detection[2] * height, len(particles), half_width(camera)
+    z, m, half = detection[2] * height, len(particles), WIDE * NARROW ** camera[2]
     x, y = _ground(camera, detection[0], detection[1], z)
     depth = sight(camera, x, y, z)[2]
     weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (MAST - z)  # ∫ likelihood dx dy
@@ -86,7 +86,7 @@ def _match(camera, detection, height, noise, particles, weights) -> float:
 @kernel
 def _ground(camera, u, v, z):
     """Where (x, y) [m] the ray through (u, v) meets the height z [m]; as far as the square reaches at most."""
-    half = half_width(camera)
+    half = WIDE * NARROW ** camera[2]
     cp, sp, ct, st = np.cos(camera[0]), np.sin(camera[0]), np.cos(camera[1]), np.sin(camera[1])
     ahead, down = ct + half * v * st, half * v * ct - st
     far = (MAST - z) / down if down > 0.0 else np.inf

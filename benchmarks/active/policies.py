@@ -60,7 +60,7 @@ class Greedy(Policy):
     A belief wider than `lost` [m] has no place to look at: then it turns at the rate of `Sweep`.
     """
 
-    wide, lost = 2.5, 3.0  # standard deviations in half the image
+    wide, lost = 2.5, 6.0  # standard deviations in half the image
 
     def commands(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """As `Policy.commands`."""
@@ -82,7 +82,7 @@ class Planner(Policy):
     pillars hide people; it takes them to walk straight on.
     """
 
-    seconds, particles, breadth, zooms = 4.0, 24, 8, (0.0, 0.5)
+    seconds, particles, breadth, zooms = 3.0, 24, 8, (0.0, 0.5)
 
     def commands(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """As `Policy.commands`."""

@@ -4,8 +4,8 @@ Run: python -m benchmarks.active.ppo ppo --minutes 8 --out ppo.pt
      python -m benchmarks.active.ppo recurrent --minutes 8 --out recurrent.pt
 
 Both leave the estimate to `Beliefs`, and learn the three commands of the camera on split "train". "ppo" sees a summary
-of the beliefs, which remember for it; "recurrent" sees only detections and camera, and must remember by itself. They decide
-every half second, as a camera with inertia averages away what is drawn anew in each frame.
+of the beliefs, which remember for it; "recurrent" sees only detections and camera, and must remember by itself. They
+decide every half second, as a camera with inertia averages away what is drawn anew in each frame.
 
 Needs PyTorch: pip install torch --index-url https://download.pytorch.org/whl/cpu
 """

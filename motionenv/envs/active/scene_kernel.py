@@ -97,12 +97,6 @@ def steer_all(slots, cameras, commands, dt) -> None:
 
 
 @part
-def half_width(camera) -> float:
-    """Half the width of the field of view at depth 1."""
-    return WIDE * NARROW ** camera[2]
-
-
-@part
 def sight(camera, x, y, z):
     """Image coordinates (u, v) and depth [m] of a point; u and v are 9 behind the camera."""
     cp, sp, ct, st = np.cos(camera[0]), np.sin(camera[0]), np.cos(camera[1]), np.sin(camera[1])
@@ -110,7 +104,7 @@ def sight(camera, x, y, z):
     depth = ct * ahead + st * up
     if depth < 0.3:
         return 9.0, 9.0, depth
-    scale = 1.0 / (depth * half_width(camera))
+    scale = 1.0 / (depth * WIDE * NARROW ** camera[2])
     return (sp * x - cp * y) * scale, (st * ahead - ct * up) * scale, depth
 
 
@@ -141,27 +135,21 @@ def look(slots, keys, time, cameras, pillars, bodies, hues, noise, points, seen,
     """
     state, people = np.empty(1, dtype=np.uint64), bodies.shape[1]
     found, shown, tints = np.empty((people, 15, 2)), np.empty((people, 15), np.int8), np.empty(people)
-    for i in range(len(slots)):
-        e = slots[i]
+    for i, e in enumerate(slots):
         restart(state, keys[e], time[e])
         order, camera = np.full(people, np.inf), cameras[e]
         for k in range(people):
-            total, count = 0.0, 0
             for j in range(15):
                 x, y, z = bodies[i, k, j, 0], bodies[i, k, j, 1], bodies[i, k, j, 2]
                 u, v, _ = sight(camera, x, y, z)
                 shown[k, j] = clear = inside(u, v) and not hidden(x, y, pillars[e])
-                found[k, j, 0] = min(max(u + noise[0] * gaussian(state), -2.0), 2.0)
-                found[k, j, 1] = min(max(v + noise[0] * gaussian(state), -2.0), 2.0)
-                if clear:
-                    total, count = total + found[k, j, 0], count + 1
+                found[k, j, 0] = clear * min(max(u + noise[0] * gaussian(state), -2.0), 2.0)
+                found[k, j, 1] = clear * min(max(v + noise[0] * gaussian(state), -2.0), 2.0)
+            count = shown[k].sum()
             tints[k] = hues[e, k] + noise[1] * NARROW ** camera[2] * gaussian(state)
             if uniform(state) >= noise[2] and count >= _SEEN:
-                order[k] = total / count
+                order[k] = found[k, :, 0].sum() / count
         for d, k in enumerate(np.argsort(order)):
-            there = order[k] < np.inf
+            there = np.int8(order[k] < np.inf)
             colours[e, d, 0], colours[e, d, 1] = there * np.cos(tints[k]), there * np.sin(tints[k])
-            for j in range(15):
-                seen[e, d, j] = there and shown[k, j]
-                for c in range(2):
-                    points[e, d, j, c] = seen[e, d, j] * found[k, j, c]
+            seen[e, d], points[e, d] = there * shown[k], there * found[k]

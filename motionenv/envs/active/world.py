@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,26 +12,21 @@ from scipy.special import i0e, i1e
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.envs.active.pictures import camera_of, draw
 from motionenv.envs.active.scene_kernel import INNER, OUTER, look, steer_all, wander
+from motionenv.envs.simulation.marker_world import WALKERS, fourier_walkers
 from motionenv.envs.simulation.motion_sources import SPLITS
 from motionenv.errors import MotionError
-from motionenv.models.eigenwalkers.batch import WalkerBatch, draw_walkers
-from motionenv.models.registry import load
 from motionenv.types import FPS_RANGE, MARKERS
 
 #: Positions in actions are in units of this length [m].
 REACH = 15.0
-#: Fourier walkers per split.
-WALKERS = 4096
 
 _LEAST, _MOST = 0.05, 10.0  # [m] standard deviations of beliefs
 _LIMITS = {
     "people": (1, 8), "pillars": (0, 24), "noise": (0.001, 0.2), "colour_noise": (0.01, 10), "dropout": (0, 0.9),
     "turn_seconds": (0.5, 1000), "effort": (0, 10), "fps": FPS_RANGE, "horizon": (1, 100_000),
 }  # fmt: skip
-_SMOOTH = 0.25  # [s] of a turn
-_RADII = (0.4, 1.0)  # [m] of pillars
-_APART = 0.25  # variation of hues, relative to their distance
-_TILT = -0.4  # [rad] of the camera at the start
+_SMOOTH, _TILT = 0.25, -0.4  # [s] of a turn, [rad] of the camera at the start
+_RADII, _APART = (0.4, 1.0), 0.25  # [m] of pillars, variation of hues relative to their distance
 
 
 @dataclass(frozen=True)
@@ -57,6 +51,11 @@ class Scene:
         if self.split not in SPLITS:
             raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
 
+    @property
+    def pace(self) -> tuple[float, float]:
+        """Chance that a person turns in a frame, and the time of a frame [s]."""
+        return 1 / (self.turn_seconds * self.fps), 1 / self.fps
+
 
 class ActiveWorld:
     """A `motionenv.envs.World` of n squares.
@@ -70,23 +69,16 @@ class ActiveWorld:
         self.n, self.scene, self.horizon, self.fps = n, scene, scene.horizon, scene.fps
         k, p = scene.people, scene.pillars
         box = lambda high, *shape: spaces.Box(-high, high, shape, np.float32)
-        self.observation_space = spaces.Dict(
-            {
-                "points": box(2.0, k, 15, 2),
-                "seen": spaces.MultiBinary((k, 15)),
-                "colours": box(1.0, k, 2),
-                "camera": box(4.0, 6),
-                "roster": box(3.0, k, 3),
-                "pillars": box(REACH, p, 3),
-                "time_left": spaces.Box(0.0, 1.0, (1,), np.float32),
-            }
-        )
+        self.observation_space = spaces.Dict({
+            "points": box(2.0, k, 15, 2), "seen": spaces.MultiBinary((k, 15)), "colours": box(1.0, k, 2),
+            "camera": box(4.0, 6), "roster": box(3.0, k, 3), "pillars": box(REACH, p, 3),
+            "time_left": spaces.Box(0.0, 1.0, (1,), np.float32),
+        })  # fmt: skip
         self.action_space = box(1.0, 3 + 3 * k)
         self.time = np.zeros(n, dtype=np.intp)
-        self._bodies, self._which = walkers(scene.split), np.zeros((n, k), dtype=np.intp)
+        self._bodies, self._which = fourier_walkers(scene.split), np.zeros((n, k), dtype=np.intp)
         self._hues, self._keys = np.zeros((n, k)), np.zeros(n, dtype=np.uint64)
-        self._pillars = np.zeros((n, p, 3))
-        self._walks = np.zeros((n, k, scene.horizon + 1, 4))
+        self._pillars, self._walks = np.zeros((n, p, 3)), np.zeros((n, k, scene.horizon + 1, 4))
         self._cameras, self._commands = np.zeros((n, 6)), np.zeros((n, 3))
         self._points, self._colours = np.zeros((n, k, 15, 2), np.float32), np.zeros((n, k, 2), np.float32)
         self._seen = np.zeros((n, k, 15), np.int8)
@@ -97,38 +89,34 @@ class ActiveWorld:
         scene, k = self.scene, self.scene.people
         self.time[slots] = 0
         for slot, rng in zip(slots, rngs, strict=True):
-            keys = rng.integers(2**64, size=k + 1, dtype=np.uint64)
-            self._keys[slot] = keys[k]
-            self._pillars[slot] = _pillars(scene.pillars, rng)
+            *keys, self._keys[slot] = rng.integers(2**64, size=k + 1, dtype=np.uint64)
+            far = np.sqrt(rng.uniform((INNER + 2) ** 2, (OUTER - 2) ** 2, scene.pillars))  # there is a way around
+            ways, radii = rng.uniform(-np.pi, np.pi, scene.pillars), rng.uniform(*_RADII, scene.pillars)
+            self._pillars[slot] = np.stack([far * np.cos(ways), far * np.sin(ways), radii], axis=-1)
             self._which[slot] = rng.integers(WALKERS, size=k)
             self._hues[slot] = 2 * np.pi / k * (rng.permutation(k) + rng.uniform(-_APART, _APART, k))
             self._cameras[slot] = rng.uniform(-np.pi, np.pi), _TILT, 0, 0, 0, 0
-            walks = self._walks[slot]
-            wander(keys[:k], self._pillars[slot], 1 / (scene.turn_seconds * scene.fps), 1 / scene.fps, walks)
-            phases = 2 * np.pi * rng.random(k)
-            self._walks[slot] = _walked(walks, phases, self._bodies.strides[self._which[slot]], scene.fps)
+            wander(np.array(keys), self._pillars[slot], *scene.pace, self._walks[slot])
+            strides = self._bodies.strides[self._which[slot]]
+            self._walks[slot] = _walked(self._walks[slot], 2 * np.pi * rng.random(k), strides, scene.fps)
         self._look(slots)
 
     def observe(self, slots: np.ndarray) -> dict[str, np.ndarray]:
         """As `World.observe`, of `slots`."""
-        heights, hues = self._bodies.heights[self._which[slots]], self._hues[slots]
-        return {
-            "points": self._points[slots],
-            "seen": self._seen[slots],
-            "colours": self._colours[slots],
-            "camera": self._cameras[slots].astype(np.float32),
-            "roster": np.stack([heights, np.cos(hues), np.sin(hues)], axis=-1).astype(np.float32),
-            "pillars": self._pillars[slots].astype(np.float32),
-            "time_left": (1.0 - self.time[slots, None] / self.horizon).astype(np.float32),
-        }
+        hues = self._hues[slots]
+        roster = np.stack([self._bodies.heights[self._which[slots]], np.cos(hues), np.sin(hues)], axis=-1)
+        left = 1.0 - self.time[slots, None] / self.horizon
+        drawn = {"camera": self._cameras[slots], "roster": roster, "pillars": self._pillars[slots], "time_left": left}
+        seen = {"points": self._points[slots], "seen": self._seen[slots], "colours": self._colours[slots]}
+        return seen | {name: value.astype(np.float32) for name, value in drawn.items()}
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As `World.judge`, of `actions`; keeps the commands, which `advance` obeys."""
         self._commands[:] = actions[:, :3]
-        means, sigmas = unpacked(actions)
+        means, sigmas = _unpacked(actions)
         away = np.linalg.norm(means - self._walks[np.arange(self.n), :, self.time, :2], axis=-1)
         cost = self.scene.effort * np.square(self._commands).mean(axis=-1)
-        return away.mean(axis=-1), -energy_score(away, sigmas).mean(axis=-1) - cost
+        return away.mean(axis=-1), -_energy_score(away, sigmas).mean(axis=-1) - cost
 
     def advance(self, slots: np.ndarray) -> None:
         """As `World.advance`, for `slots`."""
@@ -144,13 +132,12 @@ class ActiveWorld:
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
         """As `World.render`, of `slot` with its `estimate`."""
-        now = estimate is None
-        cameras, points, seen = (self._cameras, self._points, self._seen) if now else self._before
-        beliefs = None if now else [part[0] for part in unpacked(estimate[None])]
-        time = self.time - (not now)
+        state = (self._cameras, self._points, self._seen) if estimate is None else self._before
+        camera, points, seen = (part[slot] for part in state)
+        beliefs = None if estimate is None else [part[0] for part in _unpacked(estimate[None])]
+        time = self.time - (estimate is not None)
         walks, joints = self._walks[slot, :, time[slot]], self._joints(np.array([slot]), time)[0]
-        shown = points[slot][seen[slot] > 0]
-        return draw(cameras[slot], self._pillars[slot], walks, joints, self._hues[slot], shown, beliefs)
+        return draw(camera, self._pillars[slot], walks, joints, self._hues[slot], points[seen > 0], beliefs)
 
     def close(self) -> None:
         """Nothing to release."""
@@ -183,35 +170,21 @@ def packed(commands, means, sigmas) -> np.ndarray:
     return np.clip(np.concatenate([commands, people.reshape(len(people), -1)], axis=-1), -1, 1).astype(np.float32)
 
 
-def unpacked(actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means (n, people, 2) and standard deviations (n, people) [m] of beliefs.
-
-    Args:
-        actions: (n, 3 + 3 people).
-    """
+def _unpacked(actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means (n, people, 2) and standard deviations (n, people) [m] of beliefs in actions (n, 3 + 3 people)."""
     people = actions[:, 3:].reshape(len(actions), -1, 3)
     return REACH * people[..., :2], _LEAST * (_MOST / _LEAST) ** ((people[..., 2] + 1) / 2)
 
 
-def energy_score(away: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
-    """Energy score [m] of the belief N(m, σ² I) about a position in the plane; proper (Gneiting & Raftery 2007).
+def _energy_score(away: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
+    """Energy score [m] of the belief N(m, σ² I) about a position in the plane, at a distance `away` [m] from m.
 
-    E|X - y| - E|X - X'| / 2, with E|X - y| = σ √(π/2) L½(-d² / 2σ²) (Rice 1945) and E|X - X'| = σ √π.
-
-    Args:
-        away: (...) distances d of the true positions from the means [m].
-        sigmas: (...) standard deviations [m].
+    It is E|X - y| - E|X - X'| / 2 and proper (Gneiting & Raftery 2007, eq. 22), with E|X - y| = σ √(π/2) L½(-d² / 2σ²),
+    the mean of Rice's distribution, and E|X - X'| = σ √π.
     """
     half = np.square(away / sigmas) / 4  # i0e and i1e carry the factor exp(-half) of L½(-2 half)
     rice = np.sqrt(np.pi / 2) * ((1 + 2 * half) * i0e(half) + 2 * half * i1e(half))
     return sigmas * (rice - np.sqrt(np.pi) / 2)
-
-
-def _pillars(n: int, rng: np.random.Generator) -> np.ndarray:
-    """Pillars (n, 3) of x, y and radius [m], anywhere that leaves a way around the camera and along the edge."""
-    radii = rng.uniform(*_RADII, n)
-    ways, far = rng.uniform(-np.pi, np.pi, n), np.sqrt(rng.uniform((INNER + 2) ** 2, (OUTER - 2) ** 2, n))
-    return np.stack([far * np.cos(ways), far * np.sin(ways), radii], axis=-1)
 
 
 def _walked(walks: np.ndarray, phases: np.ndarray, strides: np.ndarray, fps: float) -> np.ndarray:
@@ -224,14 +197,3 @@ def _walked(walks: np.ndarray, phases: np.ndarray, strides: np.ndarray, fps: flo
     gone = np.cumsum(np.linalg.norm(step, axis=-1), axis=1)
     turned = phases[:, None] + 2 * np.pi * gone / strides[:, None]
     return np.stack([path[..., 0], path[..., 1], np.arctan2(step[..., 1], step[..., 0]), turned], axis=-1)
-
-
-@lru_cache(maxsize=2)
-def walkers(split: str) -> WalkerBatch:
-    """The Fourier walkers of a split, the same in every process.
-
-    Args:
-        split: "train" or "eval".
-    """
-    seed = np.random.SeedSequence(0, spawn_key=(SPLITS.index(split),))
-    return draw_walkers(load("walk/eigenwalkers"), WALKERS, np.random.default_rng(seed))

@@ -31,7 +31,7 @@ def test_a_person_ahead_is_in_the_middle_of_the_view_and_upwards_on_the_map():
 
 
 def test_a_camera_that_looks_away_sees_nobody():
-    assert not red(picture(AHEAD + [np.pi, 0, 0, 0, 0, 0])[:, SIDE + 4 :]).any()
+    assert not red(picture(AHEAD + np.array([np.pi, 0, 0, 0, 0, 0]))[:, SIDE + 4 :]).any()
 
 
 def test_beliefs_and_points_are_drawn():

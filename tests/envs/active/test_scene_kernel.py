@@ -45,7 +45,7 @@ def test_a_stopping_camera_coasts():
 )
 def test_a_pillar_hides_who_is_behind_it(pillar, seen):
     """A person at (8, 0), whom the camera faces."""
-    bodies = np.zeros((1, 1, 15, 3)) + [8.0, 0.0, 1.0]
+    bodies = np.tile([8.0, 0.0, 1.0], (1, 1, 15, 1))
     cameras = np.array([[0.0, np.arctan2(1.0 - 4.5, 8.0), 0.0, 0.0, 0.0, 0.0]])
     points, shown, colours = np.zeros((1, 1, 15, 2)), np.zeros((1, 1, 15), np.int8), np.zeros((1, 1, 2))
     drawn = np.zeros(1, np.uint64), np.zeros(1, np.intp), cameras, np.array([[pillar]]), bodies, np.zeros((1, 1))

@@ -5,7 +5,7 @@ import pytest
 
 from motionenv.envs.active import ActiveTrackingVector
 from motionenv.envs.active.scene_kernel import INNER, OUTER, SPEEDS
-from motionenv.envs.active.world import energy_score, packed, unpacked
+from motionenv.envs.active.world import _energy_score, _unpacked, packed
 
 
 @pytest.mark.parametrize(("away", "sigma"), [(0.0, 1.0), (0.3, 0.5), (4.0, 0.7), (2.0, 6.0)])
@@ -15,21 +15,21 @@ def test_the_score_is_that_of_samples(away, sigma):
     x, other = sigma * rng.standard_normal((2, 400_000, 2))
     to, apart = np.linalg.norm(x - [away, 0], axis=-1), np.linalg.norm(x - other, axis=-1)
     error = np.hypot(to.std(), apart.std() / 2) / np.sqrt(len(x))
-    assert energy_score(np.array(away), np.array(sigma)) == pytest.approx(to.mean() - apart.mean() / 2, abs=5 * error)
+    assert _energy_score(np.array(away), np.array(sigma)) == pytest.approx(to.mean() - apart.mean() / 2, abs=5 * error)
 
 
 def test_the_score_of_certainty_is_the_distance_and_the_true_spread_is_best():
-    assert energy_score(np.array(30.0), np.array(0.05)) == pytest.approx(30.0, abs=0.05)
+    assert _energy_score(np.array(30.0), np.array(0.05)) == pytest.approx(30.0, abs=0.05)
     away = np.linalg.norm(np.random.default_rng(0).normal(0, 1.5, (200_000, 2)), axis=-1)
     sigmas = np.array([0.8, 1.2, 1.5, 1.9, 2.5])
-    means = [energy_score(away, np.full(len(away), sigma)).mean() for sigma in sigmas]
+    means = [_energy_score(away, np.full(len(away), sigma)).mean() for sigma in sigmas]
     assert sigmas[np.argmin(means)] == 1.5
 
 
 def test_actions_hold_beliefs():
     rng = np.random.default_rng(0)
     commands, means, sigmas = rng.uniform(-1, 1, (5, 3)), rng.uniform(-13, 13, (5, 4, 2)), rng.uniform(0.06, 9, (5, 4))
-    back = unpacked(packed(commands, means, sigmas).astype(float))
+    back = _unpacked(packed(commands, means, sigmas).astype(float))
     np.testing.assert_allclose(back[0], means, atol=1e-5)
     np.testing.assert_allclose(back[1], sigmas, rtol=1e-5)
 
