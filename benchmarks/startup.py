@@ -18,7 +18,7 @@ ROUNDS = 15
 IMPORTS = {"an empty script": "pass", "import numpy": "import numpy", "import motionenv": "import motionenv"}
 STEP = """
 import gymnasium, motionenv.envs
-env = gymnasium.make("motionenv/WalkerTracking-v0")
+env = gymnasium.make("motionenv/WalkerTracking-v1")
 env.reset(seed=0)
 env.step(env.action_space.sample())
 """

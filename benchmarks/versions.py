@@ -41,10 +41,10 @@ def calls() -> dict[str, Callable[[], object]]:
     cameras = {size: view(0.3, width=size, height=size) for size in (64, 256)}
     poses = np.repeat(walk.poses, 4, axis=0)
     native = {"num_envs": 64, "vectorization_mode": "vector_entry_point"}
-    envs = gymnasium.make_vec("motionenv/WalkerTracking-v0", **native)
+    envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", **native)
     envs.reset(seed=0)
     action = envs.action_space.sample()
-    env = gymnasium.make("motionenv/WalkerTracking-v0", observation="mask", horizon=30)
+    env = gymnasium.make("motionenv/WalkerTracking-v1", observation="mask", horizon=30)
     agent = TrackingAgent(env, n=PARTICLES, start=truth_start, seed=1)
     tree = motionenv.load("mixed/tree")
     starts = np.random.default_rng(0).integers(0, len(tree.database_.poses) - 12, 500)

@@ -59,3 +59,7 @@ class ServiceError(MotionError):
     def __reduce__(self):
         """Pickle by the parts, so that the error can cross process borders."""
         return ServiceError, (self.detail, self.status, self.errors, self.request_id, self.retry_after)
+
+
+class ExtrapolationWarning(UserWarning):
+    """A model was asked for what none of the walks that it learned from shows, such as a very fast walk."""

@@ -88,7 +88,7 @@ def tracking(out: Path) -> None:
         {"camera": "follow", "background": "clutter", "noise": 6.0},
         {"camera": "random", "background": "clutter", "occluders": 1, "distractors": 1},
     ):
-        with gymnasium.make("motionenv/WalkerTracking-v0", size=128, horizon=80, **settings) as env:
+        with gymnasium.make("motionenv/WalkerTracking-v1", size=128, horizon=80, actions="metric", **settings) as env:
             pictures = [env.reset(seed=15)[0]]
             for _ in range(75):
                 pictures.append(env.step(env.unwrapped.truth()["pose"].astype(np.float32))[0])
@@ -111,8 +111,9 @@ def lifting(out: Path) -> None:
 def track(out: Path) -> None:
     """track.png: a particle filter follows a walker through clutter, first pose and body given; two frames."""
     with gymnasium.make(
-        "motionenv/WalkerTracking-v0", size=128, observation=("mask", "rgb"), background="clutter", horizon=75
-    ) as env:
+        "motionenv/WalkerTracking-v1", size=128, observation=("mask", "rgb"), background="clutter", horizon=75,
+        actions="metric",
+    ) as env:  # fmt: skip
         seen, _ = env.reset(seed=21)
         truth = env.unwrapped.truth()
         camera, body = truth["camera"], truth["skeleton"]

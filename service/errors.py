@@ -16,8 +16,11 @@ from starlette.responses import Response
 from starlette.routing import Match
 
 from motionenv import MotionError
+from service.jobs.store import Full
 
 MEDIA_TYPE = "application/problem+json"
+#: The detail of a 507.
+FULL = "the service's disk is full: remove jobs or models, or contact its operator"
 #: Names of bounds in pydantic's errors that are passed on.
 _BOUNDS = ("gt", "ge", "lt", "le", "multiple_of", "min_length", "max_length", "pattern", "expected")
 
@@ -45,14 +48,9 @@ class Problem(HTTPException):
     """An error response: what was wrong and what to do, with the JSON pointer and bounds of the invalid field."""
 
     def __init__(
-        self,
-        status: int,
-        detail: str,
-        *,
-        field: str | None = None,
-        bound: Mapping[str, Any] | None = None,
+        self, status: int, detail: str, *, field: str | None = None, bound: Mapping[str, Any] | None = None,
         headers: Mapping[str, str] | None = None,
-    ):
+    ):  # fmt: skip
         super().__init__(status, detail, dict(headers or {}))
         self.errors = [] if field is None else [{"field": field, "problem": detail, "bound": bound and dict(bound)}]
 
@@ -77,26 +75,17 @@ def problem_response(
 ) -> Response:
     """An error response; `errors` are of single fields, like `FieldProblem`."""
     body = {
-        "type": "about:blank",
-        "title": HTTPStatus(status).phrase,
-        "status": status,
-        "detail": detail.encode("utf-8", "replace").decode(),
-        "request_id": request_id,
-        "errors": list(errors),
-    }
+        "type": "about:blank", "title": HTTPStatus(status).phrase, "status": status,
+        "detail": detail.encode("utf-8", "replace").decode(), "request_id": request_id, "errors": list(errors),
+    }  # fmt: skip
     return Response(orjson.dumps(body), status, headers=headers, media_type=MEDIA_TYPE)
 
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """OpenAPI of error responses with these `statuses`; 401 implies 403, as both are decided before the route."""
     statuses = (*statuses, 403) if 401 in statuses else statuses
-    return {
-        status: {
-            "description": HTTPStatus(status).phrase,
-            "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetail"}}},
-        }
-        for status in sorted(statuses)
-    }
+    content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDetail"}}}
+    return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in sorted(statuses)}
 
 
 def install(app: Starlette) -> None:
@@ -104,30 +93,26 @@ def install(app: Starlette) -> None:
     from fastapi.exceptions import RequestValidationError  # processes of jobs don't need FastAPI
 
     handlers = {
-        Problem: _of_problem,
-        HTTPException: _of_http,
-        RequestValidationError: _of_validation,
-        MotionError: _of_motion,
-    }
+        Problem: _of_problem, HTTPException: _of_http, RequestValidationError: _of_validation,
+        MotionError: _of_motion, Full: _of_full,
+    }  # fmt: skip
     for kind, handler in handlers.items():
         app.add_exception_handler(kind, handler)
 
 
-def _id(request: Request) -> str | None:
-    return request.scope.get("request_id")
+def _answer(request: Request, status: int, detail: str, **more: Any) -> Response:
+    return problem_response(status, detail, request_id=request.scope.get("request_id"), **more)
 
 
 async def _of_problem(request: Request, error: Any) -> Response:
-    return problem_response(
-        error.status_code, error.detail, request_id=_id(request), errors=error.errors, headers=error.headers
-    )
+    return _answer(request, error.status_code, error.detail, errors=error.errors, headers=error.headers)
 
 
 async def _of_http(request: Request, error: Any) -> Response:
     details = {404: f"not found: {request.url.path:.100}; see /docs", 405: f"method {request.method} is not allowed"}
     detail = details.get(error.status_code, str(error.detail))
     headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers
-    return problem_response(error.status_code, detail, request_id=_id(request), headers=headers)
+    return _answer(request, error.status_code, detail, headers=headers)
 
 
 def _allowed(request: Request) -> str:
@@ -142,11 +127,15 @@ async def _of_validation(request: Request, error: Any) -> Response:
     errors = [field_problem(e) for e in error.errors()]
     broken = any(e["type"] == "json_invalid" for e in error.errors())
     detail = "the body is not valid JSON" if broken else "; ".join(f"{e['field']}: {e['problem']}" for e in errors[:5])
-    return problem_response(400 if broken else 422, detail, request_id=_id(request), errors=errors[:100])
+    return _answer(request, 400 if broken else 422, detail, errors=errors[:100])
 
 
 async def _of_motion(request: Request, error: Any) -> Response:
-    return problem_response(422, str(error), request_id=_id(request))
+    return _answer(request, 422, str(error))
+
+
+async def _of_full(request: Request, error: Any) -> Response:
+    return _answer(request, 507, FULL)
 
 
 def field_problem(error: Mapping[str, Any]) -> dict[str, Any]:

@@ -50,11 +50,7 @@ class ModelRegistry:
         raise busy(f"{name} is still being loaded", seconds=5)
 
     def find(self, name: str) -> tuple[GaitModel | None, str | None]:
-        """The model called `name`, or None and why it can't be loaded; both are None while it is being loaded.
-
-        Raises:
-            Problem: 404, there is none.
-        """
+        """The model called `name`, or None and why it can't be loaded, both None while loading; 404 if unknown."""
         if name in names():
             return self._ready.get(name), self._failed.get(name)
         path = self.path(name)
@@ -89,5 +85,4 @@ def _missing(name: str) -> Problem:
 
 @lru_cache(maxsize=_KEPT)
 def _loaded(path: Path, _changed: int) -> GaitModel:
-    """The model in a file; read again when the file has changed."""
     return gait_model(path)

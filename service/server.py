@@ -50,7 +50,6 @@ class _Workers(Multiprocess):
         self._counted: set[int | None] = set()
 
     def keep_subprocess_alive(self) -> None:
-        """Replace ended processes."""
         super().keep_subprocess_alive()
         alive = {process.pid for process in self.processes}
         for ended in self._counted - alive:
@@ -59,21 +58,10 @@ class _Workers(Multiprocess):
 
 
 def _config(settings: Settings) -> uvicorn.Config:
-    """Settings of uvicorn."""
     return uvicorn.Config(
-        "service.server:application",
-        factory=True,
-        host=settings.host,
-        port=settings.port,
-        workers=settings.workers,
-        loop="uvloop",
-        http=GuardedHttpProtocol,
-        ws="websockets-sansio",
-        ws_max_size=65_536,
-        access_log=False,
-        log_config=None,
-        server_header=False,
-        proxy_headers=bool(settings.proxies),
-        forwarded_allow_ips=settings.proxies or None,
+        "service.server:application", factory=True, host=settings.host, port=settings.port, workers=settings.workers,
+        loop="uvloop", http=GuardedHttpProtocol, ws="websockets-sansio", ws_max_size=65_536,
+        access_log=False, log_config=None, server_header=False,
+        proxy_headers=bool(settings.proxies), forwarded_allow_ips=settings.proxies or None,
         timeout_graceful_shutdown=round(settings.shutdown_seconds),
-    )
+    )  # fmt: skip

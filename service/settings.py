@@ -43,9 +43,7 @@ class Settings(BaseSettings):
     )  # fmt: skip
     cors: tuple[str, ...] = Field((), description="Origins of web pages that may use the API (CORS), a JSON list.")
     proxies: str = Field("", description="Addresses of trusted proxies, whose X-Forwarded-* headers are used.")
-    rate: int = Field(
-        0, ge=0, description="Requests per minute, for each process and each key or address; 0: unlimited."
-    )
+    rate: int = Field(0, ge=0, description="Requests per minute, for each process and key or address; 0: unlimited.")
 
     max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Maximum size of an upload [bytes].")
     max_json: int = Field(4 * _MEGABYTE, ge=1, description="Maximum size of any other request body [bytes].")
@@ -56,9 +54,7 @@ class Settings(BaseSettings):
     threads: int = Field(len(os.sched_getaffinity(0)), ge=1, le=256, description="Worker threads of each process.")
     waiting: int = Field(32, ge=0, description="Requests that may wait for a worker thread; more get 503.")
     streams: int = Field(32, ge=0, description="Maximum number of open streams (WebSockets) of each process.")
-    request_seconds: float = Field(
-        60.0, gt=0, description="Seconds after which a request that has no response yet gets 504."
-    )
+    request_seconds: float = Field(60.0, gt=0, description="Seconds after which a request without a response gets 504.")
     shutdown_seconds: float = Field(30.0, ge=0, description="Seconds that running requests have to finish at shutdown.")
 
     job_processes: int = Field(1, ge=1, le=64, description="Jobs that run at the same time.")
@@ -70,7 +66,7 @@ class Settings(BaseSettings):
     )  # fmt: skip
     job_days: float = Field(7.0, gt=0, description="Days for which finished jobs and their results are kept.")
     reserve: int = Field(
-        64 * _MEGABYTE, ge=0, description="Disk space to keep free [bytes]; if there is less, uploads get 507."
+        64 * _MEGABYTE, ge=0, description="Disk space to keep free [bytes]; with less, uploads get 507."
     )
 
     def environment(self) -> dict[str, str]:
@@ -98,7 +94,6 @@ class Settings(BaseSettings):
 
 
 def _loopback(host: str) -> bool:
-    """Whether only this machine can reach `host`."""
     if host == "localhost":
         return True
     try:

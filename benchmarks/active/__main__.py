@@ -14,10 +14,9 @@ import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
 from benchmarks.active.policies import POLICIES
-from motionenv.envs.active import DIFFICULTIES
 from motionenv.envs.agents import evaluate
 
-NAME = "motionenv/ActiveTracking-v0"
+LEVELS = "Easy", "Medium", "Hard"
 ENVS = 52  # at once
 
 
@@ -31,7 +30,7 @@ def table(makers: dict, episodes: int, difficulty: str, seed: int = 1) -> None:
     """Print a row for each policy: mean reward per estimate, error, and the difference from the greedy policy."""
     rewards, errors = {}, {}
     for name, make in makers.items():
-        env = gymnasium.make_vec(NAME, num_envs=ENVS, split="eval", **DIFFICULTIES[difficulty])
+        env = gymnasium.make_vec(f"motionenv/ActiveTracking-{difficulty}-v0", num_envs=ENVS, split="eval")
         scores = evaluate(env, make(env, seed=0), episodes, seed=seed)
         rewards[name], errors[name] = scores.returns / scores.lengths, scores.errors
     print(f"\n{difficulty}, {episodes} episodes of split eval\n")
@@ -45,7 +44,7 @@ def strip(path: str, seed: int = 3, rows: int = 4) -> None:
     """Write frames of the planner, two seconds apart, each row the square from above and the camera's view."""
     from PIL import Image
 
-    env = gymnasium.make(NAME, render_mode="rgb_array", split="eval")
+    env = gymnasium.make("motionenv/ActiveTracking-Medium-v0", render_mode="rgb_array", split="eval")
     planner = POLICIES["planner"](env)
     observation, _ = env.reset(seed=seed)
     planner.reset(observation)
@@ -61,7 +60,7 @@ def main() -> None:
     """Print the table, or write the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, default=208)
-    parser.add_argument("--difficulty", choices=tuple(DIFFICULTIES), default="Medium")
+    parser.add_argument("--difficulty", choices=LEVELS, default="Medium")
     parser.add_argument("--policies", nargs="+", choices=tuple(POLICIES), default=list(POLICIES))
     parser.add_argument("--learned", nargs="*", default=[], metavar="NAME=FILE")
     parser.add_argument("--strip", metavar="FILE", help="write a picture instead")

@@ -3,7 +3,6 @@
 import numpy as np
 
 from benchmarks.active.filter_kernel import renew, scatter, share, weigh
-from motionenv.envs.active import packed
 from motionenv.envs.simulation.marker_world import fourier_walkers
 
 
@@ -28,7 +27,7 @@ class Beliefs:
 
     def __init__(self, env, particles: int = 256, seed: int | None = 0):
         self._vector, world = hasattr(env, "num_envs"), env.unwrapped.world
-        scene, n = world.scene, world.n
+        self._env, scene, n = env.unwrapped, world.scene, world.n
         m, k = particles, scene.people
         self._noise, self._motion = (
             (scene.noise, scene.colour_noise, scene.dropout),
@@ -79,8 +78,9 @@ class Beliefs:
         Args:
             commands: (n, 3) rates of pan, tilt and zoom from -1 to 1; (3,) for a single environment.
         """
-        actions = packed(np.reshape(commands, (-1, 3)), self.means, self.sigmas)
-        return actions if self._vector else actions[0]
+        beliefs = np.concatenate([self.means, self.sigmas[..., None]], axis=-1)
+        said = np.concatenate([np.reshape(commands, (-1, 3)), beliefs.reshape(len(beliefs), -1)], axis=-1)
+        return self._env.action(said if self._vector else said[0])
 
     def batched(self, observation) -> dict[str, np.ndarray]:
         """An observation with a leading axis, float64.

@@ -43,7 +43,7 @@ if __name__ == "__main__":
             if name.startswith("Arm") and agent is ConstantVelocity:
                 cells.append("–")
                 continue
-            env = gymnasium.make_vec(f"motionenv/{name.split(',')[0]}-v0", num_envs=16, split="eval", **arguments)
+            env = gymnasium.make_vec(f"motionenv/{name.split(',')[0]}-v1", num_envs=16, split="eval", **arguments)
             cells.append(cell(evaluate(env, agent(env), episodes, seed=0).errors))
             env.close()
         print(f"| {name} |", " | ".join(cells), "|", flush=True)

@@ -21,7 +21,7 @@ import motionenv.envs  # noqa: F401 (registers the environments)
 from motionenv.envs.agents.baselines import ConstantVelocity, MeanPose
 from motionenv.envs.agents.evaluation import evaluate
 
-NAME = "motionenv/MarkerTracking-v0"
+NAME = "motionenv/MarkerTracking-v1"
 ENVS, HIDDEN, CHUNK = 128, 192, 40  # parallel episodes, units, frames between updates
 RATE = 3e-3
 EPISODES = 512  # of each final evaluation
@@ -74,9 +74,9 @@ class Network(torch.nn.Module):
 class Learned:
     """The network as an agent."""
 
-    def __init__(self, network: Network, n: int):
-        self.network, self.memory = network, Memory(n)
-        self.state = torch.zeros(1, n, HIDDEN)
+    def __init__(self, network: Network, env):
+        self.env, self.network, self.memory = env.unwrapped, network, Memory(env.num_envs)
+        self.state = torch.zeros(1, env.num_envs, HIDDEN)
 
     def reset(self, observation, began=None) -> None:
         """Forget the episodes that have ended."""
@@ -88,14 +88,14 @@ class Learned:
         """Estimate the joints."""
         with torch.no_grad():
             joints, self.state = self.network(torch.from_numpy(self.memory.of(observation))[None], self.state)
-        return joints[0].numpy()
+        return self.env.action(joints[0].numpy())
 
 
 class LastSeen:
     """Baseline: each marker's last seen position, at the walker's mean depth."""
 
-    def __init__(self, n: int):
-        self.memory = Memory(n)
+    def __init__(self, env):
+        self.env, self.memory = env.unwrapped, Memory(env.num_envs)
 
     def reset(self, observation, began=None) -> None:
         """Forget the episodes that have ended."""
@@ -104,7 +104,7 @@ class LastSeen:
     def act(self, observation) -> np.ndarray:
         """Estimate the joints."""
         self.memory.of(observation)
-        return np.insert(self.memory.points, 1, 0.0, axis=-1)
+        return self.env.action(np.insert(self.memory.points, 1, 0.0, axis=-1))
 
 
 def watched(env, memory: Memory) -> tuple[torch.Tensor, torch.Tensor]:
@@ -176,10 +176,10 @@ def main() -> None:
     torch.set_num_threads(1)  # matrices are too small for a second thread
     env = gymnasium.make_vec(NAME, num_envs=64, split="eval")
     network = Network()
-    quick = lambda: float(evaluate(env, Learned(network, 64), 64, seed=1).errors.mean())
+    quick = lambda: float(evaluate(env, Learned(network, env), 64, seed=1).errors.mean())
     curve = learn(network, 60 * arguments.minutes, quick)
-    agents = {"mean pose": MeanPose(env), "last seen": LastSeen(64), "constant velocity": ConstantVelocity(env)}
-    agents["recurrent network"] = Learned(network, 64)
+    agents = {"mean pose": MeanPose(env), "last seen": LastSeen(env), "constant velocity": ConstantVelocity(env)}
+    agents["recurrent network"] = Learned(network, env)
     errors = {name: evaluate(env, agent, EPISODES, seed=2).errors for name, agent in agents.items()}
     mine = errors["recurrent network"].mean()
     print(

@@ -28,7 +28,7 @@ from gymnasium.utils import performance
 
 import motionenv.envs  # noqa: F401 (registers the environments)
 
-WALKER, MARKERS, ARM = (f"motionenv/{name}Tracking-v0" for name in ("Walker", "Marker", "Arm"))
+WALKER, MARKERS, ARM = (f"motionenv/{name}Tracking-v1" for name in ("Walker", "Marker", "Arm"))
 EVERYTHING = {"background": "clutter", "distractors": 2, "occluders": 1, "noise": 5.0, "brightness": 0.2}
 MASKS = {"size": 128, "observation": "mask"}
 PEERS = {

@@ -28,8 +28,8 @@ def _environment(name: str, **how) -> Any:
     how |= {} if name == "Marker" else {"size": 36}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Gymnasium warns about samples of unbounded action spaces
-        env = gymnasium.make(f"motionenv/{name}Tracking-v0", horizon=10, render_mode="rgb_array", **how)
-        envs = gymnasium.make_vec(f"motionenv/{name}Tracking-v0", num_envs=3, horizon=4, **how)
+        env = gymnasium.make(f"motionenv/{name}Tracking-v1", horizon=10, render_mode="rgb_array", **how)
+        envs = gymnasium.make_vec(f"motionenv/{name}Tracking-v1", num_envs=3, horizon=4, **how)
     found = []
     for each in (env, envs):
         each.action_space.seed(5)

@@ -133,7 +133,8 @@ class Episode:
 def seen(task: Task) -> Episode:
     """Record a task's episode; actions don't influence observations."""
     scenery = {"background": "clutter", "noise": NOISE} if task.sees == "rgb" else {}
-    name = "motionenv/ArmTracking-v0" if task.arm else "motionenv/WalkerTracking-v0"
+    name = "motionenv/ArmTracking-v1" if task.arm else "motionenv/WalkerTracking-v1"
+    scenery |= {} if task.arm else {"start": "line"}
     env = gymnasium.make(
         name, motion=task.cut.motion, size=SIZE, observation=task.sees, camera=task.camera, fps=FPS, split="eval",
         horizon=task.cut.frames - 1, occluders=task.occluders, **scenery,

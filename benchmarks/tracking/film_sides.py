@@ -62,8 +62,8 @@ def filmed(walk: Motion, film: Path, seed: int) -> np.ndarray:
     file = film.with_suffix(".npz")
     write(walk, file)
     env = gymnasium.make(
-        "motionenv/WalkerTracking-v0", motion=str(file), size=SIZE, observation="rgb", camera="side", fps=FPS,
-        split="eval", horizon=FRAMES, background="clutter", noise=NOISE,
+        "motionenv/WalkerTracking-v1", motion=str(file), size=SIZE, observation="rgb", camera="side", fps=FPS,
+        split="eval", horizon=FRAMES, background="clutter", noise=NOISE, start="line",
     )  # fmt: skip
     picture, _ = env.reset(seed=seed)
     nothing, pictures, poses, over = np.zeros(env.action_space.shape, np.float32), [], [], False

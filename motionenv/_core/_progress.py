@@ -20,12 +20,7 @@ class _Progress:
         self._began = self._said = 0.0
 
     def begin(self, name: str, count: Callable[[], int]) -> None:
-        """A kernel, or one that it calls, is about to be compiled.
-
-        Args:
-            name: of the kernel.
-            count: how many there are with those that it calls; called for the outermost only.
-        """
+        """A kernel, or one that it calls, is about to be compiled; the outermost is with others `count()` kernels."""
         if self._depth == 0:
             self._total = self._done + count()
             self._began = self._began or time.monotonic()
@@ -44,12 +39,9 @@ class _Progress:
         self._said = now
         done, total = self._done + 1, max(self._total, self._done + 1)
         logger.warning(
-            "compiling kernels, once for this version and machine: %s, %d of %d, %.0f s",
-            name,
-            done,
-            total,
+            "compiling kernels, once for this version and machine: %s, %d of %d, %.0f s", name, done, total,
             now - self._began,
-        )
+        )  # fmt: skip
 
 
 progress = _Progress()

@@ -44,12 +44,7 @@ logger = logging.getLogger(__name__)
 
 
 def kernel(function: Callable | None = None, **options: Any) -> Any:
-    """Compile a function like `numba.njit(nogil=True, error_model="numpy")`, and keep it in the cache.
-
-    Args:
-        function: to be compiled; without it, a decorator is returned.
-        options: further ones of `numba.njit`, such as `fastmath`.
-    """
+    """Compile a function like `numba.njit(nogil=True, error_model="numpy", **options)`, and keep it in the cache."""
     if function is None:
         return lambda wrapped: kernel(wrapped, **options)
     return _compiled(_Kernel, function, nogil=True, **options)
@@ -59,10 +54,6 @@ def part(function: Callable | None = None, **options: Any) -> Any:
     """Compile a function, like `kernel`, that only kernels and other parts call; Python can't.
 
     Exceptions that it raises can only have arguments that are constants.
-
-    Args:
-        function: to be compiled; without it, a decorator is returned.
-        options: further ones of `numba.njit`, such as `fastmath`.
     """
     if function is None:
         return lambda wrapped: part(wrapped, **options)
@@ -338,11 +329,7 @@ def _touch(folder: Path) -> None:
 
 
 def prune(folder: Path) -> None:
-    """Delete the kernels that were not used for longest until the rest takes at most `LIMIT` bytes.
-
-    Args:
-        folder: `cache_folder()`. Only folders that hold numba's files are looked at.
-    """
+    """Delete the kernels in `cache_folder()` that were unused for longest until the rest has at most `LIMIT` bytes."""
     if not folder.is_dir():
         return
     kept = [(each.stat().st_mtime, each, _size(each)) for each in folder.iterdir() if any(each.glob("*.nbi"))]

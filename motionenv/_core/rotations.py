@@ -8,14 +8,9 @@ _AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
 def from_euler(order: str, angles) -> np.ndarray:
-    """Product of rotations about the axes of `order`, left to right: "YXZ" is R_y(a₀) R_x(a₁) R_z(a₂).
+    """Product (..., 3, 3) of rotations by `angles` (..., n) [rad] about the n axes of `order`, left to right.
 
-    Args:
-        order: one letter of X, Y, Z per angle (intrinsic order, as BVH channels are).
-        angles: (..., len(order)) [rad].
-
-    Returns:
-        (..., 3, 3).
+    "YXZ" is R_y(a₀) R_x(a₁) R_z(a₂): the intrinsic order, as BVH channels are.
     """
     from scipy.spatial.transform import Rotation  # takes 50 ms, which walks that are synthesised don't need
 
@@ -50,14 +45,11 @@ def to_euler(order: str, rotations) -> np.ndarray:
 
 
 def unwrap_euler(angles) -> np.ndarray:
-    """The same rotations over time with the branch nearest to the frame before: no jumps of π or 2π.
+    """The same rotations (..., frames, 3) [rad] with the branch nearest to the frame before: no jumps of π or 2π.
 
     Three Euler angles (a, b, c) of different axes and (a + π, π - b, c + π) are one rotation; the nearer
     branch is taken frame by frame, and of the two continuous results the one whose median middle angle is smaller.
     NaN frames stay NaN and the next known frame follows the last known one.
-
-    Args:
-        angles: (..., frames, 3) [rad].
     """
     angles = np.array(angles, dtype=np.float64)
     for sequence in angles.reshape(-1, *angles.shape[-2:]):

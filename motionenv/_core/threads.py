@@ -13,12 +13,7 @@ _PIECES = 4  # per thread: so that no thread waits long for a slower one
 
 
 class Workers:
-    """Shares ranges of work among threads, the caller's own included. Survives pickling and a fork.
-
-    Args:
-        threads: how many work at a time; None is one per core.
-        name: of the threads.
-    """
+    """Shares ranges of work among threads (None: one per core), the caller's included. Survives pickling and a fork."""
 
     def __init__(self, threads: int | None, name: str):
         self.threads = checked_whole(os.cpu_count() or 1 if threads is None else threads, "threads", 1)
@@ -29,9 +24,7 @@ class Workers:
     def share(self, work: Callable[[int, int], object], n: int) -> None:
         """Call `work(start, stop)` for ranges that together are 0 to `n`, each once, in any order.
 
-        Args:
-            work: what to do; must not depend on how the ranges are cut. It may share work itself.
-            n: how much there is.
+        `work` must not depend on how the ranges are cut. It may share work itself.
         """
         if self.threads == 1 or n < 2:
             if n:
@@ -77,12 +70,7 @@ everywhere = Workers(None, "motionenv")
 def in_chunks(work: Callable[[int, int], Any], k: int, least: int = CHUNK) -> list:
     """[work(start, stop) of each chunk of `k` cycles], in order, in as many threads as there are cores.
 
-    Chunks depend on `k` and `least` only, so that sums of them round alike on every machine.
-
-    Args:
-        work: what to call.
-        k: how many there are.
-        least: of a chunk, where one of the `k` takes longer than a cycle does.
+    Chunks depend on `k` and `least`, their least size, only, so that sums of them round alike on every machine.
     """
     n = max(1, min(8, k // least))
     bounds = [i * k // n for i in range(n + 1)]

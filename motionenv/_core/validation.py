@@ -10,36 +10,15 @@ PICTURE_SIZES = (1, 16384)  # [pixels], sides of a picture
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a real number; True and False are none.
-
-    Args:
-        value: anything.
-    """
+    """Whether a value is a real number; True and False are none."""
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def checked_number(
-    value: Any,
-    name: str,
-    low: float = -np.inf,
-    high: float = np.inf,
-    unit: str = "",
-    *,
-    above: float = -np.inf,
+    value: Any, name: str, low: float = -np.inf, high: float = np.inf, unit: str = "", *, above: float = -np.inf,
     below: float = np.inf,
-) -> float:
-    """A finite number within limits.
-
-    Args:
-        value: anything.
-        name: of the argument.
-        low, high: least and greatest value that is allowed.
-        unit: what it counts, for the message.
-        above, below: limits that are not allowed themselves.
-
-    Raises:
-        MotionError: it isn't one.
-    """
+) -> float:  # fmt: skip
+    """A finite number from `low` to `high`, and beyond `above` and `below`, counted in `unit`; else a MotionError."""
     number = float(value) if is_number(value) else np.nan
     if not (low <= number <= high and above < number < below):
         counted = f" of {unit}" if unit else ""
@@ -50,17 +29,7 @@ def checked_number(
 
 
 def checked_whole(value: Any, name: str, low: int, high: float = np.inf, unit: str = "") -> int:
-    """A whole number within limits; it may come as a float.
-
-    Args:
-        value: anything.
-        name: of the argument.
-        low, high: least and greatest value that is allowed.
-        unit: what it counts, for the message.
-
-    Raises:
-        MotionError: it isn't one.
-    """
+    """A whole number from `low` to `high`, counted in `unit`, also as a float; else a MotionError about `name`."""
     number: float = np.nan
     if is_number(value):
         number = float(value) if isinstance(value, float | np.floating) else int(value)  # floats end at 2⁵³
@@ -84,17 +53,7 @@ def _short(limit: float) -> str:
 
 
 def checked_range(value: Any, name: str, low: float, high: float, unit: str = "") -> tuple[float, float]:
-    """Two numbers in order within limits.
-
-    Args:
-        value: anything.
-        name: of the argument.
-        low, high: least and greatest value that is allowed.
-        unit: what they count, for the message.
-
-    Raises:
-        MotionError: they are not.
-    """
+    """Two numbers in order from `low` to `high`, counted in `unit`; else a MotionError about `name`."""
     try:
         least, most = value if all(map(is_number, value)) else (np.nan, np.nan)
     except (TypeError, ValueError):
@@ -107,40 +66,17 @@ def checked_range(value: Any, name: str, low: float, high: float, unit: str = ""
 
 
 def checked_fps(fps: Any, name: str = "fps") -> float:
-    """Frames per second as a float.
-
-    Args:
-        fps: anything.
-        name: of the argument.
-
-    Raises:
-        MotionError: not a finite number above zero.
-    """
+    """Frames per second as a float; a MotionError about `name` unless they are a finite number above zero."""
     return checked_number(fps, name, above=0, unit="frames per second")
 
 
 def checked_seed(seed: Any, name: str = "seed") -> int:
-    """A seed that is a number.
-
-    Args:
-        seed: anything.
-        name: of the argument.
-
-    Raises:
-        MotionError: not a whole number from 0.
-    """
+    """A seed that is a whole number from 0; otherwise a MotionError about `name`."""
     return checked_whole(seed, name, 0)
 
 
 def random_generator(seed: Any) -> np.random.Generator:
-    """The random generator that belongs to an argument `seed`.
-
-    Args:
-        seed: None, a whole number from 0, several of them, or a Generator, which is returned as it is.
-
-    Raises:
-        MotionError: none of these.
-    """
+    """The generator of a seed, None, a whole number from 0 or several; a Generator as it is; else a MotionError."""
     try:
         return np.random.default_rng(seed)
     except (TypeError, ValueError):

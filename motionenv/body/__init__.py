@@ -5,20 +5,6 @@ from motionenv.body.meshes import body_mesh, limb_meshes, rounded_cone
 from motionenv.body.skeleton import EDGES, LIMBS, LIMITS, NODES, SEGMENTS, from_height, limb_radii, limit_excess, mirror
 
 __all__ = [
-    "EDGES",
-    "LIMBS",
-    "LIMITS",
-    "NODES",
-    "SEGMENTS",
-    "body_mesh",
-    "feet",
-    "forward",
-    "from_height",
-    "limb_meshes",
-    "limb_radii",
-    "limb_segments",
-    "limit_excess",
-    "markers",
-    "mirror",
-    "rounded_cone",
-]
+    "EDGES", "LIMBS", "LIMITS", "NODES", "SEGMENTS", "body_mesh", "feet", "forward", "from_height", "limb_meshes",
+    "limb_radii", "limb_segments", "limit_excess", "markers", "mirror", "rounded_cone",
+]  # fmt: skip

@@ -18,12 +18,7 @@ _REST = 0.3  # seconds at most between movements
 def reach(frames: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     """Angles (frames, 4) [rad] of an arm that moves from one random posture to the next, in the order of `RIGHT_ARM`.
 
-    Each movement minimises jerk in joint angles (Flash & Hogan 1985, eq. 3).
-
-    Args:
-        frames: number of frames.
-        fps: frames per second.
-        rng: draws postures and durations.
+    Each movement minimises jerk in joint angles (Flash & Hogan 1985, eq. 3); `rng` draws postures and durations.
     """
     count = int(np.ceil(frames / fps / _SECONDS[0])) + 2
     seconds, rests = rng.uniform(*_SECONDS, count), rng.uniform(0.0, _REST, count)

@@ -6,31 +6,27 @@ pelvis, and nothing above it was seen; so the torso counts as known only where t
 
 import numpy as np
 
-from motionenv.body.skeleton import LIMB_SEGMENT, LIMBS, SEGMENTS
+from motionenv.body.skeleton import LIMB_SEGMENT, LIMBS, SEGMENT_PARENT, SEGMENTS
 from motionenv.errors import GapError
 from motionenv.types import MARKERS, POSE
 
 #: Parts of the body and their entries of the pose vector.
 PARTS: dict[str, tuple[int, ...]] = {
-    part: tuple(i for i, name in enumerate(POSE) if any(name.startswith(word) for word in words))
+    part: tuple(i for i, name in enumerate(POSE) if name.startswith(words))
     for part, words in {
-        "root": ("root",),
-        "neck": ("neck",),
-        "left arm": ("left_shoulder", "left_elbow"),
-        "right arm": ("right_shoulder", "right_elbow"),
-        "left leg": ("left_hip", "left_knee"),
-        "right leg": ("right_hip", "right_knee"),
+        "root": ("root",), "neck": ("neck",),
+        "left arm": ("left_shoulder", "left_elbow"), "right arm": ("right_shoulder", "right_elbow"),
+        "left leg": ("left_hip", "left_knee"), "right leg": ("right_hip", "right_knee"),
     }.items()
-}
-
-# Segments and the entries that determine their rotation, beside those of the segment before them.
-_CHAIN = {
-    "head": ("torso", slice(6, 9)),
-    "left_upper_arm": ("torso", slice(9, 12)), "left_forearm": ("left_upper_arm", slice(12, 13)),
-    "right_upper_arm": ("torso", slice(13, 16)), "right_forearm": ("right_upper_arm", slice(16, 17)),
-    "left_thigh": ("torso", slice(17, 20)), "left_shin": ("left_thigh", slice(20, 21)),
-    "right_thigh": ("torso", slice(21, 24)), "right_shin": ("right_thigh", slice(24, 25)),
 }  # fmt: skip
+
+#: Per segment of `SEGMENTS`: the entries of the pose vector that turn it relative to its parent. A foot has none.
+SEGMENT_ENTRIES = (
+    slice(6), slice(6, 9),
+    slice(9, 12), slice(12, 13), slice(13, 16), slice(16, 17),
+    slice(17, 20), slice(20, 21), slice(21, 24), slice(24, 25),
+    slice(0), slice(0),
+)  # fmt: skip
 _UPPER = [LIMBS.index("torso"), LIMBS.index("shoulders")]
 _ABOVE = [SEGMENTS.index(name) for name in ("head", "left_upper_arm", "right_upper_arm")]
 _CARRIER = {"head": "head", "elbow": "upper_arm", "wrist": "forearm", "knee": "thigh", "ankle": "shin"}
@@ -50,40 +46,23 @@ def missing_parts(poses) -> tuple[str, ...]:
 
 
 def known_limbs(poses) -> np.ndarray:
-    """Which of the drawn limbs are known: (..., limbs) bool, in the order of `motionenv.body.LIMBS`.
-
-    Args:
-        poses: (..., 25) [m, rad], NaN where unknown.
-    """
-    segments = _known_segments(poses)
+    """Which limbs of `motionenv.body.LIMBS` poses (..., 25) show: (..., limbs) bool; NaN is unknown."""
+    segments = known_segments(poses)
     limbs = segments[..., LIMB_SEGMENT]
     limbs[..., _UPPER] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
     return limbs
 
 
 def known_markers(poses) -> np.ndarray:
-    """Which of the 15 markers are known: (..., 15) bool, in the order of `motionenv.types.MARKERS`.
-
-    Args:
-        poses: (..., 25) [m, rad], NaN where unknown.
-    """
-    segments = _known_segments(poses)
+    """Which of the 15 markers of `motionenv.types.MARKERS` poses (..., 25) show: (..., 15) bool; NaN is unknown."""
+    segments = known_segments(poses)
     markers = segments[..., _MARKER_SEGMENT]
     markers[..., _UPPER_MARKERS] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
     return markers
 
 
 def check_shown(poses, parts, purpose: str) -> None:
-    """Check that poses show some parts of the body.
-
-    Args:
-        poses: (..., 25) [m, rad], NaN where unknown.
-        parts: names of `PARTS`.
-        purpose: who needs them, the subject of the message.
-
-    Raises:
-        GapError: a part is never shown whole; names it.
-    """
+    """Raise a GapError that names the first of `parts` that poses (..., 25) never show; `purpose` is its subject."""
     if missing := [part for part in missing_parts(poses) if part in parts]:
         raise GapError(
             f"{purpose} needs {listed(missing)}, never shown here: fill the motion first with motionenv.fill, "
@@ -97,14 +76,12 @@ def listed(parts) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def _known_segments(poses) -> np.ndarray:
-    """Whether the rotation and place of each of `SEGMENTS` is known, (..., 12) bool."""
+def known_segments(poses) -> np.ndarray:
+    """Whether the rotation and place of each of `SEGMENTS` in poses (..., 25) is known, (..., 12) bool."""
     known = np.isfinite(np.asarray(poses, dtype=np.float64))
     segments = np.empty((*known.shape[:-1], len(SEGMENTS)), dtype=bool)
-    segments[..., 0] = known[..., :6].all(axis=-1)
-    for name, (parent, entries) in _CHAIN.items():
-        before = segments[..., SEGMENTS.index(parent)]
-        segments[..., SEGMENTS.index(name)] = before & known[..., entries].all(axis=-1)
-    for side in ("left", "right"):
-        segments[..., SEGMENTS.index(f"{side}_foot")] = segments[..., SEGMENTS.index(f"{side}_shin")]
+    for i, (entries, parent) in enumerate(zip(SEGMENT_ENTRIES, SEGMENT_PARENT, strict=True)):
+        segments[..., i] = known[..., entries].all(axis=-1)
+        if parent >= 0:
+            segments[..., i] &= segments[..., parent]
     return segments

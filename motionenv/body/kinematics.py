@@ -48,11 +48,7 @@ FOOT_BALL = _FOOT[1]
 
 
 def forward(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """Forward kinematics.
-
-    Args:
-        poses: (..., 25) [m, rad], in the order of `motionenv.types.POSE`.
-        skeleton: the body.
+    """Forward kinematics of `poses` (..., 25) [m, rad] of a `skeleton`, in the order of `motionenv.types.POSE`.
 
     Returns:
         Node positions (..., 16, 3) [m] in the order of `NODES`, and rotations segment → world (..., 12, 3, 3) in the
@@ -69,27 +65,15 @@ def forward(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
 
 
 def markers(poses, skeleton: Skeleton) -> np.ndarray:
-    """The 15 markers (..., 15, 3) [m] of poses (..., 25), in the order of `motionenv.types.MARKERS`.
-
-    Args:
-        poses: (..., 25) [m, rad].
-        skeleton: the body.
-    """
+    """The 15 markers (..., 15, 3) [m] of `poses` (..., 25) of a `skeleton`, ordered as `motionenv.types.MARKERS`."""
     return forward(poses, skeleton)[0][..., :15, :]
 
 
 def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
-    """End points of the axes of the drawn limbs.
+    """End points (..., limbs, 2, 3) [m] of the axes of the drawn `LIMBS` of `poses` (..., 25) of a `skeleton`.
 
     Feet have no degrees of freedom: they follow the shin without lateral tilt, and flex at the ankle so that the toe
     stays above the ground z = 0, and the heel too if the ankle is high enough.
-
-    Args:
-        poses: (..., 25) [m, rad].
-        skeleton: the body.
-
-    Returns:
-        (..., limbs, 2, 3) [m], in the order of `LIMBS`.
     """
     flat, lead = _flat(poses)
     ends = np.empty((len(flat), len(LIMBS), 2, 3))
@@ -98,14 +82,9 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
 
 
 def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of the feet, as from `forward` but faster.
+    """Ankles and balls of the feet, left then right, (..., 2, 3) [m] each, of `poses` (..., 25) of a `skeleton`.
 
-    Args:
-        poses: (..., 25) [m, rad].
-        skeleton: the body.
-
-    Returns:
-        Ankles and balls of the feet, (..., 2, 3) [m] each, left then right.
+    As from `forward` but faster.
     """
     flat, lead = _flat(poses)
     ankles, balls = np.empty((2, len(flat), 2, 3))

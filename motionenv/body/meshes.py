@@ -16,17 +16,11 @@ if TYPE_CHECKING:
 
 
 class Mesh(NamedTuple):
-    """A closed surface.
+    """A closed surface."""
 
-    Attributes:
-        vertices: (n, 3) [m].
-        normals: (n, 3), the unit normals of the round surface at the vertices, outwards.
-        faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
-    """
-
-    vertices: np.ndarray
-    normals: np.ndarray
-    faces: np.ndarray
+    vertices: np.ndarray  # (n, 3) [m]
+    normals: np.ndarray  # (n, 3), the unit normals of the round surface at the vertices, outwards
+    faces: np.ndarray  # (m, 3) indices of vertices, counter-clockwise seen from outside
 
 
 def rounded_cone(
@@ -40,8 +34,7 @@ def rounded_cone(
 
     Args:
         length: distance of the centres [m].
-        start_radius: radius of the sphere at the origin [m].
-        end_radius: radius of the other sphere [m].
+        start_radius, end_radius: of the sphere at the origin and of the other one [m].
         sections: number of vertices around the axis.
         rings: number of latitude steps from pole to pole; None makes the caps as fine along the axis as around it.
 
@@ -95,14 +88,10 @@ def _faces(rings: int, sections: int) -> np.ndarray:
 
 
 def limb_meshes(skeleton: Skeleton, sections: int = 32) -> list[Mesh]:
-    """The drawn limbs in the order of `motionenv.body.LIMBS`, each in the frame of its segment.
+    """The drawn limbs of a `skeleton` in the order of `motionenv.body.LIMBS`, each in the frame of its segment.
 
     To pose them, rotate vertices by the rotations of `motionenv.body.forward`, then translate them by the position of
-    the segment's origin, the node `motionenv.body.skeleton.SEGMENT_ORIGIN`.
-
-    Args:
-        skeleton: the body.
-        sections: number of vertices around each limb.
+    the segment's origin, the node `motionenv.body.skeleton.SEGMENT_ORIGIN`. There are `sections` vertices around each.
 
     Raises:
         MotionError: a limb without a radius above 0, or fewer than three sections.
@@ -130,7 +119,7 @@ def _frame_along(axis: np.ndarray) -> np.ndarray:
 
 
 def body_mesh(pose, skeleton: Skeleton, sections: int = 32) -> "trimesh.Trimesh":
-    """The whole body in one pose as a coloured `trimesh.Trimesh`, to display, measure or export (STL, PLY, OBJ).
+    """The whole body in one pose as a coloured `trimesh.Trimesh` [m], to display, measure or export (STL, PLY, OBJ).
 
     Limbs are closed surfaces that overlap at the joints.
 
@@ -138,9 +127,6 @@ def body_mesh(pose, skeleton: Skeleton, sections: int = 32) -> "trimesh.Trimesh"
         pose: (25,) [m, rad], in the order of `motionenv.types.POSE`; limbs whose angles are NaN are left out.
         skeleton: the body.
         sections: number of vertices around each limb.
-
-    Returns:
-        The mesh, with vertices in the world [m].
 
     Raises:
         MotionError: `pose` has another shape or infinite values.

@@ -110,9 +110,7 @@ TRUNK_SHARE = 0.300
 def from_height(height: float = 1.75, *, girth: float = 1.0) -> Skeleton:
     """A body of average proportions (Winter 2009, fig. 4.1).
 
-    Args:
-        height: standing height [m], 0.5 to 2.5.
-        girth: factor on the thickness of all limbs, 0.5 to 2.
+    Its `height` is 0.5 to 2.5 m standing; `girth`, 0.5 to 2, is a factor on the thickness of all limbs.
 
     Raises:
         MotionError: `height` or `girth` out of range.

@@ -1,6 +1,6 @@
 """The command line.
 
-`motionenv demo | synth | sample | render | lift | track | report | fit | models | serve | bench | mocap`.
+`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | serve | bench | mocap`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import bench, gait, lifting, mocap, models, serve, synthesis, tracking
+from motionenv.cli import bench, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err
 from motionenv.errors import MotionError
 
@@ -20,17 +20,15 @@ __all__ = ["app", "main"]
 
 app = typer.Typer(
     help="Walking people with known ground truth: motion capture, motion models, rendering, tracking.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
+    no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+)  # fmt: skip
 app.command()(synthesis.demo)
 app.command()(synthesis.synth)
 app.command()(synthesis.sample)
 app.command()(synthesis.render)
 app.command()(lifting.lift)
 app.command()(tracking.track)
+app.command()(evaluate.evaluate)
 app.command()(gait.report)
 app.command()(models.fit)
 app.command()(models.models)

@@ -27,12 +27,10 @@ Unit = Annotated[
 ]
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
 Map = Annotated[
-    str | None, typer.Option("--map", help="Marker map (TOML file of `motionenv mocap map`), or name of a marker set.")
+    str | None, typer.Option("--map", help="Marker map (file of `motionenv mocap map`), or a marker set's name.")
 ]
 Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
-Fill = Annotated[
-    bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by the model's prior.")
-]
+Fill = Annotated[bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by a prior.")]
 Height = Annotated[float | None, typer.Option(help="Body height [m]; by default the model's.")]
 Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by default the walker's own.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
@@ -83,6 +81,41 @@ def parsed_numbers(text: str | None, name: str) -> list[float] | None:
         return None if text is None else [float(part) for part in text.split(",")]
     except ValueError:
         raise MotionError(f"{name} must be numbers separated by commas, such as 1,0,-2; got {text!r}") from None
+
+
+def parsed_speed(text: str | None) -> float | list[list[float]] | None:
+    """A speed from "1.3", rows (time, speed) from "0:0 1:1.3"; None from None."""
+    try:
+        if text is None or ":" not in text:
+            return None if text is None else float(text)
+        rows = [[float(number) for number in pair.split(":")] for pair in text.split()]
+        if any(len(row) != 2 for row in rows):
+            raise ValueError
+    except ValueError:
+        raise MotionError(
+            f"--speed must be a number of m/s, or TIME:SPEED pairs, as '0:0 1:1.3'; got {text!r}"
+        ) from None
+    return rows
+
+
+def parsed_path(text: str | None):
+    """A path from "arc:3,90", points (n, 2) from "0,0 2,0 3,1" or a file of such rows; None from None."""
+    from motionenv.models.paths import Path as Way
+
+    if text is None:
+        return None
+    is_arc = text.startswith("arc:")
+    try:
+        rows = Path(text).read_text().splitlines() if text.endswith(".csv") else text.removeprefix("arc:").split()
+        points = [[float(number) for number in row.split(",")] for row in rows if row.strip()]
+        if any(len(point) != 2 for point in points) or (is_arc and len(points) != 1):
+            raise ValueError
+    except OSError as error:
+        raise MotionError(f"can't read --path {text}: {error.strerror}") from None
+    except ValueError:
+        wanted = "arc:RADIUS,DEGREES, points 'X,Y X,Y ...' in metres, or a .csv file with X,Y in each row"
+        raise MotionError(f"--path must be {wanted}; got {text!r}") from None
+    return Way.arc(points[0][0], math.radians(points[0][1])) if is_arc else Way.through(points)
 
 
 def parsed_view(text: str) -> float:

@@ -37,11 +37,7 @@ def bench(
 
 
 def benchmarks(root: Path) -> list[str]:
-    """Names of the modules below `root`/benchmarks that can be run, without the name of that folder.
-
-    Args:
-        root: of a checkout.
-    """
+    """Names of the modules below `root`/benchmarks that can be run, without the name of that folder."""
     folder = root / "benchmarks"
     runnable = [p for p in folder.rglob("*.py") if "if __name__ ==" in p.read_text(encoding="utf-8")]
     parts = [p.relative_to(folder).with_suffix("").parts for p in runnable]

@@ -17,15 +17,9 @@ _STRIP = 6
 
 
 def make_demo(out, *, seed=1, on_frame: Callable[[int], None] = lambda done: None) -> dict[Path, str]:
-    """Write walk.mp4, strip.png and walk.bvh of a random person to the folder `out`.
+    """Write walk.mp4, strip.png and walk.bvh of a random person to the folder `out`; return each file's description.
 
-    Args:
-        out: the folder; created if necessary.
-        seed: int or Generator.
-        on_frame: called with the number of frames rendered so far.
-
-    Returns:
-        Description of each file.
+    `on_frame` is called with the number of frames rendered so far.
 
     Raises:
         MotionError: the folder can't be created or written.

@@ -97,7 +97,7 @@ def _parsed_elevation(text: str) -> float | None:
 
 def _report(lifted) -> list[str]:
     """Summary of the result."""
-    from motionenv.lifting.pipeline import MISFIT_LIMIT
+    from motionenv.lifting import MISFIT_LIMIT
     from motionenv.lifting.posterior import BAND
     from motionenv.metrics import pelvis_mpjpe
 
@@ -116,10 +116,11 @@ def _report(lifted) -> list[str]:
             f"warning: the points contradict --view and fit {math.degrees(lifted.contradiction.alpha):.0f} degrees: "
             "correct --view, or the left and right labels"
         )
-    if lifted.misfit > MISFIT_LIMIT or not found.converged:
+    if not lifted.plausible:
         lines.append(
-            f"warning: this walk is unlike those of the prior (misfit {lifted.misfit:.0f}, usually below 100), so the "
-            "uncertainties above are invalid: check that it goes straight ahead at a steady pace"
+            f"warning: this walk is unlike those of the prior (misfit {lifted.misfit:.1f}, usually below "
+            f"{MISFIT_LIMIT:g}), so the uncertainties above are invalid: check that it goes straight ahead at a steady "
+            "pace, and the view, scale or camera if you gave one"
         )
     if lifted.swapped.any():
         lines.append(

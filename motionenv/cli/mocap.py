@@ -86,14 +86,10 @@ def guess(
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
-    fps: Fps = None,
-    unit: Unit = None,
-    body_model: BodyModel = None,
-    map_: Map = None,
-    static: Static = None,
+    fps: Fps = None, unit: Unit = None, body_model: BodyModel = None, map_: Map = None, static: Static = None,
     fill: Fill = False,
     points: Annotated[bool, typer.Option("--points", help="Keep the file's own points (.c3d and .trc).")] = False,
-) -> None:
+) -> None:  # fmt: skip
     """Retarget capture to the 25-DOF body and write it in another format.
 
     Limbs that the capture doesn't show stay unknown; --fill estimates them. C3D and RRD files also get gait events and

@@ -12,14 +12,11 @@ from motionenv.errors import MotionError
 def fit(
     model: Annotated[str, typer.Argument(help="tree, walk/fpca, walk/eigenwalkers or walk/prior.")],
     mocap: Annotated[Path, typer.Option(help="Folder of capture files, including subfolders.")],
-    out: Annotated[Path, typer.Option(help="Model file to write (.npz).")],
-    fps: Fps = None,
-    unit: Unit = None,
-    map_: Map = None,
-    fill: Fill = False,
+    out: Annotated[Path, typer.Option(help="Model file to write (.npz).")], fps: Fps = None, unit: Unit = None,
+    map_: Map = None, fill: Fill = False,
     mirrored: Annotated[bool, typer.Option("--mirrored", help="Tree: add mirror images of the clips.")] = False,
     activity: Annotated[str | None, typer.Option(help="Tree: activity of all clips; by default from names.")] = None,
-) -> None:
+) -> None:  # fmt: skip
     """Fit a walking model, or a tree of any motion, to motion capture.
 
     Example: motionenv fit walk/fpca --mocap cmu-walks --fps 120 --out my-walk.npz

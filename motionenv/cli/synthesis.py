@@ -13,14 +13,15 @@ from motionenv.cli._shared import (
     Map,
     Seed,
     Size,
-    Speed,
     Unit,
     View,
     check_folder,
     err,
     marker_map,
     parsed_numbers,
+    parsed_path,
     parsed_size,
+    parsed_speed,
     parsed_view,
     progress,
 )  # fmt: skip
@@ -51,8 +52,14 @@ def synth(
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
     seed: Seed = 0,
-    speed: Speed = None,
+    speed: Annotated[
+        str | None,
+        typer.Option(help="Speed [m/s], or TIME:SPEED ..., as '0:0 1:1.3 6:1.3 7:0'; by default the walker's."),
+    ] = None,
     height: Height = None,
+    path: Annotated[
+        str | None, typer.Option(help="arc:RADIUS,DEGREES; points 'X,Y X,Y ...' [m]; or a file of them (.csv).")
+    ] = None,
     phase: Annotated[float, typer.Option(help="Initial phase, in cycles.")] = 0.0,
     variation: Annotated[float, typer.Option(help="Variation between cycles; 0 repeats one cycle exactly.")] = 1.0,
     deviations: Annotated[
@@ -61,7 +68,7 @@ def synth(
 ) -> None:
     """Synthesise a walk into a motion file.
 
-    Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --deviations 1,0,-2 --seed 3 --out walk.bvh
+    Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --path arc:3,90 --seed 3 --out walk.bvh
     """
     from motionenv.mocap import write
     from motionenv.mocap.writing import check_suffix
@@ -69,8 +76,8 @@ def synth(
 
     check_suffix(out)
     motion = synthesize(
-        model, seconds, fps, seed=seed, speed=speed, height=height, phase=phase, variation=variation,
-        deviations=parsed_numbers(deviations, "--deviations"),
+        model, seconds, fps, seed=seed, speed=parsed_speed(speed), height=height, phase=phase, variation=variation,
+        deviations=parsed_numbers(deviations, "--deviations"), path=parsed_path(path),
     )  # fmt: skip
     write(motion, out)
     typer.echo(f"{out}  {motion.poses.shape[0]} frames, {motion.seconds:g} s at {motion.fps:g} fps")

@@ -205,7 +205,7 @@ class _Episode:
         from motionenv import envs
         from motionenv.envs.agents import TrackingAgent, truth_start
 
-        kind = _ENVS.get(env, env.removeprefix("motionenv/").removesuffix("-v0"))
+        kind = _ENVS.get(env, env.removeprefix("motionenv/").removesuffix("-v1"))
         if kind not in _ENVS.values():
             raise MotionError(f"--env must be walker, arm, or the id of an environment with images, got {env!r}")
         make = _made(tracker, model, arm=kind == "ArmTracking")

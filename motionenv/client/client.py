@@ -72,14 +72,9 @@ class Client:
     """
 
     def __init__(
-        self,
-        url: str = "http://127.0.0.1:8000",
-        key: str | None = None,
-        *,
-        timeout: float = 120.0,
-        patience: float = 30.0,
-        retries: int = 2,
-    ):
+        self, url: str = "http://127.0.0.1:8000", key: str | None = None, *, timeout: float = 120.0,
+        patience: float = 30.0, retries: int = 2,
+    ):  # fmt: skip
         self._connection = Connection(url, key, timeout, patience, retries)
 
     def __repr__(self):
@@ -100,19 +95,11 @@ class Client:
         return self._connection.request("GET", "/v1/models").json()["models"]
 
     def model(self, name: str) -> dict[str, Any]:
-        """A model's card, components and bounds: `ModelDescription` of the service's API.
-
-        Args:
-            name: of the model.
-        """
+        """The card, components and bounds of the model called `name`: `ModelDescription` of the service's API."""
         return self._connection.request("GET", f"/v1/models/{quote(name)}").json()
 
     def remove_model(self, name: str) -> None:
-        """Remove a fitted model.
-
-        Args:
-            name: of the model, fitted/….
-        """
+        """Remove the fitted model called `name`, fitted/…."""
         self._connection.request("DELETE", f"/v1/models/{quote(name)}")
 
     def synthesize(self, model: str, seconds: float, fps: float, **walk: Unpack[Walk]) -> Motion:
@@ -133,12 +120,9 @@ class Client:
         """A motion as the bytes of a video, of one picture (".png") or of any other format.
 
         Args:
-            model: its name.
-            seconds: duration [s].
-            fps: frames per second.
+            model, seconds, fps, walk: as of `synthesize`.
             suffix: of the format: see `save`.
             picture: how it is shown.
-            walk: see `Walk`.
         """
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(suffix)
         return self._connection.request("POST", "/v1/synthesis", json=body, headers={"Accept": accept}).content
@@ -151,11 +135,8 @@ class Client:
 
         Args:
             path: of the file: .bvh, .c3d, .csv, .glb, .json, .mot, .npy, .npz, .trc, or .mp4, .gif, .webp, .png.
-            model: its name.
-            seconds: duration [s].
-            fps: frames per second.
+            model, seconds, fps, walk: as of `synthesize`.
             picture: how a film shows it.
-            walk: see `Walk`.
 
         Raises:
             MotionError: the file can't be written.
@@ -185,8 +166,7 @@ class Client:
 
         Args:
             seconds: duration [s].
-            history: what the motion continues, as in `tree_samples`.
-            model: the tree's name.
+            history, model: what the motion continues, and the tree, as in `tree_samples`.
             how: seed, temperature, method, blend, contact; and to steer, activity, heading [degrees], speed [m/s].
         """
         return self._motion("/v1/tree/synthesis", {"model": model, "seconds": seconds, **_beginning(history), **how})
@@ -226,47 +206,35 @@ class Client:
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 
     def inspect(self, files: Iterable[str | Path], **how: Any) -> Job:
-        """Inspect motion capture: its markers or joints, the body, the gait cycles of a walk.
+        """Inspect captured `files`: markers or joints, the body, the gait cycles of a walk.
 
-        Args:
-            files: of capture.
-            how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
-                their names.
+        `how`: fps and unit, for files that don't contain them; marker_map, for points whose names aren't recognised.
         """
         return self._uploaded("/v1/jobs/inspect", files, how)
 
     def points(self, files: Iterable[str | Path], **how: Any) -> Job:
         """List the points of a capture file, where they are, and which landmarks they may be: a marker map to edit.
 
-        Args:
-            files: a capture file, with its .asf where it is .amc.
-            how: as of `inspect`; a marker_map is checked instead of guessed.
+        `files` are the file, with its .asf where it is .amc; `how` is as of `inspect`, but checks a marker_map.
         """
         return self._uploaded("/v1/jobs/points", files, how)
 
     def report(
         self, files: Iterable[str | Path], suffix: str = ".html", *, static: str | Path | None = None, **how: Any
     ) -> Job:
-        """Report on the gait in motion capture: step parameters, and joint angles over the cycle.
+        """Report on the gait in captured `files`: step parameters, and joint angles over the cycle.
 
-        Args:
-            files: of capture.
-            suffix: of the format: .html, .json or .csv.
-            static: the one of the files that holds a static trial.
-            how: as of `inspect`.
+        The `suffix` of the format is .html, .json or .csv; `static` is the file of a static trial, if there is one;
+        `how` is as of `inspect`.
         """
-        name = None if static is None else Path(static).name
-        return self._uploaded(
-            "/v1/jobs/report", files, {"format": _media_type(suffix, _REPORTS), "static": name, **how}
-        )
+        fields = {"format": _media_type(suffix, _REPORTS), "static": None if static is None else Path(static).name}
+        return self._uploaded("/v1/jobs/report", files, {**fields, **how})
 
     def convert(self, files: Iterable[str | Path], suffix: str, **how: Any) -> Job:
-        """Retarget motion capture to the body, and write it in another format.
+        """Retarget a capture, `files` with its .asf where it is .amc, to the body, and write it in another format.
 
-        Args:
-            files: a capture file, with its .asf where it is .amc.
-            suffix: of the format: .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc.
-            how: as of `inspect`; fill, to fill what the file doesn't show.
+        The `suffix` of the format is .bvh, .c3d, .csv, .glb, .json, .mot, .npz or .trc; `how` is as of `inspect`, and
+        fill, to fill what the file doesn't show.
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 
@@ -277,12 +245,8 @@ class Client:
         """Render a video in a job, for those that take longer than a request may.
 
         Args:
-            model: its name.
-            seconds: duration [s].
-            fps: frames per second.
+            model, seconds, fps, picture, walk: as of `film`.
             suffix: of the format: .mp4, .gif or .webp.
-            picture: how it is shown.
-            walk: see `Walk`.
         """
         body = {**_walk(model, seconds, fps, walk, picture), "format": _media_type(suffix, _FILMS)}
         return self._job("/v1/jobs/render", json=body)
@@ -305,12 +269,7 @@ class Client:
         return [Job(self._connection, one) for one in response["jobs"]]
 
     def stream(self, model: str = "walk/fpca", **settings: Any) -> Stream:
-        """Endless motion in real time: an iterator over poses, whose settings can be changed while it runs.
-
-        Args:
-            model: its name.
-            settings: see `Stream.change`.
-        """
+        """Endless motion of a model in real time: an iterator over poses; for its settings see `Stream.change`."""
         return Stream(self._connection, {"model": model, **settings})
 
     def _motion(self, path: str, body: Mapping[str, Any]) -> Motion:
@@ -337,7 +296,6 @@ class Client:
 
 
 def _walk(model: str, seconds: float, fps: float, walk: Mapping[str, Any], picture: Picture | None) -> dict[str, Any]:
-    """`SynthesisRequest` of the service."""
     given = {"seconds": seconds, "fps": fps, **walk}
     body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
     return {"model": model, **body, "picture": dict(picture or {})}
@@ -353,7 +311,6 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:
-    """The media type that belongs to a suffix."""
     try:
         return known[suffix.lower()]
     except KeyError:

@@ -44,28 +44,13 @@ class Connection:
         )  # fmt: skip
 
     def request(self, method: str, path: str, **options: Any) -> httpx.Response:
-        """Send a request; the response has been read.
-
-        Args:
-            method: of HTTP.
-            path: of the API.
-            options: see `httpx.Client.build_request`.
-
-        Raises:
-            ServiceError: an error response, or none.
-        """
+        """The response to a request, read; arguments and errors as of `stream`."""
         with self.stream(method, path, **options) as response:
             response.read()
         return response
 
     def save(self, out: Any, method: str, path: str, **options: Any) -> None:
-        """Write a response to a file as it arrives, whole or not at all.
-
-        Args:
-            out: path of the file.
-            method: of HTTP.
-            path: of the API.
-            options: see `httpx.Client.build_request`.
+        """Write a response to the file `out` as it arrives, whole or not at all; other arguments as of `stream`.
 
         Raises:
             ServiceError: an error response, or an incomplete one.
@@ -78,12 +63,7 @@ class Connection:
 
     @contextmanager
     def stream(self, method: str, path: str, **options: Any) -> Iterator[httpx.Response]:
-        """Send a request; the body of the response is still to be read.
-
-        Args:
-            method: of HTTP.
-            path: of the API.
-            options: see `httpx.Client.build_request`.
+        """Send a request; the body of the response is still to be read. For options see `httpx.Client.build_request`.
 
         Raises:
             ServiceError: an error response, or none.
@@ -126,11 +106,7 @@ class Connection:
 
 
 def as_error(response: httpx.Response) -> ServiceError:
-    """The error in a response.
-
-    Args:
-        response: an error response that has been read.
-    """
+    """The error in an error response that has been read."""
     try:
         problem = response.json()
         detail, errors = str(problem["detail"]), problem.get("errors") or ()

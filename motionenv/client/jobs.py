@@ -37,10 +37,7 @@ class Job:
         return f"<Job {self.id} {self.kind}: {self.status}, {self.progress:.0%}>"
 
     def refresh(self, wait: float = 0.0) -> "Job":
-        """Update the state.
-
-        Args:
-            wait: seconds, up to 30, for which the service may hold the response back until something changes.
+        """Update the state; for `wait` seconds, up to 30, the service may hold the response back until it changes.
 
         Raises:
             ServiceError: the job was removed, or no response.
@@ -76,19 +73,12 @@ class Job:
         return self
 
     def result(self) -> Any:
-        """The result: a dict where it is JSON, otherwise bytes.
-
-        Raises:
-            ServiceError: it isn't done.
-        """
+        """The result: a dict where it is JSON, otherwise bytes; a ServiceError if the job isn't done."""
         response = self._connection.request("GET", f"{self._path}/result")
         return response.json() if response.headers["content-type"].startswith("application/json") else response.content
 
     def save(self, path: Any) -> None:
-        """Write the result to a file, whole or not at all.
-
-        Args:
-            path: of the file.
+        """Write the result to a file at `path`, whole or not at all.
 
         Raises:
             ServiceError: it isn't done.
@@ -97,11 +87,7 @@ class Job:
         self._connection.save(path, "GET", f"{self._path}/result")
 
     def cancel(self) -> "Job":
-        """Cancel the job if it hasn't ended; its state is kept.
-
-        Raises:
-            ServiceError: the job was removed, or no response.
-        """
+        """Cancel the job if it hasn't ended; its state is kept. A ServiceError if it was removed, or no response."""
         try:
             self._take(self._connection.request("POST", f"{self._path}/cancel").json())
         except ServiceError as error:

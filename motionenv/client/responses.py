@@ -51,11 +51,7 @@ class LiftedPoints:
 
 
 def samples(response: Mapping[str, Any]) -> "Samples":
-    """The samples in a response.
-
-    Args:
-        response: `SamplesResponse` of the service.
-    """
+    """The samples in a `SamplesResponse` of the service."""
     from motionenv.models.motion_tree import Samples
 
     poses = np.array(response["poses"]).reshape(-1, 25)
@@ -63,24 +59,16 @@ def samples(response: Mapping[str, Any]) -> "Samples":
 
 
 def lifted(response: Mapping[str, Any]) -> LiftedPoints:
-    """The walk in a response.
-
-    Args:
-        response: `LiftResponse` of the service.
-    """
+    """The walk in a `LiftResponse` of the service."""
     contradiction = response["contradiction"]
     return LiftedPoints(
         markers=Markers(tuple(response["markers"]), np.array(response["positions"]), response["fps"]),
-        band=np.array(response["band"]),
-        poses=np.array(response["poses"]),
-        alpha=math.radians(response["view"]),
-        alpha_deviation=math.radians(response["view_deviation"]),
-        elevation=math.radians(response["elevation"]),
+        band=np.array(response["band"]), poses=np.array(response["poses"]), alpha=math.radians(response["view"]),
+        alpha_deviation=math.radians(response["view_deviation"]), elevation=math.radians(response["elevation"]),
         others=tuple(map(_view, response["others"])),
-        contradiction=None if contradiction is None else _view(contradiction),
-        swapped=np.array(response["swapped"]),
+        contradiction=None if contradiction is None else _view(contradiction), swapped=np.array(response["swapped"]),
         **{name: response[name] for name in ("height", "frequency", "speed", "misfit", "plausible")},
-    )
+    )  # fmt: skip
 
 
 def _view(response: Mapping[str, Any]) -> "OtherView":

@@ -84,7 +84,6 @@ class Stream:
         self._stack.close()
 
     def _send(self, text: str) -> None:
-        """Send a message."""
         from websockets.exceptions import ConnectionClosed
 
         try:

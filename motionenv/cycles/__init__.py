@@ -12,14 +12,6 @@ from motionenv.cycles.snr import SNR, snr
 from motionenv.cycles.splines import periodic_basis, spline_basis
 
 __all__ = [
-    "SNR",
-    "Alignment",
-    "Period",
-    "align",
-    "estimate_period",
-    "periodic_basis",
-    "segment",
-    "snr",
-    "spline_basis",
+    "SNR", "Alignment", "Period", "align", "estimate_period", "periodic_basis", "segment", "snr", "spline_basis",
     "to_reference",
-]
+]  # fmt: skip

@@ -7,19 +7,11 @@ from motionenv._core.compilation import kernel
 
 @kernel
 def sums_of_squares(z, seen, candidates, of_means):
-    """Sums over the bins of `z` folded at every candidate period.
+    """Σ_k S_k²/n_k, Σ_k (S_k/n_k)² (0 unless `of_means`) and non-empty bins, (n, m), of `z` folded at each candidate.
 
     Folding the fold at 2p gives the fold at p, so the series itself is read only for candidates whose double isn't a
-    candidate. All folds share one buffer, which stays in the cache.
-
-    Args:
-        z: (frames, m), centred, 0 where missing.
-        seen: (frames, m), 1 or 0, of an integer type that can hold the largest count of a bin.
-        candidates: (n,) sorted, ascending.
-        of_means: whether to sum squared means as well.
-
-    Returns:
-        Σ_k S_k²/n_k, Σ_k (S_k/n_k)² (0 if not requested), and the number of non-empty bins, each (n, m).
+    candidate. All folds share one buffer, which stays in the cache. `z` (frames, m) is centred, 0 where missing; `seen`
+    (frames, m) is 1 or 0, of an integer type that can hold the largest count of a bin; `candidates` (n,) ascend.
     """
     m, last = z.shape[1], candidates[-1]
     index = np.full(2 * last + 1, -1, np.int64)

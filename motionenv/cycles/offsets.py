@@ -153,11 +153,7 @@ def _group(members: np.ndarray, p: int, parts: int, sequences: list, scale: np.n
 
 
 def positive(values, n: int, name: str) -> np.ndarray:
-    """`values` as (n,) positive finite numbers; one number stands for all.
-
-    Raises:
-        MotionError: they are not.
-    """
+    """`values` as (n,) positive finite numbers, else a MotionError about `name`; one number stands for all."""
     try:
         array = np.broadcast_to(np.asarray(values, dtype=np.float64), (n,))
     except (TypeError, ValueError):

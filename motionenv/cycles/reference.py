@@ -61,12 +61,10 @@ def segment(sequences, fps, *, steer=None, weights=None, samples: int = 128, cha
     """Segment sequences into cycles: `estimate_period` of each, `align`, `to_reference` (paper A, section 3).
 
     Args:
-        sequences: n arrays (frames, m), NaN where missing.
-        fps: frame rate, one or (n,) [Hz].
+        sequences, fps, samples, channels, subjects: as in `to_reference`.
         steer: channels that determine periods and offsets, as an index into the m channels (a slice, a list of numbers,
             or a mask); all by default. Exclude channels that drift, such as root position.
         weights: weight per steering channel in `align`.
-        samples, channels, subjects: as in `to_reference`.
 
     Raises:
         MotionError: as in the three steps; names the sequence that has no period.

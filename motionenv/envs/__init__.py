@@ -6,12 +6,14 @@ Importing this module registers them:
     import motionenv.envs
 
     gymnasium.register_envs(motionenv.envs)  # does nothing; tells linters that the import is needed
-    env = gymnasium.make("motionenv/WalkerTracking-v0")
-    envs = gymnasium.make_vec("motionenv/WalkerTracking-v0", num_envs=64)
+    env = gymnasium.make("motionenv/WalkerTracking-v1")
+    envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64)
 
-Where only a string can be given, `"motionenv.envs:motionenv/WalkerTracking-v0"` imports the module too. After
+Where only a string can be given, `"motionenv.envs:motionenv/WalkerTracking-v1"` imports the module too. After
 `import motionenv` alone `gymnasium.make` raises `NamespaceNotFound`, as that imports neither this module nor Gymnasium.
 The environment classes are imported on first use.
+
+Actions never change what is seen: these are estimation problems, for which a discount of γ = 0 is right.
 """
 
 from importlib import import_module

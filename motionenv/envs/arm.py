@@ -1,4 +1,4 @@
-"""motionenv/ArmTracking-v0: the right arm in images (paper C, section 6)."""
+"""motionenv/ArmTracking-v1: the right arm in images (paper C, section 6)."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -49,16 +49,21 @@ class ArmTracking(PictureTracking):
     four degrees of freedom. Images are stabilised: the shoulder is always in the centre. Each step shows the next
     image, and the agent estimates the joint angles, or the positions of elbow and wrist.
 
+    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
+    discount of γ = 0 is right.
+
     Positions are in metres: the person stands at the origin and looks along x, y is left, z up, the ground at z = 0.
     The camera is 2.4 m from the shoulder, level with it.
 
     ## Action Space
     An estimate for the last observed frame, in the form given by `estimate`:
 
-    - "pose": `Box(-4π, 4π, (4,), float32)`, flexion, abduction and rotation of the right shoulder and flexion of the
-      elbow [rad], applied to the true body.
-    - "joints": `Box(-100, 100, (2, 3), float32)`, positions [m] of elbow and wrist.
-    - "belief": `Box((n_belief, 5), float32)`, weighted poses: four angles, then a log weight within ±100.
+    - "pose": `Box(-1, 1, (4,), float32)`, flexion, abduction and rotation of the right shoulder and flexion of the
+      elbow, applied to the true body.
+    - "joints": `Box(-1, 1, (2, 3), float32)`, positions of elbow and wrist.
+    - "belief": `Box(-1, 1, (n_belief, 5), float32)`, weighted poses: four angles, then a log weight.
+
+    Entries are scaled as in `WalkerTracking`, with a reach of 2 m.
 
     ## Observation Space
     As in `WalkerTracking`: "rgb", "mask", "depth", or a `Dict` of several.
@@ -71,22 +76,23 @@ class ArmTracking(PictureTracking):
     Person, arm motion, colours, view and scenery are random.
 
     ## Episode End
-    Truncated after `horizon` estimates; terminated when the track is lost, as in `WalkerTracking`.
+    Truncated after `horizon` estimates; never terminated.
 
     ## Arguments
     - `motion="reach"`: minimum-jerk movements between random postures; or a motion of `WalkerTracking`, of which only
       the right arm is used.
     - `camera="side"`: "side" (from the right), "front", a view angle in degrees, or "random".
-    - `horizon=90`, and all others as in `WalkerTracking`.
+    - `horizon=90`, and all others as in `WalkerTracking`; there is no `start`.
 
     `truth()` returns "pose" (25,), "joints" (15, 3), "camera" and "skeleton"; `observation_model` is that of
     `WalkerTracking`, for whole poses.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/ArmTracking-v0", num_envs=64)` renders all images of a step in one batch; it also
+    `gymnasium.make_vec("motionenv/ArmTracking-v1", num_envs=64)` renders all images of a step in one batch; it also
     accepts `autoreset_mode` and `threads`.
 
     ## Version History
+    - v1: actions are normalised, and losing the track ends nothing.
     - v0: initial version.
 
     Args:

@@ -2,19 +2,26 @@
 
 An episode has horizon + 1 frames. `reset` returns the observation of frame 0. The action of a step is the estimate for
 the last observed frame; it is scored against that frame's ground truth, and the next frame is observed. The episode is
-truncated when frame `horizon` has been observed, and terminated when the track is lost, if `lost_after` is set. A world
-holds n episodes in arrays. The single environment is a world with n = 1, so the vector environment returns the same as
-single ones with the same seeds.
+truncated when frame `horizon` has been observed, and is never terminated: who loses the track pays for every frame.
+
+Actions never change what is seen: these are estimation problems, each action is judged by its own reward, and a
+discount of γ = 0 is right.
+
+A world holds n episodes in arrays. The single environment is a world with n = 1, so the vector environment returns the
+same as single ones with the same seeds.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 
 from motionenv._core.validation import checked_number
+from motionenv.envs.simulation.estimates import ActionScale
 from motionenv.errors import MotionError
 
 #: Number of consecutive estimates with errors above `lost_after` after which the track is lost.
@@ -34,6 +41,7 @@ class World(Protocol):
         horizon: number of estimates in an episode.
         fps: frame rate [Hz].
         observation_space, action_space: of one environment.
+        scale: maps actions to estimates.
         time: (n,) the current frame of each episode, from 0 to `horizon`.
     """
 
@@ -42,6 +50,7 @@ class World(Protocol):
     fps: float
     observation_space: gymnasium.Space
     action_space: gymnasium.spaces.Box
+    scale: ActionScale
     time: np.ndarray
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
@@ -81,15 +90,50 @@ class World(Protocol):
         """Release threads; the world stays usable."""
 
 
-class TrackingEnv(gymnasium.Env):
+class OfWorld:
+    """What single and vector environments have in common."""
+
+    world: World
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """Gymnasium's specification, whose `max_episode_steps` is this environment's horizon."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = copy(spec)
+        if self._spec is not None:
+            self._spec.max_episode_steps = self.world.horizon
+
+    def action(self, estimate: np.ndarray) -> np.ndarray:
+        """The action, float32, that says an estimate [m, rad]: a pose, joints, or a belief.
+
+        Args:
+            estimate: of the action space's shape, or one for each environment of a vector. What is out of reach goes to
+                the bound.
+        """
+        return self.world.scale.actions(estimate)
+
+    def estimate(self, action: np.ndarray) -> np.ndarray:
+        """The estimate [m, rad], float64, that an action says; the inverse of `action`.
+
+        Args:
+            action: in the action space, or one for each environment of a vector.
+        """
+        return self.world.scale.estimates(np.asarray(action, dtype=np.float64))
+
+
+class TrackingEnv(OfWorld, gymnasium.Env):
     """A single tracking environment on a world with one slot.
 
     Args:
         world: with n = 1.
         render_mode: None, "rgb_array" (the last estimated frame with the estimate overlaid), or "human" (the same in a
             window; needs pygame, like Gymnasium's own environments).
-        lost_after: error [m] that `LOST_ESTIMATES` consecutive estimates must exceed to end the episode; None disables
-            it.
+        lost_after: error [m] that `LOST_ESTIMATES` consecutive estimates must exceed for the track to count as lost,
+            until one is within it; None never counts one as lost.
     """
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012 (as Gymnasium declares it)
@@ -127,8 +171,8 @@ class TrackingEnv(gymnasium.Env):
             action: the estimate, inside `action_space`.
 
         Returns:
-            Observation, reward, terminated, truncated, info; info holds the estimate's mean per-joint "error" [m], and
-            whether the track is "lost".
+            Observation, reward, terminated, which is always False, truncated, info; info holds the estimate's mean
+            per-joint "error" [m], and whether the track is "lost".
 
         Raises:
             MotionError: an action of another shape, not numeric, not finite or out of bounds; the state is unchanged.
@@ -143,9 +187,9 @@ class TrackingEnv(gymnasium.Env):
         self._off = self._off + 1 if self.lost_after is not None and error > self.lost_after else 0
         lost = self._off >= LOST_ESTIMATES
         truncated = bool(self.world.time[0] >= self.world.horizon)
-        self._running, self._estimate = not (lost or truncated), actions[0]
+        self._running, self._estimate = not truncated, actions[0]
         self._show()
-        return self._observed(), float(rewards[0]), lost, truncated, {"error": error, "lost": lost}
+        return self._observed(), float(rewards[0]), False, truncated, {"error": error, "lost": lost}
 
     def truth(self) -> dict[str, Any]:
         """Ground truth of the last observed frame; see the environment's docstring for its entries.
@@ -209,6 +253,17 @@ class TrackingEnv(gymnasium.Env):
 
     def __getstate__(self):
         return {**self.__dict__, "_window": None}
+
+
+def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
+    """A vector environment's arguments with its specification's `max_episode_steps` as the horizon.
+
+    Args:
+        arguments: as Gymnasium's `make_vec` passes them; a "horizon" among them counts more.
+    """
+    arguments = dict(arguments)
+    steps = arguments.pop("max_episode_steps", None)
+    return arguments if steps is None else {"horizon": steps, **arguments}
 
 
 def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:

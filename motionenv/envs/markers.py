@@ -1,4 +1,4 @@
-"""motionenv/MarkerTracking-v0: 3D tracking from 15 noisy, incomplete 2D markers in an unknown view."""
+"""motionenv/MarkerTracking-v1: 3D tracking from 15 noisy, incomplete 2D markers in an unknown view."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from motionenv._core.validation import checked_range, checked_whole, is_number
-from motionenv.envs.base import TrackingEnv
+from motionenv.envs.base import TrackingEnv, with_horizon
 from motionenv.envs.simulation.marker_world import MarkerWorld
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
 from motionenv.envs.vector import TrackingVectorEnv
@@ -22,14 +22,18 @@ class MarkerTracking(TrackingEnv):
     who walks in place, as on a treadmill, in an unknown direction. Each frame gives what a point tracker gives: 2D
     positions with noise, some missing. The agent estimates the 3D positions of the markers.
 
+    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
+    discount of γ = 0 is right.
+
     The world is fixed to the camera: x to the right in the image, y away from the camera, z up, the origin on the
     ground at the walker's mean position. Walking along (cos α, -sin α), the walker is seen at the paper's view angle α:
     0 from the side, walking to the right; 90° from the front. The image shows x and z; y, the depth relative to the
     walker's own position, must be inferred from the identity of left and right, joint limits and motion.
 
     ## Action Space
-    `Box(-100, 100, (15, 3), float32)`: estimated positions [m] of the markers in the order of
-    `motionenv.types.MARKERS`.
+    `Box(-1, 1, (15, 3), float32)`: estimated positions of the markers in the order of `motionenv.types.MARKERS`. An
+    entry a says x or y = 2 m · a, or z = 1 m + 2 m · a; `action` turns positions [m] into an action, `estimate` back.
+    With `actions="metric"` it is the positions themselves, within ±100 m.
 
     ## Observation Space
     `Dict`: "points", `Box(-100, 100, (15, 2), float32)`, horizontal and vertical position [m] of each marker, 0 if it
@@ -43,12 +47,11 @@ class MarkerTracking(TrackingEnv):
     Walker, phase, view angle and missing markers are random.
 
     ## Episode End
-    Truncated after `horizon` estimates; terminated, if `lost_after` is given, when the error exceeds that many metres
-    in ten consecutive estimates.
+    Truncated after `horizon` estimates; never terminated, so that losing the track saves nobody its cost.
 
     ## Arguments
     - `motion="walk/eigenwalkers"`: 4,096 Fourier walkers per split, evaluated directly; or any other motion of
-      `motionenv/WalkerTracking-v0`, with its straight path removed. `file_fps` and `unit` are for files that don't
+      `motionenv/WalkerTracking-v1`, with its straight path removed. `file_fps` and `unit` are for files that don't
       specify them.
     - `split="train"`: or "eval", which has other walkers; of a folder, other people.
     - `view=None`: view angle α [degrees], or (low, high); None is the full circle.
@@ -58,7 +61,9 @@ class MarkerTracking(TrackingEnv):
     - `gaps=0.1`: fraction of the time that a marker is missing in gaps of `gap_seconds=0.3` mean duration.
     - `fps=30`, `horizon=200`: frame rate, and number of estimates in an episode.
     - `speed=None`, `height=None`: (low, high) of walking speed [m/s] and body height [m]; None uses the motion's own.
-    - `lost_after=None`: see Episode End.
+    - `actions="normalised"`: or "metric", see Action Space.
+    - `lost_after=None`: with a number, `info["lost"]` tells that the last ten estimates or more were off by more than
+      that many metres.
     - `render_mode=None`: "rgb_array", the last estimated points with the estimate overlaid; or "human", the same in a
       window.
 
@@ -67,10 +72,11 @@ class MarkerTracking(TrackingEnv):
     against that frame without access to the ground truth.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/MarkerTracking-v0", num_envs=1024)` steps all environments in compiled loops; it also
+    `gymnasium.make_vec("motionenv/MarkerTracking-v1", num_envs=1024)` steps all environments in compiled loops; it also
     accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled").
 
     ## Version History
+    - v1: actions are normalised, and losing the track ends nothing.
     - v0: initial version.
 
     Args:
@@ -97,6 +103,7 @@ class MarkerTrackingVector(TrackingVectorEnv):
     Args:
         num_envs: number of environments.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
         render_mode: None or "rgb_array".
         lost_after: as in `MarkerTracking`.
         arguments: as in `MarkerTracking`.
@@ -107,15 +114,17 @@ class MarkerTrackingVector(TrackingVectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
         render_mode: str | None = None,
         lost_after: float | None = None,
         **arguments: Any,
     ):
         super().__init__(
-            marker_world(checked_whole(num_envs, "num_envs", 1), **arguments),
+            marker_world(checked_whole(num_envs, "num_envs", 1), **with_horizon(arguments)),
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,
+            batch_size=batch_size,
         )
 
 
@@ -136,19 +145,21 @@ def marker_world(
     height: tuple[float, float] | None = None,
     file_fps: float | None = None,
     unit: str | None = None,
+    actions: str = "normalised",
 ) -> MarkerWorld:
     """Walkers in place, each in front of their own camera.
 
     Args:
         n: number of episodes.
         motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon: see `MarkerTracking`.
-        speed, height, file_fps, unit: see `MarkerTracking`.
+        speed, height, file_fps, unit, actions: see `MarkerTracking`.
 
     Raises:
         MotionError: an invalid argument.
     """
     source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
-    return MarkerWorld(n, source, MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps), _radians(view))
+    sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
+    return MarkerWorld(n, source, sensor, _radians(view), actions)
 
 
 def _radians(view) -> tuple[float, float]:

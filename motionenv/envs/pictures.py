@@ -5,7 +5,7 @@ from typing import Any
 
 from gymnasium.vector import AutoresetMode
 
-from motionenv.envs.base import TrackingEnv
+from motionenv.envs.base import TrackingEnv, with_horizon
 from motionenv.envs.simulation.estimates import Estimates
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
 from motionenv.envs.simulation.picture_world import PictureWorld
@@ -47,6 +47,7 @@ class PictureTrackingVector(TrackingVectorEnv):
     Args:
         num_envs: number of environments.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
         threads: rendering threads; None uses one per core.
         render_mode: None or "rgb_array".
         lost_after: error [m] beyond which the track counts as lost; None disables it.
@@ -60,16 +61,18 @@ class PictureTrackingVector(TrackingVectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
         threads: int | None = None,
         render_mode: str | None = None,
         lost_after: float | None = None,
         **arguments: Any,
     ):
         super().__init__(
-            type(self).make_world(num_envs, threads=threads, **arguments),
+            type(self).make_world(num_envs, threads=threads, **with_horizon(arguments)),
             render_mode=render_mode,
             lost_after=lost_after,
             autoreset_mode=autoreset_mode,
+            batch_size=batch_size,
         )
 
 
@@ -96,6 +99,7 @@ def picture_world(
     clothes: bool = True,
     estimate: str = "pose",
     n_belief: int = 64,
+    actions: str = "normalised",
     file_fps: float | None = None,
     unit: str | None = None,
     threads: int | None = 1,
@@ -109,15 +113,16 @@ def picture_world(
         scored: scored pose entries and joints, arguments of `Estimates`.
         split, size, observation, camera, background, distractors, occluders, noise, brightness, fps, horizon: see
             `motionenv.envs.WalkerTracking`.
-        speed, height, clothes, estimate, n_belief, file_fps, unit: see `motionenv.envs.WalkerTracking`.
+        speed, height, clothes, estimate, n_belief, actions, file_fps, unit: see `motionenv.envs.WalkerTracking`.
         threads: rendering threads.
 
     Raises:
         MotionError: an invalid argument.
     """
-    sense, estimates = PictureSettings(observation, size), Estimates(estimate, n_belief, threads=threads, **scored)
+    sense = PictureSettings(observation, size)
     scenery = Augmentation(background, distractors, occluders, noise, brightness)
     source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit, motion_seed)
     motions, view = direct(source, camera)
+    estimates = Estimates(estimate, n_belief, threads=threads, actions=actions, reach=view.reach, **scored)
     stage = Stage(n, motions, view, size=sense.size, scenery=scenery, clothes=clothes, threads=threads)
     return PictureWorld(stage, sense, estimates)

@@ -10,9 +10,11 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from motionenv.envs.asynchronous import Asynchronous, Step
 from motionenv.envs.base import (
     LOST_ESTIMATES,
     Observation,
+    OfWorld,
     World,
     checked_actions,
     checked_lost_after,
@@ -21,7 +23,7 @@ from motionenv.envs.base import (
 from motionenv.errors import MotionError
 
 
-class TrackingVectorEnv(gymnasium.vector.VectorEnv):
+class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
     """A vector environment on a world with one slot per sub-environment.
 
     It returns the same as a `gymnasium.vector.SyncVectorEnv` of the single environments for the same seeds, actions and
@@ -32,6 +34,7 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         render_mode: None or "rgb_array".
         lost_after: see `TrackingEnv`.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of sub-environments that `recv` returns; None for all. `reset` and `step` return all.
     """
 
     metadata = {  # noqa: RUF012 (as Gymnasium declares it)
@@ -47,7 +50,9 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         render_mode: str | None = None,
         lost_after: float | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
     ):
+        super().__init__(world.n, batch_size)
         self.world = world
         self.num_envs = world.n
         self.single_observation_space = world.observation_space
@@ -89,9 +94,18 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             MotionError: a wrong number of seeds, or an invalid mask.
             ResetNeeded: the mask excludes sub-environments that have never been reset.
         """
+        self.check_received("reset")
         mask = _checked_mask(options, self.num_envs)
         if not (self._begun | mask).all():
             raise ResetNeeded("reset all environments once before using reset_mask")
+        slots = np.flatnonzero(mask)
+        self._seed(seed, slots)
+        self.closed = False  # or Gymnasium would ignore the next `close`, and the threads that start now would stay
+        self._begin(slots)
+        return self.world.observe(self._all), {}
+
+    def _seed(self, seed: int | Sequence[int | None] | None, slots: np.ndarray) -> None:
+        """Seed the generators of `slots`, as `reset` describes."""
         seeds = (
             list(seed)
             if isinstance(seed, Sequence)
@@ -99,13 +113,9 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
         )
         if len(seeds) != self.num_envs:
             raise MotionError(f"seed must be one number, or one for each of {self.num_envs} environments, got {seed!r}")
-        slots = np.flatnonzero(mask)
         for slot in slots.tolist():
             if seeds[slot] is not None:
                 self._seeded[slot] = seeding.np_random(seeds[slot])
-        self.closed = False  # or Gymnasium would ignore the next `close`, and the threads that start now would stay
-        self._begin(slots)
-        return self.world.observe(self._all), {}
 
     def step(self, actions: np.ndarray) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Score an estimate for each sub-environment's last observation, and observe the next frames.
@@ -121,32 +131,46 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             MotionError: actions of another shape, not numeric, not finite or out of bounds; the state is unchanged.
             ResetNeeded: before the first `reset`, or, in DISABLED mode, after the end of an episode.
         """
-        resets = self._ended
-        renewing = bool(resets.any())
-        if not self._begun.all() or (renewing and self.autoreset_mode == AutoresetMode.DISABLED):
+        self.check_received("step")
+        ended = self._runnable(self._all)
+        return self._advance(checked_actions(actions, self.world.action_space, ~ended), self._all)
+
+    def _restart(self, seed: int | Sequence[int | None] | None) -> None:
+        self._seed(seed, self._all)
+        self.closed = False
+        self._begun[:] = self._ended[:] = True  # so that the next step restarts them
+
+    def _runnable(self, ids: np.ndarray) -> np.ndarray:
+        ended, begun = self._ended[ids], self._begun[ids]
+        if not begun.all() or (self.autoreset_mode == AutoresetMode.DISABLED and ended.any()):
             raise ResetNeeded(
-                f"environments {np.flatnonzero(resets | ~self._begun).tolist()} have no running episode: reset them "
+                f"environments {ids[ended | ~begun].tolist()} have no running episode: reset them "
                 'first, with reset(options={"reset_mask": mask})'
             )
-        stepped = ~resets
-        actions = checked_actions(actions, self.world.action_space, stepped)
-        slots = np.flatnonzero(stepped) if renewing else self._all
+        return ended
+
+    def _advance(self, actions: np.ndarray, chosen: np.ndarray) -> Step:
+        stepped, resets = np.zeros((2, self.num_envs), dtype=bool)
+        resets[chosen] = self._ended[chosen]
+        stepped[chosen] = ~resets[chosen]
+        slots = np.flatnonzero(stepped)
         errors, rewards = self.world.judge(actions)
         self.world.advance(slots)
         if self.lost_after is not None:
-            self._off = np.where(errors > self.lost_after, self._off + 1, 0)
-        lost, truncated = self._off >= LOST_ESTIMATES, self.world.time >= self.world.horizon
+            self._off[slots] = np.where(errors[slots] > self.lost_after, self._off[slots] + 1, 0)
+        lost, truncated = stepped & (self._off >= LOST_ESTIMATES), stepped & (self.world.time >= self.world.horizon)
         self._keep(actions, slots)
-        if renewing:
-            for array in (errors, rewards, lost, truncated):
-                array[resets] = 0
+        if resets.any():
+            errors[resets] = rewards[resets] = 0
             self._begin(np.flatnonzero(resets))
-        self._ended = lost | truncated
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended.any():
-            infos = self._renewed(errors, lost)
+        self._ended[chosen] = truncated[chosen]
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended[chosen].any():
+            infos = self._renewed(errors, lost, stepped)
         else:
             infos = _infos(errors, lost, stepped)
-        return self.world.observe(self._all), rewards, lost, truncated, infos
+        if len(chosen) < self.num_envs:
+            rewards, truncated, infos = (_rows(part, chosen) for part in (rewards, truncated, infos))
+        return self.world.observe(chosen), rewards, np.zeros_like(truncated), truncated, infos
 
     def _keep(self, actions: np.ndarray, slots: np.ndarray) -> None:
         """Store the actions that `render` overlays, for `slots`."""
@@ -162,11 +186,12 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
             for slot in slots:
                 self._estimates[slot] = None
 
-    def _renewed(self, errors: np.ndarray, lost: np.ndarray) -> dict[str, Any]:
-        """Reset the ended sub-environments in the same step; returns the infos of that step."""
-        ended, slots = self._ended, np.flatnonzero(self._ended)
+    def _renewed(self, errors: np.ndarray, lost: np.ndarray, stepped: np.ndarray) -> dict[str, Any]:
+        """Reset those of the `stepped` sub-environments that ended; returns the infos of that step."""
+        ended = stepped & self._ended
+        slots = np.flatnonzero(ended)
         last = self.world.observe(slots)
-        infos = _infos(errors, lost, ~ended)
+        infos = _infos(errors, lost, stepped & ~ended)
         final = np.full(self.num_envs, None, dtype=object)
         for i, slot in enumerate(slots):
             final[slot] = {k: v[i].copy() for k, v in last.items()} if isinstance(last, dict) else last[i].copy()
@@ -197,9 +222,11 @@ class TrackingVectorEnv(gymnasium.vector.VectorEnv):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release threads; `kwargs` are ignored."""
+        self._stop()
         self.world.close()
 
     def _check_begun(self, what: str) -> None:
+        self.check_received(what)
         if not self._begun.all():
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
@@ -209,6 +236,11 @@ def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, 
     if not mask.any():
         return {}
     return {"error": np.where(mask, errors, 0.0), "_error": mask.copy(), "lost": lost & mask, "_lost": mask.copy()}
+
+
+def _rows(part, chosen: np.ndarray):
+    """The rows `chosen` of an array, or of all arrays in an info."""
+    return {name: _rows(value, chosen) for name, value in part.items()} if isinstance(part, dict) else part[chosen]
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:

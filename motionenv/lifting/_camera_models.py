@@ -205,7 +205,8 @@ class Perspective:
         slope = np.zeros(len(params))
         by_position = -np.mean(self.basis / depth[:, None], axis=0)
         slope[len(params) - 2 * self.basis.shape[1] :] = np.concatenate([r * by_position for r in rotation[2, :2]])
-        return float(-np.log(depth).mean()), slope
+        logs = np.log(depth, out=np.full(len(depth), np.nan), where=depth > 0)  # NaN behind the camera: no solution
+        return float(-logs.mean()), slope
 
     def prior(self, params: np.ndarray, alpha: float) -> tuple[np.ndarray, np.ndarray]:
         """Standardised prior residuals (n,) and their derivatives (n, 1 + params) by α and the params."""

@@ -25,9 +25,9 @@ _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
 #: Log-odds above which the points contradict a given view. On six CMU walks the true view has less than 1, a view 10
 #: degrees off 9 to 160, 30 degrees off more than 100, and swapped sides (view angles from 10 degrees) at least 68.
 _CONTRADICTED = 50.0
-#: Misfit above which a walk is outside the prior's population: held-out people have 9 to 103 (with noise, gaps,
-#: outliers and five missing markers), walks played backwards at least 309.
-MISFIT_LIMIT = 150.0
+#: Misfit above which a walk is outside the prior's population: the 99 % quantile of people left out, 1.17, rounded up. A
+#: limit chosen so on ten people is exceeded by 1.3 % of the walks of the eleventh (`motionenv bench lifting.misfit`).
+MISFIT_LIMIT = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,6 @@ class Lifted:
         points: the lifted points, with swaps corrected.
         contradiction: set if the given view contradicts the points: the view that fits them. Either the given view is
             wrong, or, if the two have opposite signs, left and right are swapped throughout. `band` is then invalid.
-        misfit: negative log posterior density at the best view, up to a constant (eq. 4.6). Above `MISFIT_LIMIT` the
-            walk is unlike those that the prior was fitted to, and `band` is invalid.
 
     Bands and deviations were calibrated on held-out people of the CMU data. Data sets that define joint centres in
     another way bias them: the view by some degrees.
@@ -69,7 +67,16 @@ class Lifted:
     swapped: np.ndarray
     points: Points
     contradiction: OtherView | None
-    misfit: float
+
+    @property
+    def misfit(self) -> float:
+        """`WalkPosterior.misfit`: how far the walk is from the prior's people; above `MISFIT_LIMIT` too far."""
+        return self.posterior.misfit
+
+    @property
+    def plausible(self) -> bool:
+        """Whether the fit converged to a walk like those that the prior was fitted to; else `band` is invalid."""
+        return self.posterior.converged and self.misfit <= MISFIT_LIMIT
 
     @cached_property
     def walker(self) -> FourierWalker:
@@ -160,8 +167,7 @@ def lift(
     if points.unit == "m" or camera is not None:
         unknown = [name for name in unknown if name != "scale"]
     found = refine(model, points, _start(model, views, series), camera=camera, unknown=tuple(unknown), robust=robust)
-    contradiction = _contradiction(views, free)
-    return Lifted(found, series, _others(views), swapped, points, contradiction, float(free.objective))
+    return Lifted(found, series, _others(views), swapped, points, _contradiction(views, free))
 
 
 def _check(points, alpha, elevation, scale, camera) -> None:

@@ -38,6 +38,8 @@ class WalkPosterior:
         noise: (15,) [m] residual standard deviation per coordinate.
         deviation: (15,) [m] the part of `noise` that is the person's motion beyond two harmonics.
         inflation: (15,) the model's variance factors, calibrated on held-out people.
+        misfit: root mean square deviation of what the points show of the walker from the prior's mean, in its standard
+            deviations: 0.4 to 1 for people like the prior's, in any unit. It includes what the fit leaves unexplained.
         iterations: number of Gauss-Newton steps.
         converged: whether the last step was small compared with the posterior standard deviations.
         phases: (frames,) [rad] the walker's phase at each frame of the points.
@@ -58,6 +60,7 @@ class WalkPosterior:
     noise: np.ndarray
     deviation: np.ndarray
     inflation: np.ndarray
+    misfit: float
     iterations: int
     converged: bool
     phases: np.ndarray

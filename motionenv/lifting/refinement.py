@@ -302,6 +302,24 @@ def _checked(points, start, camera, unknown, drift) -> np.ndarray:
     return seen
 
 
+def _misfit(problem: _Problem, state: _State, weights: np.ndarray, noise: np.ndarray) -> float:
+    """`WalkPosterior.misfit`, for the prior's `noise` (5, 15) [m²].
+
+    What the walker leaves unexplained at the harmonics counts as the person's own. The noise of the points doesn't hide
+    it, as it does in the posterior, which takes all residuals for noise.
+    """
+    off = state.walker - problem.mean
+    square, count = off @ problem.precision @ off, 0
+    residual, _ = problem.residual(state)
+    waves = columns(state.shared[1] + problem.time * state.shared[2])
+    for marker in np.flatnonzero(problem.seen.sum(axis=0) >= _FRAMES):
+        weighted = waves * weights[:, marker, None]
+        rest = np.linalg.lstsq(weighted.T @ waves, weighted.T @ residual[:, marker], rcond=None)[0]
+        square += (rest**2 / noise[:, marker, None]).sum()
+        count += rest.size
+    return float(np.sqrt(square / count))
+
+
 def _result(problem, state, matrix, level, weights, iterations, converged, model, points, camera) -> WalkPosterior:
     """Assemble the posterior at the solution."""
     order = np.r_[np.argsort(_BY_MARKER), 225 : len(matrix)]
@@ -327,6 +345,7 @@ def _result(problem, state, matrix, level, weights, iterations, converged, model
         names=("alpha", "phase", "turns", *picture.names), parameter_covariance=_SHARED * joint[225:, 225:],
         weights=weights,
         noise=np.sqrt(level.total), deviation=np.sqrt(level.deviation), inflation=np.asarray(model.inflation_),
-        iterations=iterations, converged=bool(converged), camera=camera, phases=phase + problem.time * turns,
+        misfit=_misfit(problem, state, weights, np.asarray(model.noise_)), iterations=iterations,
+        converged=bool(converged), camera=camera, phases=phase + problem.time * turns,
         _basis=picture.basis, _azimuth=azimuth, _joint=joint,
     )  # fmt: skip

@@ -12,16 +12,6 @@ from motionenv.metrics.walkers import (
 )
 
 __all__ = [
-    "aligned_mpjpe",
-    "coverage",
-    "credible_level",
-    "cycle_mpjpe",
-    "energy_score",
-    "joint_error",
-    "missing_variance",
-    "mpjpe",
-    "pelvis_mpjpe",
-    "relative_joint_error",
-    "relative_walker_error",
-    "walker_error",
-]
+    "aligned_mpjpe", "coverage", "credible_level", "cycle_mpjpe", "energy_score", "joint_error", "missing_variance",
+    "mpjpe", "pelvis_mpjpe", "relative_joint_error", "relative_walker_error", "walker_error",
+]  # fmt: skip

@@ -54,14 +54,8 @@ def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
     3.1, with the mean distance as pre-rank); ties and the truth's own share are broken at random. Exact for samples of
     equal weight, for any M; with weights, the truth counts as one of 1/Σw² samples. NaN where the truth is NaN.
 
-    Args:
-        samples: (n, M, 15, 3) [m].
-        log_weights: (n, M), as in `energy_score`.
-        truth: (n, 15, 3) [m].
-        seed: int or Generator, for the ties.
-
-    Raises:
-        MotionError: as in `energy_score`.
+    `samples`, `log_weights` and `truth` are as in `energy_score`, and so are errors; `seed`, int or Generator, is for
+    the ties.
     """
     from motionenv.metrics._belief_kernels import centrality
 
@@ -75,17 +69,9 @@ def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
 
 
 def coverage(samples, log_weights, truth, p, *, seed=None) -> np.ndarray:
-    """Fraction of the known truths inside the credible region of level `p`, per joint; p for a calibrated belief.
+    """Fraction (..., 15) of the known truths inside the credible region of level `p`; p for a calibrated belief.
 
-    Args:
-        samples: (n, M, 15, 3) [m].
-        log_weights: (n, M), as in `energy_score`.
-        truth: (n, 15, 3) [m].
-        p: level or levels (...) from 0 to 1.
-        seed: as in `credible_level`.
-
-    Returns:
-        (..., 15).
+    `p` (...) is a level or levels from 0 to 1; `samples`, `log_weights`, `truth` and `seed` are as in `credible_level`.
 
     Raises:
         MotionError: as in `energy_score`, or a level outside 0 to 1.

@@ -14,9 +14,7 @@ _PELVIS = MARKERS.index("pelvis")
 def mpjpe(estimate, truth) -> np.ndarray:
     """Mean per-joint position error (...) [m]: the mean Euclidean distance over the joints.
 
-    Args:
-        estimate: (..., 15, 3) [m].
-        truth: (..., 15, 3) [m], NaN where unknown; leading axes broadcast against those of `estimate`.
+    Both estimate and truth are (..., 15, 3) [m] and broadcast; unknown truths are NaN.
 
     Raises:
         MotionError: another shape.
@@ -29,14 +27,10 @@ def mpjpe(estimate, truth) -> np.ndarray:
 
 
 def pelvis_mpjpe(estimate, truth) -> np.ndarray:
-    """`mpjpe` (...) [m] after translating both so that their pelvis markers coincide.
-
-    Args:
-        estimate: (..., 15, 3) [m].
-        truth: (..., 15, 3) [m], with known pelvis.
+    """`mpjpe` (...) [m] after translating estimate and truth so that their pelvis markers, both known, coincide.
 
     Raises:
-        MotionError: another shape.
+        MotionError: another shape than (..., 15, 3).
     """
     estimate, truth = _joints(estimate, truth)
     return mpjpe(estimate - estimate[..., [_PELVIS], :], truth - truth[..., [_PELVIS], :])
@@ -45,15 +39,11 @@ def pelvis_mpjpe(estimate, truth) -> np.ndarray:
 def aligned_mpjpe(estimate, truth, *, scale: bool = True) -> np.ndarray:
     """`mpjpe` (...) [m] after the similarity transform that brings the estimate closest to the truth.
 
-    Least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection.
-
-    Args:
-        estimate: (..., 15, 3) [m].
-        truth: (..., 15, 3) [m], NaN where unknown.
-        scale: False allows only rotation and translation.
+    Least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection. Without `scale`
+    only rotation and translation are allowed.
 
     Raises:
-        MotionError: another shape.
+        MotionError: another shape than (..., 15, 3).
     """
     estimate, truth = _joints(estimate, truth)
     known = np.isfinite(truth).all(axis=-1, keepdims=True)

@@ -45,13 +45,7 @@ def joint_error(estimate, truth, *, frames: bool = False) -> np.ndarray:
 def walker_error(estimate, truth, *, frames: bool = False) -> np.ndarray:
     """E_a (...) [m²] of each walk: the mean of `joint_error` over the joints with known truth (eq. 4.2).
 
-    Args:
-        estimate: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions.
-        truth: in the same form.
-        frames: True if both are positions over time.
-
-    Raises:
-        MotionError: as in `joint_error`.
+    Takes `estimate`, `truth` and `frames` as `joint_error` does, and raises its errors.
     """
     return _over_joints(joint_error(estimate, truth, frames=frames), truth)
 
@@ -81,14 +75,7 @@ def missing_variance(truth, *, posture: bool = False, frames: bool = False) -> n
 def relative_joint_error(estimate, truth, *, posture: bool = False, frames: bool = False) -> np.ndarray:
     """E_rel(j) (..., 15) of each joint: `joint_error` divided by the walk's `missing_variance` (eq. 4.3).
 
-    Args:
-        estimate: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions.
-        truth: in the same form.
-        posture: which variance, as in `missing_variance`.
-        frames: True if both are positions over time.
-
-    Raises:
-        MotionError: as in `joint_error`.
+    Takes `estimate`, `truth` and `frames` as the first does and `posture` as the second; raises the errors of both.
     """
     variance = missing_variance(truth, posture=posture, frames=frames)
     return joint_error(estimate, truth, frames=frames) / variance[..., None]
@@ -97,14 +84,7 @@ def relative_joint_error(estimate, truth, *, posture: bool = False, frames: bool
 def relative_walker_error(estimate, truth, *, posture: bool = False, frames: bool = False) -> np.ndarray:
     """E_r (...) of each walk: the mean of `relative_joint_error` over the joints with known truth (eq. 4.4).
 
-    Args:
-        estimate: (..., 5, 15) [m] coefficients, or (..., frames, 15) positions.
-        truth: in the same form.
-        posture: which variance, as in `missing_variance`.
-        frames: True if both are positions over time.
-
-    Raises:
-        MotionError: as in `joint_error`.
+    Takes `estimate`, `truth`, `posture` and `frames` as that does, and raises its errors.
     """
     return _over_joints(relative_joint_error(estimate, truth, posture=posture, frames=frames), truth)
 

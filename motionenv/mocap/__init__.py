@@ -11,20 +11,6 @@ from motionenv.mocap.writers.rrd import write_rrd
 from motionenv.mocap.writing import encode, write, write_markers
 
 __all__ = [
-    "LANDMARKS",
-    "SUFFIXES",
-    "MarkerMap",
-    "describe",
-    "encode",
-    "find_landmarks",
-    "guess_map",
-    "person_label",
-    "read",
-    "read_motion",
-    "read_static",
-    "retarget",
-    "to_markers",
-    "write",
-    "write_markers",
-    "write_rrd",
-]
+    "LANDMARKS", "SUFFIXES", "MarkerMap", "describe", "encode", "find_landmarks", "guess_map", "person_label", "read",
+    "read_motion", "read_static", "retarget", "to_markers", "write", "write_markers", "write_rrd",
+]  # fmt: skip

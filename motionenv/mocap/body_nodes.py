@@ -37,12 +37,7 @@ class Nodes:
 
 
 def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibration | None = None) -> Nodes:
-    """The nodes of the body that the landmarks of a capture determine.
-
-    Args:
-        landmarks: from `motionenv.mocap.find_landmarks`.
-        person: measurements, NaN where unknown.
-        calibration: from a standing trial.
+    """The nodes of the body that the landmarks of a capture determine, with measurements that are NaN where unknown.
 
     Raises:
         GapError: not even one thigh is known; names what is missing.
@@ -80,7 +75,6 @@ def _legs(at: dict[str, np.ndarray], legs: LowerBody) -> dict[str, np.ndarray]:
 
 
 def _trunk(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Neck, sternum and head."""
     found: dict[str, np.ndarray] = {name: at[name] for name in ("neck", "sternum", "head") if name in at}
     if "neck" not in found and {"clavicle", "c7"} <= at.keys():
         found["neck"] = 0.5 * (at["clavicle"] + at["c7"])
@@ -177,7 +171,6 @@ def _of_knee(landmarks: Landmarks, side: str) -> list[str]:
 
 
 def _markers(limb: str) -> list[str]:
-    """The landmarks of the smallest cluster."""
     return [f"{limb}_cluster_{i}" for i in (1, 2, 3)]
 
 

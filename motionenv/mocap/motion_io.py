@@ -15,15 +15,9 @@ _UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 
 def read_motion(
-    path,
-    *,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    marker_map: MarkerMap | str | None = None,
-    static=None,
-    body_model=None,
-    override: bool = True,
-) -> Motion:
+    path, *, fps: float | None = None, unit: str | float | None = None, marker_map: MarkerMap | str | None = None,
+    static=None, body_model=None, override: bool = True,
+) -> Motion:  # fmt: skip
     """Read the motion in a file; capture is retargeted to the body.
 
     Args:
@@ -49,12 +43,9 @@ def read_motion(
 
 
 def read_static(path, *, fps: float | None = None, unit: str | float | None = None) -> Markers:
-    """Read the markers of a standing trial.
+    """Read the markers of a standing trial, .c3d or .trc.
 
-    Args:
-        path: .c3d or .trc.
-        fps: frame rate, if the file doesn't specify it.
-        unit: unit of length, if the file doesn't specify it.
+    `fps` and `unit` are for files at `path` that don't specify them.
 
     Raises:
         MotionError: the file can't be read, or holds no markers.
@@ -66,13 +57,7 @@ def read_static(path, *, fps: float | None = None, unit: str | float | None = No
 
 
 def describe(path, *, fps: float | None = None, unit: str | float | None = None, body_model=None) -> str:
-    """Summary of a capture file, in a few lines.
-
-    Args:
-        path: the file.
-        fps: frame rate, if the file doesn't specify it or is wrong.
-        unit: unit of length, if the file doesn't specify it or is wrong.
-        body_model: for AMASS's files of poses: the NPZ file of the body model.
+    """Summary of a capture file, in a few lines; takes `path`, `fps`, `unit` and `body_model` as `read_motion` does.
 
     Raises:
         MotionError: as in `motionenv.read`.

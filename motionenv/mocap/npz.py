@@ -22,22 +22,14 @@ _OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
 
 
 def write(motion: Motion, path) -> None:
-    """Write `motion` atomically.
-
-    Raises:
-        MotionError: the folder is missing, not writable or full.
-    """
+    """Write `motion` atomically; a MotionError if the folder is missing, not writable or full."""
     fields = {**_constant(), **_of_skeleton(motion.skeleton), **_of_motion(motion)}
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, allow_pickle=False, **fields)
 
 
 def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes of an uncompressed file, in one part; `read` reads it like one of `write`.
-
-    Raises:
-        MotionError: `motion` is too large.
-    """
+    """The bytes of an uncompressed file, in one part, which `read` reads too; a MotionError if too large."""
     if motion.poses.nbytes > LIMIT:
         raise MotionError(f"an NPZ file has at most {LIMIT >> 20} MiB of poses, got {motion.poses.nbytes >> 20}")
     body = motion.skeleton
@@ -74,14 +66,12 @@ class _Member(NamedTuple):
 
 
 def _member(name: str, array: np.ndarray) -> _Member:
-    """An array as an archive member."""
     data = _npy_header(array.shape, array.dtype.str) + array.tobytes()
     return _Member(f"{name}.npy".encode(), data, zlib.crc32(data))
 
 
 @lru_cache(maxsize=256)
 def _npy_header(shape: tuple[int, ...], dtype: str) -> bytes:
-    """Header of an NPY file."""
     file = io.BytesIO()
     fields = {"descr": dtype, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(file, fields)
@@ -113,15 +103,7 @@ def read(path) -> Motion:
 
 
 def parse(raw: bytes, path) -> Motion:
-    """The motion in the bytes of a file of `write` or `parts`.
-
-    Args:
-        raw: the file's content.
-        path: its name, for messages.
-
-    Raises:
-        FormatError: as in `read`.
-    """
+    """The motion in the bytes of a file of `write` or `parts`; errors as of `read` call it `path`."""
     fields, held = load_arrays(raw, path, _FIELDS | _OPTIONAL)
     return _motion(path, fields, held)
 

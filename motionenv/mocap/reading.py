@@ -12,27 +12,18 @@ from motionenv.types import Markers, Motion
 
 #: The reader of each suffix, and the options of `read` that it accepts.
 _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
-    ".amc": (asfamc.read, {"fps", "unit", "asf"}),
-    ".bvh": (bvh.read, {"fps", "unit"}),
-    ".c3d": (c3d.read, {"fps", "unit", "up"}),
-    ".trc": (trc.read, {"fps", "unit", "up"}),
-    ".npz": (npz.read, set()),
-}
+    ".amc": (asfamc.read, {"fps", "unit", "asf"}), ".bvh": (bvh.read, {"fps", "unit"}),
+    ".c3d": (c3d.read, {"fps", "unit", "up"}), ".trc": (trc.read, {"fps", "unit", "up"}), ".npz": (npz.read, set()),
+}  # fmt: skip
 
 #: Suffixes of the files that can be read.
 SUFFIXES = frozenset(_READERS)
 
 
 def read(
-    path,
-    *,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    asf=None,
-    body_model=None,
-    override: bool = True,
-) -> Markers | Motion:
+    path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None, asf=None,
+    body_model=None, override: bool = True,
+) -> Markers | Motion:  # fmt: skip
     """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, or AMASS's.
 
     Args:
@@ -68,18 +59,14 @@ def read(
 
 
 def person_label(path) -> str:
-    """The person's label from a file's name: what stands before the first "_", as in CMU's trials.
+    """The person's label from a file's `path`: what stands before the first "_" of its name, as in CMU's trials.
 
     Letters are composed (NFC): the same name may come decomposed from another operating system.
-
-    Args:
-        path: the file.
     """
     return unicodedata.normalize("NFC", Path(path).stem).partition("_")[0]
 
 
 def _is_amass(path) -> bool:
-    """Whether an NPZ file has AMASS's arrays; False if it can't be read."""
     try:
         with zipfile.ZipFile(path) as archive:
             return amass.is_amass(name.removesuffix(".npy") for name in archive.namelist())

@@ -1,17 +1,21 @@
 """Retarget captured points to the 25-DOF body: joint positions, limb lengths, poses."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.skeleton import NODES
+from motionenv.errors import MotionError
 from motionenv.mocap.body_nodes import Nodes, body_nodes
 from motionenv.mocap.clinical import Measurements, person_of
 from motionenv.mocap.marker_sets import Landmarks, MarkerMap, find_landmarks
+from motionenv.mocap.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 
 def retarget(
-    markers: Markers,
+    markers: Markers | Motion,
     *,
     marker_map: MarkerMap | str | None = None,
     skeleton: Skeleton | None = None,
@@ -21,7 +25,8 @@ def retarget(
     """Fit the 25-DOF body to captured joints or markers, of a whole body or of a part of it.
 
     Args:
-        markers: captured points (frames, points, 3) [m].
+        markers: captured points (frames, points, 3) [m]; or a motion, which is already on the body: it is returned as it
+            is, or on another `skeleton` with the same joint angles, its path scaled by the length of the legs.
         marker_map: which points are which landmarks: a map, or the name of a marker set, such as "plug-in-gait". None
             takes the set of which the most landmarks are there.
         skeleton: the body to use; None measures the person's limbs.
@@ -32,14 +37,30 @@ def retarget(
         A motion in the world of the capture. Gaps, and limbs that were not captured, are NaN.
 
     Raises:
-        MotionError: an unknown marker set, or no leg with hip and knee (what is missing is named).
+        MotionError: an unknown marker set, or no leg with hip and knee (what is missing is named); neither markers nor
+            a motion, or options for markers with a motion.
         GapError: a required point is never seen.
     """
+    if isinstance(markers, Motion):
+        if (marker_map, static, measurements) != (None, None, None):
+            raise MotionError("a Motion has no markers: omit marker_map, static and measurements, or pass Markers")
+        if skeleton is None:
+            return markers
+        poses = markers.poses.copy()
+        poses[:, :3] *= _leg(skeleton) / _leg(markers.skeleton)  # so that feet stay on the ground and don't slide
+        return Motion(poses, skeleton, markers.fps, markers.name)
+    if not isinstance(markers, Markers):
+        raise MotionError(f"markers must be Markers or a Motion, as read() returns, got {type(markers).__name__}")
     nodes = find_nodes(markers, marker_map=marker_map, static=static, measurements=measurements)
     if skeleton is None:
         skeleton = fit_skeleton(nodes.positions)
     poses = fit_poses(nodes.positions, skeleton, markers.fps, nodes.head_side, nodes.trunk)
     return Motion(poses, skeleton, markers.fps, markers.name)
+
+
+def _leg(skeleton: Skeleton) -> float:
+    """Length of the left thigh and shank [m]."""
+    return float(np.linalg.norm(skeleton.offsets[[NODES.index("left_knee"), NODES.index("left_ankle")]], axis=1).sum())
 
 
 def to_markers(markers: Markers, *, marker_map: MarkerMap | str | None = None) -> Markers:
@@ -75,7 +96,23 @@ def find_nodes(
     person, calibration = person_of(markers, static=static, measurements=measurements, marker_map=marker_map)
     nodes = body_nodes(landmarks, person, calibration)
     side = _captured_side(markers, landmarks, nodes.positions)
-    return nodes if side is None else Nodes(nodes.positions, side, nodes.trunk, nodes.how)
+    nodes = nodes if side is None else replace(nodes, head_side=side)
+    return _with_corrected_legs(markers, landmarks, nodes)
+
+
+def _with_corrected_legs(markers: Markers, landmarks: Landmarks, nodes: Nodes) -> Nodes:
+    """The nodes, with the legs of a walking CMU skeleton corrected."""
+    shanks = [name.strip() for name in landmarks.marker_map.shank_rotation.split(",") if name]
+    joints = [name.rpartition(":")[2] for name in markers.names]
+    if markers.rotations is None or not shanks or not set(shanks) <= set(joints):
+        return nodes
+    left, right = (markers.rotations[:, joints.index(name)] for name in shanks)
+    walk = SkeletonWalk(nodes.positions, markers.rotations[:, 0], {"left": left, "right": right}, markers.fps)
+    found = correct_legs(walk)
+    if found is None:
+        return nodes
+    positions, correction = found
+    return replace(nodes, positions=positions, how=nodes.how | {"hip": str(correction)})
 
 
 def _captured_side(markers: Markers, landmarks: Landmarks, nodes: np.ndarray) -> np.ndarray | None:

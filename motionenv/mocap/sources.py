@@ -80,12 +80,9 @@ def find_source(name: str) -> Source:
 
 
 def download(
-    source: Source | str,
-    to: Path | str,
-    *,
-    base_url: str | None = None,
+    source: Source | str, to: Path | str, *, base_url: str | None = None,
     on_file: Callable[[SourceFile], None] = lambda file: None,
-) -> list[Path]:
+) -> list[Path]:  # fmt: skip
     """Fetch the files of `source` (or its name) below the folder `to`, made when missing; their paths, in order.
 
     A file that is there with the right SHA-256 is not fetched again, so a run that broke off goes on where it
@@ -112,12 +109,10 @@ def _fetcher(source: Source, to: Path, base_url: str | None) -> Callable[[Source
 
     pooch.get_logger().setLevel("WARNING")  # log lines on stderr would break the caller's progress bar
     registry = pooch.create(
-        path=to,
-        base_url=f"{base_url.rstrip('/')}/" if base_url else "",
+        path=to, base_url=f"{base_url.rstrip('/')}/" if base_url else "",
         registry={file.path: f"sha256:{file.sha256}" for file in source.files},
-        urls=None if base_url else {file.path: file.url for file in source.files},
-        retry_if_failed=_RETRIES,
-    )
+        urls=None if base_url else {file.path: file.url for file in source.files}, retry_if_failed=_RETRIES,
+    )  # fmt: skip
 
     def fetch(file: SourceFile) -> Path:
         url = registry.get_url(file.path)

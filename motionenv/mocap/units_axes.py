@@ -5,7 +5,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from motionenv._core.validation import is_number
-from motionenv.errors import MotionError
+from motionenv.errors import FormatError, MotionError
 
 #: Metres per unit. "cmu" is the Carnegie Mellon database's: 0.45 units to the inch.
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
@@ -34,11 +34,7 @@ _CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
 
 
 def metres_per(unit) -> float:
-    """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text.
-
-    Raises:
-        MotionError: neither; lists the names.
-    """
+    """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text; else a MotionError."""
     if isinstance(unit, str):
         if (metres := file_metres(unit)) is not None:
             return metres
@@ -52,14 +48,7 @@ def metres_per(unit) -> float:
 
 
 def file_metres(written: str) -> float | None:
-    """Metres per unit from the name that a file gives it, however it is spelt ("MM ", "mm.", "milimeters").
-
-    Args:
-        written: what stands in the file.
-
-    Returns:
-        None if it names no unit.
-    """
+    """Metres per unit from its name in a file, however it is spelt ("MM ", "mm.", "milimeters"); None for no unit."""
     if any(c.isdigit() for c in written):  # such as "0.1 mm"
         return None
     letters = "".join(c for c in written.lower() if c.isalpha())
@@ -70,11 +59,7 @@ def file_metres(written: str) -> float | None:
 
 
 def box(points) -> np.ndarray:
-    """Sides (3,) of the box around the points of a frame, the median over frames; NaN without points.
-
-    Args:
-        points: (frames, points, 3); NaN in gaps.
-    """
+    """Sides (3,) of the box around the points (frames, points, 3), the median over frames; NaN without points."""
     points = np.asarray(points, dtype=np.float64)
     seen = points[np.isfinite(points).all(-1).any(-1)]
     if not seen.size:
@@ -85,11 +70,8 @@ def box(points) -> np.ndarray:
 def vertical_axis(points, default: str) -> str:
     """The axis, "x", "y" or "z", along which upright people extend; `default` where it isn't clear.
 
-    It is clear if the points extend along it at least 0.6 m and 1.5 times as far as along each other axis.
-
-    Args:
-        points: (frames, points, 3) [m]; NaN in gaps.
-        default: the axis otherwise.
+    It is clear if the points (frames, points, 3) [m] extend along it at least 0.6 m and 1.5 times as far as along each
+    other axis.
     """
     sides = box(points)
     _, second, first = np.sort(sides)
@@ -97,11 +79,9 @@ def vertical_axis(points, default: str) -> str:
 
 
 def unit_proposal(points, units=tuple(METRES)) -> str:
-    """What to pass as the unit of a file that states none, from the size of the body, for the end of a message.
+    """What to pass as the unit of a file that states none, one of `units`, from the size of the body in it.
 
-    Args:
-        points: (frames, points, 3) [file units]; NaN in gaps.
-        units: names in `METRES` to choose from.
+    The end of a message; points are (frames, points, 3) [file units], NaN in gaps.
     """
     size = box(points).max()
     if not size > 0:
@@ -119,6 +99,17 @@ def unit_proposal(points, units=tuple(METRES)) -> str:
         f"in {_NAMED.get(name, name)} the points would span {tall:.2f} m, which {fit} a person: "
         f'pass unit="{name}" (--unit {name})'
     )
+
+
+def stated_metres(path, written: str, points: np.ndarray, unit, override: bool, place: str) -> float:
+    """Metres per unit of markers: a caller's `unit` if it overrides or what is `written` at `place` is none."""
+    stated = file_metres(written)
+    if unit is not None and (override or stated is None):
+        return metres_per(unit)
+    if stated is None:
+        what = f"the unit of length {written!r} is unknown" if written else "the unit of length is missing"
+        raise FormatError(path, f"{what}; {unit_proposal(points, MARKER_UNITS)}", place)
+    return stated
 
 
 def upright(points, up: str) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.mocap import npz
 from motionenv.mocap.writers import bvh, c3d, csv, glb, mot, rrd, trc
-from motionenv.mocap.writers.common import Angles
+from motionenv.mocap.writers.common import Angles, save
 from motionenv.types import Event, Markers, Motion
 
 _WRITERS = {
@@ -51,7 +51,11 @@ def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | N
     _check_motion(motion)
     check_suffix(path)
     suffix = Path(path).suffix.lower()
-    _WRITERS[suffix].write(motion, path, **_beside(path, suffix, _WITH_EVENTS, events, angles))
+    beside = _beside(path, suffix, _WITH_EVENTS, events, angles)
+    if suffix == ".npz":
+        npz.write(motion, path)  # compressed, other than its parts
+    else:
+        save(_WRITERS[suffix].parts(motion, **beside), path)
 
 
 def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
@@ -79,7 +83,7 @@ def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: 
             f"{', '.join(_OF_MARKERS)}. Other formats hold a body: retarget the points to one, and pass that to write"
         )
     writer: Any = _WRITERS[suffix]
-    writer.write_markers(capture, path, **_beside(path, suffix, (".c3d",), events, angles))
+    save(writer.marker_parts(capture, **_beside(path, suffix, (".c3d",), events, angles)), path)
 
 
 def _beside(path, suffix: str, able: tuple[str, ...], events: Sequence[Event], angles: Angles | None) -> dict[str, Any]:
@@ -97,11 +101,7 @@ def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
     """The bytes of the file that `write` would write, in parts that are made on demand.
 
     BVH, CSV, MOT and TRC are encoded a few hundred frames at a time, the others in one part. NPZ is not compressed, for
-    speed.
-
-    Args:
-        motion: (frames, 25) poses and their skeleton.
-        suffix: as in `write`, such as ".bvh".
+    speed. The `suffix` of a `motion` is as in `write`, such as ".bvh".
 
     Raises:
         GapError: the motion has gaps in time, which the format can't represent.
@@ -132,11 +132,7 @@ def _check_capture(capture) -> None:
 
 
 def check_suffix(path) -> None:
-    """Reject paths with a suffix that `write` doesn't support, before any work.
-
-    Raises:
-        MotionError: another suffix, with a list of the supported ones, or one whose library isn't installed.
-    """
+    """Reject, before any work, paths whose suffix `write` doesn't support or needs a library that isn't installed."""
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(_WRITERS)}")

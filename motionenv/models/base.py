@@ -16,6 +16,7 @@ Don't override the methods implemented here: all models share them. Class attrib
             return Motion(poses, body, request.fps, "bounce")
 """
 
+import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -24,7 +25,7 @@ import numpy as np
 
 from motionenv._core.validation import random_generator
 from motionenv.body.skeleton import from_height
-from motionenv.errors import MotionError
+from motionenv.errors import ExtrapolationWarning, MotionError
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.types import Motion, Skeleton
@@ -119,6 +120,20 @@ class GaitModel(StoredModel):
             rng: random generator for everything that the request leaves open.
         """
 
+    def learned_speeds(self) -> tuple[float, float]:
+        """Range of speeds [m/s] that the model learned from; beyond it, `synthesize` warns. By default any."""
+        return 0.0, np.inf
+
+    def _warn_beyond(self, speeds) -> None:
+        """Warn the caller's caller of the first of some speeds [m/s] that is beyond `learned_speeds`."""
+        low, high = self.learned_speeds()
+        beyond = [v for v in speeds if v is not None and not 0.99 * low <= v <= 1.01 * high]
+        if beyond:
+            told = (
+                f"speed {beyond[0]:g} m/s is beyond the walks that this model learned from, {low:.2f} to {high:.2f} m/s"
+            )
+            warnings.warn(f"{told}: step length and angles are extrapolated", ExtrapolationWarning, stacklevel=3)
+
     def traits(self) -> "list[Trait]":
         """Directions in which walks change in ways that people name; empty without components or treadmill."""
         from motionenv.models.traits import traits
@@ -188,6 +203,7 @@ class GaitModel(StoredModel):
         request = Request(seconds, fps, speed, height, phase, variation)
         if not self.steady and (phase != 0.0 or variation != 1.0):
             raise MotionError(f"a {self.kind} model has no cycles: leave phase and variation out")
+        self._warn_beyond([speed])
         rng = random_generator(seed)
         if walker is None:
             return self.make_motion(self.draw_walker(rng, speed, height), request, rng)
@@ -223,6 +239,7 @@ class GaitModel(StoredModel):
         """
         rng = random_generator(seed)
         if self.batch_size > 1:
+            self._warn_beyond(speeds)
             return self.make_motions(seconds, fps, heights=heights, speeds=speeds, rng=rng)
         pairs = zip(heights, speeds, strict=True)
         return [self.synthesize(seconds, fps, seed=rng, speed=speed, height=float(h)) for h, speed in pairs]

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from motionenv._core.validation import checked_number
+from motionenv._core.validation import checked_number, is_number
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
 from motionenv.models.registry import gait_model
 from motionenv.models.types import Walker
-from motionenv.types import HEIGHT_RANGE, Motion, Skeleton
+from motionenv.types import HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
 
 __all__ = ["scaled", "synthesize"]
 
@@ -21,9 +21,13 @@ def synthesize(
     walker: Walker | None = None,
     deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None,
+    path=None,
+    speed=None,
     **asked,
 ) -> Motion:
     """New motion (frames, 25) from a model, with its `GaitModel.synthesize`.
+
+    With a path, or a speed that changes, it is made by `motionenv.models.paths.walk_along`.
 
     Give the walker by `walker`, `deviations` or `scores`, or none of them to draw one with the seed. A walker given by
     numbers has the stride time that the model expects of such a walker.
@@ -35,7 +39,9 @@ def synthesize(
         walker: from `GaitModel.walker`.
         deviations: up to q standard deviations from the average person's scores; the other components are average.
         scores: up to q scores; the other components are average.
-        asked: `seed`, `speed`, `height`, `phase` and `variation` of `GaitModel.synthesize`.
+        path: a `motionenv.models.paths.Path`, or points (n, 2) [m] that it goes through; None goes along x.
+        speed: [m/s], or a function of the time [s], or rows (time, speed); see `walk_along`.
+        asked: `seed`, `height`, `phase` and `variation` of `GaitModel.synthesize`.
 
     Raises:
         MotionError: a number out of range, or an argument that the model doesn't take.
@@ -46,7 +52,13 @@ def synthesize(
         if walker is not None:
             raise MotionError("walker and deviations or scores both define the walker: give one of them")
         walker = fitted.walker(scores=scores, deviations=deviations)
-    return fitted.synthesize(seconds, fps, walker=walker, **asked)
+    if path is None and (speed is None or is_number(speed)):
+        return fitted.synthesize(seconds, fps, walker=walker, speed=speed, **asked)
+    from motionenv.models.paths import Path, walk_along
+
+    if not isinstance(path, Path):
+        path = Path.line(SECONDS_MOST * SPEED_RANGE[1]) if path is None else Path.through(path)
+    return walk_along(fitted, path, seconds, fps, walker=walker, speed=speed, **asked)
 
 
 def scaled(motion: Motion, height: float) -> Motion:

@@ -75,6 +75,12 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
     if speed is not None:
         checked_number(speed, "speed", *SPEED_RANGE)
     flat = scores.reshape(-1, scores.shape[-1])
+    seconds = model.stride_seconds(flat)
+    if speed is not None:
+        components = model.components()
+        z = (flat - components.means) / components.deviations
+        z, seconds = model.pace_.at_speed(z, seconds, body.height, speed)
+        flat = components.means + z * components.deviations
     channels = model.fpca_.evaluate(flat[:, None], np.arange(SAMPLES) / SAMPLES)
     channels = in_order(channels, model.fpca_.channels_, np.nan)
     poses = np.zeros((len(flat), SAMPLES, 25))
@@ -84,7 +90,6 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
     floor = np.percentile(channels[..., 22:], 10, axis=1)[:, None]
     above = CONTACT.give * np.logaddexp(0.0, (channels[..., 22:] - floor) / CONTACT.give)
     ankles = body.height * (ANKLE_HEIGHT + above)
-    seconds = model.stride_seconds(flat)
     for _ in range(1 if speed is None else CONTACT.turns):
         walked, strides = _carried(poses, ankles, SAMPLES / seconds, body)
         if speed is not None:
@@ -106,7 +111,10 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
     """
     if speed is not None:
         checked_number(speed, "speed", *SPEED_RANGE)
-    w = grounded(model.inverse_transform(scores))
+    seconds, w = 1 / model.frequency(scores), model.inverse_transform(scores)
+    if speed is not None:
+        w = model.at_speed(w, seconds, speed)
+    w = grounded(w)
     lead, flat = w.shape[:-3], w.reshape(-1, *w.shape[-3:])
     cycle = positions_at(flat, np.arange(SAMPLES) * (2 * np.pi / SAMPLES))
     ball = _balls(cycle, body_heights(flat))
@@ -119,7 +127,7 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
     cycle[..., :2] += way[:, :, None]
     _turned(cycle[..., :2], stride)
     strides = np.hypot(stride[:, 0], stride[:, 1])
-    seconds = 1 / model.frequency(scores).reshape(-1) if speed is None else strides / speed
+    seconds = seconds.reshape(-1) if speed is None else strides / speed
     return InPlace(cycle.reshape(*lead, *cycle.shape[1:]), strides.reshape(lead), seconds.reshape(lead))
 
 
@@ -141,6 +149,7 @@ def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
         "components": in_order(scale[:, None] * fpca.component_coefficients_, fpca.channels_, 0.0),
         "log_seconds_mean": log_seconds[0],
         "log_seconds_weights": log_seconds[1:] - log_seconds[0],
+        **model.pace_.to_arrays(),
     }
 
 
@@ -151,6 +160,8 @@ def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
         "components": model.components_,
         "log_frequency_mean": np.asarray(model.log_frequency_mean_),
         "log_frequency_weights": model.log_frequency_weights_,
+        "speed_direction": model.speed_direction_,
+        "speed_exponent": np.asarray(model.speed_exponent_),
     }
 
 

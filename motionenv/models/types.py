@@ -8,6 +8,7 @@ import numpy as np
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
+from motionenv.models.population import Person
 from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, VARIATION_RANGE
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ class Walker:
         kind: kind of the model.
         scores: scores along the model's components, if it has any.
         stride_seconds: stride time [s] at the walker's own speed; None takes what the model expects of the scores.
+        person: the person's body, comfortable speed and walk ratio; None takes the model's average body.
         start: index of the database window at which the motion starts, in a model that has a database.
     """
 
@@ -29,8 +31,11 @@ class Walker:
     scores: tuple[float, ...] = ()
     stride_seconds: float | None = None
     start: int | None = None
+    person: Person | None = None
 
     def __post_init__(self):
+        if isinstance(self.person, dict):
+            object.__setattr__(self, "person", Person(**self.person))
         object.__setattr__(self, "scores", tuple(float(score) for score in self.scores))
 
 

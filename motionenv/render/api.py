@@ -12,14 +12,9 @@ ENGINES = ("raycast", "pyrender")
 
 
 def render(
-    poses,
-    skeleton: Skeleton,
-    cameras: Camera | Sequence[Camera],
-    *,
-    scene: Scene | None = None,
-    rgb: bool = True,
+    poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, scene: Scene | None = None, rgb: bool = True,
     engine: str = "raycast",
-) -> Frame:
+) -> Frame:  # fmt: skip
     """Render a body in poses.
 
     Poses and cameras broadcast like NumPy arrays: one camera serves all poses; n cameras are matched with the last

@@ -47,7 +47,6 @@ def read_camera(path, name: str | None = None) -> Camera:
 
 
 def _chosen(path: Path, tables: dict, name: str | None) -> dict:
-    """The table of the selected camera."""
     cameras = {k: t for k, t in tables.items() if isinstance(t, dict) and "matrix" in t}
     if not cameras:
         raise FormatError(path, "has no camera: no table with a matrix")
@@ -61,7 +60,6 @@ def _chosen(path: Path, tables: dict, name: str | None) -> dict:
 
 
 def _of_table(table: dict) -> Camera:
-    """The camera of a TOML table."""
     from scipy.spatial.transform import Rotation
 
     width, height = (int(n) for n in table["size"])

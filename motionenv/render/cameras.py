@@ -38,8 +38,7 @@ def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: fl
     Args:
         eye: (3,) [m] camera position.
         target: (3,) [m] the point it looks at.
-        width: image width [pixels].
-        height: image height [pixels].
+        width, height: size of the image [pixels].
         fov_degrees: vertical field of view [degrees], from edge to edge of the image.
         up: (3,) direction that points up in the image.
 
@@ -62,15 +61,9 @@ def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: fl
 
 
 def view(
-    alpha: float,
-    *,
-    distance: float = 4.5,
-    eye_height: float = 1.1,
-    target=(0.0, 0.0, 0.9),
-    width: int = 640,
-    height: int = 480,
-    fov_degrees: float = 40.0,
-) -> Camera:
+    alpha: float, *, distance: float = 4.5, eye_height: float = 1.1, target=(0.0, 0.0, 0.9), width: int = 640,
+    height: int = 480, fov_degrees: float = 40.0,
+) -> Camera:  # fmt: skip
     """A camera at paper B's view angle: 0 is the side view with +x to the right, π/2 frontal.
 
     Args:
@@ -78,8 +71,7 @@ def view(
         distance: horizontal distance from the camera to the target [m].
         eye_height: height of the camera above the ground [m].
         target: (3,) [m] point in the centre of the image.
-        width: image width [pixels].
-        height: image height [pixels].
+        width, height: size of the image [pixels].
         fov_degrees: vertical field of view [degrees].
 
     Raises:
@@ -92,22 +84,15 @@ def view(
 
 
 def fit_view(
-    points,
-    alpha: float,
-    *,
-    width: int = 640,
-    height: int = 480,
-    margin: float = 0.08,
-    fov_degrees: float = 40.0,
+    points, alpha: float, *, width: int = 640, height: int = 480, margin: float = 0.08, fov_degrees: float = 40.0,
     elevation: float = 0.0,
-) -> Camera:
+) -> Camera:  # fmt: skip
     """The nearest static camera at view angle `alpha` that has all `points`, such as a whole walk, in its image.
 
     Args:
         points: (..., 3) [m], such as all markers of a motion; NaN points are ignored.
         alpha: view angle [rad]; see the figure in the module's docstring.
-        width: image width [pixels].
-        height: image height [pixels].
+        width, height: size of the image [pixels].
         margin: fraction of the image left free at each edge, from 0 to below 0.5.
         fov_degrees: vertical field of view [degrees].
         elevation: angle [rad] by which the camera looks down on the walker, within ±π/2; 0 is level.

@@ -12,19 +12,12 @@ from motionenv.types import Camera, Frame, Skeleton
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Images to render, flattened to one batch axis.
+    """Images to render, flattened to one batch axis."""
 
-    Attributes:
-        poses: (n, 25) [m, rad], NaN where unknown.
-        cameras: the distinct cameras, all of one image size.
-        which: (n,) index into `cameras`.
-        shape: the original batch axes; n is their product.
-    """
-
-    poses: np.ndarray
-    cameras: tuple[Camera, ...]
-    which: np.ndarray
-    shape: tuple[int, ...]
+    poses: np.ndarray  # (n, 25) [m, rad], NaN where unknown
+    cameras: tuple[Camera, ...]  # the distinct cameras, all of one image size
+    which: np.ndarray  # (n,) index into `cameras`
+    shape: tuple[int, ...]  # the original batch axes; n is their product
 
     @property
     def size(self) -> tuple[int, int]:
@@ -36,11 +29,7 @@ class Batch:
         return empty_frame((*self.shape, *self.size), rgb)
 
     def flat(self, frame: Frame) -> Frame:
-        """`frame` with one batch axis, sharing its memory.
-
-        Raises:
-            MotionError: an array of `frame` has another shape or type than this batch needs, or isn't contiguous.
-        """
+        """`frame` with one batch axis, sharing its memory; errors as of `check_frame`."""
         check_frame(frame, (*self.shape, *self.size))
         shape = (len(self.poses), *self.size)
         rgb = None if frame.rgb is None else frame.rgb.reshape(*shape, 3)
@@ -54,11 +43,7 @@ def empty_frame(shape: tuple[int, ...], rgb: bool) -> Frame:
 
 
 def check_frame(frame: Frame, shape: tuple[int, ...]) -> None:
-    """Check that `frame` can be overwritten with images of `shape` (..., height, width).
-
-    Raises:
-        MotionError: an array has another shape or type, or isn't contiguous.
-    """
+    """Raise a MotionError unless `frame` can be overwritten with images of `shape` (..., height, width)."""
     for name, dtype, tail in (("rgb", np.uint8, (3,)), ("depth", np.float32, ()), ("limbs", np.uint8, ())):
         array, whole = getattr(frame, name), shape + tail
         if array is not None and (array.shape != whole or array.dtype != dtype or not array.flags.c_contiguous):
@@ -101,12 +86,7 @@ def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batc
 
 
 def enlarged(camera: Camera, samples: int) -> Camera:
-    """The same view with `samples` × `samples` pixels for each one.
-
-    Args:
-        camera: the view.
-        samples: factor on the number of pixels along each axis.
-    """
+    """The same view with `samples` × `samples` pixels for each one."""
     k = camera.K.copy()
     k[:2] *= samples
     k[:2, 2] += (samples - 1) / 2  # pixel centres are at integers; keep the image's corner fixed

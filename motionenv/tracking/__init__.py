@@ -1,21 +1,29 @@
-"""Human tracking: particle filters with learned motion priors (papers A and C)."""
+"""Human tracking: particle filters with learned motion priors (papers A and C).
+
+`ParticleFilter` follows one person with a `Prior` of motion and a likelihood of `motionenv.likelihoods`; `track_video`
+does it for a film.
+"""
 
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
-from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.base import Prior, Start
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior, reaching_tree
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.smoothing import smooth
+from motionenv.tracking.video import VideoTrack, track_video
 
 __all__ = [
     "Belief",
     "FPCAPrior",
     "MixturePrior",
     "ParticleFilter",
+    "Prior",
     "Start",
     "TreePrior",
     "VelocityPrior",
+    "VideoTrack",
     "reaching_tree",
     "smooth",
+    "track_video",
 ]

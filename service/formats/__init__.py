@@ -16,14 +16,9 @@ HTML = "text/html"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {
-    NPZ: ".npz",
-    CSV: ".csv",
-    BVH: ".bvh",
-    "model/gltf-binary": ".glb",
-    "application/x-c3d": ".c3d",
-    TRC: ".trc",
+    NPZ: ".npz", CSV: ".csv", BVH: ".bvh", "model/gltf-binary": ".glb", "application/x-c3d": ".c3d", TRC: ".trc",
     MOT: ".mot",
-}
+}  # fmt: skip
 #: Suffixes of the formats of a gait report.
 REPORTS = {HTML: ".html", JSON: ".json", CSV: ".csv"}
 #: Suffixes of videos and pictures.
@@ -32,11 +27,7 @@ MOTION = (JSON, NPY, *FILES, *FILMS)
 
 
 def negotiated(accept: str | None, offered: Iterable[str]) -> str:
-    """The media type of the response: one of those offered, the preferred one first, that the header `accept` allows.
-
-    Raises:
-        Problem: 406, none is accepted.
-    """
+    """The media type of the response: the first of those offered that the header `accept` prefers; 406 if none."""
     offered = list(offered)
     if not accept or accept == "*/*":
         return offered[0]

@@ -51,7 +51,6 @@ class Disconnected(Exception):
 
 
 def _until_disconnect(frames: Iterable[np.ndarray], gone: threading.Event) -> Iterator[np.ndarray]:
-    """Pass `frames` on while the client is connected."""
     for frame in frames:
         if gone.is_set():
             raise Disconnected

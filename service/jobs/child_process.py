@@ -99,7 +99,6 @@ async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float
 
 
 def _failure(code: int, log: Path, memory: int) -> Failed:
-    """The reason why a process ended without reporting success or failure."""
     said = log.read_bytes()[-_LOGGED:].decode("utf-8", "replace")
     _log.warning("job's process ended", code=code, said=said)
     if -code in _CRASHES:

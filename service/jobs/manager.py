@@ -40,14 +40,12 @@ class JobManager:
         """Refuse jobs before their body is read, if they would be refused afterwards.
 
         Raises:
-            Problem: 503, too many jobs are queued; 507, the disk is full.
+            Problem: 503, too many jobs are queued.
+            Full: the disk is full.
         """
         if self.store.count("queued") >= self.settings.job_waiting:
             raise busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
-        try:
-            self.file_store.check_room()
-        except Full:
-            raise no_room() from None
+        self.file_store.check_room()
 
     def add(
         self, kind: str, settings: dict[str, Any], files: Sequence[Received], *, media_type: str, filename: str,
@@ -59,7 +57,8 @@ class JobManager:
 
         Raises:
             Problem: 409, the model exists or is being fitted; 422, the key was used for another request; 503, too many
-                jobs are queued; 507, the disk is full.
+                jobs are queued.
+            Full: the disk is full.
         """
         job = Job(secrets.token_urlsafe(16), kind, settings, model, media_type, filename, time.time())
         inputs = [(file.name, file.sha) for file in files]
@@ -75,7 +74,7 @@ class JobManager:
             self.store.add(job, inputs, most=most, idempotency=unique, place=lambda: self._place(files))
         except Full:
             self.store.sweep([sha for _, sha in inputs], self.file_store.remove)
-            raise no_room() from None
+            raise
         except Waiting:
             raise busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10) from None
         except Taken:
@@ -119,8 +118,3 @@ class JobManager:
         except FileNotFoundError:
             raise Problem(404, f"there is no model {name!r}: GET /v1/models lists them") from None
         self.store.forget(name)
-
-
-def no_room() -> Problem:
-    """507: the disk is full."""
-    return Problem(507, "the service's disk is full: remove jobs or models, or contact its operator")

@@ -276,7 +276,6 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        """An immediate transaction."""
         self._db.execute("BEGIN IMMEDIATE")
         try:
             yield

@@ -13,6 +13,7 @@ from typing import IO
 import structlog
 
 from motionenv.models import names
+from service.errors import FULL
 from service.jobs.child_process import Failed, Interrupted, run
 from service.jobs.file_store import FileStore, full_disk_errors, sha256
 from service.jobs.store import ATTEMPTS, Full, Job, Store
@@ -93,7 +94,6 @@ class Supervisor:
         return True
 
     async def _recover(self) -> None:
-        """Clean up after the last supervisor."""
         for job in self.store.recover():
             _log.warning("job was interrupted", job=job)
         await asyncio.to_thread(shutil.rmtree, self._folder, ignore_errors=True)
@@ -129,14 +129,13 @@ class Supervisor:
         self.wake()
 
     async def _one(self, job: Job) -> None:
-        """Run one job from start to end."""
         folder = self._folder / f"{job.id}-{job.attempts}"
         begun = time.monotonic()
         try:
             await self._done(job, folder)
             _log.info("job done", job=job.id, kind=job.kind, seconds=round(time.monotonic() - begun, 3))
         except Full:
-            self._fail(job, 507, "the service's disk is full: remove jobs or models, or contact its operator")
+            self._fail(job, 507, FULL)
         except Interrupted:
             self._retry(job)
         except Failed as error:
@@ -160,7 +159,6 @@ class Supervisor:
         self.store.end(job.id, "failed", detail, {"status": status, "detail": detail})
 
     async def _done(self, job: Job, folder: Path) -> None:
-        """Run a job and store its result."""
         with full_disk_errors():
             (folder / "input").mkdir(parents=True)
         for name, sha in self.store.inputs(job.id):

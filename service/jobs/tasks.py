@@ -205,7 +205,6 @@ def _heading(positions: np.ndarray) -> float | None:
 
 
 def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> dict[str, Any]:
-    """What one file holds. `fps` and `unit` are those of files that don't say."""
     from motionenv.models.walking.preprocessing import straightness
 
     held = motionenv.read(path, fps=fps, unit=unit, override=False)
@@ -228,7 +227,6 @@ def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: Mark
 
 
 def _walk(motion: Motion) -> dict[str, Any]:
-    """The cycles of a straight walk."""
     from motionenv.models.walking.preprocessing import STRAIGHT, find_cycles, forward_speed, straightness
 
     straight = straightness(motion)

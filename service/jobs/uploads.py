@@ -66,8 +66,6 @@ async def received(request: Request, file_store: FileStore) -> AsyncIterator[Upl
 
 
 class _Reader:
-    """Parser of one body."""
-
     def __init__(self, file_store: FileStore, boundary: bytes):
         if not 0 < len(boundary) <= 70:  # RFC 2046, section 5.1.1
             raise Problem(400, "Content-Type needs a boundary of 1 to 70 characters")
@@ -85,7 +83,6 @@ class _Reader:
         self.whole = False
 
     async def read(self, request: Request) -> Upload:
-        """Read the whole body."""
         try:
             async for chunk in request.stream():
                 self.parser.write(chunk)
@@ -101,12 +98,10 @@ class _Reader:
         return self.upload
 
     def discard(self) -> None:
-        """Remove files that were not placed."""
         for file in self.open:
             file.discard()
 
     async def _take(self, kind: str, data: bytes) -> None:
-        """Handle an event of the parser."""
         if kind == "header":
             self.header += data
         elif kind == "value":
@@ -123,7 +118,6 @@ class _Reader:
             await (self.part.add(data) if kind == "data" else self.part.end(self.upload))
 
     def _begun(self) -> "_File | _Field":
-        """The part whose headers have ended."""
         _, options = parse_options_header(self.disposition)
         self.disposition = b""
         name = options.get(b"name", b"").decode("utf-8", "replace")
@@ -143,19 +137,15 @@ class _Reader:
 
 
 class _Field:
-    """A field being received."""
-
     def __init__(self, name: str):
         self.name, self.value = name, b""
 
     async def add(self, data: bytes) -> None:
-        """Append data."""
         self.value += data
         if len(self.value) > _FIELD_BYTES:
             raise Problem(422, f"a field must have at most {_FIELD_BYTES} bytes", bound={"max_length": _FIELD_BYTES})
 
     async def end(self, upload: Upload) -> None:
-        """Complete the part."""
         try:
             upload.fields[self.name] = self.value.decode()
         except UnicodeDecodeError:
@@ -163,14 +153,11 @@ class _Field:
 
 
 class _File:
-    """A file being received."""
-
     def __init__(self, file_store: FileStore, file: Incoming, name: str):
         self.file_store, self.file, self.name = file_store, file, name
         self.buffer = bytearray()
 
     async def add(self, data: bytes) -> None:
-        """Append data."""
         if not self.file.size and not self.buffer:
             self._begin(data)
         self.buffer += data
@@ -178,14 +165,12 @@ class _File:
             await self._flush()
 
     async def end(self, upload: Upload) -> None:
-        """Complete the part."""
         await self._flush()
         if not self.file.size:
             raise Problem(422, f"{self.name} is empty", field="/files")
         upload.files.append(Received(self.name, await asyncio.to_thread(self.file.close), self.file))
 
     def _begin(self, data: bytes) -> None:
-        """Check the magic bytes of the format."""
         place, magic, what = _MAGIC.get(self.name[-4:], (0, b"", ""))
         if len(data) > place and not data.startswith(magic, place):
             raise Problem(422, f"{self.name} doesn't match its suffix: such a file has {what}", field="/files")

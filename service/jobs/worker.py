@@ -81,7 +81,6 @@ def _peak() -> int:
 
 
 def _do(work: dict[str, Any], reporter: Reporter) -> None:
-    """Run the job and report how it ended."""
     from motionenv import MotionError
     from service.jobs import tasks as kinds
 

@@ -53,7 +53,6 @@ class Stream:
         self.settings = settings
 
     def _begin(self, settings: StreamSettings) -> None:
-        """Make the next piece."""
         model, growth = self._models(settings.model), None
         if model.steerable:
             growth = _grown(model, settings, self._last, self._pieces)
@@ -83,13 +82,11 @@ def _grown(model: GaitModel, settings: StreamSettings, before: np.ndarray, piece
 
 
 def _target(settings: StreamSettings) -> Target:
-    """What motion is steered to."""
     heading = None if settings.heading is None else math.radians(settings.heading)
     return Target(settings.activity, heading, settings.speed)
 
 
 def _steps(growth: Any) -> Iterator[np.ndarray]:
-    """Its poses, one by one."""
     while True:
         yield growth.step(1)[0]
 

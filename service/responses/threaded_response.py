@@ -49,7 +49,6 @@ class ThreadedResponse(Response):
     async def _send_whole(
         self, parts: AsyncIterator[bytes], scope: Scope, receive: Receive, send: Send, gone: threading.Event
     ) -> None:
-        """Send all chunks as one body."""
         body = []
         async for part in parts:
             if gone.is_set():
@@ -58,7 +57,6 @@ class ThreadedResponse(Response):
         await Response(b"".join(body), headers=self.given, media_type=self.media_type)(scope, receive, send)
 
     async def _send_parts(self, parts: AsyncIterator[bytes], slot: Slot, send: Send, gone: threading.Event) -> None:
-        """Send each chunk when it is ready."""
         started = False
         async for part in parts:
             if gone.is_set():
@@ -88,7 +86,6 @@ async def _sent(sending: Awaitable[None], slot: Slot) -> None:
 
 
 async def _watch(receive: Receive, gone: threading.Event) -> None:
-    """Set `gone` when the client disconnects."""
     while (await receive())["type"] != "http.disconnect":
         pass
     gone.set()

@@ -39,7 +39,6 @@ async def docs(request: Request) -> Response:
 
 
 def _paths(told: dict[str, Any]) -> Iterator[str]:
-    """Each operation with its parameters, bodies and responses."""
     for path, operations in told["paths"].items():
         for method, operation in operations.items():
             yield f"<h2><code>{method.upper()} {escape(path)}</code></h2><p><b>{escape(operation['summary'])}.</b> "
@@ -59,7 +58,6 @@ def _paths(told: dict[str, Any]) -> Iterator[str]:
 
 
 def _schemas(told: dict[str, Any]) -> Iterator[str]:
-    """Each schema, by name."""
     for name, schema in told["components"]["schemas"].items():
         yield f"<h3 id='{escape(name)}'>{escape(name)}</h3><p>{_prose(schema.get('description', ''))}</p>"
         yield from _table(schema.get("properties", {}))

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from http import HTTPStatus
@@ -17,22 +17,10 @@ from starlette.responses import Response, StreamingResponse
 
 from service.errors import Problem, at_most, documented
 from service.formats import FILES, FILMS, HTML, JSON, REPORTS
-from service.jobs.manager import JobManager, no_room
-from service.jobs.store import WAITING, Full, Job
-from service.jobs.uploads import CAPTURE, Upload, as_fields, received, safe_name
-from service.schemas.jobs import (
-    CapturePoints,
-    ConvertFields,
-    FitFields,
-    Fitted,
-    Inspection,
-    JobPage,
-    JobStatus,
-    ReadFields,
-    RenderRequest,
-    ReportFields,
-    Status,
-)  # fmt: skip
+from service.jobs.manager import JobManager
+from service.jobs.store import WAITING, Job
+from service.jobs.uploads import CAPTURE, Received, Upload, as_fields, received, safe_name
+from service.schemas import jobs as schemas
 
 router = APIRouter(prefix="/v1", tags=["jobs"])
 _POLL = 0.1  # [s] between checks of a job for which a client waits
@@ -54,27 +42,25 @@ Key = Annotated[
     ),
 ]  # fmt: skip
 _ACCEPTED: dict[int | str, dict[str, Any]] = {202: {
-    "model": JobStatus, "description": "The job is queued.",
+    "model": schemas.JobStatus, "description": "The job is queued.",
     "headers": {"Location": {"description": "Path of the job.", "schema": {"type": "string"}}},
 }}  # fmt: skip
 
 
-@router.post(
-    "/models", status_code=202, summary="Fit a model to uploaded capture", tags=["models"],
-    responses={**_ACCEPTED, **documented(409, *_UPLOAD_ERRORS)},
-    openapi_extra=as_fields(FitFields.model_json_schema(), few=False),
-)  # fmt: skip
+def _takes_files(path: str, summary: str, fields: type[BaseModel], *, few=False, also=(), **options: Any) -> Callable:
+    """Decorator of a route that queues a job for uploaded files: with `few` for one capture; `also`: more refusals."""
+    return router.post(
+        path, status_code=202, summary=summary, responses={**_ACCEPTED, **documented(*also, *_UPLOAD_ERRORS)},
+        openapi_extra=as_fields(fields.model_json_schema(), few=few), **options,
+    )  # fmt: skip
+
+
+@_takes_files("/models", "Fit a model to uploaded capture", schemas.FitFields, also=(409,), tags=["models"])
 async def fit(request: Request, key: Key = None) -> Response:
     """Fit a model to motion capture. The result of the job lists the files that were used and left out."""
-    manager = _manager(request)
-    async with _uploaded(request, manager) as upload:
-        asked = _fields(FitFields, upload)
-        _check_files(upload)
-        job = manager.add(
-            "fit", asked.model_dump(), upload.files, media_type=JSON, filename=f"{asked.name}.json",
-            model=f"fitted/{asked.name}", key=key,
-        )  # fmt: skip
-    return _accepted(manager, job)
+    async with _uploaded(request, schemas.FitFields) as (manager, asked, files, _):
+        about = {"media_type": JSON, "filename": f"{asked.name}.json", "model": f"fitted/{asked.name}"}
+        return _accepted(manager, manager.add("fit", asked.model_dump(), files, key=key, **about))
 
 
 @router.delete(
@@ -87,81 +73,48 @@ async def remove_model(request: Request, name: Name) -> Response:
     return Response(status_code=204)
 
 
-@router.post(
-    "/jobs/inspect", status_code=202, summary="Inspect capture files",
-    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
-    openapi_extra=as_fields(ReadFields.model_json_schema(), few=False),
-)  # fmt: skip
+@_takes_files("/jobs/inspect", "Inspect capture files", schemas.ReadFields)
 async def inspect(request: Request, key: Key = None) -> Response:
     """Find markers or joints, the moving body and the gait cycles of a walk; the result is an `Inspection`."""
-    manager = _manager(request)
-    async with _uploaded(request, manager) as upload:
-        asked = _fields(ReadFields, upload)
-        _check_files(upload)
-        job = manager.add(
-            "inspect", asked.model_dump(), upload.files, media_type=JSON, filename="inspection.json", key=key
-        )
-    return _accepted(manager, job)
+    async with _uploaded(request, schemas.ReadFields) as (manager, asked, files, _):
+        about = {"media_type": JSON, "filename": "inspection.json"}
+        return _accepted(manager, manager.add("inspect", asked.model_dump(), files, key=key, **about))
 
 
-@router.post(
-    "/jobs/points", status_code=202, summary="List the points of a capture file",
-    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
-    openapi_extra=as_fields(ReadFields.model_json_schema(), few=True),
-)  # fmt: skip
+@_takes_files("/jobs/points", "List the points of a capture file", schemas.ReadFields, few=True)
 async def points(request: Request, key: Key = None) -> Response:
     """List the points of a file, where they are, and which landmarks they may be; the result is `CapturePoints`."""
-    manager = _manager(request)
-    async with _uploaded(request, manager) as upload:
-        asked = _fields(ReadFields, upload)
-        _check_files(upload, most=1)
-        job = manager.add("points", asked.model_dump(), upload.files, media_type=JSON, filename="points.json", key=key)
-    return _accepted(manager, job)
+    async with _uploaded(request, schemas.ReadFields, most=1) as (manager, asked, files, _):
+        about = {"media_type": JSON, "filename": "points.json"}
+        return _accepted(manager, manager.add("points", asked.model_dump(), files, key=key, **about))
 
 
-@router.post(
-    "/jobs/report", status_code=202, summary="Report on the gait in capture files",
-    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
-    openapi_extra=as_fields(ReportFields.model_json_schema(), few=False),
-)  # fmt: skip
+@_takes_files("/jobs/report", "Report on the gait in capture files", schemas.ReportFields)
 async def report(request: Request, key: Key = None) -> Response:
     """Step parameters and joint angles over the gait cycle, as a self-contained page, JSON or CSV."""
-    manager = _manager(request)
-    async with _uploaded(request, manager) as upload:
-        asked = _fields(ReportFields, upload)
-        static = _static(asked, _check_files(upload))
+    async with _uploaded(request, schemas.ReportFields) as (manager, asked, files, names):
         suffix = REPORTS[asked.format]
-        settings = asked.model_dump() | {"static": static, "suffix": suffix}
-        job = manager.add(
-            "report", settings, upload.files, media_type=asked.format, filename=f"report{suffix}", key=key
-        )
-    return _accepted(manager, job)
+        settings = asked.model_dump() | {"static": _static(asked, names), "suffix": suffix}
+        about = {"media_type": asked.format, "filename": f"report{suffix}"}
+        return _accepted(manager, manager.add("report", settings, files, key=key, **about))
 
 
-@router.post(
-    "/jobs/convert", status_code=202, summary="Convert a capture file",
-    responses={**_ACCEPTED, **documented(*_UPLOAD_ERRORS)},
-    openapi_extra=as_fields(ConvertFields.model_json_schema(), few=True),
-)  # fmt: skip
+@_takes_files("/jobs/convert", "Convert a capture file", schemas.ConvertFields, few=True)
 async def convert(request: Request, key: Key = None) -> Response:
     """Retarget motion capture to the body with 25 degrees of freedom and write it in another format."""
-    manager = _manager(request)
-    async with _uploaded(request, manager) as upload:
-        asked = _fields(ConvertFields, upload)
-        name = _check_files(upload, most=1)[0].rpartition(".")[0]
+    async with _uploaded(request, schemas.ConvertFields, most=1) as (manager, asked, files, names):
         suffix = FILES.get(asked.format, ".json")
-        settings = asked.model_dump() | {"suffix": suffix}
-        job = manager.add(
-            "convert", settings, upload.files, media_type=asked.format, filename=f"{name}{suffix}", key=key
+        about = {"media_type": asked.format, "filename": names[0].rpartition(".")[0] + suffix}
+        return _accepted(
+            manager, manager.add("convert", asked.model_dump() | {"suffix": suffix}, files, key=key, **about)
         )
-    return _accepted(manager, job)
 
 
 @router.post(
     "/jobs/render", status_code=202, summary="Render a long walk",
     responses={**_ACCEPTED, **documented(400, 401, 404, 413, 422, 429, 503, 504, 507)},
 )  # fmt: skip
-async def render(request: Request, asked: RenderRequest, key: Key = None) -> Response:
+async def render(request: Request, asked: schemas.RenderRequest, key: Key = None) -> Response:
     """Render a video that takes longer than a request may. Without a seed each job draws one."""
     manager, limits = _manager(request), request.app.state.service.settings
     manager.check_open()
@@ -178,15 +131,13 @@ async def render(request: Request, asked: RenderRequest, key: Key = None) -> Res
 
 
 @router.get(
-    "/jobs", summary="List jobs", response_model=JobPage, responses=documented(401, 422, 429, 503, 504),
+    "/jobs", summary="List jobs", response_model=schemas.JobPage, responses=documented(401, 422, 429, 503, 504),
 )  # fmt: skip
 async def list_jobs(
     request: Request,
     limit: Annotated[int, Query(ge=1, le=500, description="Maximum number of jobs.")] = 50,
-    status: Annotated[Status | None, Query(description="Only jobs with this status.")] = None,
-    before: Annotated[
-        str | None, Query(max_length=64, description="Only jobs older than the one with this id.")
-    ] = None,
+    status: Annotated[schemas.Status | None, Query(description="Only jobs with this status.")] = None,
+    before: Annotated[str | None, Query(max_length=64, description="Only jobs older than this one, an id.")] = None,
 ) -> Response:
     """The jobs of all clients, newest first: every key gives access to all jobs."""
     manager = _manager(request)
@@ -197,15 +148,13 @@ async def list_jobs(
 
 
 @router.get(
-    "/jobs/{job}", summary="State of a job", response_model=JobStatus,
+    "/jobs/{job}", summary="State of a job", response_model=schemas.JobStatus,
     responses=documented(401, 404, 422, 429, 503, 504),
 )  # fmt: skip
 async def get_job(
     request: Request,
     job: Id,
-    wait: Annotated[
-        float, Query(ge=0, le=30, description="Seconds to hold the response back until the state changes.")
-    ] = 0.0,
+    wait: Annotated[float, Query(ge=0, le=30, description="Seconds to wait for a change before the response.")] = 0.0,
 ) -> Response:
     """Status and progress; with `wait`, as soon as either changes."""
     manager, until = _manager(request), time.monotonic() + wait
@@ -221,9 +170,8 @@ async def get_job(
     "/jobs/{job}/result", summary="Result of a job",
     responses={
         200: {
-            "model": Fitted | Inspection | CapturePoints,
-            "description": "`Fitted` for fit, `Inspection` for inspect, `CapturePoints` for points, a file for the "
-            "others.",
+            "model": schemas.Fitted | schemas.Inspection | schemas.CapturePoints,
+            "description": "`Fitted` for fit, `Inspection` for inspect, `CapturePoints` for points, else a file.",
             "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in [*FILES, *FILMS, HTML]},
         },
         304: {"description": "The result has not changed (`If-None-Match`)."},
@@ -250,16 +198,13 @@ async def result(request: Request, job: Id) -> Response:
 
 
 @router.post(
-    "/jobs/{job}/cancel", summary="Cancel a job", response_model=JobStatus,
+    "/jobs/{job}/cancel", summary="Cancel a job", response_model=schemas.JobStatus,
     responses=documented(401, 404, 409, 422, 429, 503, 504, 507),
 )  # fmt: skip
 async def cancel(request: Request, job: Id) -> Response:
     """Cancel a queued or running job and keep its state. Cancelling it again is not an error."""
     manager = _manager(request)
-    try:
-        manager.cancel(manager.get(job))
-    except Full:
-        raise no_room() from None
+    manager.cancel(manager.get(job))
     found = manager.get(job)
     if found.status != "cancelled":
         raise Problem(409, f"the job is {found.status} and can't be cancelled; DELETE removes it")
@@ -267,7 +212,7 @@ async def cancel(request: Request, job: Id) -> Response:
 
 
 @router.delete(
-    "/jobs/{job}", summary="Cancel or remove a job", response_model=JobStatus,
+    "/jobs/{job}", summary="Cancel or remove a job", response_model=schemas.JobStatus,
     responses={204: {"description": "The job had ended and was removed with its files."},
                **documented(401, 404, 422, 429, 503, 504, 507)},
 )  # fmt: skip
@@ -275,13 +220,10 @@ async def remove(request: Request, job: Id) -> Response:
     """Cancel a queued or running job; remove an ended one with its result. A fitted model stays."""
     manager = _manager(request)
     found = manager.get(job)
-    try:
-        if found.status in WAITING:
-            manager.cancel(found)
-            return _state(manager, manager.get(job))
-        manager.remove(found)
-    except Full:
-        raise no_room() from None
+    if found.status in WAITING:
+        manager.cancel(found)
+        return _state(manager, manager.get(job))
+    manager.remove(found)
     return Response(status_code=204)
 
 
@@ -290,18 +232,17 @@ def _manager(request: Request) -> JobManager:
 
 
 @asynccontextmanager
-async def _uploaded(request: Request, manager: JobManager) -> AsyncIterator[Upload]:
-    """The upload of a request, on disk."""
+async def _uploaded(
+    request: Request, fields: type[Fields], most: int | None = None
+) -> AsyncIterator[tuple[JobManager, Fields, list[Received], list[str]]]:
+    """The manager, and a request's upload on disk: its fields, its files, and the names of those that hold motion."""
+    manager = _manager(request)
     manager.check_open()
-    try:
-        async with received(request, manager.file_store) as upload:
-            yield upload
-    except Full:
-        raise no_room() from None
+    async with received(request, manager.file_store) as upload:
+        yield manager, _fields(fields, upload), upload.files, _check_files(upload, most)
 
 
 def _fields(model: type[Fields], upload: Upload) -> Fields:
-    """The fields of an upload."""
     try:
         return model.model_validate(upload.fields)
     except ValidationError as error:
@@ -319,7 +260,7 @@ def _check_files(upload: Upload, most: int | None = None) -> list[str]:
     return names
 
 
-def _static(asked: ReportFields, names: list[str]) -> str | None:
+def _static(asked: schemas.ReportFields, names: list[str]) -> str | None:
     """Name under which the static trial was stored."""
     if asked.static is None:
         return None
@@ -334,12 +275,10 @@ def _static(asked: ReportFields, names: list[str]) -> str | None:
 
 
 def _accepted(manager: JobManager, job: Job) -> Response:
-    """202 with the location of the job."""
     return _state(manager, job, 202, Location=f"/v1/jobs/{job.id}")
 
 
 def _state(manager: JobManager, job: Job, status: int = 200, **headers: str) -> Response:
-    """`JobStatus` of a job as JSON."""
     body = orjson.dumps(_to_response(manager, job))
     return Response(body, status, headers={**headers, **_FRESH}, media_type=JSON)
 
@@ -361,7 +300,6 @@ def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
 
 
 def _chunks(file: IO[bytes]) -> Iterator[bytes]:
-    """A file in chunks; closes it."""
     with file:
         while chunk := file.read(_CHUNK):
             yield chunk

@@ -33,12 +33,7 @@ class JsonRoute(APIRoute):
 
 
 async def parsed(request: Request, kind: type[Body]) -> Body:
-    """The JSON body of a request.
-
-    Raises:
-        Problem: 415, another content type, such as that of HTML forms; 400, the client disconnected.
-        RequestValidationError: invalid.
-    """
+    """The JSON body of a request; 415 for other content types, such as that of HTML forms, 422 if it is invalid."""
     said = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if said != "application/json" and not (said.startswith("application/") and said.endswith("+json")):
         raise Problem(415, "the body must be JSON with Content-Type: application/json")

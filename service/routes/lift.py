@@ -7,7 +7,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from motionenv import Points, WalkerPrior
-from motionenv.lifting import MISFIT_LIMIT, Lifted, OtherView, lift
+from motionenv.lifting import Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE
 from service.errors import documented
 from service.responses.json import dumps
@@ -18,10 +18,9 @@ router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
 
 
 @router.post(
-    "/lift",
-    summary="Reconstruct a 3D walk from 2D points",
+    "/lift", summary="Reconstruct a 3D walk from 2D points",
     responses={200: {"model": LiftResponse}, **documented(400, 401, 413, 415, 422, 429, 503, 504)},
-)
+)  # fmt: skip
 async def lifting(request: Request, asked: LiftRequest) -> Response:
     """The most probable walk and view for 2D points of one camera, with uncertainties."""
     service = request.app.state.service
@@ -32,52 +31,31 @@ async def lifting(request: Request, asked: LiftRequest) -> Response:
 
 def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
     """`LiftResponse` as JSON."""
-    points = Points(_positions(asked), asked.fps, asked.unit)
-    found = lift(
-        points,
-        None if asked.view is None else math.radians(asked.view),
-        prior=prior,
-        elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation),
-        scale=asked.scale,
-        robust=asked.robust,
-    )
-    return dumps(to_response(found))
-
-
-def _positions(asked: LiftRequest) -> np.ndarray:
-    """Points (frames, 15, 2); NaN where missing."""
     gap = (None, None)
     rows = [[gap if point is None else point for point in frame] for frame in asked.points]
-    return np.array(rows, dtype=np.float64)
+    found = lift(
+        Points(np.array(rows, dtype=np.float64), asked.fps, asked.unit),
+        None if asked.view is None else math.radians(asked.view), prior=prior,
+        elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
+        robust=asked.robust,
+    )  # fmt: skip
+    return dumps(to_response(found))
 
 
 def to_response(found: Lifted) -> dict:
     """A lifted walk as `LiftResponse`."""
     refined, motion = found.posterior, found.motion()
     return {
-        "view": math.degrees(refined.alpha),
-        "view_deviation": math.degrees(refined.standard_deviation("alpha")),
-        "elevation": math.degrees(refined.elevation),
-        "others": [_view(other) for other in found.others],
+        "view": math.degrees(refined.alpha), "view_deviation": math.degrees(refined.standard_deviation("alpha")),
+        "elevation": math.degrees(refined.elevation), "others": [_view(other) for other in found.others],
         "contradiction": None if found.contradiction is None else _view(found.contradiction),
-        "frequency": refined.frequency,
-        "speed": found.walker.speed,
-        "misfit": found.misfit,
-        "plausible": bool(found.misfit <= MISFIT_LIMIT and refined.converged),
-        "fps": motion.fps,
-        "markers": MARKERS,
-        "positions": found.markers().positions,
-        "band": found.band,
-        "pose": POSE,
-        "poses": motion.poses,
-        "height": motion.skeleton.height,
-        "swapped": found.swapped,
-    }
+        "frequency": refined.frequency, "speed": found.walker.speed, "misfit": found.misfit,
+        "plausible": found.plausible, "fps": motion.fps,
+        "markers": MARKERS, "positions": found.markers().positions, "band": found.band,
+        "pose": POSE, "poses": motion.poses, "height": motion.skeleton.height, "swapped": found.swapped,
+    }  # fmt: skip
 
 
 def _view(other: OtherView) -> dict[str, float]:
-    return {
-        "view": math.degrees(other.alpha),
-        "elevation": math.degrees(other.elevation),
-        "probability": other.probability,
-    }
+    angles = {"view": math.degrees(other.alpha), "elevation": math.degrees(other.elevation)}
+    return {**angles, "probability": other.probability}

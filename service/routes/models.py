@@ -96,13 +96,11 @@ async def inference_model(request: Request, name: Full) -> Response:
 
 
 async def _described(request: Request, name: str) -> ModelDescription:
-    """All about the model called `name`."""
     model_registry = request.app.state.service.model_registry
     return await request.app.state.service.worker_pool.run(lambda: description(name, *model_registry.find(name)))
 
 
 def _answer(request: Request, told: BaseModel) -> Response:
-    """JSON with the tag of its bytes."""
     body = told.model_dump_json()
     headers = caching.cache_headers(caching.make_etag(body), control=_REVALIDATED)
     if caching.etag_matches(request, headers["ETag"]):

@@ -62,6 +62,5 @@ def prepare(model_registry: Any) -> None:
 
 @lru_cache(maxsize=_KEPT)
 def _packed(model: Any) -> tuple[bytes, str]:
-    """Parameters as bytes, and their tag."""
     body = packed(*motionenv.parameters(model))
     return body, f'"{hashlib.blake2b(body, digest_size=12).hexdigest()}"'

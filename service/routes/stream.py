@@ -44,8 +44,6 @@ async def stream(socket: WebSocket) -> None:
 
 
 class _Conversation:
-    """One client and its motion."""
-
     def __init__(self, socket: WebSocket, service) -> None:
         self.socket, self.service = socket, service
         self.stream: Stream | None = None
@@ -68,7 +66,6 @@ class _Conversation:
             sending.cancel()
 
     async def _hear(self, text: str) -> None:
-        """Take in a message, and answer."""
         try:
             changed = orjson.loads(text)
             if not isinstance(changed, dict):
@@ -96,7 +93,6 @@ class _Conversation:
             self.stream.change(settings)
 
     async def _send(self) -> None:
-        """Send frames at their time."""
         assert self.stream is not None
         due = time.monotonic()
         while True:

@@ -17,7 +17,6 @@ _PROBLEM = 500  # characters of what is wrong with a marker map, at most
 
 
 def _checked_map(text: str) -> str:
-    """The text of a marker map."""
     try:
         MarkerMap.parse(text)
     except MotionError as error:
@@ -38,12 +37,9 @@ class ReadFields(BaseModel):
         examples=['[points]\nleft_knee_lateral = "KneeL"\nleft_hip = { HipL1 = 0.5, HipL2 = 0.5 }\n'],
     )
     fps: float | None = Field(
-        None,
-        ge=1,
-        le=10_000,
-        description="Frames per second of files that don't contain it, such as AMC.",
+        None, ge=1, le=10_000, description="Frames per second of files that don't contain it, such as AMC.",
         examples=[120],
-    )
+    )  # fmt: skip
     unit: Literal["m", "dm", "cm", "mm", "inch", "cmu"] | None = Field(
         None, description="Unit of length of files that don't contain it.", examples=["cm"]
     )
@@ -81,15 +77,9 @@ class ConvertFields(FillFields):
     """A conversion of a capture file."""
 
     format: Literal[
-        "application/json",
-        "application/x-npz",
-        "text/csv",
-        "model/x-bvh",
-        "model/gltf-binary",
-        "application/x-c3d",
-        "text/x-trc",
-        "text/x-mot",
-    ] = Field(description="Media type of the result.", examples=["model/x-bvh"])
+        "application/json", "application/x-npz", "text/csv", "model/x-bvh", "model/gltf-binary", "application/x-c3d",
+        "text/x-trc", "text/x-mot",
+    ] = Field(description="Media type of the result.", examples=["model/x-bvh"])  # fmt: skip
 
 
 class ReportFields(ReadFields):
@@ -160,15 +150,13 @@ class CapturePoints(BaseModel):
     points: list[str] = Field(description="Names of markers or joints.")
     frame: int = Field(ge=0, description="The first frame in which most points are visible, counted from 0.")
     positions: list[Position | None] = Field(
-        description="(points, 3) [m] in that frame, z up; null for points that it lacks."
+        description="(points, 3) [m] in that frame, z up; null where it lacks them."
     )
     heading: float | None = Field(
         description="Direction in which the points move during the capture [degrees], from x towards y; null if they "
         "stay within 0.3 m."
     )
-    marker_set: str | None = Field(
-        description="The marker set of which the most landmarks are among the points; null if none is."
-    )
+    marker_set: str | None = Field(description="The marker set with the most landmarks among the points; null if none.")
     problem: str | None = Field(None, description="Why the points aren't a body's, with this map or without one.")
     map: str | None = Field(
         description="Marker map (TOML): the one that was sent, or else a guess from names and heights; null if nothing "

@@ -22,12 +22,8 @@ class LiftRequest(Request):
         "ankle, in the order of `markers` in the answer; null for missing points.",
     )  # fmt: skip
     fps: float = Field(ge=1, le=1000, description="Frames per second.", examples=[30.0])
-    unit: Literal["m", "px"] = Field(
-        "px", description="px: pixels, y downwards. m: metres, y upwards, without perspective."
-    )
-    view: Degrees | None = Field(
-        None, description="View angle α of paper B [degrees], 0 from the side; estimated if missing."
-    )
+    unit: Literal["m", "px"] = Field("px", description="px: pixels, y down. m: metres, y up, without perspective.")
+    view: Degrees | None = Field(None, description="View angle α of paper B [degrees], 0: side; estimated if missing.")
     elevation: Annotated[float, Field(ge=-85, le=85)] | Literal["unknown"] = Field(
         0.0, description="Angle by which the camera looks down [degrees]; 'unknown': estimate it."
     )
@@ -57,22 +53,16 @@ class LiftResponse(BaseModel):
     view_deviation: float = Field(description="Standard deviation of the view [degrees].")
     elevation: float = Field(description="Angle by which the camera looks down [degrees].")
     others: list[View] = Field(description="Other views that the points are compatible with, most probable first.")
-    contradiction: View | None = Field(
-        description="The view that the points suggest, if they contradict the given one."
-    )
+    contradiction: View | None = Field(description="The view that the points suggest, if they contradict a given one.")
     frequency: float = Field(description="Strides per second [Hz].")
     speed: float = Field(description="Walking speed [m/s].")
-    misfit: float = Field(description="Distance from the walks of the prior, which are below about 100.")
+    misfit: float = Field(description="Rms deviation from the walks of the prior [standard deviations].")
     plausible: bool = Field(description="Whether the walk is like those of the prior, so that bands hold.")
     fps: float = Field(description="Frames per second.")
     markers: list[str] = Field(description="Names of the 15 markers.")
     positions: list[list[list[float]]] = Field(description="(frames, 15, 3) [m], x forward, y left, z up.")
-    band: list[list[list[float]]] = Field(
-        description="(frames, 15, 3) [m]: half width of the 90 % bands around the positions."
-    )
+    band: list[list[list[float]]] = Field(description="(frames, 15, 3) [m]: half width of 90 % bands around positions.")
     pose: list[str] = Field(description="Names of the entries of a pose.")
     poses: list[list[float]] = Field(description="(frames, 25) [m, rad]: poses of the body.")
     height: float = Field(description="Body height [m].")
-    swapped: list[list[bool]] = Field(
-        description="(frames, 2): whether left and right of arms and of legs were exchanged."
-    )
+    swapped: list[list[bool]] = Field(description="(frames, 2): whether the sides of arms and of legs were exchanged.")

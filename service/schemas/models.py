@@ -11,9 +11,7 @@ class Component(BaseModel):
     name: str = Field(examples=["component 1"])
     deviation: float = Field(ge=0, description="Standard deviation of the scores along it, in the scores' unit.")
     mean: float = Field(description="The average person's score.")
-    share: float | None = Field(
-        None, ge=0, le=1, description="Share of the variance that it explains.", examples=[0.43]
-    )
+    share: float | None = Field(None, ge=0, le=1, description="Share of the variance explained.", examples=[0.43])
 
 
 class Range(BaseModel):

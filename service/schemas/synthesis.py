@@ -23,7 +23,7 @@ class Picture(Request):
         examples=[0.0],
     )  # fmt: skip
     elevation: float = Field(
-        3.5, ge=-89, le=89, description="Angle by which the camera looks down [degrees].", examples=[0.0]
+        3.5, ge=-89, le=89, description="By how much the camera looks down [degrees].", examples=[0.0]
     )
     follow: bool = Field(True, description="Whether the camera follows the walker.")
     colour: Colour = Field([1.0, 1.0, 1.0], description="Colour of the point lights (red, green, blue; 0 to 1).")
@@ -58,9 +58,7 @@ class SynthesisRequest(Request):
         description="The walker, as scores of the model; missing ones are those of the average. Not together with "
         "`deviations`.",
     )  # fmt: skip
-    speed: WalkingSpeed | None = Field(
-        None, description="Walking speed [m/s]; default: that of the walker.", examples=[1.3]
-    )
+    speed: WalkingSpeed | None = Field(None, description="Walking speed [m/s]; default: the walker's.", examples=[1.3])
     height: BodyHeight | None = Field(None, description="Body height [m]; default: that of the model.")
     phase: float = Field(0.0, ge=-1000, le=1000, description="Phase of the first frame [cycles]; 0: left leg ahead.")
     variation: Variation = Field(1.0, description="Factor on the variation from cycle to cycle.")
@@ -90,9 +88,7 @@ class MotionResponse(BaseModel):
     """A motion as JSON. World: x forward, y left, z up."""
 
     model: str = Field(description="Name of the model.", examples=["walk/fpca"])
-    seed: int = Field(
-        ge=0, description="Seed that the motion was made with; the same seed gives the same motion.", examples=[1]
-    )
+    seed: int = Field(ge=0, description="Seed of the motion; the same seed gives the same motion.", examples=[1])
     fps: float = Field(gt=0, description="Frames per second.", examples=[30.0])
     height: float = Field(gt=0, description="Body height [m].", examples=[1.73])
     pose: list[str] = Field(min_length=25, max_length=25, description="Names of the entries of a pose.")

@@ -11,6 +11,10 @@ from service.schemas.synthesis import Picture
 Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 Pose = Annotated[list[Number], Field(min_length=25, max_length=25)]
 Activity = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")]
+Method = Annotated[
+    Literal["exact", "tree"],
+    Field(description="exact: draws from p(i | t); tree: the paper's probabilistic search."),
+]
 
 
 class FromTree(Request):
@@ -25,12 +29,8 @@ class FromTree(Request):
     start: Activity | None = Field(
         None, description="Instead of a history: an activity, from which the seed picks a window.", examples=["walk"]
     )
-    temperature: float = Field(
-        0.05, gt=0, le=100, description="β of paper C: near 0 the most similar motion follows, at 1 almost any."
-    )
-    method: Literal["exact", "tree"] = Field(
-        "tree", description="exact: draws from p(i | t); tree: the paper's probabilistic search."
-    )
+    temperature: float = Field(0.05, gt=0, le=100, description="β of paper C: near 0 the likeliest follow, at 1 all.")
+    method: Method = "tree"
 
     @model_validator(mode="after")
     def _one_start(self) -> Self:
@@ -44,15 +44,8 @@ class SamplesRequest(FromTree):
     """A request for next poses."""
 
     n: int = Field(1, ge=1, le=10_000, description="Number of draws.", examples=[300])
-    carry: bool = Field(
-        False, description="Carry over the difference between the history and the window that was found."
-    )
-    noise: float = Field(
-        0.0,
-        ge=0,
-        le=100,
-        description="Standard deviation of added Gaussian noise, as a share of the average prediction error.",
-    )
+    carry: bool = Field(False, description="Carry over the difference between the history and the window found.")
+    noise: float = Field(0.0, ge=0, le=100, description="SD of added noise, as a share of the mean prediction error.")
 
 
 class SamplesResponse(BaseModel):
@@ -72,9 +65,7 @@ class SamplesResponse(BaseModel):
 class TreeSynthesisRequest(FromTree):
     """Motion of any length from a tree, at 30 frames/s."""
 
-    method: Literal["exact", "tree"] = Field(
-        "exact", description="exact: draws from p(i | t); tree: the paper's probabilistic search."
-    )
+    method: Method = "exact"
     seconds: float = Field(4.0, ge=1 / 30, le=SECONDS_MOST, description="Duration [s].")
     activity: Activity | None = Field(None, description="Target activity.", examples=["walk"])
     heading: float | None = Field(None, ge=-3600, le=3600, description="Target heading [degrees]; 90 is left.")

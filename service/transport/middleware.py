@@ -57,7 +57,6 @@ class ObservabilityMiddleware:
             self._note(scope, response)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handle a WebSocket, and log it at its end."""
         scope["request_id"], begun, client = _request_id(scope), time.perf_counter(), scope.get("client")
         try:
             await self.app(scope, receive, send)
@@ -95,7 +94,6 @@ class ObservabilityMiddleware:
             await _send_problem(scope, receive, response.send, 500, "internal error: please report it")
 
     def _note(self, scope: Scope, response: "_Response") -> None:
-        """Count and log the request."""
         seconds, route, client = time.perf_counter() - response.begun, _route(scope), scope.get("client")
         self.metrics.count(scope["method"], route, response.status, seconds)
         _log.info(
@@ -142,27 +140,28 @@ class AccessMiddleware:
             await self.app(scope, receive, send)
             return
         headers = dict(scope["headers"])
-        if self.digests and not self._known(headers, scope):
-            challenge = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
-            await _refuse(scope, receive, send, 401, "an API key is required: Authorization: Bearer <key>", challenge)
-            return
-        if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
-            await _refuse(scope, receive, send, 403, "cross-site requests are allowed only from origins in cors", None)
-            return
-        wait = self._wait(scope)
-        if wait:
-            retry = {"Retry-After": str(wait)}
-            await _refuse(scope, receive, send, 429, f"rate limit exceeded: retry in {wait} s", retry)
-            return
         form = headers.get(b"content-type", b"").lower().startswith(b"multipart/form-data")
         most = self.max_upload if form else self.max_json
-        if int(headers.get(b"content-length", b"0")) > most:
-            await _refuse(
-                scope, receive, send, 413, f"the body must have at most {most} bytes", {"Connection": "close"}
-            )
+        if refusal := self._refusal(scope, headers, most):
+            await _refuse(scope, receive, send, *refusal)
             return
         chunked = b"transfer-encoding" in headers
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
+
+    def _refusal(
+        self, scope: Scope, headers: dict[bytes, bytes], most: int
+    ) -> tuple[int, str, dict[str, str] | None] | None:
+        """Status, detail and headers of the response to a request that is refused."""
+        if self.digests and not self._known(headers, scope):
+            challenge = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
+            return 401, "an API key is required: Authorization: Bearer <key>", challenge
+        if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
+            return 403, "cross-site requests are allowed only from origins in cors", None
+        if wait := self._wait(scope):
+            return 429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)}
+        if int(headers.get(b"content-length", b"0")) > most:
+            return 413, f"the body must have at most {most} bytes", {"Connection": "close"}
+        return None
 
     def _known(self, headers: dict[bytes, bytes], scope: Scope) -> bool:
         """Whether the request has a valid key; part of its digest goes to the scope, for log and rate limit."""
@@ -264,5 +263,4 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, detai
 async def _send_problem(
     scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any = None
 ) -> None:
-    """Send an error response."""
     await problem_response(status, detail, request_id=scope.get("request_id"), headers=headers)(scope, receive, send)

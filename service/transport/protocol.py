@@ -99,14 +99,12 @@ class GuardedHttpProtocol(HttpToolsProtocol):
         super().shutdown()
 
     def _await(self, what: Literal["header", "body"] | None) -> None:
-        """Wait for the next part of a request."""
         self._awaiting, self._header, self._body = what, 0, 0
         if self._watch is not None:
             self._watch.cancel()
             self._watch = None
 
     def _keep_watch(self) -> None:
-        """Start the timer of what is awaited."""
         if self._awaiting == "header":
             self._watch = self.loop.call_later(_HEADER_SECONDS, self._refuse, b"408 Request Timeout")
         elif self._awaiting == "body":

@@ -3,11 +3,13 @@
 import os
 import resource
 
+import numpy as np
 import pytest
 import typer
 
 import motionenv
 from motionenv import cli
+from motionenv.models.paths import Path
 from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
@@ -50,6 +52,10 @@ def test_version(run):
     [
         ("synth walk/nothing --out w.npz", "mixed/tree, walk/eigenwalkers, walk/fpca, walk/prior"),
         ("synth missing.npz --out w.npz", "missing.npz"),
+        ("synth walk/fpca --out w.npz --path arc:3", "arc:RADIUS,DEGREES"),
+        ("synth walk/fpca --out w.npz --path arc:0.1,90", "radius must be"),
+        ("synth walk/fpca --out w.npz --path nowhere.csv", "nowhere.csv"),
+        ("synth walk/fpca --out w.npz --speed 1:2:3", "TIME:SPEED"),
         ("synth walk/fpca --out w.xyz", ".xyz"),
         ("synth walk/fpca --out nowhere/w.npz", "nowhere"),
         ("synth walk/fpca --fps nan --out w.npz", "fps"),
@@ -145,3 +151,28 @@ def test_a_closed_pipe_and_ctrl_c_end_without_a_traceback(run, monkeypatch):
     result = run("models")
     assert result.code in (1, 130)
     assert "Traceback" not in result.err
+
+
+def test_a_path_and_speeds_are_those_of_the_library(run, tmp_path):
+    (tmp_path / "way.csv").write_text("0,0\n2,0\n4,1\n")
+    points, rows = [(0, 0), (2, 0), (4, 1)], [(0, 0), (1, 1.2)]
+    expected = motionenv.synthesize("walk/fpca", 3, 60, seed=1, path=points, speed=rows)
+    for i, path in enumerate(("0,0 2,0 4,1", "way.csv")):
+        run(
+            "synth",
+            "walk/fpca",
+            "--seconds",
+            3,
+            "--seed",
+            1,
+            "--path",
+            path,
+            "--speed",
+            "0:0 1:1.2",
+            "--out",
+            f"{i}.npz",
+        )
+        np.testing.assert_array_equal(motionenv.read(tmp_path / f"{i}.npz").poses, expected.poses)
+    run("synth", "walk/fpca", "--seconds", 2, "--seed", 1, "--path", "arc:3,-90", "--out", "arc.npz")
+    expected = motionenv.synthesize("walk/fpca", 2, 60, seed=1, path=Path.arc(3, -np.pi / 2))
+    np.testing.assert_array_equal(motionenv.read(tmp_path / "arc.npz").poses, expected.poses)

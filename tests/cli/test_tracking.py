@@ -88,7 +88,7 @@ def test_a_video_with_its_camera(run, tmp_path):
         (("--video", "still.mp4", "--which", "1", "--out", "t.mp4"), "--which: needs --camera"),
         (("--video", "still.mp4", "--fps", "0", "--out", "t.mp4"), "fps"),
         (("--env", "Nowhere-v0", "--out", "t.mp4"), "Nowhere-v0"),
-        (("--env", "motionenv/MarkerTracking-v0", "--out", "t.mp4"), "MarkerTracking"),
+        (("--env", "motionenv/MarkerTracking-v1", "--out", "t.mp4"), "MarkerTracking"),
         (("--env", "arm", "--out", "t.mp4"), "arm"),
         (("--env", "arm", "--tracker", "tree", "--out", "t.mp4"), "--model"),
         (("--env", "walker", "--model", "nothing/there", "--out", "t.mp4"), "nothing/there"),

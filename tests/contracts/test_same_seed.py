@@ -74,7 +74,14 @@ def arguments(asked: dict) -> dict:
 def test_through_the_environment(python, asked, split):
     """All of every episode; only where the origin is on the ground is up to the camera."""
     motion = python(asked)
-    env = gymnasium.make("motionenv/WalkerTracking-v0", observation="mask", split=split, **arguments(asked))
+    env = gymnasium.make(
+        "motionenv/WalkerTracking-v1",
+        observation="mask",
+        split=split,
+        actions="metric",
+        start="line",
+        **arguments(asked),
+    )
     for seed in (0, 1):
         env.reset(seed=seed)
         truths, ended = [env.unwrapped.truth()], False
@@ -101,11 +108,11 @@ def test_what_episodes_are_cut_from_is_the_motion_to_the_last_bit(python, asked)
 
 
 def test_what_one_motion_cant_be_made_with_is_refused(tmp_path):
-    make = lambda **how: gymnasium.make("motionenv/WalkerTracking-v0", motion_seed=1, **how)
+    make = lambda **how: gymnasium.make("motionenv/WalkerTracking-v1", motion_seed=1, **how)
     with pytest.raises(MotionError, match="speed must be a single value with motion_seed"):
         make(speed=(1.0, 1.5))
     with pytest.raises(MotionError, match="motion_seed must be a whole number"):
-        gymnasium.make("motionenv/WalkerTracking-v0", motion_seed=-1)
+        gymnasium.make("motionenv/WalkerTracking-v1", motion_seed=-1)
     motionenv.write(motionenv.synthesize("walk/fpca", 5, 30, seed=1), tmp_path / "walk.npz")
     with pytest.raises(MotionError, match="motion_seed needs a model as motion"):
         make(motion=str(tmp_path / "walk.npz"))

@@ -10,7 +10,7 @@ CLEAR = {"noise": 0.0, "dropout": 0.0, "gaps": 0.0}
 
 def begun(seed: int = 0, **arguments):
     """A walker's environment that has begun, and what it shows."""
-    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, **arguments})
+    env = WalkerTracking(**{"observation": ("rgb", "mask", "depth"), "horizon": 30, "actions": "metric", **arguments})
     return env, env.reset(seed=seed)[0]
 
 
@@ -19,7 +19,7 @@ def episode(env, seed=0):
     seen, _ = env.reset(seed=seed)
     observed, truths, errors, done = [seen], [env.unwrapped.truth()], [], False
     while not done:
-        seen, reward, terminated, truncated, info = env.step(flat(seen))
+        seen, reward, terminated, truncated, info = env.step(env.action(flat(seen)))
         assert reward == -info["error"]
         observed.append(seen)
         truths.append(env.unwrapped.truth())

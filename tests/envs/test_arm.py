@@ -30,7 +30,7 @@ def test_only_the_right_arm_moves_and_the_shoulder_stays_in_the_middle():
 
 
 def test_elbow_and_wrist_are_scored():
-    env = ArmTracking(estimate="joints")
+    env = ArmTracking(estimate="joints", actions="metric")
     env.reset(seed=0)
     said = env.truth()["joints"][[6, 8]] + [[0.1, 0, 0], [0, 0.3, 0]]
     *_, info = env.step(said)
@@ -38,7 +38,7 @@ def test_elbow_and_wrist_are_scored():
 
 
 def test_beliefs_are_scored_over_elbow_and_wrist():
-    env = ArmTracking(estimate="belief", n_belief=2)
+    env = ArmTracking(estimate="belief", n_belief=2, actions="metric")
     env.reset(seed=0)
     truth = env.truth()
     angles = truth["pose"][list(RIGHT_ARM)] + [[0.3, 0, 0, 0], [-0.1, 0, 0.2, 0.1]]

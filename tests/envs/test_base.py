@@ -17,7 +17,7 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, RecordEpisodeStatistics
 
 import motionenv.envs
-from motionenv.envs import TrackingVectorEnv, WalkerTracking
+from motionenv.envs import MarkerTracking, TrackingVectorEnv, WalkerTracking
 from motionenv.envs.base import checked_actions, checked_lost_after, checked_render_mode
 from motionenv.errors import MotionError
 
@@ -25,7 +25,36 @@ pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environ
 
 from gymnasium.utils.env_checker import check_env, data_equivalence, data_shares_objects
 
-IDS = ["motionenv/WalkerTracking-v0", "motionenv/ArmTracking-v0"]
+IDS = ["motionenv/WalkerTracking-v1", "motionenv/ArmTracking-v1"]
+
+
+def test_specs_know_how_long_an_episode_is():
+    """Even where `make` gets another horizon; and remade from its specification it's truncated once, at that step."""
+    for name, horizon in (("motionenv/MarkerTracking-v1", 7), ("motionenv/WalkerTracking-v1", 90)):
+        env = gymnasium.make(name, **({"horizon": horizon} if horizon == 7 else {}))
+        again, envs = gymnasium.make(env.spec), gymnasium.make_vec(name, num_envs=2, horizon=horizon)
+        assert [e.spec.max_episode_steps for e in (env, again, envs, gymnasium.make_vec(envs.spec))] == [horizon] * 4
+        again.reset(seed=0)
+        ends = [again.step(0 * again.action_space.sample())[2:4] for _ in range(horizon)]
+        assert ends == [(False, False)] * (horizon - 1) + [(False, True)]
+
+
+def test_actions_say_estimates():
+    env = WalkerTracking(estimate="belief", n_belief=3, size=36, horizon=30)
+    env.reset(seed=0)
+    belief = np.tile([*env.truth()["pose"], 2.0], (3, 1))
+    belief[:, 5] += [0, 2 * np.pi, -2 * np.pi]  # angles are the same a turn on
+    action = env.action(belief)
+    assert action.dtype == np.float32
+    np.testing.assert_allclose(action, np.tile(action[0], (3, 1)), atol=1e-6)
+    back = env.estimate(action)
+    np.testing.assert_allclose(back[:, :3], belief[:, :3], atol=1e-6)
+    np.testing.assert_allclose(np.exp(1j * back[:, 3:25]), np.exp(1j * belief[:, 3:25]), atol=1e-6)
+    np.testing.assert_allclose(back[:, 25], 2.0, atol=1e-5)
+    far = env.action(belief + 1e6)
+    assert env.action_space.contains(far)
+    with pytest.raises(MotionError, match="actions must be one of normalised, metric, got 'raw'"):
+        WalkerTracking(actions="raw")
 
 
 def numbers(env, steps: int = 3):
@@ -34,14 +63,12 @@ def numbers(env, steps: int = 3):
     return [*out, *(env.step(0 * env.action_space.sample()) for _ in range(steps))]
 
 
-# An estimate in metres and radians is what the action means; it isn't scaled to ±1.
-@pytest.mark.filterwarnings("ignore:.*For Box action spaces, we recommend:UserWarning")
 @pytest.mark.parametrize("name", IDS)
 def test_gymnasiums_checker_finds_nothing(name, no_display):
     check_env(gymnasium.make(name, disable_env_checker=True, size=40).unwrapped)
 
 
-@pytest.mark.filterwarnings("ignore:.*For Box action spaces, we recommend:UserWarning")
+@pytest.mark.filterwarnings("ignore:.*For Box action spaces, we recommend:UserWarning")  # metric ones aren't ±1
 def test_gymnasiums_checker_finds_nothing_in_other_forms(kind):
     check_env(kind.single(), skip_render_check=True)
 
@@ -78,18 +105,43 @@ def test_a_step_takes_nothing_from_the_generator(kind):
     assert env.np_random.bit_generator.state == state
 
 
-def test_lost_tracks_end_when_asked_for():
-    env = WalkerTracking(size=36, lost_after=0.5)
+def test_lost_tracks_are_told_and_end_nothing():
+    env = WalkerTracking(size=36, lost_after=0.5, actions="metric", horizon=20)
     for _ in range(2):
         env.reset(seed=0)
-        for i in range(14):
-            bad = i != 3  # one good estimate starts the count anew
+        for i in range(20):
+            bad = i not in (3, 15)  # one good estimate starts the count anew
             action = env.truth()["pose"] + (50.0 * (np.arange(25) == 0) if bad else 0.0)
             _, _, terminated, truncated, info = env.step(action)
-            assert terminated == info["lost"] == (i == 13)
-            assert not truncated
-        with pytest.raises(ResetNeeded):
-            env.step(action)
+            assert info["lost"] == (i in (13, 14))
+            assert not terminated
+            assert truncated == (i == 19)
+
+
+def test_no_policy_gains_by_failing():
+    """Whatever is estimated, failing on purpose from any step on, for good or for a while, never returns more."""
+    env = MarkerTracking(lost_after=0.3, horizon=25)
+    rng = np.random.default_rng(0)
+    shift = rng.normal(0, 0.05, (25, 15, 3))
+    constant = np.zeros((15, 3))
+    policies = {
+        "good": lambda t: env.action(env.truth()["joints"] + shift[t]),
+        "constant": lambda t: constant,
+        "random": lambda t: rng.uniform(-0.5, 0.5, (15, 3)),
+    }
+    for policy in policies.values():
+        for begin, end in [(25, 25), *((begin, 25) for begin in range(0, 25, 3)), (3, 14), (0, 10)]:
+            returned, kept, length, over = 0.0, 0.0, 0, False
+            env.reset(seed=1)
+            while not over:
+                wanted = policy(length)
+                error = np.linalg.norm(env.estimate(wanted) - env.truth()["joints"], axis=-1).mean()
+                fails = begin <= length < end
+                _, reward, terminated, truncated, _ = env.step(np.ones((15, 3)) if fails else wanted)
+                returned, kept = returned + reward, kept - error
+                length, over = length + 1, terminated or truncated
+            assert length == 25  # what is left of an episode is paid for
+            assert returned < kept - 0.5 * (end - begin) if end > begin else returned == pytest.approx(kept)
 
 
 def test_pickles_in_the_middle_of_an_episode(kind):
@@ -151,7 +203,7 @@ def test_a_vector_with_threads_forks():
 
 SCRIPT = """
 import hashlib, json, numpy as np, gymnasium, motionenv.envs
-env = gymnasium.make("motionenv/WalkerTracking-v0", size=40, background="clutter", noise=3, speed=(1, 1.5))
+env = gymnasium.make("motionenv/WalkerTracking-v1", size=40, background="clutter", noise=3, speed=(1, 1.5))
 digest = hashlib.sha256(env.reset(seed=11)[0].tobytes())
 for _ in range(5):
     observed, reward, *_ = env.step(np.zeros(25, np.float32))

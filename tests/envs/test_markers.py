@@ -28,7 +28,7 @@ def test_the_vector_environment_is_many_single_ones(settings):
         for _ in range(40):
             np.testing.assert_array_equal(a["points"], b["points"])
             np.testing.assert_array_equal(a["seen"], b["seen"])
-            guess = rng.normal(0, 0.5, (5, 15, 3)).astype(np.float32)
+            guess = rng.uniform(-0.5, 0.5, (5, 15, 3)).astype(np.float32)
             (a, *rest_a, _), (b, *rest_b, _) = single.step(guess), native.step(guess)
             for x, y in zip(rest_a, rest_b, strict=True):
                 np.testing.assert_array_equal(x, y)
@@ -70,7 +70,7 @@ def test_pictures_show_the_estimate():
     alone = env.render()
     assert alone.dtype == np.uint8
     assert min(alone.shape[:2]) >= 256
-    env.step(flat(observed))
+    env.step(env.action(flat(observed)))
     over = env.render()
     lit = alone.max(axis=-1) > 0
     assert (over[lit].max(axis=-1) > 0).all()  # the dots of frame 0, under lines that connect them

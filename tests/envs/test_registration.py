@@ -7,7 +7,7 @@ import pytest
 
 from motionenv.envs.registration import ENVIRONMENTS
 
-ID = "motionenv/WalkerTracking-v0"
+ID = "motionenv/WalkerTracking-v1"
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ N = 5
 
 
 def actions_for(kind, envs, rng) -> np.ndarray:
-    """Mostly bad estimates, now and then a perfect one: tracks are lost here and there, at different times."""
+    """Mostly bad estimates, now and then a perfect one: tracks are lost and found again, at different times."""
     actions = envs.action_space.sample()
     for i, truth in enumerate(envs.truth()):
         if rng.random() < 0.12:
@@ -46,23 +46,28 @@ def test_equals_gymnasiums_sync_vector_of_single_environments(kind, mode):
     assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"] == ours.autoreset_mode == mode
     assert same(ours.reset(seed=3), theirs.reset(seed=3))
     ours.action_space.seed(1)
-    rng, ends = np.random.default_rng(0), np.zeros(2, dtype=int)
+    rng, ends, lost = np.random.default_rng(0), [], 0
     for step in range(50):
+        if step in (4, 9):  # from here on episodes end at different times
+            options = {"reset_mask": np.arange(N) % 3 == step % 3}
+            assert same(ours.reset(options=options), theirs.reset(options=dict(options)))
         actions = actions_for(kind, ours, rng)
         mine, other = ours.step(actions), theirs.step(actions)
         for name, a, b in zip(
             ("observations", "rewards", "terminated", "truncated", "infos"), mine, other, strict=True
         ):
             assert same(a, b), f"{name} differ in step {step}: {a} and {b}"
-        ends += mine[2].sum(), mine[3].sum()
-        ended = mine[2] | mine[3]
+        ended = mine[3]
+        ends.append(ended.sum())
+        lost += np.sum(mine[4].get("lost", 0))
         if mode == AutoresetMode.DISABLED and ended.any():
             with pytest.raises(ResetNeeded, match="environments"):
                 ours.step(actions)
             seeds = [100 + step if i % 2 else None for i in range(N)]
             options = {"reset_mask": ended}
             assert same(ours.reset(seed=seeds, options=options), theirs.reset(seed=list(seeds), options=dict(options)))
-    assert ends.min() > 0
+    assert 0 < min(n for n in ends if n) < N
+    assert lost > 0
 
 
 def test_seeds_are_as_in_sync_vector(kind):
@@ -185,7 +190,7 @@ def test_seeds_must_go_with_the_environments():
 
 
 def test_pictures_of_all_environments():
-    envs = WalkerTrackingVector(2, size=64, render_mode="rgb_array")
+    envs = WalkerTrackingVector(2, size=64, render_mode="rgb_array", actions="metric")
     with pytest.raises(ResetNeeded):
         envs.render()
     with pytest.raises(ResetNeeded):

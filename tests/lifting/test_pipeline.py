@@ -1,5 +1,7 @@
 """The whole way from 2D points to a walk: synthetic people whose truth is known, through every picture there may be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from motionenv.errors import GapError, MotionError
 from motionenv.lifting import Lifted, lift, project_markers
 from motionenv.lifting.pipeline import MISFIT_LIMIT
 from motionenv.metrics import mpjpe, pelvis_mpjpe
-from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE
+from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, columns
 from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
@@ -152,8 +154,50 @@ def test_points_that_show_no_walk_are_refused(walk):
 
 def test_a_walk_played_backwards_is_told(walk):
     points = project_markers(walk, np.radians(60))
-    assert lift(points).misfit < MISFIT_LIMIT
-    assert lift(Points(points.positions[::-1], FPS, "m")).misfit > MISFIT_LIMIT
+    assert lift(points).plausible
+    for found in (lift(Points(points.positions[::-1], FPS, "m")), lift(points, np.radians(110))):
+        assert found.misfit > MISFIT_LIMIT
+        assert not found.plausible
+
+
+@pytest.mark.parametrize(("degrees", "seed"), [(20, 7), (90, 1), (-140, 3)])
+def test_misfit_does_not_depend_on_the_unit_or_size_of_the_picture(degrees, seed):
+    motion = synthesize("walk/fpca", 3, FPS, seed=seed)
+    walk = Markers(MARKERS, markers(motion.poses, motion.skeleton), FPS)
+    metres = project_markers(walk, np.radians(degrees))
+    sizes = (40.0, 300.0, 2500.0)  # pixels per metre
+    pictures = [Points(metres.positions * [s, -s] + [900, 700], FPS, "px") for s in sizes]
+    free = [lift(picture).misfit for picture in pictures]
+    np.testing.assert_allclose(free, free[1], rtol=1e-3)
+    told = [lift(picture, scale=s).misfit for picture, s in zip(pictures, sizes, strict=True)]
+    np.testing.assert_allclose(told, lift(metres).misfit, rtol=1e-3)
+    assert max(free + told) < MISFIT_LIMIT
+    assert abs(free[0] / told[0] - 1) < 0.1
+
+
+def test_misfit_does_not_depend_on_the_resolution_of_the_camera(walk):
+    found = []
+    for width in (320, 640, 2560):
+        camera = fit_view(walk.positions, 0.5, width=width, height=3 * width // 4, elevation=0.15)
+        points = project_markers(walk, 0.5, elevation=0.15, camera=camera, heading=0.0)
+        found.append(lift(points, camera=camera))
+    misfits = [one.misfit for one in found]
+    np.testing.assert_allclose(misfits, misfits[0], rtol=1e-3)
+    assert all(one.plausible for one in found)
+    narrow = replace(camera, K=camera.K * np.array([[0.5, 1, 1], [1, 0.5, 1], [1, 1, 1]]))
+    assert not lift(points, camera=narrow).plausible
+
+
+def test_misfit_is_the_mahalanobis_distance_of_exact_walks():
+    """Points of a walker k standard deviations along a component, without noise: that far from the mean by hand."""
+    prior = load("walk/prior")
+    t = np.arange(90) / FPS
+    for k in (0.0, 4.0):
+        w = prior.mean_ + k * np.sqrt(prior.explained_variance_[0]) * prior.components_[0]
+        shown = np.einsum("th,hmc->tmc", columns(2 * np.pi * t), w)
+        c, s = np.cos(0.7), np.sin(0.7)
+        points = Points(np.stack([shown @ [c, s, 0], shown[..., 2]], axis=-1), FPS, "m")
+        assert lift(points, 0.7).misfit == pytest.approx(k / np.sqrt(150), abs=0.05)
 
 
 def test_long_sequences_are_refused_before_any_work(walk):

@@ -88,7 +88,7 @@ def test_an_environment_shows_it(run):
         "-c",
         """
 import json, gymnasium, motionenv.envs
-env = gymnasium.make("motionenv/WalkerTracking-v0", motion="toy/bounce", horizon=5, size=36)
+env = gymnasium.make("motionenv/WalkerTracking-v1", motion="toy/bounce", horizon=5, size=36)
 env.reset(seed=1)
 truths = [env.unwrapped.truth()["pose"].tolist()]
 for _ in range(5):

@@ -278,7 +278,7 @@ def test_angles_are_averaged_on_the_circle():
 
 @pytest.mark.parametrize("layers", [1, 3])
 def test_same_seed_same_bytes_with_any_number_of_threads(layers):
-    env = WalkerTracking(motion="walk/fpca", size=48, observation="mask", horizon=6)
+    env = WalkerTracking(motion="walk/fpca", start="line", actions="metric", size=48, observation="mask", horizon=6)
     beliefs = [_walked(env, threads, layers) for threads in (1, 2)]
     for one, other in zip(*beliefs, strict=True):
         assert one.poses.tobytes() == other.poses.tobytes()
@@ -301,7 +301,7 @@ def _walked(env, threads, layers):
 
 
 def test_a_hundred_thousand_particles_fit_in_a_gigabyte():
-    env = WalkerTracking(motion="walk/fpca", size=36, observation="mask", horizon=6)
+    env = WalkerTracking(motion="walk/fpca", start="line", actions="metric", size=36, observation="mask", horizon=6)
     observation, _ = env.reset(seed=2)
     tracker = ParticleFilter(FPCAPrior(), SilhouetteLikelihood(env.truth()["camera"]), 100_000, seed=4)
     tracemalloc.start()

@@ -36,7 +36,9 @@ def mixed(tree_file, body):
 
 @pytest.mark.parametrize("make", [lambda file, body: TreePrior(file, skeleton=body), mixed], ids=["tree", "mixture"])
 def test_a_tree_from_a_file_follows_a_person_for_thirty_frames(tree_file, make):
-    env = WalkerTracking(motion="walk/fpca", size=64, observation="mask", horizon=31, camera="side")
+    env = WalkerTracking(
+        motion="walk/fpca", start="line", actions="metric", size=64, observation="mask", horizon=31, camera="side"
+    )
     observation, _ = env.reset(seed=2)
     body = env.truth()["skeleton"]
     likelihood = SilhouetteLikelihood(env.truth()["camera"], body, still=True)
@@ -61,7 +63,7 @@ def test_a_tree_from_a_file_follows_a_person_for_thirty_frames(tree_file, make):
 
 @pytest.mark.parametrize("mixture", [False, True])
 def test_a_tree_of_reaching_arms_follows_an_arm(arm_tree, mixture):
-    env = ArmTracking(size=64, observation="mask", horizon=30)
+    env = ArmTracking(actions="metric", size=64, observation="mask", horizon=30)
     prior = TreePrior(arm_tree)
     if mixture:
         prior = MixturePrior(prior, VelocityPrior(skeleton=prior.skeleton, part="right_arm"))
@@ -73,7 +75,7 @@ def test_a_tree_of_reaching_arms_follows_an_arm(arm_tree, mixture):
 
 @pytest.mark.parametrize("make", [FPCAPrior, VelocityPrior, lambda: VelocityPrior(part="left_arm")])
 def test_priors_that_move_more_than_the_arm_are_refused_for_arms(make):
-    env = ArmTracking(size=36, horizon=5)
+    env = ArmTracking(actions="metric", size=36, horizon=5)
     agent = TrackingAgent(env, make(), 10, start=truth_start, seed=0)
     observation, _ = env.reset(seed=0)
     with pytest.raises(MotionError, match="more than the right arm"):

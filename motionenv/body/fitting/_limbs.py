@@ -66,12 +66,8 @@ _REVERSED = 2e-4
 def limb_angles(limb: Limb, upper, far, length: float, fps: float) -> np.ndarray:
     """Flexion, abduction and rotation of the ball joint, flexion of the hinge: (frames, 4) [rad], NaN where unknown.
 
-    Args:
-        limb: which.
-        upper: (frames, 3) from the proximal to the middle node, in the torso's frame.
-        far: (frames, 3) from the proximal to the distal node, in the torso's frame.
-        length: of the upper part [m].
-        fps: frame rate [Hz].
+    `upper` and `far` (frames, 3) are from the proximal to the middle and the distal node, in the torso's frame;
+    `length` [m] is that of the upper part.
     """
     out = np.full((len(upper), 4), np.nan)
     time = np.arange(len(upper)) / fps

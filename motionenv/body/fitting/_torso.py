@@ -106,10 +106,8 @@ def _in(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 def torso_pose(nodes: np.ndarray, offsets: np.ndarray, measured) -> tuple[np.ndarray, np.ndarray]:
     """Rotation torso → world (frames, 3, 3) and position of the pelvis (frames, 3) [m], NaN where unknown.
 
-    Args:
-        nodes: (frames, 16, 3) [m], from `checked_nodes`.
-        offsets: those of the skeleton (16, 3) [m].
-        measured: attitudes (frames, 3, 3) for frames whose nodes don't determine it, or None; see `fit_poses`.
+    From `checked_nodes` and the skeleton's offsets (16, 3) [m]; `measured` attitudes (frames, 3, 3), or None, are for
+    frames whose nodes don't determine it (see `fit_poses`).
     """
     points, template = nodes[:, TORSO], offsets[TORSO]
     rotation, _ = _procrustes(points, template)

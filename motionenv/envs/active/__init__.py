@@ -1,6 +1,5 @@
 """ActiveTracking: the task in which the agent also moves the camera it sees with."""
 
-from motionenv.envs.active.tracking import DIFFICULTIES, ActiveTracking, ActiveTrackingVector
-from motionenv.envs.active.world import packed
+from motionenv.envs.active.tracking import ActiveTracking, ActiveTrackingVector
 
-__all__ = ["DIFFICULTIES", "ActiveTracking", "ActiveTrackingVector", "packed"]
+__all__ = ["ActiveTracking", "ActiveTrackingVector"]

@@ -42,7 +42,7 @@ def draw(state, pillars, walks, joints, hues, points, beliefs=None) -> np.ndarra
         joints: (people, 15, 3) [m], true.
         hues: (people,) [rad].
         points: (k, 2) observed, in units of half the view's width.
-        beliefs: means (people, 2) and standard deviations (people,) [m]; None draws none.
+        beliefs: (people, 3) x, y and standard deviation [m]; None draws none.
     """
     colours = 255 * np.array([colorsys.hsv_to_rgb(hue / (2 * np.pi) % 1, 0.75, 1.0) for hue in hues])
     return side_by_side(_map(state, pillars, walks, colours, beliefs), _view(state, pillars, joints, colours, points))
@@ -62,8 +62,8 @@ def _map(state, pillars, walks, colours, beliefs) -> np.ndarray:
         _line(image, np.array([[x, y], [x + 0.9 * np.cos(heading), y + 0.9 * np.sin(heading)]]), colours[k])
         _line(image, np.array([[x, y], [x, y]]), colours[k], 8.0)
         if beliefs is not None:
-            ring = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1) * max(2 * beliefs[1][k], 0.4)
-            _line(image, beliefs[0][k] + ring, colours[k])
+            ring = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1) * max(2 * beliefs[k, 2], 0.4)
+            _line(image, beliefs[k, :2] + ring, colours[k])
     return image
 
 

@@ -6,15 +6,8 @@ from gymnasium.vector import AutoresetMode
 
 from motionenv._core.validation import checked_whole
 from motionenv.envs.active.world import ActiveWorld, Scene
-from motionenv.envs.base import TrackingEnv
+from motionenv.envs.base import TrackingEnv, with_horizon
 from motionenv.envs.vector import TrackingVectorEnv
-
-#: Arguments of named difficulties; "Medium" has the defaults.
-DIFFICULTIES: dict[str, dict[str, float]] = {
-    "Easy": {"people": 3, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 10.0},
-    "Medium": {},
-    "Hard": {"people": 6, "pillars": 14, "noise": 0.08, "turn_seconds": 4.0},
-}
 
 
 class ActiveTracking(TrackingEnv):
@@ -33,8 +26,8 @@ class ActiveTracking(TrackingEnv):
     ## Action Space
     `Box(-1, 1, (3 + 3 people,), float32)`: commands to the motors of pan (from x to y), tilt (up) and zoom, as shares
     of their highest rates; then for each person on the roster the believed x and y, in units of 15 m, and the scale s
-    of the belief, which stands for a standard deviation of 0.05 m · 200^((s + 1) / 2) per coordinate. `packed` builds
-    actions from metres. The belief is about the last observed frame; the commands act until the next one.
+    of the belief, which stands for a standard deviation of 0.05 m · 200^((s + 1) / 2) per coordinate. `action` takes
+    commands, and x, y and standard deviation [m] of each person; `estimate` turns them back. The belief is about the last observed frame; the commands act until the next one.
 
     ## Observation Space
     `Dict`: "points", `Box(-2, 2, (people, 15, 2), float32)`, "seen", `MultiBinary((people, 15))`, and "colours",
@@ -94,6 +87,7 @@ class ActiveTrackingVector(TrackingVectorEnv):
     Args:
         num_envs: number of environments.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
+        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
         render_mode: None or "rgb_array".
         arguments: as in `ActiveTracking`.
     """
@@ -103,8 +97,9 @@ class ActiveTrackingVector(TrackingVectorEnv):
         num_envs: int = 1,
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        batch_size: int | None = None,
         render_mode: str | None = None,
         **arguments: Any,
     ):
-        world = ActiveWorld(checked_whole(num_envs, "num_envs", 1), Scene(**arguments))
-        super().__init__(world, render_mode=render_mode, autoreset_mode=autoreset_mode)
+        world = ActiveWorld(checked_whole(num_envs, "num_envs", 1), Scene(**with_horizon(arguments)))
+        super().__init__(world, render_mode=render_mode, autoreset_mode=autoreset_mode, batch_size=batch_size)

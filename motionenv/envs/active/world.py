@@ -57,6 +57,31 @@ class Scene:
         return 1 / (self.turn_seconds * self.fps), 1 / self.fps
 
 
+class BeliefScale:
+    """The map from actions, from -1 to 1, to commands and beliefs: x and y = 15 m · a, σ = 0.05 m · 200^((a + 1) / 2).
+
+    Args:
+        people: number of people.
+    """
+
+    def __init__(self, people: int):
+        self.space = spaces.Box(-1.0, 1.0, (3 + 3 * people,), np.float32)
+
+    def estimates(self, actions: np.ndarray) -> np.ndarray:
+        """The commands (..., 3), and x, y and σ [m] of each person, that `actions` (..., 3 + 3 people) say."""
+        said = np.array(actions)
+        said[..., 3::3], said[..., 4::3] = REACH * actions[..., 3::3], REACH * actions[..., 4::3]
+        said[..., 5::3] = _LEAST * (_MOST / _LEAST) ** ((actions[..., 5::3] + 1) / 2)
+        return said
+
+    def actions(self, estimates: np.ndarray) -> np.ndarray:
+        """The actions that say `estimates` (..., 3 + 3 people), float32; out of bounds goes to the bound."""
+        said = np.array(estimates, dtype=np.float64)
+        said[..., 3::3], said[..., 4::3] = said[..., 3::3] / REACH, said[..., 4::3] / REACH
+        said[..., 5::3] = 2 * np.log(np.maximum(said[..., 5::3], _LEAST) / _LEAST) / np.log(_MOST / _LEAST) - 1
+        return np.clip(said, -1, 1).astype(np.float32)
+
+
 class ActiveWorld:
     """A `motionenv.envs.World` of n squares.
 
@@ -74,7 +99,8 @@ class ActiveWorld:
             "camera": box(4.0, 6), "roster": box(3.0, k, 3), "pillars": box(REACH, p, 3),
             "time_left": spaces.Box(0.0, 1.0, (1,), np.float32),
         })  # fmt: skip
-        self.action_space = box(1.0, 3 + 3 * k)
+        self.scale = BeliefScale(k)
+        self.action_space = self.scale.space
         self.time = np.zeros(n, dtype=np.intp)
         self._bodies, self._which = fourier_walkers(scene.split), np.zeros((n, k), dtype=np.intp)
         self._hues, self._keys = np.zeros((n, k)), np.zeros(n, dtype=np.uint64)
@@ -82,7 +108,8 @@ class ActiveWorld:
         self._cameras, self._commands = np.zeros((n, 6)), np.zeros((n, 3))
         self._points, self._colours = np.zeros((n, k, 15, 2), np.float32), np.zeros((n, k, 2), np.float32)
         self._seen = np.zeros((n, k, 15), np.int8)
-        self._before = self._cameras, self._points, self._seen
+        self._shown = self._cameras, self._points, self._seen
+        self._before = tuple(np.copy(now) for now in self._shown)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
         """As `World.begin`, for `slots` with their `rngs`."""
@@ -113,14 +140,15 @@ class ActiveWorld:
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As `World.judge`, of `actions`; keeps the commands, which `advance` obeys."""
         self._commands[:] = actions[:, :3]
-        means, sigmas = _unpacked(actions)
-        away = np.linalg.norm(means - self._walks[np.arange(self.n), :, self.time, :2], axis=-1)
+        beliefs = _beliefs(self.scale.estimates(actions))
+        away = np.linalg.norm(beliefs[..., :2] - self._walks[np.arange(self.n), :, self.time, :2], axis=-1)
         cost = self.scene.effort * np.square(self._commands).mean(axis=-1)
-        return away.mean(axis=-1), -_energy_score(away, sigmas).mean(axis=-1) - cost
+        return away.mean(axis=-1), -_energy_score(away, beliefs[..., 2]).mean(axis=-1) - cost
 
     def advance(self, slots: np.ndarray) -> None:
         """As `World.advance`, for `slots`."""
-        self._before = self._cameras.copy(), self._points.copy(), self._seen.copy()
+        for before, now in zip(self._before, self._shown, strict=True):
+            before[slots] = now[slots]
         self.time[slots] += 1
         steer_all(slots, self._cameras, self._commands, 1 / self.fps)
         self._look(slots)
@@ -132,9 +160,8 @@ class ActiveWorld:
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
         """As `World.render`, of `slot` with its `estimate`."""
-        state = (self._cameras, self._points, self._seen) if estimate is None else self._before
-        camera, points, seen = (part[slot] for part in state)
-        beliefs = None if estimate is None else [part[0] for part in _unpacked(estimate[None])]
+        camera, points, seen = (part[slot] for part in (self._shown if estimate is None else self._before))
+        beliefs = None if estimate is None else _beliefs(self.scale.estimates(estimate[None]))[0]
         time = self.time - (estimate is not None)
         walks, joints = self._walks[slot, :, time[slot]], self._joints(np.array([slot]), time)[0]
         return draw(camera, self._pillars[slot], walks, joints, self._hues[slot], points[seen > 0], beliefs)
@@ -157,23 +184,9 @@ class ActiveWorld:
         look(slots, *drawn, noise, self._points, self._seen, self._colours)
 
 
-def packed(commands, means, sigmas) -> np.ndarray:
-    """Actions (n, 3 + 3 people), float32, clipped to the action space.
-
-    Args:
-        commands: (n, 3) rates of pan, tilt and zoom, from -1 to 1.
-        means: (n, people, 2) [m] believed positions.
-        sigmas: (n, people) [m] standard deviations of each coordinate.
-    """
-    scales = 2 * np.log(np.maximum(sigmas, _LEAST) / _LEAST) / np.log(_MOST / _LEAST) - 1
-    people = np.concatenate([means / REACH, scales[..., None]], axis=-1)
-    return np.clip(np.concatenate([commands, people.reshape(len(people), -1)], axis=-1), -1, 1).astype(np.float32)
-
-
-def _unpacked(actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means (n, people, 2) and standard deviations (n, people) [m] of beliefs in actions (n, 3 + 3 people)."""
-    people = actions[:, 3:].reshape(len(actions), -1, 3)
-    return REACH * people[..., :2], _LEAST * (_MOST / _LEAST) ** ((people[..., 2] + 1) / 2)
+def _beliefs(estimates: np.ndarray) -> np.ndarray:
+    """Rows (n, people, 3) of x, y and σ [m] of estimates (n, 3 + 3 people)."""
+    return estimates[:, 3:].reshape(len(estimates), -1, 3)
 
 
 def _energy_score(away: np.ndarray, sigmas: np.ndarray) -> np.ndarray:

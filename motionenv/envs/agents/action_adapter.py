@@ -29,7 +29,7 @@ class Actions:
         named = getattr(self.observed, "spaces", {})
         self.points, depth = "points" in named, named.get("depth", self.observed)
         self.far = float(np.max(getattr(depth, "high", np.inf)))
-        self._low, self._high, shape = space.low, space.high, space.shape
+        shape = space.shape
         self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
         self.arm = shape in {(len(RIGHT_ARM),), (len(_ARM_JOINTS), 3)} or shape[-1] == len(RIGHT_ARM) + 1
         self.samples = shape[0] if self.form == "belief" else 1
@@ -41,7 +41,7 @@ class Actions:
         return {name: np.asarray(v) if self.vector else np.asarray(v)[None] for name, v in named.items()}
 
     def of(self, poses: np.ndarray | None, joints: np.ndarray) -> np.ndarray:
-        """The action for poses (n or 1, samples, 25), or joints (n or 1, samples, 15, 3)."""
+        """The action that says poses (n or 1, samples, 25), or joints (n or 1, samples, 15, 3)."""
         if self.arm:
             poses, joints = None if poses is None else poses[..., RIGHT_ARM], joints[..., _ARM_JOINTS, :]
         if self.form == "joints" or poses is None:
@@ -50,7 +50,7 @@ class Actions:
             said = np.concatenate([poses, np.zeros((*poses.shape[:2], 1))], axis=-1)
         else:
             said = poses[:, 0]
-        said = np.clip(np.broadcast_to(said, (self.n, *self._shape)), self._low, self._high).astype(np.float32)
+        said = self.env.action(np.broadcast_to(said, (self.n, *self._shape)))
         return said if self.vector else said[0]
 
 

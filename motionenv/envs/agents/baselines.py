@@ -1,12 +1,12 @@
 """Baseline agents: lower and upper bounds for the tracking environments.
 
-    >>> env = gymnasium.make("motionenv/MarkerTracking-v0")
+    >>> env = gymnasium.make("motionenv/MarkerTracking-v1")
     >>> evaluate(env, ConstantVelocity(env), episodes=20, seed=1).errors.mean()     # [m] per joint
 
-`MeanPose` ignores observations. `ConstantVelocity` uses 2D detections, extrapolates them at constant velocity while
-they are missing, and takes the rest from the mean pose. `Oracle` reads the ground truth. The first two use only what
-agents may know: the spaces and, for images, the camera. Poses are those of walking; beliefs have the spread of the
-population of walkers.
+`MeanPose` ignores observations. `Blob` puts the mean pose where the silhouette or the markers are. `ConstantVelocity`
+uses 2D detections, extrapolates them at constant velocity while they are missing, and takes the rest from the mean
+pose. `Oracle` reads the ground truth. The others use only what agents may know: the spaces and, for images, the camera.
+Poses are those of walking; beliefs have the spread of the population of walkers.
 """
 
 from functools import lru_cache
@@ -59,8 +59,8 @@ class ConstantVelocity:
     """Follows 2D detections, and extrapolates them at constant velocity while there are none.
 
     Markers: the last two visible positions of each are extrapolated; depth is the mean pose's. Images: the mean pose of
-    walking is moved to the silhouette. It walks along x, so one number describes its position: the least-squares fit to
-    the silhouette's centre column and, for the average body height, its number of rows.
+    walking is moved to where the silhouette is on the ground, as its feet and its height tell, and turned to where it
+    goes.
 
     Args:
         env: the environment, single or vector; its images are masks, depths or rgb, or several.
@@ -68,6 +68,8 @@ class ConstantVelocity:
     Raises:
         MotionError: ArmTracking, where silhouettes don't move.
     """
+
+    _kept = 0.97  # weight of a frame relative to the next
 
     def __init__(self, env):
         self._actions = Actions(env)
@@ -80,7 +82,7 @@ class ConstantVelocity:
             never = np.stack([np.zeros(15), self._joints[0, :, 2]], axis=-1)
             self._look = SeenPoints(never, self._actions.n)
         else:
-            self._look = SeenWalkers(self._actions.n)
+            self._look = SeenWalkers(self._actions.n, self._kept)
 
     def reset(self, observation, began=None) -> None:
         """Forget ended episodes; see `Agent` for `observation` and `began`."""
@@ -98,11 +100,41 @@ class ConstantVelocity:
             joints = np.zeros((self._actions.n, 1, 15, 3))
             joints[:, 0, :, [0, 2]] = np.moveaxis(self._look.at(seen["points"], seen["seen"]), -1, 0)
             return self._actions.of(None, joints)
-        x = self._look.at(seen, self._actions.far)[:, None]
-        poses, joints = np.tile(self._poses, (len(x), 1, 1)), np.tile(self._joints, (len(x), 1, 1, 1))
-        poses[..., 0] += x
-        joints[..., 0] += x[..., None]
+        place, heading = self._look.at(seen, self._actions.far, self._actions.env.world.fps)
+        poses, turn = np.tile(self._poses, (len(place), 1, 1)), np.zeros((len(place), 3, 3))
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
+        turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
+        joints = self._joints @ turn[:, None]
+        poses[..., 5] += heading[:, None]
+        poses[..., :2] += place[:, None]
+        joints[..., :2] += place[:, None, None]
         return self._actions.of(poses, joints)
+
+
+class Blob(ConstantVelocity):
+    """The mean pose at the centre of what the last frame shows; it remembers nothing else.
+
+    Args:
+        env: the environment, single or vector, of walkers or markers.
+
+    Raises:
+        MotionError: ArmTracking, where silhouettes don't move.
+    """
+
+    _kept = 0.0
+
+    def act(self, observation) -> np.ndarray:
+        """The mean pose, moved to what `observation` shows."""
+        if not self._actions.points:
+            return super().act(observation)
+        seen = self._actions.batched(observation)
+        shown = (seen["seen"] > 0)[..., None]
+        mean = self._joints.copy()
+        mean[..., :2] = 0.0  # walkers face anywhere
+        shift = (shown * (seen["points"] - mean[:, :, [0, 2]])).sum(1) / np.maximum(shown.sum(1), 1)
+        joints = np.repeat(mean[None], len(shift), axis=0)
+        joints[..., [0, 2]] += shift[:, None, None]
+        return self._actions.of(None, joints)
 
 
 class Oracle:

@@ -8,11 +8,13 @@ from motionenv.likelihoods.background import Background, foreground_probability
 from motionenv.types import Camera
 
 _HEIGHT = 1.75  # [m] average body height
-_TALL = 0.06  # relative standard deviation of body height
-_BESIDE = 0.03  # [m] standard deviation of the silhouette's centre about the body's
-_LEVEL = 0.95  # [m] typical height of that centre
+_TALL = 0.1  # [m] standard deviation of body height
+_PIXELS = 0.5  # [pixels] standard deviation of the rows of head and feet
+_STILL = 0.05  # [s²] variance of one frame's position over that of velocities
+_MOVES = 0.2  # [m/s] least speed that tells a heading
 _AREA = 0.45  # [m²] typical area of a silhouette
 _CREDIBLE = 0.3, 2.0  # plausible range of a silhouette's area, relative to the typical one
+_AGREE = 1.4  # ratio of the two distances above which feet or head are hidden
 _SURE = 0.9  # foreground probability above which a pixel of a colour image counts
 
 
@@ -52,33 +54,36 @@ class SeenPoints:
 
 
 class SeenWalkers:
-    """Positions of walkers along x, from their silhouettes in n environments.
+    """Positions and headings of walkers on the ground, from their silhouettes in n environments.
+
+    A line through the positions over time, by weighted least squares, is extrapolated while nothing is seen.
 
     Args:
         n: number of environments.
+        kept: weight of a frame relative to the next; 0 uses only the last frame in which a walker was seen.
     """
 
-    def __init__(self, n: int):
+    def __init__(self, n: int, kept: float = 0.97):
+        self._kept = kept
         self._cameras: list[Camera | None] = [None] * n
         self._backgrounds = [Background() for _ in range(n)]
-        self._first, self._last = np.zeros((2, n, 2))  # time and position
+        self._sums = np.zeros((n, 3))  # of weights, and of their products with the time and its square [s]
+        self._places = np.zeros((n, 2, 2))  # of products with the position, and with time and position
         self._time = np.zeros(n)
-        self._found = np.zeros(n, dtype=bool)
 
     def forget(self, began: np.ndarray, cameras: Sequence[Camera]) -> None:
         """Reset the environments `began` (n,), with one camera for each of them."""
         for slot, camera in zip(np.flatnonzero(began), cameras, strict=True):
             self._cameras[slot], self._backgrounds[slot] = camera, Background()
-        self._first[began] = self._last[began] = 0.0
-        self._time[began] = 0.0
-        self._found[began] = False
+        self._sums[began], self._places[began], self._time[began] = 0.0, 0.0, 0.0
 
-    def at(self, pictures: dict[str, np.ndarray], far: float) -> np.ndarray:
-        """The walkers' x (n,) [m].
+    def at(self, pictures: dict[str, np.ndarray], far: float, fps: float) -> tuple[np.ndarray, np.ndarray]:
+        """The walkers' x and y (n, 2) [m], and their headings (n,) [rad], 0 while unknown.
 
         Args:
             pictures: by name, "mask", "depth" or "rgb", each (n, height, width, channels).
             far: depth [m] of the background.
+            fps: frame rate [Hz].
         """
         for slot in range(len(self._time)):
             if "mask" in pictures:
@@ -90,43 +95,49 @@ class SeenWalkers:
                 background.observe(rgb)
                 foreground = foreground_probability(rgb, background.estimate()) > _SURE
             self._place(slot, foreground)
-        self._time += 1.0
-        went = self._last - self._first
-        speed = went[:, 1] / np.maximum(went[:, 0], 1.0)
-        return self._last[:, 1] + speed * (self._time - 1.0 - self._last[:, 0])
+        weight = np.maximum(self._sums[:, 0], 1e-9)
+        middle, mean = self._sums[:, 1] / weight, self._places[:, 0] / weight[:, None]
+        spread = self._sums[:, 2] - weight * middle**2 + _STILL
+        velocity = (self._places[:, 1] - (weight * middle)[:, None] * mean) / spread[:, None]
+        place = mean + velocity * (self._time - middle)[:, None]
+        self._time += 1.0 / fps
+        moves = np.hypot(*velocity.T) > _MOVES
+        return place, np.where(moves, np.arctan2(velocity[:, 1], velocity[:, 0]), 0.0)
 
     def _place(self, slot: int, foreground: np.ndarray) -> None:
         """Process one silhouette (height, width), unless its area is implausible."""
         camera, size = self._cameras[slot], float(foreground.sum())
         assert camera is not None, "call forget() first"
-        usual = _AREA * (camera.K[1, 1] / np.linalg.norm(camera.centre)) ** 2
+        columns, rows = foreground.sum(0), foreground.sum(1).cumsum()
+        if not size:
+            return
+        column = columns @ np.arange(len(columns)) / size
+        top, bottom = (float(np.searchsorted(rows, share * size)) for share in (0.01, 0.99))
+        place, depth = walker_at(camera, float(column), top - 0.5, bottom + 0.5)
+        usual = _AREA * (camera.K[1, 1] / depth) ** 2
         if not _CREDIBLE[0] * usual < size < _CREDIBLE[1] * usual:
             return
-        columns, rows = foreground.sum(0), foreground.sum(1).cumsum()
-        middle = columns @ np.arange(len(columns)) / size
-        high = np.searchsorted(rows, 0.99 * size) - np.searchsorted(rows, 0.01 * size) + 1
-        here = self._time[slot], walker_at(camera, float(middle), float(high))
-        if not self._found[slot]:
-            self._first[slot] = here
-        self._last[slot], self._found[slot] = here, True
+        time = self._time[slot]
+        self._sums[slot] = self._kept * self._sums[slot] + (1.0, time, time**2)
+        self._places[slot] = self._kept * self._places[slot] + np.outer((1.0, time), place)
 
 
-def walker_at(camera: Camera, column: float, rows: float) -> float:
-    """The x [m] of a walker on the line y = 0, by least squares.
+def walker_at(camera: Camera, column: float, top: float, bottom: float) -> tuple[np.ndarray, float]:
+    """Where somebody stands, x and y (2,) [m], and the distance along the camera's axis [m].
+
+    The highest row tells a distance if the body has average height, the lowest if the feet are on the ground. It is
+    their mean, weighted by their precision, or the smaller one if they disagree: who is partly hidden seems farther.
 
     Args:
-        camera: the camera.
+        camera: a level camera, above the ground and below the head.
         column: centre of the silhouette [pixels].
-        rows: height of the silhouette [pixels].
+        top, bottom: its first and last row [pixels].
     """
-    ray = (column - camera.K[0, 2]) / camera.K[0, 0]
-    across, along = camera.R[0] - ray * camera.R[2], camera.R[2]
-    depth = camera.K[1, 1] * _HEIGHT / rows
-    a = np.array([across[0] / _BESIDE, along[0] / (_TALL * depth)])
-    b = np.array(
-        [
-            -(across[2] * _LEVEL + camera.t[0] - ray * camera.t[2]) / _BESIDE,
-            (depth - along[2] * _LEVEL - camera.t[2]) / (_TALL * depth),
-        ]
-    )
-    return float(a @ b / (a @ a))
+    focal, horizon, eye = camera.K[1, 1], camera.K[1, 2], camera.centre[2]
+    rows = np.maximum([horizon - top, bottom - horizon], 1.0)
+    depths = focal * np.array([_HEIGHT - eye, eye]) / rows
+    precise = 1.0 / ((_PIXELS / rows) ** 2 + [(_TALL / (_HEIGHT - eye)) ** 2, 0.0])
+    agree = depths.max() < _AGREE * depths.min()
+    depth = float(depths @ precise / precise.sum() if agree else depths.min())
+    ray = np.array([(column - camera.K[0, 2]) / camera.K[0, 0], 0.0, 1.0])
+    return camera.centre[:2] + depth * (camera.R.T @ ray)[:2], depth

@@ -16,8 +16,62 @@ from motionenv.types import MARKERS, POSE
 
 #: Allowed values of `estimate`.
 FORMS = ("pose", "joints", "belief")
-#: Bounds of an estimate's positions [m], angles [rad], and log weights.
+#: Kinds of actions.
+ACTIONS = ("normalised", "metric")
+#: Bounds of metric actions: positions [m], angles [rad], and log weights.
 FAR, TURNED, LOG_WEIGHT = 100.0, 4 * math.pi, 100.0
+
+_WEIGHT = -1  # instead of an index into `POSE`: the column of log weights
+_MIDDLE, _TALL, _LIKELIER = 1.0, 2.0, 10.0  # [m] height of a normalised 0; [m] and log weight of a normalised 1
+
+
+class ActionScale:
+    """The action space, and the affine map from actions to estimates [m, rad].
+
+    A normalised action is from -1 to 1 in each entry. It says x and y = `reach` · a, z = 1 m + 2 m · a, angles = π · a,
+    and log weights = 10 · a. A metric action is the estimate itself.
+
+    Args:
+        actions: "normalised" or "metric".
+        reach: largest distance of x and y from the origin in a normalised action [m].
+        shape: of an action.
+        columns: the meaning of each column of its last axis: an index into `POSE`, or -1 for a log weight.
+
+    Attributes:
+        space: of actions, float32.
+        reach: largest x and y [m] that an action says.
+
+    Raises:
+        MotionError: no such kind of actions.
+    """
+
+    def __init__(self, actions: str, reach: float, shape: tuple[int, ...], columns: Sequence[int]):
+        if actions not in ACTIONS:
+            raise MotionError(f"actions must be one of {', '.join(ACTIONS)}, got {actions!r}")
+        at = np.array(columns)
+        kinds = [at == _WEIGHT, at < 2, at == 2]
+        self._angles, self._metric = at > 2, actions == "metric"
+        self.reach = FAR if self._metric else reach
+        self._factor = np.select(kinds, [_LIKELIER, reach, _TALL], math.pi)
+        self._centre = np.where(at == 2, _MIDDLE, 0.0)
+        bound = np.select(kinds, [LOG_WEIGHT, FAR, FAR], TURNED) if self._metric else np.ones(len(at))
+        high = np.broadcast_to(bound.astype(np.float32), shape)
+        self.space = spaces.Box(-high, high, dtype=np.float32)
+
+    def estimates(self, actions: np.ndarray) -> np.ndarray:
+        """What actions (..., columns), float64, say [m, rad]."""
+        return actions if self._metric else self._centre + self._factor * actions
+
+    def actions(self, estimates: np.ndarray) -> np.ndarray:
+        """The actions that say estimates (..., columns) [m, rad], float32; out of bounds goes to the bound.
+
+        Angles of normalised actions are taken within half a turn of 0.
+        """
+        said = np.array(estimates, dtype=np.float64)
+        if not self._metric:
+            said[..., self._angles] = np.remainder(said[..., self._angles] + np.pi, 2 * np.pi) - np.pi
+            said = (said - self._centre) / self._factor
+        return np.clip(said, self.space.low, self.space.high).astype(np.float32)
 
 
 class Estimates:
@@ -33,6 +87,11 @@ class Estimates:
         entries: indices into `POSE` that a pose contains; None is all.
         joints: indices into `MARKERS` that are scored; None is all.
         threads: for scoring beliefs.
+        actions, reach: of the `ActionScale`.
+
+    Attributes:
+        form: as given.
+        scale: the `ActionScale`.
     """
 
     def __init__(
@@ -43,6 +102,8 @@ class Estimates:
         entries: Sequence[int] | None = None,
         joints: Sequence[int] | None = None,
         threads: int | None = 1,
+        actions: str = "metric",
+        reach: float = FAR,
     ):
         if form not in FORMS:
             raise MotionError(f"estimate must be one of {', '.join(FORMS)}, got {form!r}")
@@ -52,13 +113,12 @@ class Estimates:
         self._scored = list(range(len(MARKERS)) if joints is None else joints)
         self._whole = entries is None and joints is None
         self._workers = Workers(threads, "estimates")
-        bounds = np.array([FAR if i < 3 else TURNED for i in self._entries], np.float32)
-        high = {
-            "pose": bounds,
-            "joints": np.full((len(self._scored), 3), FAR, np.float32),
-            "belief": np.tile(np.append(bounds, np.float32(LOG_WEIGHT)), (n_belief, 1)),
+        shape, columns = {
+            "pose": ((len(self._entries),), self._entries),
+            "joints": ((len(self._scored), 3), [0, 1, 2]),
+            "belief": ((n_belief, len(self._entries) + 1), [*self._entries, _WEIGHT]),
         }[form]
-        self.space: spaces.Box = spaces.Box(-high, high, dtype=np.float32)
+        self.scale = ActionScale(actions, reach, shape, columns)
 
     def judge(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean error per scored joint (n,) [m], and reward (n,).
@@ -67,11 +127,11 @@ class Estimates:
         score divided by √joints, which makes it comparable with an error per joint.
 
         Args:
-            actions: (n, ...) of `space`, float64.
+            actions: (n, ...) of `scale.space`, float64.
             poses: (n, 25), true poses.
             offsets: (n, 16, 3) [m], of the true bodies.
         """
-        true = _true_joints(poses, offsets)
+        true, actions = _true_joints(poses, offsets), self.scale.estimates(actions)
         joints = self._joints_of(actions, true, poses, offsets)
         error = self._error(self._point(actions, joints), true)
         if self.form != "belief":
@@ -89,11 +149,11 @@ class Estimates:
         """The 15 estimated joints (n, 15, 3) [m]; for a belief their mean.
 
         Args:
-            actions: (n, ...) of `space`, float64.
+            actions: (n, ...) of `scale.space`, float64.
             poses: (n, 25), true poses.
             offsets: (n, 16, 3) [m], of the true bodies.
         """
-        true = _true_joints(poses, offsets)
+        true, actions = _true_joints(poses, offsets), self.scale.estimates(actions)
         return self._point(actions, self._joints_of(actions, true, poses, offsets))
 
     def close(self) -> None:

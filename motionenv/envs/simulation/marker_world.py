@@ -1,4 +1,4 @@
-"""The world of motionenv/MarkerTracking-v0: walkers in place, seen as markers."""
+"""The world of motionenv/MarkerTracking-v1: walkers in place, seen as markers."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import Space, spaces
 
 from motionenv.body import markers
-from motionenv.envs.simulation.estimates import FAR
+from motionenv.envs.simulation.estimates import FAR, ActionScale
 from motionenv.envs.simulation.motion_sources import SPLITS, Recordings, Source
 from motionenv.likelihoods import MarkerLikelihood
 from motionenv.metrics.joint_kernel import mean_distances
@@ -22,6 +22,8 @@ from motionenv.render.draw2d.point_lights import render_points
 from motionenv.render.sensors.marker_sensor import EYE_HEIGHT, MarkerSensor
 from motionenv.types import MARKERS, Camera
 
+#: Reach of normalised actions [m].
+REACH = 2.0
 #: Fourier walkers per split.
 WALKERS = 4096
 
@@ -38,16 +40,18 @@ class MarkerWorld:
         source: of the motion; its frames are horizon + 1.
         sensor: marker sensor model.
         angles: range (low, high) of view angles [rad].
+        actions: see `ActionScale`.
     """
 
-    def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float]):
+    def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str):
         self.n = n
         self.horizon = source.frames - 1
         self.fps = source.fps
         self.observation_space: Space = spaces.Dict(
             {"points": spaces.Box(-FAR, FAR, (len(MARKERS), 2), np.float32), "seen": spaces.MultiBinary(len(MARKERS))}
         )
-        self.action_space: spaces.Box = spaces.Box(-FAR, FAR, (len(MARKERS), 3), np.float32)
+        self.scale = ActionScale(actions, REACH, (len(MARKERS), 3), (0, 1, 2))
+        self.action_space: spaces.Box = self.scale.space
         self.time = np.zeros(n, dtype=np.intp)
         self._angles, self._sensor = angles, sensor
         self._camera = _camera(sensor.distance)
@@ -73,7 +77,7 @@ class MarkerWorld:
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As `World.judge`, of `actions`."""
         error = np.empty(self.n)
-        mean_distances(actions, self._view.joints, error)
+        mean_distances(self.scale.estimates(actions), self._view.joints, error)
         return error, -error
 
     def advance(self, slots: np.ndarray) -> None:
@@ -93,7 +97,9 @@ class MarkerWorld:
         shown = seen[slot] > 0
         plane[shown] = np.insert(points[slot, shown], 1, 0.0, axis=-1)
         picture = render_points(plane, self._camera)
-        return picture if estimate is None else draw_pose(picture, estimate, self._camera, width=1.5)
+        if estimate is None:
+            return picture
+        return draw_pose(picture, self.scale.estimates(estimate), self._camera, width=1.5)
 
     def close(self) -> None:
         """Nothing to release."""

@@ -9,6 +9,7 @@ from gymnasium import spaces
 
 from motionenv.envs.simulation.estimates import Estimates
 from motionenv.envs.simulation.stage import PictureSettings, Stage
+from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.render.draw2d.overlay import draw_pose
 from motionenv.render.request import enlarged
@@ -30,7 +31,8 @@ class PictureWorld:
         self.stage, self.estimates, self._sense = stage, estimates, sense
         self.n, self.horizon, self.fps = stage.n, stage.motions.frames - 1, stage.motions.fps
         self.observation_space: gymnasium.Space = sense.space
-        self.action_space: spaces.Box = estimates.space
+        self.scale = estimates.scale
+        self.action_space: spaces.Box = self.scale.space
         self.time = stage.time
         self._models: dict[int, SilhouetteLikelihood] = {}
         self._known = np.full((self.n, 2), -1)
@@ -40,6 +42,12 @@ class PictureWorld:
         """As `World.begin`, for `slots` with their `rngs`."""
         self.stage.begin(slots, rngs)
         self._episodes[slots] += 1
+        farthest = float(np.abs(self.stage.poses[slots, :, :2]).max())
+        if farthest > self.scale.reach:
+            raise MotionError(
+                f"somebody goes {farthest:.1f} m from the origin, and normalised actions reach {self.scale.reach:g} m: "
+                'use actions="metric", or a shorter horizon'
+            )
 
     def observe(self, slots: np.ndarray) -> np.ndarray | dict[str, np.ndarray]:
         """As `World.observe`, of `slots`."""

@@ -108,8 +108,7 @@ class Stage:
             self.pan[slot] = placed.way * focal / placed.behind
             if self.clothes:
                 self.colours[slot] = _colours(rng)
-            distance = float(placed.t[2])
-            self._scenery.begin(slot, rng, distance=distance, behind=placed.behind, focal=focal)
+            self._scenery.begin(slot, rng, distance=placed.away, behind=placed.behind, focal=focal)
         self.time[slots] = 0
 
     def now(self) -> np.ndarray:

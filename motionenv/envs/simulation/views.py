@@ -9,16 +9,25 @@ import numpy as np
 from motionenv._core.validation import is_number
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.types import MARKERS, Skeleton
+from motionenv.types import MARKERS, Motion, Skeleton
 
 #: Vertical field of view of every camera [degrees].
 FOV = 40.0
 #: Height of a camera for walkers [m].
 EYE = 1.1
 
+#: How people start, by name: the largest angle between their path and the x axis [rad], along which they may walk
+#: either way, and the range of their distances from the camera [m]. On the line everybody walks along +x.
+STARTS = {"line": (0.0, 0.0), "near": (math.pi / 6, 2.0), "anywhere": (math.pi / 2, 4.0)}
+#: How people go on.
+PATHS = ("straight", "turning")
+
 _NAMED = {"side": 0.0, "front": 90.0}
 _EDGE = math.tan(math.radians(FOV / 2))  # half width of an image at depth 1
 _NEAREST = 3.5  # [m] least distance from the camera to the world's origin
+_PACE = 1.5  # [m/s] that static cameras, and the reach of actions, expect of walkers
+_SHARPEST = 1.5  # [m] least radius of a turn
+_ROOM = 2.0  # [m] reach of actions beyond half of a path
 _BESIDE, _BELOW, _BEFORE = 0.55, 1.15, 0.3  # [m] extent of a body beside its root, below the camera, before its root
 _SMOOTH = 0.5  # [s] averaging time of a following camera
 _BEHIND = 2.0  # distance of the background relative to the walker's
@@ -35,16 +44,24 @@ class Placed:
         t: (3,) translation world → camera [m].
         way: (frames,) distance that the camera has moved to its right since the start [m].
         behind: distance to the background [m].
+        away: distance to the middle of the person's path [m].
     """
 
     R: np.ndarray
     t: np.ndarray
     way: np.ndarray
     behind: float
+    away: float
 
 
 class View(Protocol):
-    """Placement of people and cameras."""
+    """Placement of people and cameras.
+
+    Attributes:
+        reach: of normalised actions along x and y [m].
+    """
+
+    reach: float
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
         """Transform poses (frames, 25) in place to the world, and place a camera.
@@ -62,29 +79,54 @@ class WalkingView:
     Args:
         camera: "side", "front", a view angle in degrees, "random" (any angle), or "follow" (from the side).
         fps: frame rate [Hz].
+        seconds: duration of an episode.
+        start: one of `STARTS`.
+        path: one of `PATHS`.
+
+    Raises:
+        MotionError: no such camera, start or path.
     """
 
-    def __init__(self, camera: str | float, fps: float):
+    def __init__(
+        self, camera: str | float, fps: float, seconds: float = 3.0, start: str = "line", path: str = "straight"
+    ):
         if camera != "follow":
             checked_angle(camera, "follow")
-        self.camera, self.fps = camera, fps
+        if start not in STARTS:
+            raise MotionError(f"start must be one of {', '.join(STARTS)}, got {start!r}")
+        if path not in PATHS:
+            raise MotionError(f"path must be one of {', '.join(PATHS)}, got {path!r}")
+        self.camera, self.fps, self.start, self.path = camera, fps, start, path
+        self._turn, self._deep = STARTS[start]
+        self._distance = _NEAREST + _PACE * seconds
+        self.reach = _ROOM if camera == "follow" else _ROOM + _PACE * seconds + self._deep
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
         """As `View.place`, of `poses` of `body` with `rng`."""
+        way, R = np.zeros(len(poses)), level(0.0 if self.camera == "follow" else drawn_angle(self.camera, rng))
+        if self.path == "turning":
+            poses[:] = _bent(poses, body, self.fps, rng)
+        if self.start != "line":
+            _turn(poses, rng.uniform(-self._turn, self._turn) + math.pi * rng.integers(2))
         ground = poses[:, :2].copy()
         if self.camera == "follow":
-            path, R = _smoothed(ground, _SMOOTH * self.fps), level(0.0)
+            path = _smoothed(ground, _SMOOTH * self.fps)
             ground -= path
             way = (path - path[0]) @ R[0, :2]
         else:
-            way, R = np.zeros(len(poses)), level(drawn_angle(self.camera, rng))
             ground -= (ground.min(0) + ground.max(0)) / 2
-        poses[:, :2] = ground
         across, depth = ground @ R[0, :2], ground @ R[2, :2]
         below = _BELOW + max(0.0, body.height - 1.95)
-        beside = np.abs(across, out=across) + _BESIDE
-        distance = max(_NEAREST, float((beside / _EDGE - depth).max()), below / _EDGE + _BEFORE - float(depth.min()))
-        return Placed(R, np.array([0.0, EYE, distance]), way, _BEHIND * distance)
+        beside = np.abs(across) + _BESIDE
+        away = max(_NEAREST, float((beside / _EDGE - depth).max()), below / _EDGE + _BEFORE - float(depth.min()))
+        distance = away
+        if self.start != "line" and self.camera != "follow":
+            away, distance = away + self._deep * rng.random(), self._distance
+            room = _EDGE * (depth + away) - _BESIDE  # half of the width that is in view
+            aside = rng.uniform((-room - across).max(), (room - across).min())
+            ground += aside * R[0, :2] + (away - distance) * R[2, :2]
+        poses[:, :2] = ground
+        return Placed(R, np.array([0.0, EYE, distance]), way, _BEHIND * max(away, distance), away)
 
 
 class ArmView:
@@ -95,13 +137,14 @@ class ArmView:
     """
 
     def __init__(self, camera: str | float):
-        self.camera = checked_angle(camera)
+        self.camera, self.reach = checked_angle(camera), _ROOM
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
         """As `View.place`, of `poses` of `body` with `rng`."""
         R = level(drawn_angle(self.camera, rng))
         shoulder = markers(poses[0], body)[_SHOULDER]
-        return Placed(R, [0.0, 0.0, _ARM_DISTANCE] - R @ shoulder, np.zeros(len(poses)), _BEHIND * _ARM_DISTANCE)
+        t, behind = [0.0, 0.0, _ARM_DISTANCE] - R @ shoulder, _BEHIND * _ARM_DISTANCE
+        return Placed(R, t, np.zeros(len(poses)), behind, _ARM_DISTANCE)
 
 
 def level(angle: float) -> np.ndarray:
@@ -137,6 +180,25 @@ def checked_angle(camera: str | float, *others: str) -> str | float:
         names = ", ".join([*_NAMED, "random", *others])
         raise MotionError(f"camera must be {names}, or a view angle in degrees, got {camera!r}")
     return camera
+
+
+def _bent(poses: np.ndarray, body: Skeleton, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Poses (frames, 25) of a walk along x, on a random path that they can take without leaning by more than 12°."""
+    from motionenv.models.paths import bend, random_path
+
+    walk = poses.copy()
+    walk[:, :2] -= poses[0, :2]
+    length = max(1.0, float(walk[:, 0].max()))
+    speed = length * fps / len(walk)
+    path = random_path(rng, length + _ROOM, radius=max(_SHARPEST, 0.5 * speed**2))
+    return bend(Motion(walk, body, fps), path).poses
+
+
+def _turn(poses: np.ndarray, angle: float) -> None:
+    """Turn poses (frames, 25) about the vertical through the origin, in place, by `angle` [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    poses[:, :2] = poses[:, :2] @ np.array([[c, s], [-s, c]])
+    poses[:, 5] += angle
 
 
 def _smoothed(path: np.ndarray, frames: float) -> np.ndarray:

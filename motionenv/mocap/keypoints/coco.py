@@ -46,24 +46,15 @@ class _Track:
 
 
 def read(path, person: int | None = None) -> np.ndarray:
-    """Read the keypoints of one person in every frame.
+    """Read the keypoints of one person in every frame, (frames, 17, 3): x, y [pixels] and score or visibility.
 
     Two layouts are supported: a list of results [{"image_id", "category_id", "keypoints", "score"}], and a data set
     {"images": [...], "annotations": [...]}. In a list, image ids are frame numbers or file names that contain one;
-    missing numbers are frames without detections. In a data set each image is one frame, in the order of their file
-    names.
+    missing numbers are frames without detections. In a data set each image is one frame, in the order of file names.
 
     A person is tracked from frame to frame by the position of the keypoints, or by "track_id" if every detection has
-    one.
-
-    Args:
-        path: the file.
-        person: index of the person; 0 has the longest and most confident track. None raises an error that lists the
-            people if another track is at least a quarter as long as the first.
-
-    Returns:
-        (frames, 17, 3): x and y [pixels] and the file's third value, a score or COCO's visibility; NaN in frames
-        without that person.
+    one; frames without that person are NaN. `person` 0 has the longest and most confident track. None raises an error
+    that lists the people if another track is at least a quarter as long as the first.
 
     Raises:
         FormatError: not JSON, not COCO's, damaged, no person, or several; names field and value.
@@ -213,7 +204,6 @@ def _tracks(path, found: list) -> list[_Track]:
 
 
 def _named(path, by_frame: dict) -> list[_Track]:
-    """People by their track ids."""
     tracks: dict[int | str, _Track] = {}
     for frame in sorted(by_frame):
         for keypoints, name in by_frame[frame]:
@@ -247,7 +237,6 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _chosen(path, tracks: list[_Track], person: int | None) -> int:
-    """Index of the person to read."""
     seen = [t for t in tracks if t.weight >= _RIVAL * tracks[0].weight] if tracks[0].weight > 0 else tracks
     if person is None and len(seen) == 1:
         return 0

@@ -36,6 +36,8 @@ def read_points(
 ) -> Points:
     """Read the 2D points of a walker: COCO keypoints (.json) or a table (.csv).
 
+    Points are in pixels or, for any length unit, in metres, and named after the file.
+
     Args:
         path: the file.
         fps: frame rate [Hz]; required for COCO files, overrides the times of a table.
@@ -43,9 +45,6 @@ def read_points(
             COCO's points are in pixels.
         person: which of several people in a COCO file; see `motionenv.mocap.keypoints.coco.read`.
         confidence: least score of a visible COCO keypoint; visibility 1 and 2 count as visible, 0 doesn't.
-
-    Returns:
-        Points in pixels or, for any length unit, in metres; named after the file.
 
     Raises:
         FormatError: damaged, another format, or several people; names field, value and what was expected.
@@ -73,11 +72,7 @@ def read_points(
 
 
 def write_points(points: Points, path) -> None:
-    """Write points as a table (CSV), atomically; `read_points` restores them exactly.
-
-    Args:
-        points: at least two frames; their truth isn't written.
-        path: the file.
+    """Write points to a table (CSV) at `path`, atomically; `read_points` restores them exactly, but not their truth.
 
     Raises:
         MotionError: fewer than two frames, or the file can't be written.
@@ -153,7 +148,6 @@ def _columns(path, header: list[str]) -> tuple[str, np.ndarray]:
 
 
 def _row(path, line: int, row: list[str], header: list[str]) -> list[float]:
-    """The numbers of one row; NaN for empty fields."""
     if len(row) != len(header):
         raise FormatError(path, f"expected {len(header)} columns as in line 1, got {len(row)}", f"line {line}")
     return [number(path, line, word, name) if word.strip() else np.nan for word, name in zip(row, header, strict=True)]

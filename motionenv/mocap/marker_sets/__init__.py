@@ -6,14 +6,6 @@ from motionenv.mocap.marker_sets.marker_map import MarkerMap
 from motionenv.mocap.marker_sets.matching import Landmarks, find_landmarks, marker_set, marker_sets, recognise, resolve
 
 __all__ = [
-    "LANDMARKS",
-    "Landmarks",
-    "MarkerMap",
-    "annotated",
-    "find_landmarks",
-    "guess_map",
-    "marker_set",
-    "marker_sets",
-    "recognise",
-    "resolve",
-]
+    "LANDMARKS", "Landmarks", "MarkerMap", "annotated", "find_landmarks", "guess_map", "marker_set", "marker_sets",
+    "recognise", "resolve",
+]  # fmt: skip

@@ -23,22 +23,17 @@ _AT_END = 5  # how many of them a name may also end with, beside "l" and "r"
 #: From the ground up: what stands in a later row is higher on anybody who stands or walks.
 _LEVELS = (
     ("heel", "toe", "metatarsal_1", "metatarsal_5", "ankle_lateral", "ankle_medial", "ankle"),
-    ("knee_lateral", "knee_medial", "knee"),
-    ("asis", "psis", "sacrum", "hip", "iliac_crest"),
-    ("acromion", "shoulder", "c7", "clavicle"),
-    ("head", "head_top", "head_front", "head_back"),
-)
+    ("knee_lateral", "knee_medial", "knee"), ("asis", "psis", "sacrum", "hip", "iliac_crest"),
+    ("acromion", "shoulder", "c7", "clavicle"), ("head", "head_top", "head_front", "head_back"),
+)  # fmt: skip
 
 
 def guess_map(markers: Markers) -> MarkerMap:
-    """A first guess of which points of a capture are which landmarks.
+    """A first guess of which of captured `markers` (frames, points, 3) [m], z up, are which landmarks.
 
     The nearest marker set's names first; then, for landmarks that it leaves open, the point whose name is most like
     one that any set has for it. A guess that puts a landmark on the wrong level of the body, such as a knee below an
     ankle, is dropped.
-
-    Args:
-        markers: captured points (frames, points, 3) [m], z up.
     """
     known, points = recognise(markers.names)
     found = dict(points)

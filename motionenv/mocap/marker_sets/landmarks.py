@@ -12,7 +12,6 @@ _TABLE = tomllib.loads(files(__package__).joinpath("landmarks.toml").read_text(e
 
 
 def _clusters(*segments: str) -> dict[str, str]:
-    """The markers of rigid clusters."""
     return {f"{s}_cluster_{i}": f"marker {i} of a rigid cluster on the {s}" for s in segments for i in range(1, 6)}
 
 

@@ -22,7 +22,7 @@ Names of points are compared without case, spaces, dots, dashes and underscores,
 import tomllib
 import unicodedata
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from difflib import get_close_matches
 
 from motionenv.errors import FormatError, MotionError
@@ -32,7 +32,8 @@ from motionenv.mocap.readers.text import read_lines
 #: One way to find a landmark: points and their weights, which sum to 1.
 Weights = Mapping[str, float]
 
-_KEYS = {"name", "title", "source", "head_rotation", "points", "sides", "sided"}
+_WORDS = ("title", "source", "head_rotation", "shank_rotation")
+_KEYS = {"name", *_WORDS, "points", "sides", "sided"}
 _SUM = 1e-6  # tolerance of the sum of weights
 
 
@@ -46,13 +47,16 @@ class MarkerMap:
         title: one line about it.
         source: who defines these names.
         head_rotation: the joint whose captured rotation is the head's; "" if there is none.
+        shank_rotation: of a skeleton whose legs `motionenv.mocap.skeleton_legs` must correct: the joints whose captured
+            rotations are the shanks', left and right, with a comma between; "" otherwise.
     """
 
     points: Mapping[str, tuple[Weights, ...]]
     name: str = "marker map"
     title: str = ""
     source: str = ""
-    head_rotation: str = field(default="")
+    head_rotation: str = ""
+    shank_rotation: str = ""
 
     @classmethod
     def parse(cls, text: str) -> "MarkerMap":
@@ -72,7 +76,7 @@ class MarkerMap:
         points = {**_both_sides(table), **_section(table, "points")}
         if not points:
             raise MotionError('a marker map needs a section [points] with lines such as left_hip = "LHJC"')
-        words = {key: str(table.get(key, "")) for key in ("title", "source", "head_rotation")}
+        words = {key: str(table.get(key, "")) for key in _WORDS}
         return cls({k: _ways(k, v) for k, v in points.items()}, str(table.get("name", "marker map")), **words)
 
     @classmethod
@@ -90,7 +94,7 @@ class MarkerMap:
 
     def to_toml(self) -> str:
         """The map as the text of a TOML file that `parse` reads."""
-        told = {key: getattr(self, key) for key in ("name", "title", "source", "head_rotation")}
+        told = {key: getattr(self, key) for key in ("name", *_WORDS)}
         head = [f"{key} = {_quoted(text)}" for key, text in told.items() if text]
         lines = [f"{landmark} = {_written(ways)}" for landmark, ways in self.points.items()]
         return "\n".join([*head, "", "[points]", *lines, ""])
@@ -138,13 +142,11 @@ def _with_word(value, word: str):
 
 
 def _ways(landmark: str, value) -> tuple[Weights, ...]:
-    """The ways to find a landmark."""
     ways = value if isinstance(value, list) else [value]
     return tuple(_weights(landmark, way) for way in ways)
 
 
 def _weights(landmark: str, way) -> Weights:
-    """One way to find a landmark."""
     if isinstance(way, str) and way.strip():
         return {way: 1.0}
     numbers = isinstance(way, Mapping) and all(
@@ -157,13 +159,11 @@ def _weights(landmark: str, way) -> Weights:
 
 
 def _quoted(text: str) -> str:
-    """A TOML string."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped) + '"'
 
 
 def _written(ways: tuple[Weights, ...]) -> str:
-    """The ways to find a landmark, in TOML."""
     texts = []
     for way in ways:
         only = len(way) == 1

@@ -79,13 +79,9 @@ def _worth(points: Iterable[str]) -> float:
 
 
 def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) -> Landmarks:
-    """The landmarks that a capture shows.
+    """The landmarks that captured `markers` (frames, points, 3) show; points that no frame shows are none.
 
-    Points that no frame shows are no landmarks.
-
-    Args:
-        markers: captured points (frames, points, 3).
-        marker_map: a map, or the name of a marker set; None recognises the set by the names.
+    `marker_map` is a map, or the name of a marker set; None recognises the set by the names.
 
     Raises:
         MotionError: not one sequence, an unknown set, or a map of which no landmark is in the file.

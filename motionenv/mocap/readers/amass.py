@@ -41,11 +41,7 @@ _PEOPLE = (0.5, 3.0)  # [m] plausible longest side of the box around a person's 
 
 
 def is_amass(keys: Iterable[str]) -> bool:
-    """Whether a file with these arrays is one of `read`'s.
-
-    Args:
-        keys: names of the arrays in the NPZ file.
-    """
+    """Whether an NPZ file with arrays of these names is one of `read`'s."""
     found = set(keys)
     return bool(found & {"poses", "root_orient", *_POSITIONS}) and "format" not in found
 
@@ -56,15 +52,13 @@ def read(
 ) -> Markers:  # fmt: skip
     """Read the joints of an AMASS file: the positions in it, or those that a body model gives its poses and shape.
 
-    Points are named as in the body models: "pelvis", "left_hip", "spine1" ...
+    Points are named as in the body models: "pelvis", "left_hip", "spine1" ...; for poses they have rotations too.
 
     Args:
         path: an NPZ file with `poses` (frames, 66, 72, 156 or 165) [rad], `trans` (frames, 3) [m] and `betas`, or with
-            positions of joints, `joints` (frames, 22, 24, 52 or 55, 3). SMPL-X's `root_orient` and `pose_body` do for
-            `poses`.
+            `joints` (frames, 22, 24, 52 or 55, 3), positions. SMPL-X's `root_orient` and `pose_body` do for `poses`.
         fps: frame rate; overrides the file's `mocap_framerate`.
-        unit: of positions of joints, which are metres by default: a name in `motionenv.mocap.units_axes.METRES` or
-            metres per unit.
+        unit: of positions, which are metres by default: a name in `motionenv.mocap.units_axes.METRES`, or metres.
         up: vertical axis, "x", "y" or "z". None is z for poses; for positions, that along which the person extends, or
             z if it isn't clear.
         body_model: for poses, the NPZ file of the body model, with J_regressor, v_template, shapedirs and
@@ -72,12 +66,8 @@ def read(
         override: whether `fps` and `unit` replace what the file states, metres for positions of a person's size; False
             uses them only where it states nothing.
 
-    Returns:
-        Positions [m], z up; for poses also the rotations of the joints.
-
     Raises:
-        FormatError: another kind of NPZ file, one that is damaged, or a body model, frame rate or unit that must be
-            given.
+        FormatError: another kind of file, a damaged one, or a body model, frame rate or unit that must be given.
     """
     arrays = _load(path, {*_POSITIONS, *_RATES, *_PARTS, "poses", "trans", "betas", "gender"})
     stated = next((float(arrays[key]) for key in _RATES if key in arrays and np.size(arrays[key]) == 1), np.nan)
@@ -96,7 +86,6 @@ def read(
 
 
 def _load(path, wanted: set[str]) -> dict[str, np.ndarray]:
-    """The wanted arrays of an NPZ file."""
     found, held = load_arrays(read_bytes(path), path, wanted)
     if not found:
         raise FormatError(path, f"is an NPZ file of another kind: it has {', '.join(held[:8]) or 'no arrays'}")
@@ -124,7 +113,6 @@ def _joints(
 
 
 def _posed(path, arrays: dict[str, np.ndarray], body_model, fps: float, up: str) -> Markers:
-    """The joints of poses."""
     poses = _poses(path, arrays)
     trans = _numbers(path, "trans", arrays.get("trans", np.zeros((len(poses), 3))), (len(poses), 3))
     betas = np.asarray(arrays.get("betas", np.zeros(0)), dtype=np.float64)
@@ -175,13 +163,7 @@ def _numbers(path, key: str, values: np.ndarray, shape: tuple) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _BodyModel:
-    """What gives the joints of a body of any shape.
-
-    Attributes:
-        template: (J, 3) [m], joints of the mean shape.
-        directions: (J, 3, shapes) [m], their displacement per unit of each of `betas`.
-        parents: (J,).
-    """
+    """Joints [m] of the mean shape (J, 3), their displacement per unit of the `betas` (J, 3, shapes), and parents."""
 
     template: np.ndarray
     directions: np.ndarray
@@ -194,7 +176,6 @@ class _BodyModel:
 
 
 def _read_model(path) -> _BodyModel:
-    """A body model from its NPZ file."""
     if Path(path).suffix.lower() in (".pkl", ".pickle"):
         raise FormatError(
             path, "body models are read as NPZ, for pickles can run code: download the NPZ version, or convert the "

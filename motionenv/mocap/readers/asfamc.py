@@ -42,6 +42,7 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
     """Read the root and the end of every bone. Points are named like their bone: "lfemur" is the left knee.
 
     (In the CMU database "lradius" ends at two thirds of the forearm, where it twists; "lwrist" is the rest of it.)
+    Rotations are those of the bones relative to their rest pose, in the world.
 
     Args:
         path: the AMC file.
@@ -50,9 +51,6 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
         fps: frame rate, which AMC files don't specify (120 in the CMU database).
         unit: a name in `motionenv.mocap.units_axes.METRES` or metres per file unit; overrides the ASF file.
         override: whether `unit` replaces what the ASF file states; False uses it only where it states nothing.
-
-    Returns:
-        Positions [m] of the root and the bones' ends, and world rotations of the bones relative to their rest pose.
 
     Raises:
         FormatError: no fps, no or several skeletons, or malformed ASF or AMC files; names the line.
@@ -73,7 +71,6 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
 
 
 def _beside(path) -> Path:
-    """The skeleton file in the AMC file's folder."""
     path = Path(path)
     found = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     own = (path.stem.lower(), path.stem.split("_")[0].lower())
@@ -276,7 +273,6 @@ class _Amc:
 
 
 def _in_degrees(bones: list[_Bone], values: np.ndarray) -> np.ndarray:
-    """`values` with rotations converted from radians to degrees."""
     turning = np.array([d in _DOF for bone in bones for d in bone.dof])
     return np.where(turning, np.degrees(values), values)
 

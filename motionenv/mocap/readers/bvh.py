@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from motionenv._core.rotations import from_euler
-from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
-from motionenv.mocap.readers.text import count, number, read_lines, unique
+from motionenv.mocap.readers.text import count, given_fps, number, read_lines, unique
 from motionenv.mocap.units_axes import box, forward, metres_per, unit_proposal
 from motionenv.types import Markers
 
@@ -30,16 +29,10 @@ class _Joint:
 
 
 def read(path, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
-    """Read the joints of a BVH file; end sites are named "<joint>_end".
+    """Read the joints of a BVH file; end sites are named "<joint>_end". Rotations are relative to its OFFSETs' pose.
 
-    Args:
-        path: the file.
-        fps: frame rate; overrides the file's "Frame Time".
-        unit: length unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit. The format doesn't specify
-            it; None assumes centimetres, if that gives the first pose a plausible size.
-
-    Returns:
-        Positions [m] and joint → world rotations (identity in the rest pose given by the file's OFFSETs).
+    `fps` overrides the file's "Frame Time". The format doesn't specify the unit, a name in
+    `motionenv.mocap.units_axes.METRES` or metres; None assumes centimetres, if the first pose then has a usual size.
 
     Raises:
         FormatError: a malformed file, or a frame time or a unit that must be given; names the line, and the unit that
@@ -57,7 +50,7 @@ def read(path, fps: float | None = None, unit: str | float | None = None, overri
     positions, rotations = forward(parents, offsets * scale, local)
     if unit is None:
         _check_size(path, positions[:1] / scale, scale)
-    fps = _rate(path, frame_time, fps, override)
+    fps = given_fps(fps, override, lambda: _fps(path, frame_time))
     return Markers(unique(j.name for j in joints), positions, fps, tuple(parents), rotations, Path(path).stem)
 
 
@@ -186,18 +179,6 @@ def _values(path, rows: list[tuple[int, list[str]]]) -> np.ndarray:
         for word in words:
             number(path, i, word, "a channel's value")
     raise AssertionError("a value was bad before and isn't now")
-
-
-def _rate(path, frame_time: str, fps: float | None, override: bool) -> float:
-    """Frames per second from the caller or the file."""
-    if fps is not None and override:
-        return checked_fps(fps)
-    try:
-        return _fps(path, frame_time)
-    except FormatError:
-        if fps is None:
-            raise
-        return checked_fps(fps)
 
 
 def _fps(path, frame_time: str) -> float:

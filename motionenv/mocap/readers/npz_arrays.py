@@ -18,12 +18,7 @@ _DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, E
 
 
 def load_arrays(raw: bytes, path, wanted: Container[str]) -> tuple[dict[str, np.ndarray], list[str]]:
-    """The wanted arrays of a file, by name, and the names of all.
-
-    Args:
-        raw: the file's content.
-        path: its name, for messages.
-        wanted: names of the arrays to load.
+    """The `wanted` arrays of a file's content, by name, and the names of all; messages call it `path`.
 
     Raises:
         FormatError: not an NPZ file, damaged, Python objects, or arrays of more than 1 GiB.

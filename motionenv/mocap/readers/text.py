@@ -1,19 +1,16 @@
 """Parsing of text files: lines, numbers, names, with errors that name the place."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 
 
 def read_lines(path, latin: bool = False) -> list[str]:
-    """The lines of a text file, without line ends of any system.
-
-    Args:
-        path: the file.
-        latin: whether a file that isn't UTF-8 is read as Latin-1, which Windows programs write.
+    """The lines of a text file, UTF-8 or, with `latin`, what Windows programs write, without line ends of any system.
 
     Raises:
         FormatError: missing, unreadable, empty, binary or not UTF-8.
@@ -32,12 +29,18 @@ def read_lines(path, latin: bool = False) -> list[str]:
         raise FormatError(path, "is not UTF-8 text; save it as UTF-8", f"line {line}") from None
 
 
-def read_bytes(path) -> bytes:
-    """The file's content.
+def given_fps(fps: float | None, override: bool, stated: Callable[[], float]) -> float:
+    """A caller's frame rate, if it overrides or the file's, `stated()`, is a FormatError; otherwise the file's."""
+    if fps is None:
+        return stated()
+    try:
+        return checked_fps(fps) if override else stated()
+    except FormatError:
+        return checked_fps(fps)
 
-    Raises:
-        FormatError: missing, unreadable or empty.
-    """
+
+def read_bytes(path) -> bytes:
+    """The file's content; a FormatError if it is missing, unreadable or empty."""
     try:
         raw = Path(path).read_bytes()
     except OSError as error:
@@ -48,11 +51,7 @@ def read_bytes(path) -> bytes:
 
 
 def number(path, line: int, word: str, what: str) -> float:
-    """`word` as a finite number.
-
-    Raises:
-        FormatError: it isn't one; names the line and `what`, the expected value.
-    """
+    """`word` as a finite number; otherwise a FormatError that names the line and `what`, the expected value."""
     try:
         value = float(word)
     except ValueError:
@@ -63,11 +62,7 @@ def number(path, line: int, word: str, what: str) -> float:
 
 
 def count(path, line: int, word: str, what: str) -> int:
-    """`word` as a whole number above 0.
-
-    Raises:
-        FormatError: it isn't one; names the line and `what`, the expected value.
-    """
+    """`word` as a whole number above 0; otherwise a FormatError that names the line and `what`, the expected value."""
     value = number(path, line, word, what)
     if value != int(value) or value < 1:
         raise FormatError(path, f"{what} must be a whole number above 0, got {word!r}", f"line {line}")

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
-from motionenv.mocap.readers.text import number, read_lines, unique
-from motionenv.mocap.units_axes import MARKER_UNITS, file_metres, metres_per, unit_proposal, upright, vertical_axis
+from motionenv.mocap.readers.text import given_fps, number, read_lines, unique
+from motionenv.mocap.units_axes import stated_metres, upright, vertical_axis
 from motionenv.types import Markers
 
 _CLOCK = 0.01  # relative tolerance between the Time column and the DataRate
@@ -19,7 +18,10 @@ def read(
 ) -> Markers:
     """Read the markers of a TRC file; blanks and points at exactly (0, 0, 0) are gaps: NaN.
 
-    Decimal commas, missing or additional tabs, and columns separated by blanks are read too.
+    Decimal commas, missing or additional tabs, and columns separated by blanks are read too. "NumMarkers" is ignored:
+    some files don't count virtual markers in it, others count unlabelled ones. "NumFrames" is ignored where it
+    disagrees with the number of rows, but the times rise in even steps: programs that cut a trial leave it as it was.
+    Repeated labels get "_2", "_3". The unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Args:
         path: the file.
@@ -29,12 +31,6 @@ def read(
             points, of a standing or walking person, extend at least 1.5 times as far as along each other one; if there
             is none, "y", as in OpenSim's files.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
-
-    Returns:
-        Positions [m], z up, of every labelled marker. ("NumMarkers" is ignored: some files don't count virtual markers
-        in it, others count unlabelled ones. "NumFrames" is ignored where it disagrees with the number of rows, but the
-        times rise in even steps: programs that cut a trial leave it as it was.) Repeated labels get "_2", "_3". The
-        unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Raises:
         FormatError: a malformed file, or a frame rate or a unit that must be given; names the line.
@@ -48,11 +44,11 @@ def read(
     if header.get("NumFrames", str(len(rows))) != str(len(rows)) and not _even(values[:, 1]):
         problem = f"'NumFrames' says {header['NumFrames']}, but there are {len(rows)}: it is truncated"
         raise FormatError(path, problem, f"line {len(lines)}")
-    fps = _fps(path, header.get("DataRate", ""), values[:, 1], fps, override)
+    fps = given_fps(fps, override, lambda: _stated_fps(path, header.get("DataRate", ""), values[:, 1]))
     points = values[:, 2:].reshape(len(rows), len(names), 3)
     gap = (points == 0).all(-1) | np.isnan(points).any(-1)
     points = np.where(gap[..., None], np.nan, points)
-    points = points * _metres(path, header.get("Units", ""), points, unit, override)
+    points = points * stated_metres(path, header.get("Units", ""), points, unit, override, "line 3")
     up = up or vertical_axis(points, "y")
     world = upright(points, up)
     if up == "y":  # OpenSim's ground: x forward, y up, z to the right
@@ -70,7 +66,6 @@ def _header(path, lines: list[str]) -> dict[str, str]:
 
 
 def _even(times: np.ndarray) -> bool:
-    """Whether the times rise in even steps."""
     steps = np.diff(times)
     return len(steps) > 0 and bool((np.abs(steps - np.median(steps)) <= _EVEN * np.median(steps)).all())
 
@@ -124,20 +119,7 @@ def _pointed(word: str) -> str:
 
 
 def _filled(word: str) -> bool:
-    """False for all notations of a gap."""
     return word.lower() not in ("", "nan")
-
-
-def _fps(path, written: str, times: np.ndarray, fps: float | None, override: bool) -> float:
-    """Frame rate from the caller, or the file's, if its times agree."""
-    if fps is not None and override:
-        return checked_fps(fps)
-    try:
-        return _stated_fps(path, written, times)
-    except FormatError:
-        if fps is None:
-            raise
-        return checked_fps(fps)
 
 
 def _stated_fps(path, written: str, times: np.ndarray) -> float:
@@ -152,14 +134,3 @@ def _stated_fps(path, written: str, times: np.ndarray) -> float:
         problem = f"the times span {took:g} s, but 'DataRate' makes {expected:g} s of the frames; pass fps= (--fps)"
         raise FormatError(path, problem, "column 2")
     return fps
-
-
-def _metres(path, written: str, points: np.ndarray, unit, override: bool) -> float:
-    """Metres per file unit."""
-    stated = file_metres(written)
-    if unit is not None and (override or stated is None):
-        return metres_per(unit)
-    if stated is None:
-        what = f"the unit of length {written!r} is unknown" if written else "the unit of length is missing"
-        raise FormatError(path, f"{what}; {unit_proposal(points, MARKER_UNITS)}", "line 3")
-    return stated

@@ -1,6 +1,6 @@
 """Events, clinical angles and measurements in the ezc3d representation of a file."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,14 +28,10 @@ _ANGLES = {
 
 
 def add_events(file: Any, events: Sequence[Event], fps: float, first: int, subject: str) -> None:
-    """Add the group EVENT, in the order of time (the C3D file format user guide, c3d.org; names as Vicon's).
+    """Add the group EVENT to a file of ezc3d, in the order of time (the C3D file format user guide, c3d.org).
 
-    Args:
-        file: as of ezc3d.
-        events: times are since the first frame.
-        fps: frame rate [Hz].
-        first: number of the first frame; the file's times count from that of frame 1.
-        subject: who it is.
+    Events are named as Vicon's. Their times are since the first frame, whose number is `first`; the file's count from
+    frame 1, at `fps` frames per second.
     """
     if len(events) > _MOST:
         raise MotionError(f"a C3D file has at most {_MOST} events, got {len(events)}: cut the trial, or pass fewer")
@@ -85,12 +81,6 @@ def angle_points(angles: Angles | None, frames: int) -> dict[str, np.ndarray]:
             f"angles has no known name: expected left_ or right_ before {expected}; got {', '.join(columns)}"
         )
     return found
-
-
-def add_angles(file: Any, names: Iterable[str]) -> None:
-    """Say which points hold angles, and their unit."""
-    file.add_parameter("POINT", "ANGLES", list(names))
-    file.add_parameter("POINT", "ANGLE_UNITS", ["deg"])
 
 
 def add_measurements(file: Any, recording: Recording) -> None:

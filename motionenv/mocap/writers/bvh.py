@@ -12,7 +12,7 @@ import numpy as np
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, known_segments, local_rotations, save, without_missing, y_up
+from motionenv.mocap.writers.common import check_sequence, known_segments, local_rotations, without_missing, y_up
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0
@@ -25,7 +25,6 @@ _ARMS = {"{}Arm": ("Spine2", "{}_shoulder"), "{}ForeArm": ("{}Arm", "{}_elbow"),
 
 
 def _sided(table: dict[str, tuple[str, str]], side: str) -> dict[str, tuple[str, str]]:
-    """Rows of one side of the body."""
     word = side.title()
     return {joint.format(word): (parent.format(word), node.format(side)) for joint, (parent, node) in table.items()}
 
@@ -33,15 +32,9 @@ def _sided(table: dict[str, tuple[str, str]], side: str) -> dict[str, tuple[str,
 #: Joints in the order of the file, with parent and corresponding node of the body. Mixamo's Head is midway between the
 #: neck and the head's centre.
 _JOINTS = {
-    "Hips": ("", "pelvis"),
-    "Spine2": ("Hips", "sternum"),
-    "Neck": ("Spine2", "neck"),
-    "Head": ("Neck", "head"),
-    **_sided(_ARMS, "left"),
-    **_sided(_ARMS, "right"),
-    **_sided(_LEGS, "left"),
-    **_sided(_LEGS, "right"),
-}
+    "Hips": ("", "pelvis"), "Spine2": ("Hips", "sternum"), "Neck": ("Spine2", "neck"), "Head": ("Neck", "head"),
+    **_sided(_ARMS, "left"), **_sided(_ARMS, "right"), **_sided(_LEGS, "left"), **_sided(_LEGS, "right"),
+}  # fmt: skip
 
 #: Joints with an end site, at the tip of a drawn limb.
 _TIPS = {
@@ -60,29 +53,15 @@ _SEGMENT = {
 }  # fmt: skip
 
 
-def write(motion: Motion, path) -> None:
-    """Write a motion as BVH, atomically.
+def parts(motion: Motion) -> Iterator[bytes]:
+    """The bytes of a BVH file, a few hundred frames of the sequence (frames, 25) at a time.
 
     `motionenv.mocap.read` reads the joints back. Feet are rotated as drawn (see `motionenv.body.limb_segments`),
     although they have no entry in the pose vector. Limbs that are missing in every frame are left out of the hierarchy,
     and the joint that would carry them ends in an end site there: a lower body is Hips, Spine2 and the legs.
 
-    Args:
-        motion: one sequence (frames, 25).
-        path: the file.
-
     Raises:
-        GapError: the motion has gaps in time, which the format can't represent.
-        MotionError: not one sequence, or the file can't be written.
-    """
-    save(parts(motion), path)
-
-
-def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes that `write` writes, a few hundred frames at a time.
-
-    Raises:
-        GapError: `motion` has gaps.
+        GapError: `motion` has gaps in time, which the format can't represent.
         MotionError: not one sequence.
     """
     check_sequence(motion, "BVH", gaps=False)
@@ -128,7 +107,6 @@ def _block(joint: str, rest: dict[str, np.ndarray], joints: list[str]) -> list[s
 
 
 def _offset(point: np.ndarray) -> str:
-    """An OFFSET line."""
     return "OFFSET " + " ".join(f"{x:.6f}" for x in np.round(point, 6) + 0.0)
 
 

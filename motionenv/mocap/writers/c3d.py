@@ -7,66 +7,44 @@ from typing import Any
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv.body.kinematics import markers as body_markers
 from motionenv.errors import MotionError
 from motionenv.mocap.units_axes import METRES
-from motionenv.mocap.writers._c3d_groups import add_angles, add_events, add_measurements, angle_points
+from motionenv.mocap.writers._c3d_groups import add_events, add_measurements, angle_points
 from motionenv.mocap.writers.common import Angles, check_sequence
 from motionenv.types import MARKERS, Event, Markers, Motion, Recording
 
 _MOST_FRAMES = 65535  # the header counts frames in 16 bits
 
 
-def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
-    """Write the 15 markers of `motionenv.types.MARKERS` as C3D, atomically.
+def parts(motion: Motion, events: Sequence[Event] = (), angles: Angles | None = None) -> Iterator[bytes]:
+    """The bytes of a C3D file of the 15 markers of `motionenv.types.MARKERS`, in one part: ezc3d can write only files.
 
     Millimetres as float32, z up and x forward (POINT:X_SCREEN +X, Y_SCREEN +Z); gaps have the residual -1. Events are
     written as Vicon's software writes them, angles as points with Plug-in Gait's names ("LKneeAngles").
 
     Args:
         motion: one sequence (frames, 25) of at most 65535 frames.
-        path: the file.
         events: of the motion, at most 255.
         angles: clinical angles of the motion [degrees]; a frame in which one of a joint's three is unknown is a gap.
 
     Raises:
-        MotionError: not one sequence, too many frames or events, angles of other frames or without known names, or the
-            file can't be written.
+        MotionError: not one sequence, too many frames or events, angles of other frames or without known names.
     """
-    file = _of_motion(motion, events, angles)
-    with atomic_write(path) as temporary:
-        temporary.write_bytes(_written(file))
+    check_sequence(motion, "C3D", gaps=True)
+    positions = body_markers(motion.poses, motion.skeleton) / METRES["mm"]
+    file = _file(MARKERS, positions, angle_points(angles, len(motion.poses)), motion.fps, "mm")
+    add_events(file, events, motion.fps, 1, "")
+    return map(_written, [file])  # on demand, as writing may fail
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes that `write` writes, in one part: ezc3d can write only files.
-
-    Args:
-        motion: one sequence (frames, 25) of at most 65535 frames.
-
-    Raises:
-        MotionError: not one sequence, or too many frames.
-    """
-    return iter([_written(_of_motion(motion, (), None))])
-
-
-def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
-    """Write captured points as C3D under their own names, atomically.
+def marker_parts(capture: Markers, events: Sequence[Event] = (), angles: Angles | None = None) -> Iterator[bytes]:
+    """The bytes of a C3D file of captured points under their own names, in one part.
 
     The unit of length, the number of the first frame, the subject's name and the measurements of the group PROCESSING
     are those of `capture.recording`, if there is one; else millimetres and frame 1. z is up. Analogue channels and
-    force plates aren't written.
-
-    Args:
-        capture: one sequence (frames, points, 3) [m] of at most 65535 frames.
-        path: the file.
-        events: of the capture, at most 255; none writes the recording's own.
-        angles: clinical angles of the capture [degrees], as in `write`.
-
-    Raises:
-        MotionError: too many frames, points or events, angles of other frames or without known names, a point with the
-            name of an angle, or the file can't be written.
+    force plates aren't written. Without events, the recording's own are; otherwise arguments and errors are as those of
+    `parts`, and too many points or one with the name of an angle are errors too.
     """
     recording = capture.recording or Recording(metres=0.001)
     unit = next((name for name, metres in METRES.items() if np.isclose(metres, recording.metres, rtol=1e-6)), "mm")
@@ -77,17 +55,7 @@ def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: 
     add_events(file, events or recording.events, capture.fps, first, recording.subject)
     if METRES[unit] == recording.metres:
         add_measurements(file, recording)
-    with atomic_write(path) as temporary:
-        temporary.write_bytes(_written(file))
-
-
-def _of_motion(motion: Motion, events: Sequence[Event], angles: Angles | None) -> Any:
-    """The ezc3d representation of a motion's file."""
-    check_sequence(motion, "C3D", gaps=True)
-    positions = body_markers(motion.poses, motion.skeleton) / METRES["mm"]
-    file = _file(MARKERS, positions, angle_points(angles, len(motion.poses)), motion.fps, "mm")
-    add_events(file, events, motion.fps, 1, "")
-    return file
+    return map(_written, [file])  # on demand, as writing may fail
 
 
 def _file(names: tuple[str, ...], positions: np.ndarray, angles: dict[str, np.ndarray], fps: float, unit: str) -> Any:
@@ -109,7 +77,8 @@ def _file(names: tuple[str, ...], positions: np.ndarray, angles: dict[str, np.nd
     file.add_parameter("POINT", "X_SCREEN", ["+X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     if angles:
-        add_angles(file, angles)
+        file.add_parameter("POINT", "ANGLES", list(angles))
+        file.add_parameter("POINT", "ANGLE_UNITS", ["deg"])
     file["data"]["points"] = np.concatenate([np.where(gap, np.nan, points), np.ones((1, *gap.shape))])
     file["data"]["meta_points"]["residuals"] = np.where(gap, -1.0, 0.0)[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *gap.shape), dtype=bool)

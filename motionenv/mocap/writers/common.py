@@ -6,20 +6,13 @@ from typing import Protocol
 import numpy as np
 
 from motionenv._core.files import atomic_write
+from motionenv.body import gaps
 from motionenv.body.kinematics import forward
-from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT, SEGMENTS
+from motionenv.body.skeleton import LIMBS, SEGMENT_PARENT
 from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 
 _Y_UP = [1, 2, 0]
-
-#: Per segment of `SEGMENTS`: the entries of the pose vector that turn it relative to its parent. A foot has none.
-_ENTRIES = (
-    range(6), range(6, 9),
-    range(9, 12), range(12, 13), range(13, 16), range(16, 17),
-    range(17, 20), range(20, 21), range(21, 24), range(24, 25),
-    range(0), range(0),
-)  # fmt: skip
 
 
 class Angles(Protocol):
@@ -45,11 +38,7 @@ def y_up_turns(rotations) -> np.ndarray:
 
 
 def local_rotations(motion: Motion) -> np.ndarray:
-    """Rotation of each segment relative to its parent, (frames, 12, 3, 3), axes as in the world.
-
-    Args:
-        motion: one sequence without gaps.
-    """
+    """Rotation of each segment relative to its parent, (frames, 12, 3, 3), axes as in the world; without gaps."""
     rotations = forward(motion.poses, motion.skeleton)[1]
     local = rotations.copy()
     for segment, parent in enumerate(SEGMENT_PARENT):
@@ -59,27 +48,16 @@ def local_rotations(motion: Motion) -> np.ndarray:
 
 
 def known_segments(poses) -> np.ndarray:
-    """Which segments a motion shows, (12,) bool in the order of `motionenv.body.SEGMENTS`.
+    """Which segments poses (frames, 25) show, (12,) bool in the order of `motionenv.body.SEGMENTS`.
 
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
     the arms of a lower-body capture.
-
-    Args:
-        poses: (frames, 25) [m, rad].
     """
-    known = ~np.isnan(poses).all(0)
-    shown = np.zeros(len(SEGMENTS), dtype=bool)
-    for segment, (entries, parent) in enumerate(zip(_ENTRIES, SEGMENT_PARENT, strict=True)):
-        shown[segment] = known[list(entries)].all() and (parent < 0 or shown[parent])
-    return shown
+    return gaps.known_segments(np.where(np.isnan(poses).all(0), np.nan, 0.0))
 
 
 def without_missing(motion: Motion) -> Motion:
-    """`motion` with zeros for all entries of missing segments, so that the rest can be computed without NaN.
-
-    Args:
-        motion: one sequence (frames, 25); writers leave out what `known_segments` says is missing.
-    """
+    """`motion` (frames, 25) with zeros for what `known_segments` says is missing: the rest can do without NaN."""
     poses = np.where(_shown_entries(motion.poses), motion.poses, 0.0)
     return Motion(poses, motion.skeleton, motion.fps, motion.name)
 
@@ -87,19 +65,16 @@ def without_missing(motion: Motion) -> Motion:
 def _shown_entries(poses) -> np.ndarray:
     """Which of the 25 entries turn a segment that isn't missing, (25,) bool."""
     shown = np.zeros(len(POSE), dtype=bool)
-    for entries, segment_shown in zip(_ENTRIES, known_segments(poses), strict=True):
-        shown[list(entries)] = segment_shown
+    for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, known_segments(poses), strict=True):
+        shown[entries] = segment_shown
     return shown
 
 
 def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
-    """Reject motions that a file can't represent, before anything is written.
+    """Reject motions that a file of `kind` can't represent, before anything is written.
 
-    Args:
-        motion: the motion.
-        kind: name of the format, for messages.
-        gaps: whether the format can represent missing values. If not, limbs that are missing in every frame (see
-            `known_segments`) are fine, because they are left out of the file.
+    Without `gaps`, the format can't represent missing values; limbs that are missing in every frame (see
+    `known_segments`) are fine all the same, because they are left out of the file.
 
     Raises:
         MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.
@@ -114,7 +89,6 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
 
 
 def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
-    """The part of `check_sequence` about values."""
     bad = np.isinf(poses)
     if bad.any():
         frame, entry = np.argwhere(bad)[0]
@@ -133,15 +107,7 @@ def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
 
 
 def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
-    """The columns (frames,) [degrees] of angles by name.
-
-    Args:
-        angles: as a caller passed them.
-        frames: number of frames of the motion or capture.
-
-    Raises:
-        MotionError: not one row per frame and one column per name.
-    """
+    """The columns (frames,) [degrees] of angles by name; a MotionError unless they have one row per frame."""
     values = np.asarray(angles.values, dtype=np.float64)
     if values.shape != (frames, len(angles.names)):
         raise MotionError(
@@ -152,11 +118,7 @@ def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
 
 
 def save(made: Iterable[bytes], path) -> None:
-    """Write the parts `made` of a file to `path`, whole or not at all.
-
-    Raises:
-        MotionError: the file can't be written.
-    """
+    """Write the parts `made` of a file to `path`, whole or not at all; a MotionError if it can't be written."""
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
         file.writelines(made)
 
@@ -168,13 +130,10 @@ def opensim_axes(points) -> np.ndarray:
 
 
 def facing_x(motion: Motion) -> Motion:
-    """`motion` turned about the vertical through the world's origin by the quarter turns that bring it to face x most.
+    """`motion` (frames, 25) turned about the vertical through the world's origin by quarter turns, to face x most.
 
     OpenSim's models walk along x, and their pelvis_tilt and pelvis_list mean what they say only then. Quarter turns
     keep the laboratory's axes and, when the motion faces x already, its numbers.
-
-    Args:
-        motion: one sequence (frames, 25).
     """
     heading = motion.poses[:, 5]
     known = heading[~np.isnan(heading)]

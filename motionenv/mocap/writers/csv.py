@@ -18,7 +18,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from motionenv.body.kinematics import markers
-from motionenv.mocap.writers.common import check_sequence, save
+from motionenv.mocap.writers.common import check_sequence
 from motionenv.types import MARKERS, POSE, Motion
 
 #: Names of the columns.
@@ -31,21 +31,8 @@ COLUMNS = (
 _TOGETHER = 500  # frames converted to text at a time
 
 
-def write(motion: Motion, path) -> None:
-    """Write poses and markers as CSV, atomically.
-
-    Args:
-        motion: one sequence (frames, 25); gaps become empty fields.
-        path: the file.
-
-    Raises:
-        MotionError: not one sequence, or the file can't be written.
-    """
-    save(parts(motion), path)
-
-
 def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes that `write` writes, a few hundred rows at a time.
+    """The bytes of a table of poses (frames, 25) and markers, a few hundred rows at a time; gaps are empty fields.
 
     Raises:
         MotionError: not one sequence.
@@ -61,7 +48,6 @@ def _parts(motion: Motion) -> Iterator[bytes]:
 
 
 def _rows(motion: Motion, frames: np.ndarray) -> bytes:
-    """Lines of some frames."""
     poses = motion.poses[frames]
     points = markers(poses, motion.skeleton).reshape(len(poses), -1)
     table = np.column_stack([frames / motion.fps, poses, points])

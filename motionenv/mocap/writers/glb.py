@@ -17,7 +17,6 @@ from motionenv.mocap.writers.common import (
     check_sequence,
     known_segments,
     local_rotations,
-    save,
     without_missing,
     y_up,
     y_up_turns,
@@ -30,25 +29,13 @@ _VERTICES, _INDICES = 34962, 34963
 _SECTIONS = 24  # vertices around a limb
 
 
-def write(motion: Motion, path) -> None:
-    """Write the moving body as GLB, atomically. Limbs that are missing in every frame are left out.
-
-    Args:
-        motion: one sequence (frames, 25).
-        path: the file.
-
-    Raises:
-        GapError: the motion has gaps in time, which the format can't represent.
-        MotionError: not one sequence, or the file can't be written.
-    """
-    save(parts(motion), path)
-
-
 def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes that `write` writes, in one part, because a GLB starts with its length.
+    """The bytes of a GLB file of the moving body, in one part, because it starts with its length.
+
+    Limbs that are missing in every frame of the sequence (frames, 25) are left out.
 
     Raises:
-        GapError: `motion` has gaps.
+        GapError: `motion` has gaps in time, which the format can't represent.
         MotionError: not one sequence.
     """
     check_sequence(motion, "GLB", gaps=False)
@@ -60,17 +47,12 @@ def parts(motion: Motion) -> Iterator[bytes]:
     primitives = [_primitive(data, material, held, rest[shown]) for material, held in enumerate(limbs.values())]
     document = {
         "asset": {"version": "2.0", "generator": "motionenv"},
-        "scene": 0,
-        "scenes": [{"nodes": [0, len(shown)]}],
+        "scene": 0, "scenes": [{"nodes": [0, len(shown)]}],
         "nodes": [*_joints(rest, shown), {"name": "body", "mesh": 0, "skin": 0}],
-        "meshes": [{"name": "body", "primitives": primitives}],
-        "materials": [_material(worn) for worn in limbs],
-        "skins": [_skin(data, rest[shown])],
-        "animations": [_animation(data, motion, shown)],
-        "accessors": data.accessors,
-        "bufferViews": data.views,
-        "buffers": [{"byteLength": len(data.bytes)}],
-    }
+        "meshes": [{"name": "body", "primitives": primitives}], "materials": [_material(worn) for worn in limbs],
+        "skins": [_skin(data, rest[shown])], "animations": [_animation(data, motion, shown)],
+        "accessors": data.accessors, "bufferViews": data.views, "buffers": [{"byteLength": len(data.bytes)}],
+    }  # fmt: skip
     text = json.dumps(document, separators=(",", ":")).encode()
     return iter([_container(text, bytes(data.bytes))])
 
@@ -101,12 +83,9 @@ class _Data:
         self.views.append(view if target is None else {**view, "target": target})
         self.bytes += array.tobytes()
         accessor = {
-            "bufferView": len(self.views) - 1,
-            "componentType": _COMPONENTS[array.dtype.name],
-            "count": len(array),
-            "type": _KINDS[array.shape[1:]],
-            **more,
-        }
+            "bufferView": len(self.views) - 1, "componentType": _COMPONENTS[array.dtype.name], "count": len(array),
+            "type": _KINDS[array.shape[1:]], **more,
+        }  # fmt: skip
         if bounds:
             accessor |= {"min": np.atleast_1d(array.min(0)).tolist(), "max": np.atleast_1d(array.max(0)).tolist()}
         self.accessors.append(accessor)

@@ -21,7 +21,7 @@ import numpy as np
 
 from motionenv._core.rotations import from_euler, to_euler, unwrap_euler
 from motionenv.body.skeleton import NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, facing_x, known_segments, opensim_axes, save, without_missing
+from motionenv.mocap.writers.common import check_sequence, facing_x, known_segments, opensim_axes, without_missing
 from motionenv.types import POSE, Motion
 
 _TOGETHER = 500  # frames converted to text at a time
@@ -29,29 +29,12 @@ _MODEL_HEIGHT = 1.70  # [m], of the generic model (Rajagopal et al. 2016)
 _PELVIS_FROM_HIPS = np.array([0.056276, 0.0, 0.07849])  # [m] in the world's axes, of the generic model's hip joints
 
 
-def write(motion: Motion, path) -> None:
-    """Write joint angles as an OpenSim coordinates file, atomically.
+def parts(motion: Motion) -> Iterator[bytes]:
+    """The bytes of an OpenSim coordinates file, a few hundred frames of the sequence (frames, 25) at a time.
 
     The walk is turned by the quarter turns that bring it to face x most, as in the .trc file of the same motion.
     OpenSim's `Storage` stops reading at a NaN: gaps in time are refused, and coordinates of limbs that are missing in
     every frame are left out.
-
-    Args:
-        motion: one sequence (frames, 25).
-        path: the file.
-
-    Raises:
-        GapError: the motion has gaps in time, which the format can't represent.
-        MotionError: not one sequence, or the file can't be written.
-    """
-    save(parts(motion), path)
-
-
-def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes that `write` writes, a few hundred frames at a time.
-
-    Args:
-        motion: one sequence (frames, 25).
 
     Raises:
         GapError: `motion` has gaps in time.
@@ -96,7 +79,6 @@ def _coordinates(motion: Motion, shown: set[str]) -> dict[str, np.ndarray]:
 
 
 def _pelvis(motion: Motion) -> dict[str, np.ndarray]:
-    """The pelvis's angles and position."""
     turned = from_euler("ZXY", motion.poses[:, [5, 4, 3]])
     angles = unwrap_euler(to_euler("YXZ", turned)) * [-1.0, 1.0, 1.0]  # the world's y is the ground's -z, its z is y
     offsets = motion.skeleton.offsets
@@ -115,5 +97,4 @@ def _ball(motion: Motion, side: str, joint: str, names: tuple[str, str, str]) ->
 
 
 def _hinge(motion: Motion, side: str, joint: str, name: str) -> dict[str, np.ndarray]:
-    """Flexion of a knee or elbow."""
     return {f"{name}_{side[0]}": np.degrees(motion.poses[:, POSE.index(f"{side}_{joint}_flexion")])}

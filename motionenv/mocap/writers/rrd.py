@@ -27,49 +27,22 @@ from motionenv.mocap.writers._rerun_log import Log, check_installed
 from motionenv.mocap.writers.common import Angles, check_sequence, checked_angles, save
 from motionenv.types import ANGLES, MARKERS, Camera, Event, Motion
 
-__all__ = ["check_installed", "parts", "write", "write_rrd"]
+__all__ = ["check_installed", "parts", "write_rrd"]
 
 _SECTIONS = 24  # vertices around a limb
 _QUALITY = 95  # of JPEG pictures
 _SKELETON = (120, 120, 120)
 
 
-def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
-    """Write a motion, its body, events and angles as an RRD file, atomically.
-
-    Args:
-        motion: one sequence (frames, 25); what is unknown is left out.
-        path: the file.
-        events: of the motion.
-        angles: clinical angles of the motion [degrees].
-
-    Raises:
-        MotionError: as in `write_rrd`.
-    """
-    write_rrd(motion, path, events=events, angles=angles)
-
-
-def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes of a file like the one that `write` writes, in one part; rerun numbers its chunks anew each time.
-
-    Args:
-        motion: one sequence (frames, 25).
-
-    Raises:
-        MotionError: not one sequence, or rerun-sdk isn't installed.
-    """
-    return iter([_encoded(motion)])
+def parts(motion: Motion, events: Sequence[Event] = (), angles: Angles | None = None) -> Iterator[bytes]:
+    """The bytes of `write_rrd` for a motion, its events and angles; rerun numbers its chunks anew each time."""
+    return iter([_encoded(motion, None, None, events, angles)])
 
 
 def write_rrd(
-    motion: Motion,
-    path,
-    *,
-    camera: Camera | None = None,
-    pictures: Iterable[np.ndarray] | None = None,
-    events: Sequence[Event] = (),
-    angles: Angles | None = None,
-) -> None:
+    motion: Motion, path, *, camera: Camera | None = None, pictures: Iterable[np.ndarray] | None = None,
+    events: Sequence[Event] = (), angles: Angles | None = None,
+) -> None:  # fmt: skip
     """Write a motion and what belongs to it as a recording for the Rerun viewer, atomically.
 
     Args:
@@ -89,13 +62,9 @@ def write_rrd(
 
 
 def _encoded(
-    motion: Motion,
-    camera: Camera | None = None,
-    pictures: Iterable[np.ndarray] | None = None,
-    events: Sequence[Event] = (),
-    angles: Angles | None = None,
-) -> bytes:
-    """The bytes of a file."""
+    motion: Motion, camera: Camera | None, pictures: Iterable[np.ndarray] | None, events: Sequence[Event],
+    angles: Angles | None,
+) -> bytes:  # fmt: skip
     check_sequence(motion, "RRD", gaps=True)
     if pictures is not None and camera is None:
         raise MotionError("pictures are shown in a camera: pass camera= too")
@@ -143,18 +112,15 @@ def _log_body(log: Log, motion: Motion) -> None:
         first = np.cumsum([0, *sizes[:-1]])
         colours = np.repeat([COLOURS[CLOTHES[limb]] for limb in limbs], sizes, axis=0)
         log.moving_mesh(
-            f"world/body/{name}",
-            nodes[:, SEGMENT_ORIGIN[segment]],
-            rotations[:, segment],
+            f"world/body/{name}", nodes[:, SEGMENT_ORIGIN[segment]], rotations[:, segment],
             vertex_positions=np.concatenate([meshes[limb].vertices for limb in limbs]),
             vertex_normals=np.concatenate([meshes[limb].normals for limb in limbs]),
             triangle_indices=np.concatenate([meshes[limb].faces + i for i, limb in zip(first, limbs, strict=True)]),
             vertex_colors=np.round(255 * colours).astype(np.uint8),
-        )
+        )  # fmt: skip
 
 
 def _log_pictures(log: Log, pictures: Iterable[Any], camera: Camera, frames: int) -> None:
-    """One picture per frame."""
     expected = (camera.height, camera.width, 3)
     count = 0
     for picture in map(np.asarray, pictures):

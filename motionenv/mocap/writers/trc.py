@@ -10,7 +10,7 @@ import numpy as np
 
 from motionenv.body.kinematics import markers as body_markers
 from motionenv.errors import MotionError
-from motionenv.mocap.writers.common import check_sequence, facing_x, opensim_axes, save
+from motionenv.mocap.writers.common import check_sequence, facing_x, opensim_axes
 from motionenv.types import MARKERS, Markers, Motion
 
 _MM = 1000.0
@@ -20,26 +20,11 @@ _KEYS = (
 )  # fmt: skip
 
 
-def write(motion: Motion, path) -> None:
-    """Write the 15 markers of `motionenv.types.MARKERS` as TRC, atomically.
-
-    The walk is turned by the quarter turns that bring it to face x most, as in the .mot file of the same motion.
-
-    Args:
-        motion: one sequence (frames, 25); gaps become blanks.
-        path: the file.
-
-    Raises:
-        MotionError: not one sequence, or the file can't be written.
-    """
-    save(parts(motion), path)
-
-
 def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes that `write` writes, a few hundred frames at a time.
+    """The bytes of a TRC file of the 15 markers of `motionenv.types.MARKERS`, a few hundred frames at a time.
 
-    Args:
-        motion: one sequence (frames, 25).
+    The walk (frames, 25) is turned by the quarter turns that bring it to face x most, as in the .mot file of the same
+    motion; gaps become blanks.
 
     Raises:
         MotionError: not one sequence.
@@ -49,19 +34,11 @@ def parts(motion: Motion) -> Iterator[bytes]:
     return _parts(MARKERS, body_markers(turned.poses, turned.skeleton), motion.fps, motion.name)
 
 
-def write_markers(capture: Markers, path) -> None:
-    """Write captured points as TRC under their own names, atomically.
-
-    Args:
-        capture: one sequence (frames, points, 3) [m]; world x, y, z become the file's x, -z, y.
-        path: the file.
-
-    Raises:
-        MotionError: a name that the format can't hold, or the file can't be written.
-    """
+def marker_parts(capture: Markers) -> Iterator[bytes]:
+    """The bytes of a TRC file of captured points (frames, points, 3) [m]; a MotionError for names it can't hold."""
     if bad := [name for name in capture.names if not name.strip() or set(name) & set("\t\r\n")]:
         raise MotionError(f"a TRC file needs names of points without tabs and line ends, got {bad[0]!r}: rename it")
-    save(_parts(capture.names, capture.positions, capture.fps, capture.name), path)
+    return _parts(capture.names, capture.positions, capture.fps, capture.name)
 
 
 def _parts(names: tuple[str, ...], positions: np.ndarray, fps: float, title: str) -> Iterator[bytes]:
@@ -90,11 +67,7 @@ def _header(names: tuple[str, ...], frames: int, fps: float, title: str) -> str:
     values = rate, rate, str(frames), str(len(names)), "mm", rate, "1", str(frames)
     axes = [f"{axis}{i}" for i in range(1, len(names) + 1) for axis in "XYZ"]
     lines = [
-        ["PathFileType", "4", "(X/Y/Z)", f"{'_'.join(title.split()) or 'motion'}.trc"],
-        _KEYS,
-        values,
-        ["Frame#", "Time", *(f"{name}\t\t" for name in names)],
-        ["", "", *axes],
-        [],
-    ]
+        ["PathFileType", "4", "(X/Y/Z)", f"{'_'.join(title.split()) or 'motion'}.trc"], _KEYS, values,
+        ["Frame#", "Time", *(f"{name}\t\t" for name in names)], ["", "", *axes], [],
+    ]  # fmt: skip
     return "".join("\t".join(line) + "\n" for line in lines)

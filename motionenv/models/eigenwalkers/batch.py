@@ -6,37 +6,23 @@ import numpy as np
 
 from motionenv._core.validation import random_generator
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
-from motionenv.models.eigenwalkers.fourier_series import LEFT_ANKLE, RIGHT_ANKLE, body_heights, grounded, positions_at
+from motionenv.models.eigenwalkers.fourier_series import body_heights, grounded, stride_lengths
 from motionenv.types import MARKERS
-
-_PHASES = np.arange(48) * (2 * np.pi / 48)
-# The foot rolls over its ball: mean ratio of the stride lengths of `locomotion.gait` to the ankle's, spread 1 %.
-_ROLL = 1.086
 
 
 @dataclass(frozen=True, eq=False)
 class WalkerBatch:
-    """Walkers as Fourier series, standing on z = 0, with the pelvis on average at x = y = 0.
+    """Walkers as Fourier series, standing on z = 0, with the pelvis on average at x = y = 0."""
 
-    Attributes:
-        coefficients: (n, 5, 15, 3) [m].
-        frequencies: (n,) strides per second [Hz].
-        heights: (n,) body heights [m], from the lengths of legs and trunk.
-        strides: (n,) stride lengths [m], from the backward speed of the stance foot.
-    """
-
-    coefficients: np.ndarray
-    frequencies: np.ndarray
-    heights: np.ndarray
-    strides: np.ndarray
+    coefficients: np.ndarray  # (n, 5, 15, 3) [m]
+    frequencies: np.ndarray  # (n,) strides per second [Hz]
+    heights: np.ndarray  # (n,) body heights [m], from the lengths of legs and trunk
+    strides: np.ndarray  # (n,) stride lengths [m], from the backward speed of the stance foot
 
     def positions(self, which, phases, sizes) -> np.ndarray:
-        """Marker positions (k, 15, 3) [m].
+        """Marker positions (k, 15, 3) [m] of the walkers `which` (k,) at `phases` (k,) ωt [rad].
 
-        Args:
-            which: (k,) index of each walker.
-            phases: (k,) ωt [rad] of each walker.
-            sizes: (k,) factors on all lengths; 1 keeps the walker's size.
+        `sizes` (k,) are factors on all lengths; 1 keeps the walker's size.
         """
         from motionenv.models.eigenwalkers._batch_kernel import place
 
@@ -50,11 +36,6 @@ def draw_walkers(model: FourierModel, n: int, seed=None) -> WalkerBatch:
 
     Unlike `FourierModel.sample`, it builds no bodies and so doesn't reject walkers that exceed joint limits.
 
-    Args:
-        model: a fitted model.
-        n: number of walkers.
-        seed: int or Generator.
-
     Raises:
         ModelError: not fitted.
     """
@@ -62,10 +43,4 @@ def draw_walkers(model: FourierModel, n: int, seed=None) -> WalkerBatch:
     scores = rng.standard_normal((n, len(model.components_))) * np.sqrt(model.explained_variance_)
     frequencies = model.frequency(scores) * np.exp(model.log_frequency_deviation_ * rng.standard_normal(n))
     w = grounded(model.inverse_transform(scores))
-    return WalkerBatch(w, frequencies, body_heights(w), _stride_lengths(w))
-
-
-def _stride_lengths(w: np.ndarray) -> np.ndarray:
-    """Stride lengths (n,) [m]: distance that the stance foot, whose ankle moves back fastest, travels in a cycle."""
-    ankles = positions_at(w[..., [LEFT_ANKLE, RIGHT_ANKLE], :1], _PHASES, derivative=1)[..., 0]
-    return _ROLL * 2 * np.pi * -ankles.min(axis=-1).mean(axis=-1)
+    return WalkerBatch(w, frequencies, body_heights(w), stride_lengths(w))

@@ -75,11 +75,7 @@ def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
     """The longest stretch of frames in which the pelvis moves at `share` of its brisk speed or faster.
 
     The pelvis' speed is averaged over half a second, about a step; the brisk speed is its 90th percentile. A walker in
-    place, as on a treadmill, is steady throughout.
-
-    Args:
-        markers: the 15 markers (frames, 15, 3) [m].
-        share: from 0 (everything) to 1.
+    place, as on a treadmill, is steady throughout. Markers are (frames, 15, 3) [m].
 
     Raises:
         GapError: too few frames show the pelvis.
@@ -97,13 +93,9 @@ def steady_stretch(markers: Markers, share: float = 0.6) -> slice:
 
 
 def best_frequency(residual: Callable[[float], float], low: float, high: float, seconds: float) -> float:
-    """The frequency [Hz] of least residual, by a scan and a continuous refinement around the scan's minimum.
+    """The frequency [Hz] of least residual, by a scan from `low` to `high` and a refinement around its minimum.
 
-    Args:
-        residual: residual as a function of the frequency.
-        low: least frequency [Hz].
-        high: greatest frequency [Hz].
-        seconds: duration [s], which determines the scan's resolution.
+    The scan's resolution follows from the duration in seconds.
     """
     scan = np.linspace(low, high, int(np.ceil((high - low) * seconds * _SCAN)) + 2)
     best = int(np.argmin([residual(f) for f in scan]))

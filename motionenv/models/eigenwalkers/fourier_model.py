@@ -9,10 +9,20 @@ from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.eigenwalkers.extraction import fourier_walker
-from motionenv.models.eigenwalkers.fourier_series import PARTS, FourierWalker, centred, in_phase
+from motionenv.models.eigenwalkers.fourier_series import (
+    PARTS,
+    FourierWalker,
+    body_heights,
+    centred,
+    in_phase,
+    mirrored,
+    stride_lengths,
+)
 from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
+from motionenv.models.pace import EXPONENT, direction, exponent, reached
+from motionenv.models.population import draw_person
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
@@ -40,12 +50,18 @@ class FourierModel(GaitModel):
         explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
         log_frequency_mean_, log_frequency_weights_, log_frequency_deviation_: log ω/2π [Hz] is the mean plus
             weights (N,) · k / √λ plus a residual of this standard deviation.
+        speed_direction_: (5, 15, 3) change of a person's coefficients per change of the log stride length.
+        speed_exponent_: power of speed that a person's step length follows.
+        learned_speeds_: (2,) least and greatest speed of the walks it was fitted to [m/s].
         n_people_, n_walkers_: number of people and of walks it was fitted to.
     """
 
     log_frequency_mean_: float
     log_frequency_weights_: np.ndarray
     log_frequency_deviation_: float
+    speed_direction_: np.ndarray
+    speed_exponent_: float
+    learned_speeds_: np.ndarray
     n_people_: int
     n_walkers_: int
     learns_from: ClassVar[str] = "markers"
@@ -53,9 +69,11 @@ class FourierModel(GaitModel):
     _stored: ClassVar[tuple[str, ...]] = (
         "mean_", "components_", "explained_variance_", "explained_variance_ratio_",
         "log_frequency_mean_", "log_frequency_weights_", "log_frequency_deviation_",
+        "speed_direction_", "speed_exponent_", "learned_speeds_",
     )  # fmt: skip
     _shapes: ClassVar[dict[str, tuple[int, ...]]] = {
-        "mean_": COEFFICIENTS, "log_frequency_mean_": (), "log_frequency_deviation_": ()
+        "mean_": COEFFICIENTS, "log_frequency_mean_": (), "log_frequency_deviation_": (),
+        "speed_direction_": COEFFICIENTS, "speed_exponent_": (), "learned_speeds_": (2,),
     }  # fmt: skip
     _positive: ClassVar[tuple[str, ...]] = ()
     _needed: ClassVar[tuple[str, ...]] = MARKERS  # that at least one walker must show
@@ -65,13 +83,10 @@ class FourierModel(GaitModel):
         self.card_: dict = {}
 
     def transform(self, walkers) -> np.ndarray:
-        """Scores k by least squares on the known entries (eq. 3.9, with 3D coefficients instead of 2D).
+        """Scores k (..., N) [m] by least squares on the known entries (eq. 3.9, with 3D coefficients instead of 2D).
 
         Args:
             walkers: a `FourierWalker`, n of them, or coefficients (..., 5, 15, 3) [m]; NaN where unknown.
-
-        Returns:
-            (N,), (n, N) or (..., N) [m].
 
         Raises:
             MotionError: another shape, or infinite values.
@@ -135,7 +150,7 @@ class FourierModel(GaitModel):
             fps: frames per second.
             walker: the walker, from `walker`; None draws one with the seed.
             seed: int or Generator.
-            speed: walking speed [m/s], which sets the stride frequency; None takes the frequency that suits the scores.
+            speed: walking speed [m/s]; None takes the walker's own.
             phase: phase at the start [cycles]; at 0 the left foot is furthest ahead.
             overground: False keeps the walker in place, as on a treadmill.
 
@@ -145,13 +160,65 @@ class FourierModel(GaitModel):
         """
         request = Request(seconds, fps, speed, phase=phase)
         walker = self.walker(seed) if walker is None else walker
-        found = self.gait_of(walker)
-        positions = found.positions(self._phases(walker, found, request, speed), overground=overground)
+        found, frequency = self._paced(walker, speed, None)
+        positions = found.positions(_phases(frequency, request), overground=overground)
+        if walker.person is not None:
+            positions *= walker.person.height / found.skeleton.height
         return Markers(MARKERS, positions, fps, name="eigenwalker")
 
     def gait_of(self, walker: Walker) -> Gait:
-        """Body and overground path of `walker`."""
-        return gait(self.inverse_transform(walker.scores))
+        """Body and overground path of `walker` at the walker's own speed."""
+        return self._paced(walker, None, None)[0]
+
+    def at_speed(self, w: np.ndarray, seconds, speed) -> np.ndarray:
+        """The same people at another speed.
+
+        Args:
+            w: (..., 5, 15, 3) [m] at their own speed.
+            seconds: (...) their stride times [s].
+            speed: (...) [m/s], or one for all.
+        """
+        own = stride_lengths(w) / seconds
+        return self._longer(w, self.speed_exponent_ * np.log(speed / own))
+
+    def _longer(self, w: np.ndarray, change) -> np.ndarray:
+        """Coefficients (..., 5, 15, 3) of the same people with log stride lengths changed by `change` (...)."""
+        height, average = body_heights(w[None] if w.ndim == 3 else w), self.mean_[None]
+        length, size = stride_lengths(w), height.reshape(w.shape[:-3])
+        middle = float(np.log(stride_lengths(average) / body_heights(average))[0])
+        now = np.log(length / size)
+        change = reached(now + change, middle) - reached(now, middle)
+        way = size[..., None, None, None] * self.speed_direction_
+        step = change
+        for _ in range(2):  # strides lengthen almost in proportion
+            made = np.log(stride_lengths(w + step[..., None, None, None] * way) / length)
+            step = step + change - made
+        return w + step[..., None, None, None] * way
+
+    def _paced(self, walker: Walker, speed: float | None, height: float | None) -> tuple[Gait, float]:
+        """The walker at a `speed` [m/s] of a body of `height` [m], and strides per second.
+
+        The gait has the size that the scores say; scaled to the height, it has the speed at the same frequency.
+        """
+        w, person = self.inverse_transform(walker.scores), walker.person
+        tall = float(body_heights(w[None])[0])
+        if height is None:
+            height = tall if person is None else person.height
+        own = None if speed is None else speed * tall / height
+        if own is not None:
+            checked_number(own, "speed of the walker's own body", *SPEED_RANGE)
+        if person is None:
+            seconds = walker.stride_seconds or 1 / float(self.frequency(walker.scores))
+            if own is None:
+                return gait(w), 1 / seconds
+            found = gait(self.at_speed(w, seconds, own))
+        else:
+            size = tall / person.height
+            w = self._longer(w, np.log(2 * size * person.step_length / stride_lengths(w)))
+            liked = size * person.speed
+            own = liked if own is None else own
+            found = gait(self._longer(w, self.speed_exponent_ * np.log(own / liked)))
+        return found, own * found.skeleton.height / tall / found.stride_length
 
     def components(self) -> Components:
         """The eigenwalkers as components."""
@@ -176,17 +243,19 @@ class FourierModel(GaitModel):
         return {"markers": len(MARKERS), "coefficients": int(self.mean_.size)}
 
     def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
-        """Draw scores from N(0, diag λ) with `rng`, again if the body exceeds its joint limits.
+        """Draw a person of `height` [m] and scores from N(0, diag λ) with `rng`.
 
-        `speed` and `height` have no effect.
+        Scores are drawn again if the body exceeds its joint limits. `speed` has no effect: `synthesize` takes it.
 
         Raises:
             ModelError: not fitted, or almost all walkers exceed their joint limits.
         """
         self._check_fitted()
+        person = draw_person(rng, height=height, about=float(body_heights(self.mean_[None])[0]))
+        seconds = 2 * person.step_length / person.speed
         for _ in range(_TRIES):
             scores = rng.standard_normal(len(self.components_)) * np.sqrt(self.explained_variance_)
-            walker = Walker(self.kind, tuple(scores))
+            walker = Walker(self.kind, tuple(scores), seconds, person=person)
             if self.gait_of(walker).excess < _EXCESS:
                 return walker
         raise ModelError(
@@ -199,23 +268,17 @@ class FourierModel(GaitModel):
 
         The markers determine limb lengths and angles. One cycle repeats, so `rng` has no effect.
         """
-        found, speed = self.gait_of(walker), request.speed
-        if speed is not None and request.height is not None:
-            # The body is scaled afterwards, and its speed with it.
-            speed = speed * found.skeleton.height / request.height
-            checked_number(speed, "speed of the walker's own body", *SPEED_RANGE)
-        motion = found.motion(self._phases(walker, found, request, speed), request.fps, name="eigenwalker")
-        return motion if request.height is None else scaled(motion, request.height)
+        found, frequency = self._paced(walker, request.speed, request.height)
+        motion = found.motion(_phases(frequency, request), request.fps, name="eigenwalker")
+        own = None if walker.person is None else walker.person.height
+        height = own if request.height is None else request.height
+        return motion if height is None else scaled(motion, height)
 
-    def _phases(self, walker: Walker, found: Gait, request: Request, speed: float | None) -> np.ndarray:
-        """Phase (frames,) [rad] in each frame."""
-        if speed is not None:
-            frequency = speed / found.stride_length
-        elif walker.stride_seconds is not None:
-            frequency = 1 / walker.stride_seconds
-        else:
-            frequency = float(self.frequency(walker.scores))
-        return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
+    def learned_speeds(self) -> tuple[float, float]:
+        """The slowest and the fastest captured walk [m/s]."""
+        self._check_fitted()
+        low, high = self.learned_speeds_
+        return float(low), float(high)
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
@@ -254,6 +317,32 @@ class FourierModel(GaitModel):
         self.mean_, self.components_, self.explained_variance_, total = self._decomposed(coefficients, rank)
         self.explained_variance_ratio_ = self.explained_variance_ / total
         self.scores_ = self._scores(coefficients)
+
+    def _learn_speed(self, walkers: list[FourierWalker], subjects: list[str], merged, log_frequencies) -> None:
+        """Learn what speed does to walkers with labels `subjects`; left and right learn from each other.
+
+        If the walks show one leg each, learn from people's `merged` walks (R, 5, 15, 3) and `log_frequencies` (R,).
+        """
+        w = centred(in_phase(np.stack([walker.coefficients for walker in walkers])))
+        pace, people = np.array([walker.frequency for walker in walkers]), np.array(subjects)
+        if np.isfinite(stride_lengths(w)).sum() < 2:
+            w, pace, people = merged, np.exp(log_frequencies), np.arange(len(merged))
+        heights, strides = body_heights(w), stride_lengths(w)
+        known = np.isfinite(heights * strides)
+        if known.sum() < 2:  # no two walks or people show both legs
+            self.speed_direction_, self.speed_exponent_ = np.zeros(COEFFICIENTS), EXPONENT
+            self.learned_speeds_ = stride_lengths(self.mean_) * np.array([pace.min(), pace.max()])
+            return
+        w, heights, strides, pace, people = (values[known] for values in (w, heights, strides, pace, people))
+        values = (w / heights[:, None, None, None]).reshape(len(w), -1)
+        seen = np.isfinite(values)
+        values = np.where(seen, values - np.nansum(values, axis=0) / np.maximum(seen.sum(axis=0), 1), 0.0)
+        log_lengths, speeds = np.log(strides / heights), strides * pace
+        x = log_lengths - log_lengths.mean()
+        found = direction(values, log_lengths, people, x @ values / max(float(x @ x), 1e-9)).reshape(COEFFICIENTS)
+        self.speed_direction_ = 0.5 * (found + mirrored(found))
+        self.speed_exponent_ = exponent(log_lengths, np.log(speeds / heights), people)
+        self.learned_speeds_ = np.array([speeds.min(), speeds.max()])
 
     def _decomposed(self, coefficients: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3).
@@ -304,12 +393,13 @@ class FourierModel(GaitModel):
             )
 
 
-def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
-    """Walks as Fourier walkers, and the person's label of each.
+def _phases(frequency: float, request: Request) -> np.ndarray:
+    """Phase (frames,) [rad] in each frame."""
+    return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
 
-    Args:
-        walks: `Motion`s, `Markers` of the 15 markers, or `FourierWalker`s.
-        subjects: the person's label for each walk; None takes each walk for a different person.
+
+def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
+    """Walks, as of `FourierModel.fit`, as Fourier walkers, and the label of each person; None: all are different.
 
     Raises:
         MotionError: not one label per walk; see also `fourier_walker`.
@@ -322,12 +412,7 @@ def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
 
 
 def mean_walkers(walkers: list[FourierWalker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
-    """Means over each person's walks: known coefficients (R, 5, 15, 3), log frequency (R,), and the label.
-
-    Args:
-        walkers: n walkers.
-        subjects: the person's label of each walker.
-    """
+    """Means over each person's walks: known coefficients (R, 5, 15, 3), log frequency (R,), and the label."""
     people = tuple(dict.fromkeys(subjects))
     w, log_frequencies = np.full((len(people), *COEFFICIENTS), np.nan), np.empty(len(people))
     for i, person in enumerate(people):

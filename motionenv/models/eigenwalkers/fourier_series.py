@@ -32,7 +32,10 @@ OTHER_SIDE = tuple(MARKERS.index("_".join(_SIDES.get(part, part) for part in m.s
 
 _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")]
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
-_TWELVE = np.arange(48)[::4] * (2 * np.pi / 48)  # phases
+_PHASES = np.arange(48) * (2 * np.pi / 48)
+_TWELVE = _PHASES[::4]
+#: The foot rolls over its ball: mean ratio of the stride lengths of `locomotion.gait` to the ankle's, spread 1 %.
+ROLL = 1.086
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +72,7 @@ class FourierWalker:
 
 
 def columns(phase, derivative: int = 0) -> np.ndarray:
-    """The five functions of eq. 3.1 at phases ωt: 1, sin, cos, sin 2, cos 2.
-
-    Args:
-        phase: (...) [rad].
-        derivative: 0 for values, d for the d-th derivative with respect to phase.
-
-    Returns:
-        (..., 5).
-    """
+    """The five functions of eq. 3.1 at phases ωt (...) [rad], (..., 5): 1, sin, cos, sin 2, cos 2, or a derivative."""
     phase = np.asarray(phase, dtype=np.float64)
     turn = derivative * np.pi / 2
     waves = [2 ** (derivative * i) * f((i + 1) * phase + turn) for i in (0, 1) for f in (np.sin, np.cos)]
@@ -85,15 +80,9 @@ def columns(phase, derivative: int = 0) -> np.ndarray:
 
 
 def positions_at(coefficients, phase, derivative: int = 0) -> np.ndarray:
-    """Marker positions in place (eq. 3.1).
+    """Marker positions in place (..., frames, 15, 3) [m] (eq. 3.1), or a derivative of them by phase.
 
-    Args:
-        coefficients: (..., 5, 15, 3) [m].
-        phase: (frames,) ωt [rad].
-        derivative: 0 for positions, d for their d-th derivative with respect to phase.
-
-    Returns:
-        (..., frames, 15, 3) [m].
+    Coefficients are (..., 5, 15, 3) [m], phases ωt (frames,) [rad].
     """
     return np.einsum("th,...hmc->...tmc", columns(phase, derivative), coefficients)
 
@@ -176,3 +165,9 @@ def body_heights(w: np.ndarray) -> np.ndarray:
     )
     trunk = length(cycle[..., _SHOULDERS, :].mean(axis=-2), cycle[..., PELVIS, :])
     return np.where(np.isnan(trunk), 0.5 * legs / LEG_SHARE, (0.5 * legs + trunk) / (LEG_SHARE + TRUNK_SHARE))
+
+
+def stride_lengths(w: np.ndarray) -> np.ndarray:
+    """Stride lengths (...) [m] of w (..., 5, 15, 3): what the foot whose ankle moves back fastest goes in a cycle."""
+    ankles = positions_at(w[..., [LEFT_ANKLE, RIGHT_ANKLE], :1], _PHASES, derivative=1)[..., 0]
+    return ROLL * 2 * np.pi * -ankles.min(axis=-1).mean(axis=-1)

@@ -27,21 +27,13 @@ _PADDING = 36  # phases before and after a cycle, so that what smooths over time
 
 @dataclass(frozen=True)
 class Gait:
-    """What carries a walker over the ground.
+    """What carries a walker over the ground."""
 
-    Attributes:
-        coefficients: (5, 15, 3) [m], standing on z = 0.
-        skeleton: the cylinder body, limbs as long as between the markers.
-        lift: by how much the fitted body is raised [m], so that its lowest foot touches the ground.
-        excess: by how much the body goes beyond its joint limits at most [rad]; 0 for a body that can do this.
-        waves: (25, 2) complex, Fourier series of the velocity forward and to the left [m per radian of phase].
-    """
-
-    coefficients: np.ndarray
-    skeleton: Skeleton
-    lift: float
-    excess: float
-    waves: np.ndarray
+    coefficients: np.ndarray  # (5, 15, 3) [m], standing on z = 0
+    skeleton: Skeleton  # the cylinder body, limbs as long as between the markers
+    lift: float  # by how much the fitted body is raised [m], so that its lowest foot touches the ground
+    excess: float  # by how much the body goes beyond its joint limits at most [rad]; 0 for a body that can do this
+    waves: np.ndarray  # (25, 2) complex, Fourier series of the velocity forward and to the left [m per radian of phase]
 
     @property
     def stride_length(self) -> float:
@@ -62,11 +54,9 @@ class Gait:
         return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
     def positions(self, phase, *, overground: bool = True) -> np.ndarray:
-        """Marker positions (frames, 15, 3) [m]; in the first frame the origin is where the treadmill would be.
+        """Marker positions (frames, 15, 3) [m] at phases ωt (frames,) [rad].
 
-        Args:
-            phase: (frames,) ωt [rad].
-            overground: False keeps the walker in place, as on a treadmill.
+        In the first frame the origin is where the treadmill would be, on which the walker stays unless `overground`.
         """
         positions = positions_at(self.coefficients, phase)
         if overground:
@@ -77,11 +67,7 @@ class Gait:
     def motion(self, phase, fps: float, *, overground: bool = True, name: str = "") -> Motion:
         """The cylinder body that follows the markers; they lie within about a centimetre, since limbs are rigid.
 
-        Args:
-            phase: (frames,) ωt [rad].
-            fps: frames per second.
-            overground: False keeps the walker in place, as on a treadmill.
-            name: goes into the motion.
+        Arguments as of `positions`; `fps` and `name` go into the motion.
         """
         poses = fit_poses(_nodes(self.positions(phase, overground=overground)), self.skeleton, fps)
         poses[:, 2] += self.lift
@@ -89,11 +75,7 @@ class Gait:
 
 
 def gait(coefficients) -> Gait:
-    """Body and way of a walker (5, 15, 3) [m] of which pelvis and legs are known; the last ones are remembered.
-
-    Raises:
-        GapError: one of their markers is not known; names it.
-    """
+    """Body and way of a walker (5, 15, 3) [m], or a GapError for a marker of pelvis or legs; keeps the last ones."""
     coefficients = np.asarray(coefficients, dtype=np.float64)
     unknown = [name for name in WALKING if np.isnan(coefficients[:, MARKERS.index(name)]).any()]
     if unknown:

@@ -25,20 +25,13 @@ class Eigenwalkers(FourierModel):
 
     Args:
         n_components: N; None keeps the paper's 30, or one less than the number of people if that is fewer.
-        tol: with missing markers, stop when an iteration gains less than this fraction of the log-likelihood.
-        max_iter: greatest number of iterations.
+        tol, max_iter: see `FourierModel`.
 
     Attributes:
-        mean_: (5, 15, 3) [m], the average walker w̄; NaN for markers that no walk shows.
-        components_: (N, 5, 15, 3), the eigenwalkers e_n, orthonormal as vectors of 225; the largest entry is positive.
-        explained_variance_: (N,) λ = s² / (R - 1) [m²]; × 10⁶ gives paper B's mm².
-        explained_variance_ratio_: (N,) λ as a share of the variance of all 225 entries.
-        log_frequency_mean_, log_frequency_weights_, log_frequency_deviation_: log ω/2π [Hz] is the mean plus
-            weights (N,) · k / √λ plus a residual of this standard deviation.
         scores_: (R, N) [m] scores of the people it was fitted to.
         people_: (R,) labels of these people.
-        n_people_, n_walkers_: R, and the number of their walks.
-        card_: the model card.
+
+    `FourierModel` describes the other attributes.
     """
 
     kind: ClassVar[str] = "eigenwalkers"
@@ -62,6 +55,7 @@ class Eigenwalkers(FourierModel):
         coefficients, log_frequencies, self.people_ = mean_walkers(walkers, subjects)
         self.n_people_, self.n_walkers_ = len(coefficients), len(walkers)
         self._learn(coefficients, self._rank())
+        self._learn_speed(walkers, subjects, coefficients, log_frequencies)
         standard = self.scores_ / np.sqrt(self.explained_variance_)
         fitted = shrunk_regression(standard, log_frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted

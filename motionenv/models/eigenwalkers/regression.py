@@ -4,16 +4,10 @@ import numpy as np
 
 
 def shrunk_regression(z: np.ndarray, y: np.ndarray) -> tuple[float, np.ndarray, float]:
-    """Ridge regression of y on uncorrelated z, with the penalty of least leave-one-out error (by the hat matrix).
+    """Ridge regression of y (R,) on uncorrelated z (R, N): intercept, weights (N,), leave-one-out standard deviation.
 
-    With N = R - 1 every penalty has the same error. So of penalties that are equal up to rounding, the largest wins.
-
-    Args:
-        z: (R, N).
-        y: (R,).
-
-    Returns:
-        Intercept, weights (N,) and leave-one-out standard deviation.
+    The penalty is that of least leave-one-out error (by the hat matrix). With N = R - 1 every penalty has the same
+    error. So of penalties that are equal up to rounding, the largest wins.
     """
     centre = y.mean()
     u, s, vt = np.linalg.svd(z - z.mean(axis=0), full_matrices=False)

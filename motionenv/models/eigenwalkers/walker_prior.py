@@ -53,8 +53,7 @@ class WalkerPrior(FourierModel):
 
     Args:
         n_components: N; None takes 20, or one less than the number of columns if that is fewer.
-        tol: see `FourierModel`.
-        max_iter: see `FourierModel`.
+        tol, max_iter: see `FourierModel`.
         merge: average each person's walks first, for walks that each show one side of the body. Unmerged, hundreds of
             incomplete walks take minutes.
 
@@ -83,10 +82,7 @@ class WalkerPrior(FourierModel):
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 
         Args:
-            motions: walks, as `Motion`s, as `Markers` of the 15 markers, or as `FourierWalker`s with NaN in the
-                coefficients of markers that were not seen.
-            subjects: the person's label for each walk; None takes each walk for a different person. Cross-validation
-                leaves out all walks of a person together.
+            motions, subjects: as of `Eigenwalkers.fit`. Cross-validation leaves out all walks of a person together.
 
         Raises:
             MotionError: fewer than three people, too few columns for `n_components`, or labels that don't match the
@@ -107,6 +103,7 @@ class WalkerPrior(FourierModel):
             )
         self._learn(_with_mirror_images(w), self._columns_rank(2 * len(w)))
         self._learn_pace(log_frequencies)
+        self._learn_speed(walkers, subjects, w, log_frequencies)
         left_out = self._leave_out(w, np.array(labels))
         # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
         factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))

@@ -17,16 +17,9 @@ _RATE = 60.0  # [Hz] at which they are used at most
 
 
 def interpolated(values: np.ndarray, first: int, last: int, fps: float) -> np.ndarray:
-    """Values (last - first,) of the gap from frame `first` up to, not including, frame `last`.
+    """Values (last - first,) of the gap of `values` (frames,) from frame `first` up to, not including, frame `last`.
 
-    Args:
-        values: (frames,) of a channel, NaN where unknown; about 0 where nothing else is known.
-        first: the gap's first frame.
-        last: the first frame behind the gap.
-        fps: frames per second.
-
-    Returns:
-        0 if nothing is known around the gap.
+    They are about 0 where nothing else is known, and 0 if nothing is known around the gap.
     """
     seen = around(first, last, len(values), fps)
     seen = seen[np.isfinite(values[seen])]

@@ -59,13 +59,8 @@ def fill(motion: Motion, *, model: str | GaitModel = "walk/fpca") -> Motion:
 def read_motion(path, *, fill: bool | str | GaitModel = False, **how) -> Motion:
     """Read the motion in a file; capture is retargeted to the body.
 
-    Args:
-        path: .npz, .amc, .bvh, .c3d or .trc.
-        fill: whether to fill what the capture doesn't show; a model, or its name, instead of the default's.
-        how: further arguments of `motionenv.mocap.read_motion`, such as `fps` and `unit` for files that don't tell.
-
-    Raises:
-        MotionError: as in `motionenv.mocap.read_motion` and `motionenv.fill`.
+    Takes `path` and `how` as `motionenv.mocap.read_motion` does, and raises its errors and those of `motionenv.fill`.
+    With `fill`, True or a model or its name, what the capture doesn't show is filled.
     """
     motion = mocap.read_motion(path, **how)
     if fill is False:

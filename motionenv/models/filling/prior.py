@@ -53,10 +53,7 @@ class AnglePrior:
     def predict(self, angles: np.ndarray, fps: float, wanted: np.ndarray) -> np.ndarray:
         """The conditional mean (frames, k) [rad] of the angles `wanted` (k,) given all that no frame lacks.
 
-        Args:
-            angles: (frames, 19) [rad]; those that are NaN in any frame are not used, and neither are the `wanted`.
-            fps: frames per second.
-            wanted: (k,) indices of angles.
+        Those of `angles` (frames, 19) [rad] that are NaN in any frame are not used, and neither are the `wanted`.
         """
         known = np.setdiff1d(np.flatnonzero(np.isfinite(angles).all(axis=0)), wanted)
         mean = self.mean[wanted]
@@ -76,10 +73,7 @@ class AnglePrior:
 
 
 def prior_of(model: str | GaitModel) -> AnglePrior:
-    """The prior learnt from walkers of a gait model; that of the same model is kept.
-
-    Args:
-        model: a name or path for `motionenv.load`, or a fitted model that makes steady walks at requested speeds.
+    """The prior learnt from walkers of a gait model, which must make steady walks; that of the same model is kept.
 
     Raises:
         GapError: the model itself lacks parts of the body.
@@ -96,7 +90,7 @@ def _by_name(name: str) -> AnglePrior:
 def _learnt(model: GaitModel) -> AnglePrior:
     """Mean and covariance of walkers whose speeds are spread evenly over those of people."""
     rng = np.random.default_rng(0)
-    speeds = np.linspace(*_SPEEDS, _WALKERS)
+    speeds = np.linspace(*np.clip(_SPEEDS, *model.learned_speeds()), _WALKERS)
     walks = [model.synthesize(_SECONDS, _FPS, seed=rng, speed=float(speed)).poses for speed in speeds]
     poses = np.concatenate([walks, mirror(walks)])
     check_shown(poses, PARTS, f"filling by the {model.kind} model")

@@ -90,10 +90,7 @@ def log_likelihood(data: Observations, noise, found: Posterior) -> float:
 def m_step(data: Observations, found: Posterior, old: Parameters) -> Parameters:
     """Parameters that raise the expected log-likelihood, from repeated regressions on latents and groups.
 
-    Args:
-        data: the cycles.
-        found: the posterior under `old`.
-        old: parameters of the last step, which fill the gaps in the first regression.
+    The posterior `found` is that under the `old` ones, which fill the gaps in the first regression.
     """
     parameters = old
     for _ in range(REPEATS):
@@ -128,13 +125,9 @@ def _regress(data: Observations, found: Posterior, old: Parameters) -> Parameter
 
 
 def fit_ppca(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
-    """Maximum likelihood of the functional probabilistic PCA.
+    """Maximum likelihood of the functional probabilistic PCA with `rank` components q; each group has its own mean.
 
-    Args:
-        data: the cycles; each group has its own mean.
-        rank: number of components q.
-        tol: stop when an iteration gains less than this fraction of the log-likelihood.
-        max_iter: greatest number of iterations.
+    Stops when an iteration gains less than the fraction `tol` of the log-likelihood.
 
     Returns:
         Means (G, n, m) and orthonormal components (q, n, m) in the basis, score variances (q,), noise variances (m,),

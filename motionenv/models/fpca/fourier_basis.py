@@ -6,19 +6,16 @@ from motionenv.errors import MotionError
 
 
 def fourier_basis(phase, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
-    """The truncated basis at arbitrary phases: a constant, then cosines, then sines.
+    """The truncated basis at arbitrary phases, (..., 2·n_harmonics - 1): a constant, then cosines, then sines.
 
     "The first 20 Fourier coefficients" of paper A (fig. 8, step 2) are taken as the constant and 19 pairs, 39 real
     columns. With the complex half spectrum, the one-sided weights would break Theorem 1.
 
     Args:
         phase: (...) real numbers [cycles]; the basis has period 1.
-        n_harmonics: a constant and n_harmonics - 1 pairs, so 2·n_harmonics - 1 columns.
+        n_harmonics: a constant and n_harmonics - 1 pairs.
         samples: samples per cycle. They set the scale: the columns at phases j / samples are orthonormal.
         derivative: 0 for the basis, d for its d-th derivative with respect to phase [per cycle^d].
-
-    Returns:
-        (..., 2·n_harmonics - 1).
 
     Raises:
         MotionError: fewer samples than columns, so that no orthonormal basis exists.
@@ -29,18 +26,9 @@ def fourier_basis(phase, n_harmonics: int, samples: int, derivative: int = 0) ->
 
 
 def fourier_columns(phase, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
-    """The transpose of `fourier_basis`, (2·n_harmonics - 1, n).
+    """The transpose of `fourier_basis` for phases (n,): (2·n_harmonics - 1, n).
 
     Computes one cosine and one sine per phase, and the harmonics by angle addition with errors below 1e-14.
-
-    Args:
-        phase: (n,) [cycles].
-        n_harmonics: see `fourier_basis`.
-        samples: see `fourier_basis`.
-        derivative: see `fourier_basis`.
-
-    Raises:
-        MotionError: fewer samples than columns, so that no orthonormal basis exists.
     """
     if n_harmonics < 1 or samples < 2 * n_harmonics - 1:
         raise MotionError(

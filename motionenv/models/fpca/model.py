@@ -154,15 +154,12 @@ class FunctionalPCA(StoredModel):
         return self._fill(flat, self.inverse_transform(scores)).reshape(values.shape)
 
     def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
-        """The model at any phase, from its Fourier series: smooth and periodic in every derivative.
+        """The model (..., m) at any phase, from its Fourier series: smooth and periodic in every derivative.
 
         Args:
             scores: (..., q).
             phase: (...) real numbers [cycles]; broadcasts with the scores.
             derivative: 0 for values, d for the d-th derivative with respect to phase [per cycle^d].
-
-        Returns:
-            (..., m).
         """
         self._check_fitted()
         scores, phase = np.asarray(scores, dtype=np.float64), np.asarray(phase, dtype=np.float64)
@@ -294,17 +291,9 @@ class FunctionalPCA(StoredModel):
 
 
 def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
-    """A copy of cycles with gaps filled from the components.
+    """A copy of cycles (K, P, m) with gaps, NaN, filled from the components (q, P, m).
 
-    Args:
-        values: (K, P, m), NaN where missing.
-        means: (G, P, m) means of the groups.
-        groups: (K,) group of each cycle.
-        scores: (K, q).
-        components: (q, P, m).
-
-    Returns:
-        (K, P, m).
+    `means` (G, P, m) are those of the groups, `groups` (K,) those of the cycles, `scores` (K, q).
     """
     from motionenv.models.fpca._gap_kernels import fill
 

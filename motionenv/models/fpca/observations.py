@@ -176,14 +176,8 @@ def missed(edges, m: int) -> np.ndarray:
 def in_parts(kernel, data: Observations, tables, found, shapes, *more) -> list[np.ndarray]:
     """Run a kernel over all cycles in threads, each with its own tallies, and return the sums of the tallies.
 
-    Args:
-        kernel: from `motionenv.models.fpca._gap_kernels`, with arguments (start, stop, data, tables, found, tallies,
-            …).
-        data: the cycles.
-        tables: read-only input of the kernel.
-        found: output of the kernel by cycle.
-        shapes: shapes of the tallies.
-        more: further arguments of the kernel.
+    The kernel, from `_gap_kernels`, takes (start, stop, data, tables, found, tallies, …): `tables` are read-only input,
+    `found` is output by cycle, `shapes` are those of the tallies, and `more` further arguments.
     """
     given = (data.coefficients, data.groups, data.offsets, data.runs)
 

@@ -12,14 +12,10 @@ from motionenv.models.fpca.observations import from_triangle, running, triangle
 
 
 def residual_model(residuals, basis) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra ψ (m, J) and white variances σ² (m,) of residuals, by the method of moments.
+    """Spectra ψ (m, J) and white variances σ² (m,) of residuals (K, P, m), by the method of moments; NaN is missing.
 
-    With F = Bᵀ B over the n seen samples and g = Bᵀ r: E[g_i²] = Σ_j F_ij² ψ_j + σ² F_ii and
-    E[Σ r²] = Σ_j F_jj ψ_j + σ² n. Summed over cycles, this is one linear system per channel.
-
-    Args:
-        residuals: (K, P, m), NaN where missing.
-        basis: (P, J) orthonormal Fourier basis.
+    With F = Bᵀ B over the n seen samples of the orthonormal basis B (P, J) and g = Bᵀ r: E[g_i²] = Σ_j F_ij² ψ_j + σ²
+    F_ii and E[Σ r²] = Σ_j F_jj ψ_j + σ² n. Summed over cycles, this is one linear system per channel.
     """
     from motionenv.models.fpca._residual_kernels import moments
 
@@ -52,14 +48,7 @@ def harmonics(columns: int) -> np.ndarray:
 
 
 def expected_residual(residuals, basis, spectrum, white) -> np.ndarray:
-    """Expected smooth part (K, P, m) of residuals, given the seen samples of each channel.
-
-    Args:
-        residuals: (K, P, m), NaN where missing.
-        basis: (P, J) orthonormal Fourier basis.
-        spectrum: (m, J) spectra ψ.
-        white: (m,) white variances σ².
-    """
+    """Expected smooth part (K, P, m) of residuals, given the seen samples of each channel; as of `residual_model`."""
     from motionenv.models.fpca._residual_kernels import expect
 
     out = np.zeros(residuals.shape)

@@ -27,17 +27,11 @@ LEAST = 1e-6  # relative error that counts as zero; its square is of the order o
 
 
 def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
-    """Fig. 8 in the real orthonormal basis, in which Theorem 1 holds.
+    """Fig. 8 in the real orthonormal basis, in which Theorem 1 holds; means are those of the groups' observed samples.
 
-    Args:
-        data: the cycles; the means are those of each group's observed samples.
-        rank: number of components q.
-        tol: stop when each of two iterations in a row gains less than this fraction of the error.
-        max_iter: greatest number of iterations.
-
-    Returns:
-        See `em_fit.fit_ppca`. But errors are ‖X⁽²⁾ - X⁽⁵⁾‖ with the gaps of X⁽²⁾ filled from X⁽⁵⁾, that is, the root of
-        the squared error on the observed samples; noise is the mean square of their residuals.
+    Stops when each of two iterations in a row gains less than the fraction `tol` of the error. Returns what
+    `em_fit.fit_ppca` does. But errors are ‖X⁽²⁾ - X⁽⁵⁾‖ with the gaps of X⁽²⁾ filled from X⁽⁵⁾, that is, the root of
+    the squared error on the observed samples; noise is the mean square of their residuals.
     """
     if len(data.groups) < 2 * WARM:
         loadings = np.linalg.qr(first_parameters(data, rank).w)[0]

@@ -8,15 +8,6 @@ from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Op
 from motionenv.models.types import Target
 
 __all__ = [
-    "Clip",
-    "Database",
-    "MotionGenerator",
-    "MotionTree",
-    "Options",
-    "Samples",
-    "Target",
-    "build_database",
-    "history",
-    "read_clips",
-    "resample",
-]
+    "Clip", "Database", "MotionGenerator", "MotionTree", "Options", "Samples", "Target", "build_database", "history",
+    "read_clips", "resample",
+]  # fmt: skip

@@ -14,16 +14,10 @@ _BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
 
 
 def read_clips(
-    folder,
-    *,
-    fps: float | None = None,
-    unit: str | None = None,
-    marker_map: MarkerMap | None = None,
-    activity: str | None = None,
-    fill: bool = False,
-    on_file: Callable[[str], None] = lambda name: None,
+    folder, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
+    activity: str | None = None, fill: bool = False, on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
-) -> Iterator[Clip]:
+) -> Iterator[Clip]:  # fmt: skip
     """Yield every capture file below `folder` as a clip, read one at a time.
 
     Bandai-Namco's file names give the activity and the style, which is used as the person's label. For other files, the

@@ -65,10 +65,7 @@ class Database:
         return np.searchsorted(self.starts, frames, side="right") - 1
 
     def motion(self, sequence: int) -> Motion:
-        """One sequence as a motion at 30 frames/s.
-
-        Args:
-            sequence: index of the sequence.
+        """One sequence, by its index, as a motion at 30 frames/s.
 
         Raises:
             MotionError: there is no such sequence.
@@ -80,12 +77,9 @@ class Database:
 
 
 def build_database(
-    clips: Iterable[Clip],
-    *,
-    skeleton: Skeleton | None = None,
-    mirrored: bool = False,
+    clips: Iterable[Clip], *, skeleton: Skeleton | None = None, mirrored: bool = False,
     on_short: Callable[[str], None] = lambda name: None,
-) -> Database:
+) -> Database:  # fmt: skip
     """Build a database from clips. Poses are spooled to a temporary file, so that memory holds one clip at a time.
 
     Args:

@@ -104,11 +104,9 @@ def clips() -> Iterator[Clip]:
 
 
 def bent(motion: Motion, curvature: float) -> Motion:
-    """Bend a motion along x into an arc: the heading grows with the distance, and displacements follow the heading.
+    """Bend a motion (frames, 25) along x into an arc of a curvature [1/m], positive to the left.
 
-    Args:
-        motion: (frames, 25), straight along x.
-        curvature: curvature of the arc [1/m]; positive turns left.
+    The heading grows with the distance, and displacements follow the heading.
     """
     poses = motion.poses.copy()
     turned = curvature * (poses[:, 0] - poses[0, 0])
@@ -123,18 +121,13 @@ def card() -> dict:
     """Model card of `mixed/tree` (Mitchell et al. 2019)."""
     count = len(MODELS) * PEOPLE * len(WAYS)
     return {
-        "model": "mixed/tree",
-        "people": len(MODELS) * PEOPLE,
-        "clips": count,
-        "frames": count * FRAMES,
+        "model": "mixed/tree", "people": len(MODELS) * PEOPLE, "clips": count, "frames": count * FRAMES,
         "windows": count * (FRAMES - WINDOW),
         "data": f"synthesised by {' and '.join(MODELS)}: walking at {_SPEEDS[0]} to {_SPEEDS[1]} m/s, also in curves",
-        "data licence": "MIT",
-        "model licence": "MIT",
+        "data licence": "MIT", "model licence": "MIT",
         "intended use": "trying the tree without motion capture; walking only, less varied than captured walking",
-        "command": "built when first loaded; from your own capture: motionenv fit tree",
-        "motionenv": __version__,
-    }
+        "command": "built when first loaded; from your own capture: motionenv fit tree", "motionenv": __version__,
+    }  # fmt: skip
 
 
 def _activity(speed: float, way: float) -> str:

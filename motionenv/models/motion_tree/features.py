@@ -32,10 +32,7 @@ _BALL_JOINTS = [POSE.index(n) for n in ("neck_flexion", "left_shoulder_flexion",
 
 
 def parameters(poses) -> np.ndarray:
-    """Parameters (..., frames, 50) of motions at 30 frames/s, in the order of `PARAMETERS`.
-
-    Args:
-        poses: (..., frames, 25) [m, rad], two frames or more.
+    """Parameters (..., frames, 50), in the order of `PARAMETERS`, of two poses or more (..., frames, 25) at 30 fps.
 
     Raises:
         MotionError: another shape.
@@ -62,11 +59,9 @@ def local(before, now) -> np.ndarray:
 
 
 def placed(before, steps) -> np.ndarray:
-    """Poses (..., n, 25) in the world after `steps` from `before`, with angles within half a turn of those before.
+    """Poses (..., n, 25) in the world after `steps` (..., n, 25), first 25 parameters, from `before` (..., 25).
 
-    Args:
-        before: (..., 25) poses.
-        steps: (..., n, 25), first 25 parameters of n candidates for the next frame.
+    Angles are within half a turn of those before.
     """
     before = np.ascontiguousarray(before, dtype=np.float64)
     steps = np.ascontiguousarray(steps, dtype=np.float64)
@@ -83,15 +78,11 @@ def turned_towards(poses, aim) -> np.ndarray:
 
 
 def resample(motion: Motion, fps: float = FPS) -> list[np.ndarray]:
-    """The gapless stretches of a motion at another frame rate, each (frames, 25) [m, rad].
+    """The gapless stretches of one `motion` (frames, 25) at another rate `fps`, each (frames, 25) [m, rad].
 
     Cubic splines interpolate the poses of a stretch; a frame with NaN ends it. Three angles represent each rotation in
     two ways, (f, a, r) and (f + π, π - a, r + π), up to whole turns. Each stretch takes the one that is on average
     nearest to the middle of the joint's range.
-
-    Args:
-        motion: one sequence, (frames, 25).
-        fps: new frame rate.
 
     Raises:
         MotionError: a batch of motions, or a frame rate not above 0.

@@ -40,24 +40,16 @@ class Forecast:
     plain_deviation: np.ndarray
 
     def carried(self, history, now, after) -> np.ndarray:
-        """Predicted next poses (..., 25) as local parameters.
+        """Predicted next poses (..., 25) as local parameters, from parameters (..., 50) of last frames.
 
-        Args:
-            history: (..., 50) parameters of the current motion's last frame.
-            now: (..., 50) parameters of the windows' last frames.
-            after: (..., 25) first 25 parameters of the frames after the windows.
+        `history` are those of the current motion, `now` the windows', and `after` (..., 25) of the frames behind them.
         """
         difference = _difference(history, now)
         return after + self.pose * difference[..., :25] + self.velocity * difference[..., 25:] / FPS
 
 
 def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (..., 50) of frames (...) of a database, and the first 25 parameters (..., 25) of the next frames.
-
-    Args:
-        database: the database.
-        frames: (...) indices of frames that are not the last of their sequence.
-    """
+    """Parameters (..., 50) of frames (...) that aren't the last of a sequence, and the first 25 of the next frames."""
     flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
     now = np.empty((len(flat), 50))
     parameters_at(database.poses, database.starts[:-1], flat, FPS, now)
@@ -65,12 +57,7 @@ def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
 
 
 def following(database: Database, frames) -> np.ndarray:
-    """The first 25 parameters (..., 25) of the frames after frames (...) of a database.
-
-    Args:
-        database: the database.
-        frames: (...) indices of frames that are not the last of their sequence.
-    """
+    """The first 25 parameters (..., 25) of the frames after `frames` (...), none of which is the last of a sequence."""
     flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
     after = np.empty((len(flat), 25))
     local_poses_after(database.poses, flat, after)
@@ -81,11 +68,7 @@ def fit_forecast(database: Database, coefficients) -> Forecast:
     """Fit a forecast to a database, with queries from one half of the sequences and neighbours from the other.
 
     A single sequence is halved in time. The result is deterministic: queries are evenly spaced, and the neighbours are
-    drawn with a fixed seed.
-
-    Args:
-        database: the database.
-        coefficients: (n, b) float32, the windows' standardised coefficients c / σ, in the database's order.
+    drawn with a fixed seed. `coefficients` (n, b) float32 are the windows' standardised c / σ, in the database's order.
     """
     frames = database.windows
     sequence = database.sequence_of(frames)

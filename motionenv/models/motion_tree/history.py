@@ -12,25 +12,15 @@ from motionenv.types import Motion, frozen
 
 @dataclass(frozen=True, eq=False)
 class Recent:
-    """A history scaled to the database's body.
+    """A history scaled to the database's body."""
 
-    Attributes:
-        parameters: (..., 10, 50) parameters of the last ten frames.
-        last: (..., 25) the last pose.
-        scale: factor from the history's lengths to the database's.
-    """
-
-    parameters: np.ndarray
-    last: np.ndarray
-    scale: float
+    parameters: np.ndarray  # (..., 10, 50) parameters of the last ten frames
+    last: np.ndarray  # (..., 25) the last pose
+    scale: float  # factor from the history's lengths to the database's
 
 
 def recent_frames(history, database: Database) -> Recent:
-    """Parameters of a history's last frames, scaled to the body of a database.
-
-    Args:
-        history: (..., frames, 25) poses at 30 frames/s, oldest first, or a `Motion` of that rate.
-        database: the database.
+    """Parameters of a history's last frames, (..., frames, 25) at 30 frames/s, scaled to the body of a database.
 
     Raises:
         MotionError: fewer than ten frames, another shape or rate, or NaN.

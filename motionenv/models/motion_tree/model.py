@@ -37,12 +37,9 @@ if TYPE_CHECKING:
 
 #: Entries of the pose vector that a tree of a body part uses and predicts.
 PARTS = {
-    "body": tuple(range(25)),
-    "lower": (*range(6), *range(17, 25)),
-    "upper": tuple(range(6, 17)),
-    "left_arm": tuple(range(9, 13)),
-    "right_arm": tuple(range(13, 17)),
-}
+    "body": tuple(range(25)), "lower": (*range(6), *range(17, 25)), "upper": tuple(range(6, 17)),
+    "left_arm": tuple(range(9, 13)), "right_arm": tuple(range(13, 17)),
+}  # fmt: skip
 METHODS = ("tree", "exact")
 
 
@@ -145,18 +142,9 @@ class MotionTree(GaitModel):
         return self.basis_.coefficients(self.recent(history).parameters).astype(np.float32)
 
     def sample(
-        self,
-        history,
-        n: int = 1,
-        *,
-        temperature: float = 0.05,
-        seed=None,
-        method: str = "tree",
-        leaf: str = "uniform",
-        noise: float = 0.0,
-        carry: bool = False,
-        probability: bool = False,
-    ) -> Samples:
+        self, history, n: int = 1, *, temperature: float = 0.05, seed=None, method: str = "tree",
+        leaf: str = "uniform", noise: float = 0.0, carry: bool = False, probability: bool = False,
+    ) -> Samples:  # fmt: skip
         """Draw samples of the next pose.
 
         Args:
@@ -203,10 +191,8 @@ class MotionTree(GaitModel):
 
         Args:
             probes: (B, b) float32, from `coefficients`.
-            n: draws for each probe.
-            temperature: β.
+            n, temperature, method, leaf, probability: see `sample`.
             key: whole number that seeds the draws.
-            method, leaf, probability: see `sample`.
 
         Raises:
             MotionError: an option out of range.
@@ -235,10 +221,8 @@ class MotionTree(GaitModel):
         Args:
             history: (..., frames, 25), see `coefficients`.
             after: (..., 25) the true next pose.
-            temperature: β.
+            temperature, seed, method: see `sample`.
             draws: windows drawn for each history.
-            seed: int or Generator.
-            method: "tree" or "exact".
 
         Raises:
             MotionError: see `sample`; also if `after` isn't finite.
@@ -338,14 +322,7 @@ class MotionTree(GaitModel):
         return self.descent_.leaf_of(windows)
 
     def recent(self, history) -> Recent:
-        """Parameters of a history's last frames, scaled to the database's body.
-
-        Args:
-            history: see `coefficients`.
-
-        Raises:
-            MotionError: see `coefficients`.
-        """
+        """Parameters of a history's last frames, scaled to the database's body; see `coefficients` for its errors."""
         return recent_frames(history, self.database_)
 
     def _poses(self, recent: Recent, after: np.ndarray) -> np.ndarray:

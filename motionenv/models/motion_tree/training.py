@@ -14,30 +14,17 @@ __all__ = ["fit_tree"]
 
 
 def fit_tree(
-    folder,
-    *,
-    fps: float | None = None,
-    unit: str | None = None,
-    marker_map: MarkerMap | None = None,
-    activity: str | None = None,
-    mirrored: bool = False,
-    fill: bool = False,
-    command: str = "",
+    folder, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
+    activity: str | None = None, mirrored: bool = False, fill: bool = False, command: str = "",
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
-) -> MotionTree:
+) -> MotionTree:  # fmt: skip
     """Fit a tree to all capture below a folder.
 
     Args:
-        folder: searched with its subfolders.
-        fps: frames per second, for files that don't state it.
-        unit: unit of length, for files that don't state it.
-        marker_map: which points of the files are which landmarks; None recognises them by their names.
-        activity: activity of all files; None takes it from the names.
+        folder, fps, unit, marker_map, activity, fill, on_file: as of `motionenv.models.motion_tree.read_clips`.
         mirrored: also include the left-right mirror image of every clip.
-        fill: whether to fill what the capture doesn't show (`motionenv.fill`).
         command: the command line to record in the card.
-        on_file: called with each file's name before it is read.
         on_left_out: called with name and reason of each file that is not used.
 
     Raises:
@@ -63,19 +50,13 @@ def fit_tree(
         raise MotionError(f"none of {len(left_out)} files can be used; the first, {name}: {why}") from error
     tree = MotionTree().fit_database(database)
     tree.card_ = {
-        "model": "tree",
-        "people": len(set(database.persons)),
-        "clips": len(set(database.clips)),
-        "activities": ", ".join(sorted(set(database.activities))),
-        "frames": len(database.poses),
-        "windows": len(database.windows),
-        "components": len(tree.basis_.deviation),
-        "variance kept": f"{tree.basis_.share:.0%}",
-        "data": "files of unknown origin",
+        "model": "tree", "people": len(set(database.persons)), "clips": len(set(database.clips)),
+        "activities": ", ".join(sorted(set(database.activities))), "frames": len(database.poses),
+        "windows": len(database.windows), "components": len(tree.basis_.deviation),
+        "variance kept": f"{tree.basis_.share:.0%}", "data": "files of unknown origin",
         "data licence": "not stated: ask the source of the capture",
         "model licence": "not stated: that of the capture, which the model contains",
-        "intended use": "synthesis and tracking of motion like that in the capture",
-        "command": command,
+        "intended use": "synthesis and tracking of motion like that in the capture", "command": command,
         "motionenv": __version__,
-    }
+    }  # fmt: skip
     return tree

@@ -19,6 +19,8 @@ from motionenv.body.skeleton import (
 )
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import CONTACT
+from motionenv.models.eigenwalkers.fourier_series import ROLL
+from motionenv.models.pace import REACH
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
 
@@ -35,8 +37,10 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     - "poses": Fourier coefficients `mean` (columns, 24) and `components` (q, columns, 24) of the channels of
       `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines; of limbs that no
       walk of the model shows, `mean` is NaN and `components` 0. The log stride
-      time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations.
-    - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz].
+      time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations. The arrays `pace_...`
+      are the attributes of `motionenv.models.pace.Pace`.
+    - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz];
+      `speed_direction` (5, 15, 3) and `speed_exponent` () as in `FourierModel`.
 
     Args:
         model: a name or path for `motionenv.load`, or a fitted model.
@@ -61,12 +65,10 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         shown = {"mean_scores": components.means, "deviations": components.deviations, "traits": directions}
         numbers = shown | numbers
     description = {
-        **_described(walkable, height),
-        "components": len(components),
-        "shares": components.shares.tolist(),
+        **_described(walkable, height), "components": len(components), "shares": components.shares.tolist(),
         "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
         "activities": list(walkable.activities),
-    }
+    }  # fmt: skip
     return _body(offsets) | numbers, description
 
 
@@ -88,6 +90,8 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
         "leg_share": LEG_SHARE,
         "trunk_share": TRUNK_SHARE,
         "contact": CONTACT._asdict(),
+        "reach": REACH,
+        "roll": ROLL,
         "limb_segments": LIMB_SEGMENT.tolist(),
         "limb_nodes": LIMB_NODES.tolist(),
         "clothes": CLOTHES,

@@ -49,11 +49,7 @@ class Mapping:
         weakref.finalize(self, os.close, self._descriptor)
 
     def check(self) -> None:
-        """Check that the file hasn't changed since it was opened; takes a microsecond.
-
-        Raises:
-            ModelError: the file was changed in place.
-        """
+        """Raise a ModelError if the file has changed since it was opened; takes a microsecond."""
         if self._state() != self._opened:
             raise ModelError(
                 f"{self.path} was changed while it was in use: load it again, and replace such files by renaming, as "
@@ -63,8 +59,7 @@ class Mapping:
     def reduced(self, load: Callable[[str], Any]) -> tuple:
         """Return value for `__reduce__` of the model in the file, so that a pickle holds the path and not the arrays.
 
-        Args:
-            load: loads the model from a path and sets its `mapping_`.
+        `load` loads the model from a path and sets its `mapping_`.
         """
         return reopened, (load, str(self.path), self.fingerprint)
 
@@ -74,16 +69,7 @@ class Mapping:
 
 
 def reopened(load: Callable[[str], Any], path: str, fingerprint: int) -> Any:
-    """Restore a model from a pickle that holds its path.
-
-    Args:
-        load: loads the model from a path.
-        path: path of the model file.
-        fingerprint: fingerprint of the pickled file.
-
-    Raises:
-        ModelError: the file is missing or has changed.
-    """
+    """Restore a model from a pickle that holds its path, `load` as of `Mapping.reduced`; a ModelError if changed."""
     model = load(path)
     if model.mapping_.fingerprint != fingerprint:
         raise ModelError(f"{path} has changed since this model was pickled: load it and pickle it again")
@@ -91,11 +77,7 @@ def reopened(load: Callable[[str], Any], path: str, fingerprint: int) -> Any:
 
 
 def write_mapped(path, arrays: dict[str, np.ndarray]) -> None:
-    """Write arrays atomically, and without copies in memory, to a file that `map_arrays` opens.
-
-    Args:
-        path: the file, conventionally *.npz.
-        arrays: C-contiguous arrays by name, of any size; they may be mapped themselves.
+    """Write arrays atomically, and without copies in memory, to a file (*.npz) that `map_arrays` opens.
 
     Raises:
         MotionError: the file can't be written.
@@ -117,14 +99,9 @@ def write_mapped(path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def map_arrays(file, archive: zipfile.ZipFile, path) -> tuple[dict[str, np.ndarray], Mapping]:
-    """Map the arrays of an open file read-only; return them by name, and the `Mapping`.
+    """Map the arrays of an open file, the zip `archive` in it, read-only; return them by name, and the `Mapping`.
 
     Checks names, sizes, types and offsets against the file, but doesn't read the data.
-
-    Args:
-        file: the file, open for reading.
-        archive: the zip in it.
-        path: its path, for errors and pickles.
 
     Raises:
         ModelError: the file is damaged or wasn't written by `write_mapped`.

@@ -111,11 +111,7 @@ def load_model(path) -> tuple[str, dict[str, np.ndarray], dict]:
 
 
 def open_model(path, class_of: Callable[[str], type[StoredModel]]) -> StoredModel:
-    """Load the model in a file.
-
-    Args:
-        path: the model file.
-        class_of: returns the class of a kind, or raises a ModelError.
+    """Load the model in the file at `path`; `class_of` returns the class of a kind, or raises a ModelError.
 
     Raises:
         ModelError: see `load_model`; also if the arrays don't fit the class.
@@ -135,11 +131,7 @@ def open_model(path, class_of: Callable[[str], type[StoredModel]]) -> StoredMode
 
 
 def read_card(path) -> dict:
-    """Read the model card in the file `path`, without the model.
-
-    Raises:
-        ModelError: no such file, or not a model file.
-    """
+    """The model card in the file `path`, without the model; a ModelError if it is no model file."""
     with _reading(path) as (_, archive):
         return _header(path, archive)["meta"].get("card", {})
 
@@ -199,7 +191,6 @@ def _check_sizes(path, archive: zipfile.ZipFile, members: list[zipfile.ZipInfo])
 
 
 def _header(path, archive: zipfile.ZipFile) -> dict:
-    """The checked header of an open file."""
     header = None
     if "header.npy" in archive.namelist():
         info = archive.getinfo("header.npy")

@@ -41,7 +41,7 @@ ORDER = (19, 20, 21, *range(11, 19), 22, 23, 0, 1, 2, *range(3, 11))
 _LEFT, _RIGHT, _HEIGHTS, _NECK, _ARMS, _SIN, _COS, _OUT = 3, 7, 11, 13, 16, 24, 35, 46
 _WORK = _OUT + 2 * LEG_ROWS
 
-_PACINGS = 4
+_PACINGS = 3
 
 
 @jit
@@ -264,31 +264,33 @@ def _move(curves, floor, pace, samples, finer, body, rows, poses):
 
 
 @kernel(fastmath=_FAST)
-def walk(start, stop, scores, floors, seconds, points, clock, terms, body, poses):
+def walk(start, stop, scores, floors, seconds, speeds, points, clock, terms, bodies, poses):
     """Write the walks of walkers `start` to `stop`.
 
     Contact decides how far a cycle carries, whatever its pace; but the pace decides which cycles fit, so the steps to
-    a stride time that goes at `speed` are shorter than a fixed stride would ask for, and there are four.
+    a stride time that goes at a speed are shorter than a fixed stride would ask for, and there are several.
 
     Args:
         start, stop: which walkers.
         scores: (n, q).
         floors: (n, 2) what the heights of the left and the right ankle are over [body heights].
         seconds: (n,) stride times [s].
+        speeds: (n,) [m/s] to reach by another stride time, 0 for that of `seconds`.
         points: (n, k, q) control points of the splines by which scores leave their mean.
         clock: samples per second; sample of the first pose; samples from pose to pose; where in the cycle to start
-            [cycles]; speed [m/s] to reach by another stride time, 0 for that of `seconds`; the least stride time [s]
-            that `points` are enough for.
+            [cycles]; the least stride time [s] that `points` are enough for.
         terms: (1 + q, columns · 24) Fourier coefficients of mean and components, channels as in `ORDER`.
-        body: offsets (16, 3) and height [m].
+        bodies: offsets (n, 16, 3) and heights (n,) [m].
         poses: (n, frames, 25) to write.
     """
-    rate, pad, finer, phase, speed, shortest = clock
-    (offsets, height), frames = body, poses.shape[1]
+    rate, pad, finer, phase, shortest = clock
+    frames = poses.shape[1]
     samples = (frames - 1) * finer + 1 + 2 * pad
     rows = np.empty((ROWS, samples + finer + LANES))
     curves = np.empty((points.shape[1], terms.shape[1]))
     for i in range(start, stop):
+        speed, offsets, height = speeds[i], bodies[0][i], bodies[1][i]
+        body = (offsets, height)
         most = samples / rate / (shortest if speed > 0.0 else seconds[i])  # strides
         _curves(scores[i], points[i], terms, curves[: int(most) + 5])
         floor, stride = floors[i], seconds[i]

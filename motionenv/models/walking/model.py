@@ -16,11 +16,12 @@ import numpy as np
 
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
-from motionenv.body.skeleton import limb_radii, symmetric
+from motionenv.body.skeleton import NODES, limb_radii, symmetric
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.synthesis import scaled
+from motionenv.models.pace import Pace, fit_pace
+from motionenv.models.population import draw_person
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, tables_of
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
@@ -29,7 +30,10 @@ _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
 _PADDING = 0.2  # [s] before and after, so that smoothing has no edge effects
 _TOGETHER = 16  # walkers per thread, enough to pay for it
 _USUAL = 8  # components
+_LEG = [NODES.index("left_knee"), NODES.index("left_ankle")]
+_UNEVEN = 3.0  # times the median trial's variance between cycles
 _SHORTEST = 0.5  # stride time [s]
+_DRAWN = 300  # walks that tell how long strides are
 _WHOLE = 0.8  # least share of the samples that its walk could show, for a cycle to tell how cycles vary
 
 
@@ -46,7 +50,8 @@ class WalkingModel(GaitModel):
 
     A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
     vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
-    are Fourier series, so that walks are smooth where cycles meet.
+    are Fourier series, so that walks are smooth where cycles meet. People's bodies, comfortable speeds and walk ratios
+    are those of `motionenv.models.population`; at another speed a person's steps are longer and quicker by `pace_`.
 
     Args:
         n_components: components of the functional PCA; None takes 8, or one less than the number of cycles if that is
@@ -61,6 +66,7 @@ class WalkingModel(GaitModel):
         person_mean_, person_covariance_: mean and covariance over trials of (scores, log stride time [s], log speed
             [body heights / s]), with equal weight for each person.
         cycle_covariance_: (q, q) covariance of the scores of one trial's cycles about their mean.
+        pace_: how gait changes with speed.
         card_: the model card.
     """
 
@@ -117,6 +123,7 @@ class WalkingModel(GaitModel):
             rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
             people.append(cycles.subject[np.flatnonzero(mine)[0]])
             within.append((self.fpca_.scores_[mine] - mean)[whole])
+        rows = np.array(rows)
         _, which, count = np.unique(people, return_inverse=True, return_counts=True)
         weight = 1.0 / count[which]
         self.person_mean_ = np.average(rows, axis=0, weights=weight)
@@ -124,8 +131,24 @@ class WalkingModel(GaitModel):
         self.person_covariance_ = (
             np.cov(np.transpose(rows), aweights=weight) if len(rows) > 1 else np.zeros(2 * [len(rows[0])])
         )
-        spread = np.concatenate(within)
-        self.cycle_covariance_ = spread.T @ spread / max(len(spread) - len(trials), 1)
+        self.cycle_covariance_ = _even(within)
+        self._fit_pace(rows, people)
+
+    def _fit_pace(self, rows: np.ndarray, people: list[str]) -> None:
+        """Fit `pace_` to trials' scores, log stride times and log speeds, and to the strides of synthetic walks."""
+        from motionenv.models.treadmill_cycle import walk_in_place
+
+        q = self.fpca_.n_components
+        spread = 1.5 * root_of(self.person_covariance_[:q, :q])  # a little wider than people
+        scores = self.person_mean_[:q] + np.random.default_rng(0).standard_normal((_DRAWN, q)) @ spread
+        lengths = np.log(walk_in_place(self, scores).strides / self.height_)
+        taken = self._standard(rows[:, :q]), people, rows[:, q + 1], rows[:, q] + rows[:, q + 1]
+        self.pace_ = fit_pace(*taken, self._standard(scores), lengths)
+
+    def _standard(self, scores: np.ndarray) -> np.ndarray:
+        """Scores (..., q) in standard deviations from the average person."""
+        components = self.components()
+        return (scores - components.means) / components.deviations
 
     def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
         """Draw `n` walkers: mean scores (n, q) and stride times (n,) [s].
@@ -188,13 +211,17 @@ class WalkingModel(GaitModel):
         """
         self._check_fitted()
         request = Request(seconds, fps, speed, height, phase, variation)
+        self._warn_beyond([speed])
         checked_whole(n, "n", 1)
         rng = random_generator(seed)
+        body = self.skeleton(height)
         if stride is None:
-            stride = self.sample(n, seed=rng, speed=self._relative(speed, height))
+            known = None if speed is None else float(np.clip(speed / body.height, *self.pace_.speeds) * self.height_)
+            stride = self.sample(n, seed=rng, speed=known)
         else:
             self._check_stride(stride, n)
-        return Motion(self._poses(stride, request, rng), self.skeleton(height), fps, "walk")
+        offsets, heights, speeds = (np.repeat(a, n, axis=0) for a in (body.offsets[None], [body.height], [speed or 0]))
+        return Motion(self._poses(stride, request, rng, (offsets, heights), speeds), body, fps, "walk")
 
     def components(self) -> Components:
         """The components of `fpca_`, about the average person."""
@@ -212,24 +239,40 @@ class WalkingModel(GaitModel):
         """The mean body, scaled to `height` [m]."""
         return self.skeleton(height)
 
+    def learned_speeds(self) -> tuple[float, float]:
+        """The slowest and the fastest captured walk [m/s]."""
+        self._check_fitted()
+        low, high = self.pace_.speeds * self.height_
+        return float(low), float(high)
+
     def dimensions(self) -> dict[str, int]:
         """Channels and harmonics of the functional PCA."""
         self._check_fitted()
         return {"channels": len(self.fpca_.channels_), "harmonics": self.fpca_.n_harmonics}
 
     def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
-        """Draw a walker with `rng`, conditioned on `speed` [m/s] of a body of `height` [m]."""
-        drawn = self.sample(1, seed=rng, speed=self._relative(speed, height))
-        return Walker(self.kind, tuple(drawn.scores[0]), float(drawn.seconds[0]))
+        """Draw a person with `rng`, of `height` [m], who then walks at `speed` [m/s].
+
+        Scores are as those of the model's people with such steps, which are as long as the person's.
+        """
+        self._check_fitted()
+        person = draw_person(rng, height=height, about=self.height_)
+        scale = person.height * person.legs
+        length = np.log(2 * person.step_length / scale)
+        z = self._standard(self.sample(1, seed=rng).scores)
+        z = self.pace_.longer(z, length - self.pace_.log_length(z), self.pace_.between)
+        seconds = np.array([2 * person.step_length / person.speed])
+        if speed is not None:
+            z, seconds = self.pace_.at_speed(z, seconds, scale, speed)
+        components = self.components()
+        return Walker(
+            self.kind, tuple((components.means + z * components.deviations)[0]), float(seconds[0]), person=person
+        )
 
     def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
         """The walk of `walker` for a `request`; `rng` draws the variation between cycles."""
         self._check_fitted()
-        scores = np.array([walker.scores])
-        seconds = self.stride_seconds(scores) if walker.stride_seconds is None else np.array([walker.stride_seconds])
-        stride = Stride(scores, seconds)
-        self._check_stride(stride, 1)
-        return Motion(self._poses(stride, request, rng)[0], self.skeleton(request.height), request.fps, "walk")
+        return self._motions([walker], [request.height], [request.speed], request, rng)[0]
 
     def make_motions(
         self,
@@ -242,9 +285,6 @@ class WalkingModel(GaitModel):
     ) -> list[Motion]:
         """Walks of n people, computed together, which takes a fraction of the time of one by one.
 
-        Bodies and speeds are those of the mean body, scaled. The speeds of a first attempt correct the stride times, so
-        that speeds are met within a few percent.
-
         Args:
             seconds: duration [s].
             fps: frames per second.
@@ -252,19 +292,26 @@ class WalkingModel(GaitModel):
             speeds: (n,) speeds [m/s]; all numbers or all None.
             rng: draws walkers and the variation between cycles.
         """
-        scale = np.asarray(heights) / self.height_
-        wanted = [None if v is None else v / s for v, s in zip(speeds, scale, strict=True)]
-        low, high, _ = SPEED_RANGE
-        drawn = [self.sample(1, seed=rng, speed=None if v is None else float(np.clip(v, low, high))) for v in wanted]
-        stride = Stride(*(np.concatenate([getattr(s, name) for s in drawn]) for name in ("scores", "seconds")))
-        seed = int(rng.integers(2**63))
-        make = lambda stride: self.walks(seconds, fps, n=len(scale), seed=seed, stride=stride).poses
-        if wanted[0] is not None:
-            trial = make(stride)
-            fast = (trial[:, -1, 0] - trial[:, 0, 0]) * fps / (trial.shape[1] - 1)
-            stride = Stride(stride.scores, stride.seconds * np.clip(fast / np.array(wanted), 0.5, 2.0))
-        walks = (Motion(poses, self.skeleton(), fps, "walk") for poses in make(stride))
-        return [scaled(walk, float(height)) for walk, height in zip(walks, heights, strict=True)]
+        walkers = [self.draw_walker(rng, speed, float(h)) for h, speed in zip(heights, speeds, strict=True)]
+        return self._motions(walkers, heights, speeds, Request(seconds, fps), rng)
+
+    def _motions(self, walkers: list[Walker], heights, speeds, request: Request, rng) -> list[Motion]:
+        """Walks of people with their own bodies, heights [m] and speeds [m/s], which may be None."""
+        scores = np.array([walker.scores for walker in walkers])
+        own = [walker.stride_seconds for walker in walkers]
+        seconds = np.array([self.stride_seconds(s) if t is None else t for s, t in zip(scores, own, strict=True)])
+        stride = Stride(scores, seconds)
+        self._check_stride(stride, len(walkers))
+        bodies = [self._body(*given) for given in zip(walkers, heights, strict=True)]
+        shapes = np.array([body.offsets for body in bodies]), np.array([body.height for body in bodies])
+        poses = self._poses(stride, request, rng, shapes, np.array([speed or 0.0 for speed in speeds]))
+        return [Motion(p, body, request.fps, "walk") for p, body in zip(poses, bodies, strict=True)]
+
+    def _body(self, walker: Walker, height: float | None) -> Skeleton:
+        """The body of `walker`, scaled to `height` [m]."""
+        if walker.person is None:
+            return self.skeleton(height)
+        return walker.person.body(self.proportions_, height)
 
     def skeleton(self, height: float | None = None) -> Skeleton:
         """The mean body, scaled to `height` [m]; None keeps the mean height.
@@ -287,21 +334,24 @@ class WalkingModel(GaitModel):
         cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
         return self.fpca_.score(cycles.values[..., [CHANNELS.index(name) for name in self.fpca_.channels_]])
 
-    def _relative(self, speed: float | None, height: float | None) -> float | None:
-        """The speed [m/s] of a body of mean height that equals `speed` of a body of `height` in body heights/s."""
-        # Fitted speeds are in body heights per second: with equal scores, a tall person walks faster.
-        return None if speed is None else speed * self.height_ / (self.height_ if height is None else height)
-
-    def _poses(self, stride: Stride, request: Request, rng: np.random.Generator) -> np.ndarray:
-        """Walks (n, frames, 25)."""
+    def _poses(self, stride: Stride, request: Request, rng: np.random.Generator, bodies, speeds) -> np.ndarray:
+        """Walks (n, frames, 25) of bodies of offsets (n, 16, 3) and heights (n,), at speeds (n,) [m/s] above 0."""
+        if speeds.any():
+            stride = self._at_speeds(stride, bodies, speeds)
         shortest = min(_SHORTEST, *stride.seconds.tolist())  # lower bound of the stride time [s] at any speed
         wobble = request.variation * self._wobble(stride, request.frames / request.fps, shortest, rng)
         poses = np.empty((len(stride.seconds), request.frames, 25))
-        body, speed = self.skeleton(request.height), request.speed or 0.0
-        self._walk(stride, wobble, request.fps, request.phase, speed, shortest, body, poses)
+        self._walk(stride, wobble, request.fps, request.phase, speeds, shortest, bodies, poses)
         if lacking := lacking_angles(self):
             poses[..., lacking] = np.nan
         return poses
+
+    def _at_speeds(self, stride: Stride, bodies, speeds: np.ndarray) -> Stride:
+        """The same people at speeds (n,) [m/s]."""
+        scale = bodies[0][:, _LEG, 2].sum(1) / self.proportions_[_LEG, 2].sum()
+        components = self.components()
+        z, seconds = self.pace_.at_speed(self._standard(stride.scores), stride.seconds, scale, speeds)
+        return Stride(components.means + z * components.deviations, seconds)
 
     def _wobble(self, stride: Stride, seconds: float, shortest: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines of the scores' deviations from their mean."""
@@ -309,7 +359,7 @@ class WalkingModel(GaitModel):
         count = math.ceil((seconds + 2 * _PADDING) / shortest) + 5
         return rng.standard_normal((n, count, q)) @ self._tables.cycles.T
 
-    def _walk(self, stride: Stride, wobble, fps: float, phase: float, speed: float, shortest, body, poses) -> None:
+    def _walk(self, stride: Stride, wobble, fps: float, phase: float, speeds, shortest, bodies, poses) -> None:
         """Fill `poses` (n, frames, 25) with walks, on all cores if there are many."""
         from motionenv.models.walking._walk_kernels import walk
 
@@ -317,8 +367,7 @@ class WalkingModel(GaitModel):
         rate = float(fps * finer)
         scores = np.ascontiguousarray(stride.scores, dtype=np.float64)
         seconds = np.ascontiguousarray(stride.seconds, dtype=np.float64)
-        clock = rate, math.ceil(_PADDING * rate), finer, float(phase), float(speed), shortest
-        person = body.offsets, body.height
+        clock = rate, math.ceil(_PADDING * rate), finer, float(phase), shortest
         terms, floors = self._tables.terms, floors_of(self._tables, scores)
 
         n = len(poses)
@@ -326,7 +375,7 @@ class WalkingModel(GaitModel):
         def fill(first: int, last: int) -> None:
             for start in range(first * _TOGETHER, min(last * _TOGETHER, n), _TOGETHER):
                 stop = min(start + _TOGETHER, n)
-                walk(start, stop, scores, floors, seconds, wobble, clock, terms, person, poses)
+                walk(start, stop, scores, floors, seconds, speeds, wobble, clock, terms, bodies, poses)
 
         everywhere.share(fill, -(-n // _TOGETHER))
 
@@ -340,7 +389,7 @@ class WalkingModel(GaitModel):
         self._check_fitted()
         arrays, meta = self.fpca_.to_arrays()
         arrays = {f"fpca_{name}": value for name, value in arrays.items()}
-        arrays |= {name: getattr(self, name) for name in _STORED}
+        arrays |= {name: getattr(self, name) for name in _STORED} | self.pace_.to_arrays()
         return arrays, {"fpca": meta, "height": self.height_}
 
     @classmethod
@@ -360,6 +409,7 @@ class WalkingModel(GaitModel):
             if arrays[name].shape != shapes.get(name, (q, q)):
                 raise ModelError(f"{name} has shape {arrays[name].shape}: fit the model again")
             setattr(model, name, arrays[name])
+        model.pace_ = Pace.from_arrays(arrays)
         return model
 
     def _check_stride(self, stride: Stride, n: int) -> None:
@@ -385,6 +435,18 @@ def _check_legs(channels: tuple[str, ...]) -> None:
             f"a walking model needs both legs, but no walk shows {', '.join(missing)}: add walks that do, or fill them "
             "with motionenv.fill"
         )
+
+
+def _even(trials: list[np.ndarray]) -> np.ndarray:
+    """Covariance (q, q) of the scores (cycles, q) of trials' cycles about their mean, in trials of even walking.
+
+    In a few captures somebody starts, stops or turns; their cycles vary many times as much as others'.
+    """
+    free = np.array([max(len(trial) - 1, 0) for trial in trials])
+    square = np.array([(trial**2).sum() for trial in trials]) / np.maximum(free, 1)
+    kept = square <= _UNEVEN * np.median(square)
+    spread = np.concatenate([trial for trial, is_kept in zip(trials, kept, strict=True) if is_kept])
+    return spread.T @ spread / max(free[kept].sum(), 1)
 
 
 _STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")

@@ -45,15 +45,12 @@ def draw_pose(rgb, markers, camera, *, width: float = 3.0, colour=None) -> np.nd
 
 
 def side_by_side(left, right, *, gap: int = 4) -> np.ndarray:
-    """Two images (or stacks of images) side by side, with a thin black gap.
+    """Two images (or stacks of images) side by side, with a thin black gap: uint8 (..., H, both widths + gap, 3).
 
     Args:
         left: uint8 (..., H, W, 3).
         right: uint8 (..., H, any width, 3), the same number of images and height.
         gap: between them [pixels].
-
-    Returns:
-        uint8 (..., H, W + gap + the other width, 3).
 
     Raises:
         MotionError: they are not uint8 images, or differ in number or height.
@@ -87,7 +84,6 @@ def strip(frames: Sequence, n: int = 6, *, gap: int = 4) -> np.ndarray:
 
 
 def _pictures(rgb, name: str) -> np.ndarray:
-    """`rgb` as an array."""
     rgb = np.asarray(rgb)
     if rgb.dtype != np.uint8 or rgb.ndim < 3 or rgb.shape[-1] != 3:
         raise MotionError(f"{name} must be uint8 (..., height, width, 3), got {rgb.dtype} {rgb.shape}")

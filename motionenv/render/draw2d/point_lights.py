@@ -12,7 +12,7 @@ from motionenv.render.draw2d.shapes import as_colours, draw_figures
 def render_points(
     markers, camera, *, radius: float = 4.0, colour=(255, 255, 255), background=(0, 0, 0), lines: bool = False
 ) -> np.ndarray:
-    """Images of dots at the markers, antialiased by exact coverage, so that their brightness doesn't flicker.
+    """Images of dots at the markers, uint8 (..., H, W, 3), antialiased by exact coverage: they don't flicker.
 
     Nearer dots occlude farther ones. Missing markers (NaN) and those behind the camera are not drawn. For a dot that
     subtends the visual angle a [rad] at viewing distance d [m], on a screen with s pixels per metre, set the radius to
@@ -25,9 +25,6 @@ def render_points(
         colour: (R, G, B) from 0 to 255 of the dots, or one per marker.
         background: (R, G, B) from 0 to 255.
         lines: connect the 15 markers to a stick figure, with lines half as wide as the dots.
-
-    Returns:
-        uint8 (..., H, W, 3).
 
     Raises:
         MotionError: a wrong shape, a colour out of range, a radius that isn't above 0, or lines without 15 markers.

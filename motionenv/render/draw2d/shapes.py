@@ -104,35 +104,26 @@ def _draw_all(images, pixels, order, edges, colours, radius: float, width: float
 
 
 def draw_figures(images, pixels, depth, edges, colours, *, radius: float, width: float) -> None:
-    """Draw one figure per image: first its lines, in the colour of their second point, then its dots.
+    """Draw one figure per image: first its lines, in the colour of their second point, then its dots, farthest first.
 
     Args:
         images: uint8 (..., H, W, 3), C-contiguous, updated in place.
         pixels: (..., n, 2), (x, y); points with NaN are not drawn.
-        depth: (..., n); dots are drawn from the farthest to the nearest.
+        depth: (..., n).
         edges: (edges, 2) indices of the points that lines connect.
         colours: (n, 3), from 0 to 255, of the dots.
-        radius: of the dots [pixels].
-        width: of the lines [pixels].
+        radius, width: of the dots and of the lines [pixels].
     """
     n = pixels.shape[-2]
     _draw_all(
-        images.reshape(-1, *images.shape[-3:]),
-        np.ascontiguousarray(pixels.reshape(-1, n, 2)),
-        np.argsort(-depth, axis=-1).reshape(-1, n),
-        np.asarray(edges, dtype=np.intp).reshape(-1, 2),
-        colours,
-        float(radius),
-        float(width),
-    )
+        images.reshape(-1, *images.shape[-3:]), np.ascontiguousarray(pixels.reshape(-1, n, 2)),
+        np.argsort(-depth, axis=-1).reshape(-1, n), np.asarray(edges, dtype=np.intp).reshape(-1, 2), colours,
+        float(radius), float(width),
+    )  # fmt: skip
 
 
 def as_colours(colour, n: int, name: str = "colour") -> np.ndarray:
-    """`colour` as (n, 3) float64: one (R, G, B) from 0 to 255 for all, or one each.
-
-    Raises:
-        MotionError: wrong shape, or out of range.
-    """
+    """`colour` as (n, 3) float64: one (R, G, B) from 0 to 255 for all, or one each; otherwise a MotionError."""
     colours = np.asarray(colour, dtype=np.float64)
     if colours.shape not in {(3,), (n, 3)} or not ((colours >= 0) & (colours <= 255)).all():
         raise MotionError(f"{name} must be (R, G, B) from 0 to 255, or {n} of them, got {colour!r}")

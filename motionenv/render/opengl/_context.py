@@ -26,12 +26,9 @@ BROKEN = (ImportError, OSError, AttributeError, ValueError, RuntimeError, Assert
 
 # From Mesa's osmesa.h, for a function that PyOpenGL 3.1.0 lacks.
 _OSMESA = {
-    "OSMESA_DEPTH_BITS": 0x30,
-    "OSMESA_PROFILE": 0x33,
-    "OSMESA_CORE_PROFILE": 0x34,
-    "OSMESA_CONTEXT_MAJOR_VERSION": 0x36,
-    "OSMESA_CONTEXT_MINOR_VERSION": 0x37,
-}
+    "OSMESA_DEPTH_BITS": 0x30, "OSMESA_PROFILE": 0x33, "OSMESA_CORE_PROFILE": 0x34,
+    "OSMESA_CONTEXT_MAJOR_VERSION": 0x36, "OSMESA_CONTEXT_MINOR_VERSION": 0x37,
+}  # fmt: skip
 
 
 class _Thread:

@@ -35,7 +35,6 @@ class GlScene:
         self._camera = self.pyrender.add(_camera_class()(znear=_NEAR, zfar=_FAR))
 
     def _add(self, primitive, casts_shadow: bool = False):
-        """Add a mesh; returns its node."""
         node = self.pyrender.add(load().Mesh([primitive]))
         node.casts_shadow, node.shown = casts_shadow, True
         return node
@@ -118,14 +117,10 @@ def _ground(scene: Scene):
     linear_mipmaps = pyrender.Sampler(magFilter=9729, minFilter=9987)  # GL_LINEAR, GL_LINEAR_MIPMAP_LINEAR
     texture = pyrender.Texture(source=pattern, source_channels="RGB", sampler=linear_mipmaps)
     return pyrender.Primitive(
-        np.column_stack([xy, np.zeros(len(xy))]),
-        np.tile([0.0, 0.0, 1.0], (len(xy), 1)),
-        texcoord_0=xy / (2 * scene.tile),
-        color_0=colours,
-        indices=faces,
-        mode=4,
+        np.column_stack([xy, np.zeros(len(xy))]), np.tile([0.0, 0.0, 1.0], (len(xy), 1)),
+        texcoord_0=xy / (2 * scene.tile), color_0=colours, indices=faces, mode=4,
         material=_material((1, 1, 1), baseColorTexture=texture, alphaMode="BLEND"),
-    )
+    )  # fmt: skip
 
 
 def _sky(scene: Scene):

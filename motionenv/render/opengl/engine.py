@@ -17,12 +17,9 @@ from motionenv.types import Camera, Frame, Skeleton
 
 
 class PyrenderRenderer:
-    """Renders bodies with pyrender; its OpenGL context is created with the first image.
+    """Renders bodies in a `scene` with pyrender; its OpenGL context is created with the first image.
 
     Thread-safe: all OpenGL calls are made in one thread. Must not be used across a fork.
-
-    Args:
-        scene: light, clothes, ground and sky.
     """
 
     def __init__(self, scene: Scene | None = None):
@@ -36,11 +33,8 @@ class PyrenderRenderer:
         """Render poses.
 
         Args:
-            poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
-            skeleton: the body.
-            cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
-            rgb: whether to render colours.
-            masks: whether to render depth and ids; otherwise those two arrays have length 0.
+            poses, skeleton, cameras: as of `motionenv.render.render`.
+            rgb, masks: whether to render colours, and depth and ids; otherwise the latter's arrays have length 0.
 
         Raises:
             MotionError: see `motionenv.render.request.batch`.
@@ -100,7 +94,6 @@ class _State:
         return np.where(ids > 0, depth, np.inf), ids
 
     def _picture(self, camera: Camera) -> np.ndarray:
-        """Colours."""
         from pyrender import RenderFlags
 
         samples = self.scene.samples
@@ -112,7 +105,6 @@ class _State:
         return colour if samples == 1 else np.rint(blocks.mean((1, 3))).astype(np.uint8)
 
     def _look(self, camera: Camera) -> None:
-        """Set camera and image size."""
         self._gl.look(camera)
         self.offscreen.viewport_width, self.offscreen.viewport_height = camera.width, camera.height
 
@@ -124,7 +116,6 @@ class _State:
 
 
 def _close(state: _State) -> None:
-    """Delete the state's context, if any, in the OpenGL thread."""
     if state.offscreen is not None:
         _opengl.thread.submit(state.delete)
 

@@ -42,7 +42,6 @@ def draw_crowd(start, stop, bodies, looks, cameras, lights, pictures):
 
 @part
 def _blacken(rgb):
-    """Make an image black."""
     flat = rgb.reshape(-1)
     for i in range(len(flat)):
         flat[i] = 0

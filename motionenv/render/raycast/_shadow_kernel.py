@@ -136,7 +136,6 @@ def _keep(values, out):
 
 @part
 def _clear(row):
-    """Write 0 to a row."""
     for i in range(len(row)):
         row[i] = _ZERO
 

@@ -29,12 +29,7 @@ _CHUNK = 64  # bodies per task: large enough to amortise the call, small enough 
 
 
 class Raycaster:
-    """Renders bodies in a scene; caches the ground colours of recent views.
-
-    Args:
-        scene: light, clothes, ground and sky.
-        threads: number of threads.
-    """
+    """Renders bodies in a `scene` in some `threads`; caches the ground colours of recent views."""
 
     def __init__(self, scene: Scene | None = None, *, threads: int | None = 1):
         self.scene = scene or Scene()
@@ -49,25 +44,17 @@ class Raycaster:
         return self._workers.threads
 
     def render(
-        self,
-        poses,
-        skeleton: Skeleton,
-        cameras: Camera | Sequence[Camera],
-        *,
-        rgb: bool = True,
+        self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True,
         out: Frame | None = None,
-    ) -> Frame:
-        """Render poses.
+    ) -> Frame:  # fmt: skip
+        """Render poses; colours take most of the time.
 
         Args:
             poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
             skeleton: the body, the same in all images.
             cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
-            rgb: whether to render colours, which takes most of the time.
+            rgb: whether to render colours; otherwise `rgb` of the images is None.
             out: a frame of an earlier call with the same shape, to be overwritten.
-
-        Returns:
-            The images; `rgb` is None if not requested.
 
         Raises:
             MotionError: see `motionenv.render.request.batch`; or `out` has a wrong shape.
@@ -109,7 +96,6 @@ class Raycaster:
                 flat.limbs[i] = ids[flat.limbs[i]]
 
     def _view(self, camera: Camera, rgb: bool) -> View:
-        """Precomputed values that all images of `camera` share."""
         parts = (camera.K.tobytes(), camera.R.tobytes(), camera.width, camera.height, rgb)
         height = round(float(camera.centre[2]), 6)  # the height of a moving camera varies by rounding errors
         colours = self._kept(self._colours, (*parts, height), lambda: ground_colours(camera, height, self.scene, rgb))
@@ -146,13 +132,7 @@ def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:
 def ground_colours(camera: Camera, height: float, scene: Scene, rgb: bool) -> tuple[np.ndarray, np.ndarray]:
     """Bytes (3, height, width, 3) of ground and sky in full light and without the key light: `colour_background`.
 
-    They don't depend on the camera's horizontal position.
-
-    Args:
-        camera: provides intrinsics and rotation.
-        height: of the camera [m].
-        scene: light, ground and sky.
-        rgb: False leaves them empty.
+    They depend on the camera's intrinsics, rotation and height [m]. Without `rgb` they stay empty.
     """
     size = (3, camera.height, camera.width, 3) if rgb else (3, 0, 0, 3)
     lit, dark = np.empty(size, np.uint8), np.empty(size, np.uint8)
@@ -164,14 +144,7 @@ def ground_colours(camera: Camera, height: float, scene: Scene, rgb: bool) -> tu
 
 
 def make_view(camera: Camera, scene: Scene, lit: np.ndarray, dark: np.ndarray) -> View:
-    """Precomputed values of `camera` and `scene` that all images share.
-
-    Args:
-        camera: the camera.
-        scene: light, clothes, ground and sky.
-        lit: `ground_colours` in full light.
-        dark: `ground_colours` without the key light.
-    """
+    """Precomputed values of `camera` and `scene` that all images share; for `lit` and `dark` see `ground_colours`."""
     k, kinv = camera.K, np.linalg.inv(camera.K)
     fine = enlarged(camera, scene.samples).K
     lights = scene.lights

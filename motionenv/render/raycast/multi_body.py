@@ -33,8 +33,7 @@ class MultiBodyRaycaster:
     """Renders images of n different bodies.
 
     Args:
-        width: of every image [pixels].
-        height: of every image [pixels].
+        width, height: of every image [pixels].
         scene: provides the light; its clothes, ground and sky are ignored.
         threads: number of threads.
     """
@@ -55,23 +54,16 @@ class MultiBodyRaycaster:
     def render(
         self, poses, offsets, radii, heights, colours, K, R, t, *, rgb: bool = True, out: Frame | None = None
     ) -> Frame:
-        """Render n bodies, one in each image.
+        """Render n bodies, one in each image (n, height, width); background is black, infinitely deep, and limb 0.
 
         Args:
             poses: (n, 25) [m, rad], finite.
-            offsets: (n, 16, 3) [m], `Skeleton.offsets` of each.
-            radii: (n, limbs, 2) [m], `Skeleton.radii` of each.
-            heights: (n,) [m], `Skeleton.height` of each.
+            offsets, radii, heights: those of each body's `Skeleton`, (n, 16, 3), (n, limbs, 2) and (n,) [m].
             colours: (n, 4, 3) of `WORN`: skin, shirt, trousers, shoes; sRGB from 0 to 1.
             K: (n, 3, 3) intrinsics [pixels], invertible, last row (0, 0, 1).
-            R: (n, 3, 3) rotations world → camera.
-            t: (n, 3) translations world → camera [m].
-            rgb: whether to render colours, which takes half of the time.
+            R, t: (n, 3, 3) and (n, 3) [m], rotations and translations world → camera.
+            rgb: whether to render colours, which takes half of the time; otherwise they are None.
             out: a frame of an earlier call with the same n, to be overwritten.
-
-        Returns:
-            Images (n, height, width); background has rgb black, depth infinite and limbs 0. `rgb` is None if not
-            requested.
 
         Raises:
             MotionError: an array has another shape or isn't finite, a K isn't invertible, or `out` has a wrong shape.

@@ -61,8 +61,7 @@ class Augmenter:
     Args:
         choice: settings.
         n: number of episodes.
-        width: of the images [pixels], 16 to 512.
-        height: of the images [pixels], 16 to 512.
+        width, height: of the images [pixels], 16 to 512.
         fps: frame rate [Hz], for the speed of moving objects.
         threads: number of threads.
     """
@@ -83,14 +82,9 @@ class Augmenter:
         self._find()
 
     def begin(
-        self,
-        slot: int,
-        rng: np.random.Generator,
-        *,
-        distance: float = 4.5,
-        behind: float | None = None,
+        self, slot: int, rng: np.random.Generator, *, distance: float = 4.5, behind: float | None = None,
         focal: float | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Draw the scenery of a new episode.
 
         Args:
@@ -122,7 +116,7 @@ class Augmenter:
         self._things[slot, :, PARALLAX] = behind / self._things[slot, :, DEPTH]
 
     def compose(self, frame: Frame, time, pan, slots) -> Frame:
-        """Augment images of bodies on black, in place.
+        """Augment images of bodies on black, in place; return them.
 
         Objects occlude what is farther away: at an occluded body pixel, `limbs` is 0, and `depth` is the object's.
         Background depth becomes `FAR`.
@@ -136,9 +130,6 @@ class Augmenter:
             time: (m,) frame numbers, from 0.
             pan: (m,) [pixels] shift of the background to the left since the start; nearer objects move farther.
             slots: (m,) episode of each image.
-
-        Returns:
-            `frame`.
 
         Raises:
             MotionError: images of another size, no such slot, or a non-finite number.
@@ -155,7 +146,6 @@ class Augmenter:
         return frame
 
     def _compose(self, start: int, stop: int, slots, time, pan, frame: Frame) -> None:
-        """Augment images `start` to `stop`; see `compose`."""
         rgb, limbs, depth = frame.rgb, frame.limbs, frame.depth[start:stop]
         if rgb is not None and self._bank is None:
             kernel.put_colours(start, stop, slots, self._colours, self._rise, limbs, rgb)
@@ -182,7 +172,6 @@ class Augmenter:
         self._sprites = sprites(*size) if self._things.shape[1] else np.empty((0, 0, 0, 4), np.uint8)
 
     def _draw_backdrop(self, slot: int, rng: np.random.Generator) -> None:
-        """Choose a photograph and its section, or a uniform colour."""
         if self._bank is None:
             grey, tint = rng.integers(50, 205), rng.integers(-34, 35, 3)
             self._colours[slot], self._rise[slot] = grey + tint, rng.uniform(-30, 30)

@@ -6,12 +6,6 @@ from motionenv.render.video.film import cameras_for
 from motionenv.render.video.tracking_film import track_film
 
 __all__ = [
-    "VideoInfo",
-    "cameras_for",
-    "read_frames",
-    "stream_video",
-    "track_film",
-    "video_info",
-    "write_image",
+    "VideoInfo", "cameras_for", "read_frames", "stream_video", "track_film", "video_info", "write_image",
     "write_video",
-]
+]  # fmt: skip

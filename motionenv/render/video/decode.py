@@ -16,13 +16,7 @@ _WHOLE = 0.9  # least fraction of a file's declared frames that must be present
 
 @dataclass(frozen=True)
 class VideoInfo:
-    """Properties of a video.
-
-    Attributes:
-        width: of its upright frames [pixels].
-        height: of its upright frames [pixels].
-        fps: mean frame rate according to the file [Hz].
-    """
+    """`width` and `height` of a video's upright frames [pixels], and its mean `fps` according to the file [Hz]."""
 
     width: int
     height: int
@@ -30,10 +24,7 @@ class VideoInfo:
 
 
 def video_info(path) -> VideoInfo:
-    """Size and rate of a video, from its first frame.
-
-    Args:
-        path: the file.
+    """Size and rate of the video at `path`, from its first frame.
 
     Raises:
         FormatError: not a video, or nothing in it can be decoded.
@@ -66,17 +57,11 @@ def read_frames(path, *, fps: float | None = None, width: int | None = None, sec
 
 
 def narrowed(picture: np.ndarray, width: int) -> np.ndarray:
-    """An image, uint8 (height, width, 3), scaled to another width like the frames of `read_frames`.
-
-    Args:
-        picture: uint8 (height, width, 3).
-        width: [pixels]; the height follows.
-    """
+    """An image, uint8 (height, width, 3), scaled to another width [pixels] like the frames of `read_frames`."""
     return _rgb(av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24"), width)
 
 
 def _read(path: Path, fps: float | None, width: int | None, seconds: float) -> Iterator:
-    """`read_frames` with validated arguments."""
     began: float | None = None
     last: tuple[float, av.VideoFrame] | None = None
     count, rate, shape = 0, 1.0, None

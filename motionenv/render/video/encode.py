@@ -81,8 +81,7 @@ def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[byt
     Nothing is rendered or encoded ahead. The same frames give the same bytes.
 
     Args:
-        frames: uint8 (H, W, 3), all of one size: an array (T, H, W, 3) or any iterable, consumed one at a time.
-        fps: frame rate, from 0.01 to 1000 [Hz].
+        frames, fps: as of `write_video`.
         crf: quality, from 0 (best) to 51 (worst).
 
     Raises:
@@ -93,7 +92,6 @@ def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[byt
 
 
 def _streamed(frames: Iterator[av.VideoFrame], rate: Fraction, crf: int) -> Iterator[bytes]:
-    """Parts of a fragmented MP4."""
     sink = _Sink()
     muxer = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
     every = str(max(1, round(_FRAGMENT * rate)))
@@ -115,7 +113,6 @@ class _Sink:
         self._parts: list[bytes] = []
 
     def write(self, data: bytes) -> int:
-        """Keep `data`."""
         self._parts.append(bytes(data))
         return len(data)
 
@@ -127,27 +124,16 @@ class _Sink:
 
 
 def png(rgb) -> bytes:
-    """Encode one image as PNG.
-
-    Args:
-        rgb: uint8 (H, W, 3).
-
-    Raises:
-        MotionError: not an image.
-    """
+    """Encode one image `rgb`, uint8 (H, W, 3), as PNG; a MotionError if it is none."""
     (picture,) = _checked_frames([rgb], None)
     return _png(picture)
 
 
 def write_image(path, rgb) -> None:
-    """Write one image (H, W, 3) uint8 to a PNG file, atomically.
-
-    Args:
-        path: of the file, with suffix `.png`; an existing file is replaced.
-        rgb: uint8 (H, W, 3).
+    """Write one image `rgb`, uint8 (H, W, 3), to a PNG file at `path`, atomically; an existing file is replaced.
 
     Raises:
-        MotionError: another suffix, not an image, or a full or read-only disk.
+        MotionError: another suffix than .png, not an image, or a full or read-only disk.
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
@@ -158,7 +144,6 @@ def write_image(path, rgb) -> None:
 
 
 def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
-    """The frame rate as a fraction."""
     if suffix not in _MOST_FPS:
         raise MotionError(
             f"can't write a video to {path}: the suffix must be .mp4, .gif or .webp, or none for a folder of PNGs"
@@ -170,7 +155,6 @@ def _checked_request(path: Path, suffix: str, fps, crf) -> Fraction:
 
 
 def _checked_rate(suffix: str, fps, crf) -> Fraction:
-    """The frame rate as a fraction."""
     checked_number(fps, f"fps of {suffix or 'a folder of PNGs'}", _LEAST_FPS, _MOST_FPS[suffix])
     checked_whole(crf, "crf", 0, 51)
     return Fraction(fps).limit_denominator(1001)
@@ -264,7 +248,6 @@ def _yuv(frame: av.VideoFrame) -> av.VideoFrame:
 
 
 def _write_webp(path: Path, frames: Iterator[av.VideoFrame], rate: Fraction) -> None:
-    """Animated WebP."""
     with _encoder(path, "libwebp_anim", "bgra", rate, {"loop": "0"}, quality=str(_WEBP_QUALITY)) as add:
         _in_background(frames, lambda frame: add(frame.reformat(format="bgra")))
 
@@ -323,7 +306,6 @@ class _Filter:
         self._inputs[to].push(frame)
 
     def pull(self) -> Iterator[av.VideoFrame]:
-        """The available output frames."""
         while True:
             try:
                 frame = cast(av.VideoFrame, self._output.pull())
@@ -348,7 +330,6 @@ def _write_folder(path: Path, frames: Iterator[av.VideoFrame]) -> None:
 
 
 def _png(frame: av.VideoFrame) -> bytes:
-    """One frame as a PNG file."""
     context = av.CodecContext.create("png", "w")
     context.width, context.height, context.pix_fmt = frame.width, frame.height, "rgb24"
     context.time_base, context.thread_count = Fraction(1, 1), 1

@@ -26,19 +26,10 @@ _EASE = 0.5  # [s] standard deviation of the low-pass filter of a following came
 
 
 def film(
-    motion: Motion,
-    alpha: float = 0.0,
-    *,
-    width: int = 640,
-    height: int = 480,
-    elevation: float = _LEVEL,
-    points: bool = False,
-    colour: Colour = (1.0, 1.0, 1.0),
-    background: Colour | None = None,
-    engine: str = "raycast",
-    follow: bool = True,
-    scene: Scene | None = None,
-) -> Iterator[np.ndarray]:
+    motion: Motion, alpha: float = 0.0, *, width: int = 640, height: int = 480, elevation: float = _LEVEL,
+    points: bool = False, colour: Colour = (1.0, 1.0, 1.0), background: Colour | None = None, engine: str = "raycast",
+    follow: bool = True, scene: Scene | None = None,
+) -> Iterator[np.ndarray]:  # fmt: skip
     """Frames (height, width, 3) uint8 of a motion, one at a time.
 
     Args:
@@ -72,9 +63,8 @@ def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640,
     """One frame (height, width, 3) uint8 of the `film` with the same arguments, without rendering the others.
 
     Args:
-        motion: (frames, 25).
+        motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene: as in `film`.
         frame: frame index.
-        alpha, width, height, elevation, points, colour, background, engine, follow, scene: as in `film`.
 
     Raises:
         MotionError: as in `film`, or there is no such frame.
@@ -90,15 +80,9 @@ def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640,
 def cameras_for(
     motion: Motion, alpha: float, width: int, height: int, *, follow: bool, elevation: float = _LEVEL
 ) -> list[Camera]:
-    """One camera per frame, at view angle `alpha` [rad].
+    """One camera per frame of a motion (frames, 25) at view angle `alpha` [rad], which may `follow` the walker.
 
-    Args:
-        motion: (frames, 25).
-        alpha: view angle [rad].
-        width: of the image [pixels].
-        height: of the image [pixels].
-        follow: whether they follow the walker.
-        elevation: angle [rad] by which they look down.
+    It looks down by the angle `elevation` [rad] and has images of `width` and `height` [pixels].
     """
     seen = _markers(motion.poses, motion)
     margin = 0.14  # head, hands and feet extend beyond the markers
@@ -150,7 +134,6 @@ def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float
 
 
 def _of_body(motion: Motion, engine: str, scene: Scene) -> Draw:
-    """Renders the body with an engine."""
     if engine == "raycast":
         raycaster = Raycaster(scene, threads=None)
         return lambda poses, cameras: cast(np.ndarray, raycaster.render(poses, motion.skeleton, cameras).rgb)

@@ -19,16 +19,9 @@ _CURVE_SHARE = 0.2  # height of the curve relative to the image's
 
 
 def track_film(
-    pictures: Iterable,
-    cameras: Camera | Iterable[Camera],
-    poses,
-    particles,
-    skeleton: Skeleton,
-    curve,
-    *,
-    label: str = "",
-    most: float | None = None,
-) -> Iterator[np.ndarray]:
+    pictures: Iterable, cameras: Camera | Iterable[Camera], poses, particles, skeleton: Skeleton, curve, *,
+    label: str = "", most: float | None = None,
+) -> Iterator[np.ndarray]:  # fmt: skip
     """Frames of a film of a track.
 
     Args:

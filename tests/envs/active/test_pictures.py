@@ -35,7 +35,7 @@ def test_a_camera_that_looks_away_sees_nobody():
 
 
 def test_beliefs_and_points_are_drawn():
-    beliefs = np.array([[-8.0, 0.0]]), np.array([1.0])
+    beliefs = np.array([[-8.0, 0.0, 1.0]])
     assert red(picture(beliefs=beliefs)[SIDE // 2 + 20 : SIDE, :SIDE]).any()
     assert not red(picture()[SIDE // 2 + 20 : SIDE, :SIDE]).any()
     white = lambda image: (image.min(axis=-1) > 200).sum()

@@ -5,7 +5,7 @@ import pytest
 
 from motionenv.envs.active import ActiveTrackingVector
 from motionenv.envs.active.scene_kernel import INNER, OUTER, SPEEDS
-from motionenv.envs.active.world import _energy_score, _unpacked, packed
+from motionenv.envs.active.world import BeliefScale, _energy_score
 
 
 @pytest.mark.parametrize(("away", "sigma"), [(0.0, 1.0), (0.3, 0.5), (4.0, 0.7), (2.0, 6.0)])
@@ -27,11 +27,11 @@ def test_the_score_of_certainty_is_the_distance_and_the_true_spread_is_best():
 
 
 def test_actions_hold_beliefs():
-    rng = np.random.default_rng(0)
-    commands, means, sigmas = rng.uniform(-1, 1, (5, 3)), rng.uniform(-13, 13, (5, 4, 2)), rng.uniform(0.06, 9, (5, 4))
-    back = _unpacked(packed(commands, means, sigmas).astype(float))
-    np.testing.assert_allclose(back[0], means, atol=1e-5)
-    np.testing.assert_allclose(back[1], sigmas, rtol=1e-5)
+    rng, scale = np.random.default_rng(0), BeliefScale(4)
+    beliefs = np.concatenate([rng.uniform(-13, 13, (5, 4, 2)), rng.uniform(0.06, 9, (5, 4, 1))], axis=-1)
+    said = np.concatenate([rng.uniform(-1, 1, (5, 3)), beliefs.reshape(5, -1)], axis=-1)
+    np.testing.assert_allclose(scale.estimates(scale.actions(said).astype(float)), said, rtol=2e-5, atol=1e-5)
+    assert (np.abs(scale.actions(1e9 * said)) <= 1).all()
 
 
 def test_people_walk_on_the_square_at_their_pace_and_turn():

@@ -25,7 +25,7 @@ def estimate(samples: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("form", ["pose", "joints", "belief"])
 def test_an_action_is_in_the_space_and_says_the_estimate(kind, form):
     for make, many in zip(PAIRS[kind], ((), (3,)), strict=True):
-        env = make(*many, size=36, horizon=3, estimate=form, n_belief=4)
+        env = make(*many, size=36, horizon=3, estimate=form, n_belief=4, actions="metric")
         actions = Actions(env)
         assert (actions.form, actions.arm, actions.samples) == (form, kind == "arm", 4 if form == "belief" else 1)
         poses, joints = estimate(actions.samples)

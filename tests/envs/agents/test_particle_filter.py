@@ -14,7 +14,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior, smooth
 
-SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15}
+SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15, "start": "line"}
 
 
 @pytest.mark.parametrize(

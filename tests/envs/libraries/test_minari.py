@@ -60,10 +60,10 @@ def stacked(observations: list) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(
     ("name", "settings"),
     [
-        ("motionenv/WalkerTracking-v0", {"size": 36, "observation": "rgb"}),
-        ("motionenv/WalkerTracking-v0", {"size": 36, "observation": ("mask", "depth")}),
-        ("motionenv/MarkerTracking-v0", {"noise": 0.02}),
-        ("motionenv/ArmTracking-v0", {}),
+        ("motionenv/WalkerTracking-v1", {"size": 36, "observation": "rgb"}),
+        ("motionenv/WalkerTracking-v1", {"size": 36, "observation": ("mask", "depth")}),
+        ("motionenv/MarkerTracking-v1", {"noise": 0.02}),
+        ("motionenv/ArmTracking-v1", {}),
     ],
 )
 def test_episodes_come_back_from_disk(name, settings):
@@ -85,7 +85,7 @@ def test_episodes_come_back_from_disk(name, settings):
 
 def test_the_environment_comes_back_too():
     settings = {"size": 36, "observation": "mask"}
-    with collector("motionenv/WalkerTracking-v0", **settings) as env:
+    with collector("motionenv/WalkerTracking-v1", **settings) as env:
         expected = played(env, range(1))[0]
         env.create_dataset("motionenv/test-v0")
     with minari.load_dataset("motionenv/test-v0").recover_environment() as env:
@@ -104,7 +104,7 @@ class Errors(minari.StepDataCallback):
 
 
 def test_errors_are_recorded_when_reset_is_given_one():
-    with collector("motionenv/MarkerTracking-v0", Errors) as env:
+    with collector("motionenv/MarkerTracking-v1", Errors) as env:
         expected = played(env, range(1))[0]
         env.create_dataset("motionenv/test-v0")
     found = next(minari.load_dataset("motionenv/test-v0").iterate_episodes()).infos["error"]

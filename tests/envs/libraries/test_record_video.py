@@ -11,7 +11,7 @@ import motionenv.envs  # noqa: F401 (registers the environments)
 
 pytestmark = pytest.mark.integration
 
-IDS = ["motionenv/WalkerTracking-v0", "motionenv/MarkerTracking-v0", "motionenv/ArmTracking-v0"]
+IDS = ["motionenv/WalkerTracking-v1", "motionenv/MarkerTracking-v1", "motionenv/ArmTracking-v1"]
 
 
 @pytest.mark.parametrize("name", IDS)

@@ -33,7 +33,7 @@ class FromZeroToOne(SingleAgentObservationPreprocessor):
 def flat_markers(context: dict) -> gymnasium.vector.VectorEnv:
     """RLlib's distributions of actions are flat: estimates (45,) instead of (15, 3)."""
     envs = gymnasium.make_vec(
-        "motionenv/MarkerTracking-v0",
+        "motionenv/MarkerTracking-v1",
         num_envs=context["num_envs"],
         vectorization_mode="vector_entry_point",
         horizon=context["horizon"],
@@ -50,8 +50,8 @@ def flat_markers(context: dict) -> gymnasium.vector.VectorEnv:
 @pytest.mark.parametrize(
     ("env", "connector"),
     [
-        ("motionenv/WalkerTracking-v0", FromZeroToOne),
-        ("motionenv/ArmTracking-v0", FromZeroToOne),
+        ("motionenv/WalkerTracking-v1", FromZeroToOne),
+        ("motionenv/ArmTracking-v1", FromZeroToOne),
         (flat_markers, FlattenObservations),
     ],
 )

@@ -19,7 +19,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:Your observation .*has an unconventional shape"),
 ]
 
-IDS = ["motionenv/WalkerTracking-v0", "motionenv/MarkerTracking-v0", "motionenv/ArmTracking-v0"]
+IDS = ["motionenv/WalkerTracking-v1", "motionenv/MarkerTracking-v1", "motionenv/ArmTracking-v1"]
 
 
 @pytest.mark.parametrize("name", IDS)
@@ -31,13 +31,13 @@ def test_its_checker_passes(name):
 @pytest.mark.parametrize(
     ("policy", "name", "settings"),
     [
-        ("CnnPolicy", "motionenv/WalkerTracking-v0", {"size": 64, "observation": "rgb"}),
+        ("CnnPolicy", "motionenv/WalkerTracking-v1", {"size": 64, "observation": "rgb"}),
         (
             "MultiInputPolicy",
-            "motionenv/WalkerTracking-v0",
+            "motionenv/WalkerTracking-v1",
             {"size": 48, "observation": ("rgb", "mask")},
         ),
-        ("MultiInputPolicy", "motionenv/MarkerTracking-v0", {}),
+        ("MultiInputPolicy", "motionenv/MarkerTracking-v1", {}),
     ],
 )
 def test_ppo_trains(policy, name, settings):

@@ -13,7 +13,7 @@ import motionenv.envs  # noqa: F401 (registers the environments)
 
 pytestmark = pytest.mark.integration
 
-WALKER, MARKERS = "motionenv/WalkerTracking-v0", "motionenv/MarkerTracking-v0"
+WALKER, MARKERS = "motionenv/WalkerTracking-v1", "motionenv/MarkerTracking-v1"
 HORIZON = 10
 SMALL = {"size": 36, "horizon": HORIZON}
 

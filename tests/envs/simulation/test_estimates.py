@@ -84,7 +84,7 @@ def test_the_points_of_a_belief_are_its_weighted_mean():
 def test_threads_share_the_work_and_change_nothing(form, n):
     alone, shared = (Estimates(form, n, threads=threads) for threads in (1, 3))
     rng = np.random.default_rng(0)
-    actions = rng.normal(0, 0.3, (3, *alone.space.shape))
+    actions = rng.normal(0, 0.3, (3, *alone.scale.space.shape))
     for one, other in zip(alone.judge(actions, TRUE, OFFSETS), shared.judge(actions, TRUE, OFFSETS), strict=True):
         np.testing.assert_array_equal(one, other)
     shared.close()

@@ -109,7 +109,7 @@ def test_captured_motion_is_resampled_turned_ahead_and_scaled(tmp_path):
 
 def test_real_capture(mocap, tmp_path):
     person = sorted((mocap / "cmu_asfamc" / "02").glob("*.amc"))[0]
-    env = WalkerTracking(motion=str(person), file_fps=120.0, horizon=20, size=36)
+    env = WalkerTracking(motion=str(person), file_fps=120.0, horizon=20, size=36, actions="metric")
     env.reset(seed=0)
     assert env.step(env.truth()["pose"])[1] > -1e-6
 

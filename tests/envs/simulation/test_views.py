@@ -66,6 +66,36 @@ def test_a_walk_is_put_in_the_middle_and_seen_from_eye_height(camera):
     assert placed.behind > placed.t[2]
 
 
+@pytest.mark.parametrize(("start", "most", "deep"), [("near", np.pi / 6, 2.0), ("anywhere", np.pi / 2, 4.0)])
+def test_people_walk_anywhere_in_view(start, most, deep):
+    rng, view, body = np.random.default_rng(0), WalkingView("side", 30.0, 3.0, start), from_height(1.8)
+    headings, middles = [], []
+    for _ in range(300):
+        poses = np.zeros((91, 25))
+        poses[:, 0], poses[:, 2] = np.linspace(0, 4, 91), 0.9
+        placed = view.place(poses, body, rng)
+        way = poses[-1, :2] - poses[0, :2]
+        np.testing.assert_allclose(np.hypot(*way), 4.0)
+        headings.append(poses[0, 5])
+        np.testing.assert_allclose(np.exp(1j * headings[-1]), complex(*way) / 4.0, atol=1e-9)
+        seen = poses[:, :3] @ placed.R.T + placed.t
+        assert (np.abs(seen[:, 0]) + 0.55 <= 0.364 * seen[:, 2] + 1e-6).all()
+        assert placed.t.tolist() == [0.0, 1.1, 8.0]
+        assert placed.away == pytest.approx(seen[:, 2].mean(), abs=1e-6)
+        assert np.abs(poses[:, :2]).max() < view.reach
+        middles.append(poses[:, :2].mean(0))
+    tilts = np.abs(np.arcsin(np.sin(headings)))
+    assert 0.8 * most < tilts.max() <= most
+    assert 0.4 < np.mean(np.cos(headings) > 0) < 0.6
+    assert np.ptp(middles, axis=0).min() > 1.5
+    assert np.ptp([m[1] for m in middles]) > deep
+
+
+def test_starts_that_there_are_not_are_refused():
+    with pytest.raises(MotionError, match="start must be one of line, near, anywhere, got 'left'"):
+        WalkingView("side", 30.0, 3.0, "left")
+
+
 def test_a_camera_that_follows_goes_as_far_as_the_walker():
     poses = np.zeros((91, 25))
     poses[:, 0], poses[:, 2] = 1.3 * np.arange(91) / 30, 0.9

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from motionenv.body import NODES, SEGMENTS, forward, markers
+from motionenv.mocap import write
 from motionenv.mocap.readers import bvh as reader
 from motionenv.mocap.retargeting import retarget
-from motionenv.mocap.writers import bvh as bvh_writer
 from motionenv.types import POSE
 
 JOINTS = {
@@ -73,7 +73,7 @@ def check_joints(found, motion, tolerance):
 
 
 def test_another_parser_finds_the_joints_of_a_walk(walk, tmp_path):
-    bvh_writer.write(walk, tmp_path / "a.bvh")
+    write(walk, tmp_path / "a.bvh")
     check_joints(positions((tmp_path / "a.bvh").read_text()), walk, 1e-6)
 
 
@@ -82,7 +82,7 @@ def test_another_parser_finds_the_joints_of_a_walk(walk, tmp_path):
 def test_any_pose_is_read_back(seed, fps, any_motion, tmp_path_factory):
     motion = any_motion(seed, fps=fps)
     path = tmp_path_factory.mktemp("bvh") / "a.bvh"
-    bvh_writer.write(motion, path)
+    write(motion, path)
     check_joints(positions(path.read_text()), motion, 1e-6)
     found = reader.read(path, unit="cm")
     assert found.fps == pytest.approx(fps, rel=1e-14)
@@ -94,7 +94,7 @@ def test_any_pose_is_read_back(seed, fps, any_motion, tmp_path_factory):
 
 def test_channels_are_the_pose_vector(any_motion, tmp_path):
     motion = any_motion(1)
-    bvh_writer.write(motion, tmp_path / "a.bvh")
+    write(motion, tmp_path / "a.bvh")
     file = Bvh((tmp_path / "a.bvh").read_text())
     for joint, channel, sign, entry in (
         ("Hips", "Yrotation", 1, "root_heading"),
@@ -112,7 +112,7 @@ def test_channels_are_the_pose_vector(any_motion, tmp_path):
 
 def test_retargeting_gives_the_walk_back(walk, tmp_path):
     """Exactly where points tell the pose: the axial turn of a limb that is nearly straight is an estimate."""
-    bvh_writer.write(walk, tmp_path / "a.bvh")
+    write(walk, tmp_path / "a.bvh")
     back = retarget(reader.read(tmp_path / "a.bvh"), marker_map="mixamo")
     off = np.linalg.norm(markers(back.poses, back.skeleton) - markers(walk.poses, walk.skeleton), axis=-1)
     assert np.median(off) < 1e-4
@@ -123,7 +123,7 @@ def test_retargeting_gives_the_walk_back(walk, tmp_path):
 
 
 def test_no_frame_and_no_tip_lies_off_the_body(walk, tmp_path):
-    bvh_writer.write(walk, tmp_path / "a.bvh")
+    write(walk, tmp_path / "a.bvh")
     found = reader.read(tmp_path / "a.bvh")
     tips = {name: found.positions[:, found.index(name)] for name in found.names if name.endswith("_end")}
     assert set(tips) == {"Head_end", "LeftHand_end", "RightHand_end", "LeftFoot_end", "RightFoot_end"}
@@ -146,7 +146,7 @@ PARTS = {
 @pytest.mark.parametrize(("entries", "joints"), PARTS.values(), ids=PARTS)
 def test_missing_limbs_are_left_out_of_the_hierarchy(entries, joints, walk, without, tmp_path):
     """Every leaf ends where the joint that is left out would begin."""
-    bvh_writer.write(without(walk, *entries), tmp_path / "a.bvh")
+    write(without(walk, *entries), tmp_path / "a.bvh")
     found = positions((tmp_path / "a.bvh").read_text())
     assert set(found) == joints
     nodes = forward(walk.poses, walk.skeleton)[0]
@@ -169,7 +169,7 @@ def blender() -> str:
 
 def test_blender_finds_the_joints_of_a_walk(walk, tmp_path):
     python = blender()
-    bvh_writer.write(walk, tmp_path / "a.bvh")
+    write(walk, tmp_path / "a.bvh")
     arguments = [tmp_path / "a.bvh", tmp_path / "heads.npz", str(len(walk.poses))]
     done = subprocess.run([python, "-c", BLENDER, *arguments], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -10,8 +10,8 @@ import pytest
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
+from motionenv.mocap import write, write_markers
 from motionenv.mocap.readers import c3d
-from motionenv.mocap.writers import c3d as c3d_writer
 from motionenv.types import MARKERS, POSE, Event, Markers, Motion, Recording
 
 #: x, y and z of Plug-in Gait's points of angles (Vicon's reference guide, "Plug-in Gait kinematic variables").
@@ -48,7 +48,7 @@ def with_gap(motion):
 
 def test_ezc3d_reads_the_markers(walk, tmp_path):
     motion = with_gap(walk)
-    c3d_writer.write(motion, tmp_path / "a.c3d")
+    write(motion, tmp_path / "a.c3d")
     file = ezc3d.c3d(str(tmp_path / "a.c3d"))
     point = {name: p["value"] for name, p in file["parameters"]["POINT"].items() if name != "__METADATA__"}
     assert point["LABELS"] == list(MARKERS)
@@ -64,7 +64,7 @@ def test_ezc3d_reads_the_markers(walk, tmp_path):
 
 def test_our_reader_gives_markers_and_gaps_back(walk, any_motion, tmp_path):
     for motion in (with_gap(walk), any_motion(1), any_motion(2, frames=1, fps=29.97)):
-        c3d_writer.write(motion, tmp_path / "a.c3d")
+        write(motion, tmp_path / "a.c3d")
         found = c3d.read(tmp_path / "a.c3d")
         assert found.names == MARKERS
         assert found.fps == pytest.approx(motion.fps, rel=1e-6)
@@ -73,10 +73,10 @@ def test_our_reader_gives_markers_and_gaps_back(walk, any_motion, tmp_path):
 
 def test_a_full_count_of_frames_and_one_more(any_motion, tmp_path):
     skeleton = any_motion(0).skeleton
-    c3d_writer.write(Motion(np.zeros((65535, 25)), skeleton, 120.0), tmp_path / "a.c3d")
+    write(Motion(np.zeros((65535, 25)), skeleton, 120.0), tmp_path / "a.c3d")
     assert ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"].shape == (4, 15, 65535)
     with pytest.raises(MotionError, match="at most 65535 frames, got 65536"):
-        c3d_writer.write(Motion(np.zeros((65536, 25)), skeleton, 120.0), tmp_path / "b.c3d")
+        write(Motion(np.zeros((65536, 25)), skeleton, 120.0), tmp_path / "b.c3d")
     assert not (tmp_path / "b.c3d").exists()
 
 
@@ -99,7 +99,7 @@ def check_angles(file, angles):
 def test_events_and_clinical_angles_of_a_walk(walk, tmp_path):
     angles = Angles(len(walk.poses))
     angles.values[20:30, angles.names.index("left_knee_rotation")] = np.nan
-    c3d_writer.write(walk, tmp_path / "a.c3d", EVENTS, angles)
+    write(walk, tmp_path / "a.c3d", EVENTS, angles)
     file = ezc3d.c3d(str(tmp_path / "a.c3d"))
     check_angles(file, angles)
     event = parameters(file, "EVENT")
@@ -127,7 +127,7 @@ def capture(frames=50) -> Markers:
 def test_a_laboratorys_own_points_come_back_with_events_and_angles(tmp_path):
     """In the file's unit, with its first frame, from which the times of events count."""
     held, angles = capture(), Angles(50)
-    c3d_writer.write_markers(held, tmp_path / "a.c3d", EVENTS, angles)
+    write_markers(held, tmp_path / "a.c3d", EVENTS, angles)
     file = ezc3d.c3d(str(tmp_path / "a.c3d"))
     check_angles(file, angles)
     assert file["header"]["points"]["first_frame"] == 147  # ezc3d counts from 0
@@ -145,7 +145,7 @@ def test_a_laboratorys_own_points_come_back_with_events_and_angles(tmp_path):
 
 def test_the_package_c3d_reads_points_events_and_angles(tmp_path):
     held, angles = capture(), Angles(50)
-    c3d_writer.write_markers(held, tmp_path / "a.c3d", EVENTS, angles)
+    write_markers(held, tmp_path / "a.c3d", EVENTS, angles)
     with open(tmp_path / "a.c3d", "rb") as file, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it warns that there is no analogue data
         reader = c3d_package.Reader(file)
@@ -164,11 +164,11 @@ def test_the_package_c3d_reads_points_events_and_angles(tmp_path):
 
 
 def test_a_capture_keeps_its_own_events_and_any_number_of_points(tmp_path):
-    c3d_writer.write_markers(capture(), tmp_path / "A.C3D")
+    write_markers(capture(), tmp_path / "A.C3D")
     event = parameters(ezc3d.c3d(str(tmp_path / "A.C3D")), "EVENT")
     np.testing.assert_allclose(event["TIMES"][:, 0], [0, 1.57], atol=1e-5)
     many = Markers([f"P{i}" for i in range(600)], np.random.default_rng(1).normal(size=(3, 600, 3)), 50.0)
-    c3d_writer.write_markers(many, tmp_path / "b.c3d")
+    write_markers(many, tmp_path / "b.c3d")
     found = c3d.read(tmp_path / "b.c3d")
     assert found.names == many.names
     np.testing.assert_allclose(found.positions, many.positions, atol=1e-6)
@@ -176,7 +176,7 @@ def test_a_capture_keeps_its_own_events_and_any_number_of_points(tmp_path):
 
 def refused(problem: str, path, *, held=None, events=(), angles=None):
     with pytest.raises(MotionError, match=problem):
-        c3d_writer.write_markers(held or capture(), path, events, angles)
+        write_markers(held or capture(), path, events, angles)
     assert not path.exists()
 
 
@@ -197,5 +197,5 @@ def test_only_known_joints_become_points(walk, tmp_path):
     angles = Angles(len(walk.poses))
     kept = [i for i, name in enumerate(angles.names) if "hip" in name and "right" in name]
     angles.names, angles.values = tuple(angles.names[i] for i in kept), angles.values[:, kept]
-    c3d_writer.write(walk, tmp_path / "a.c3d", angles=angles)
+    write(walk, tmp_path / "a.c3d", angles=angles)
     assert parameters(ezc3d.c3d(str(tmp_path / "a.c3d")), "POINT")["ANGLES"] == ["RHipAngles"]

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.body import markers
+from motionenv.mocap import write
 from motionenv.mocap.writers import csv as csv_writer
 from motionenv.types import Motion
 
@@ -23,7 +24,7 @@ def test_numbers_come_back_to_the_bit(seed, holes, any_motion, tmp_path_factory)
     path = tmp_path_factory.mktemp("csv") / "a.csv"
     motion = any_motion(seed)
     poses = np.where(np.random.default_rng(seed).random(motion.poses.shape) < holes, np.nan, motion.poses)
-    csv_writer.write(Motion(poses, motion.skeleton, motion.fps), path)
+    write(Motion(poses, motion.skeleton, motion.fps), path)
     names, table = read(path)
     assert tuple(names) == csv_writer.COLUMNS
     np.testing.assert_array_equal(table[:, 0], np.arange(5) / motion.fps)
@@ -32,7 +33,7 @@ def test_numbers_come_back_to_the_bit(seed, holes, any_motion, tmp_path_factory)
 
 
 def test_numpy_reads_a_walk_by_the_names_of_its_columns(walk, tmp_path):
-    csv_writer.write(walk, tmp_path / "a.csv")
+    write(walk, tmp_path / "a.csv")
     table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True)
     assert table.dtype.names == csv_writer.COLUMNS
     assert all(name.isidentifier() for name in table.dtype.names)

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from motionenv.body import NODES, SEGMENTS, body_mesh, forward, from_height
 from motionenv.body.skeleton import SEGMENT_ORIGIN
-from motionenv.mocap.writers import glb
+from motionenv.mocap import write
 from motionenv.types import Motion
 
 VALIDATE = """
@@ -109,7 +109,7 @@ def validated(path) -> dict:
 
 
 def test_a_viewer_shows_the_walk(walk, tmp_path):
-    glb.write(walk, tmp_path / "a.glb")
+    write(walk, tmp_path / "a.glb")
     check(walk, tmp_path / "a.glb", range(0, len(walk.poses), 49))
     viewer = Viewer(tmp_path / "a.glb")
     times = viewer.data(viewer.file.animations[0].samplers[0].input)[:, 0]
@@ -122,14 +122,14 @@ def test_a_viewer_shows_the_walk(walk, tmp_path):
 def test_a_viewer_shows_any_pose(seed, any_motion, tmp_path_factory):
     path = tmp_path_factory.mktemp("glb") / "a.glb"
     motion = any_motion(seed, frames=2)
-    glb.write(motion, path)
+    write(motion, path)
     check(motion, path, range(2))
 
 
 def test_quaternions_are_unit_and_turn_the_short_way(any_motion, walk, tmp_path):
     fast = any_motion(3, frames=200)
     for i, motion in enumerate((walk, fast)):
-        glb.write(motion, tmp_path / f"{i}.glb")
+        write(motion, tmp_path / f"{i}.glb")
         viewer = Viewer(tmp_path / f"{i}.glb")
         for channel in viewer.file.animations[0].channels:
             if channel.target.path == "rotation":
@@ -140,7 +140,7 @@ def test_quaternions_are_unit_and_turn_the_short_way(any_motion, walk, tmp_path)
 
 @pytest.mark.parametrize("frames", [1, 50])
 def test_khronos_validator_finds_nothing_wrong(frames, any_motion, tmp_path):
-    glb.write(any_motion(5, frames), tmp_path / "a.glb")
+    write(any_motion(5, frames), tmp_path / "a.glb")
     report = validated(tmp_path / "a.glb")
     assert report["issues"]["messages"] == []
     assert report["info"]["hasSkins"]
@@ -148,13 +148,13 @@ def test_khronos_validator_finds_nothing_wrong(frames, any_motion, tmp_path):
 
 
 def test_khronos_validator_finds_nothing_wrong_with_a_walk(walk, tmp_path):
-    glb.write(walk, tmp_path / "a.glb")
+    write(walk, tmp_path / "a.glb")
     assert validated(tmp_path / "a.glb")["issues"]["messages"] == []
 
 
 def test_missing_limbs_are_left_out(walk, without, tmp_path):
-    glb.write(walk, tmp_path / "whole.glb")
-    glb.write(without(walk, slice(6, 17)), tmp_path / "lower.glb")
+    write(walk, tmp_path / "whole.glb")
+    write(without(walk, slice(6, 17)), tmp_path / "lower.glb")
     lower, whole = Viewer(tmp_path / "lower.glb"), Viewer(tmp_path / "whole.glb")
     kept = [s for s in SEGMENTS if s == "torso" or s.endswith(("thigh", "shin", "foot"))]
     check_joints(lower, walk, range(0, len(walk.poses), 49), kept)
@@ -169,12 +169,12 @@ def test_missing_limbs_are_left_out(walk, without, tmp_path):
 
 
 def test_khronos_validator_finds_nothing_wrong_with_a_leg(any_motion, without, tmp_path):
-    glb.write(without(any_motion(5), slice(6, 21)), tmp_path / "a.glb")
+    write(without(any_motion(5), slice(6, 21)), tmp_path / "a.glb")
     assert validated(tmp_path / "a.glb")["issues"]["messages"] == []
 
 
 def test_trimesh_loads_a_person_who_stands_on_the_ground(tmp_path):
-    glb.write(Motion(np.zeros((1, 25)), from_height(1.8), 30.0), tmp_path / "a.glb")
+    write(Motion(np.zeros((1, 25)), from_height(1.8), 30.0), tmp_path / "a.glb")
     scene = trimesh.load_scene(tmp_path / "a.glb")
     assert sorted(m.visual.material.name for m in scene.geometry.values()) == ["shirt", "shoes", "skin", "trousers"]
     assert all(m.is_watertight and m.volume > 0 for m in scene.geometry.values())

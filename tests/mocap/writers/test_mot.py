@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from motionenv.body import NODES, from_height, markers
 from motionenv.errors import GapError
-from motionenv.mocap.writers import mot
+from motionenv.mocap import write
 from motionenv.types import MARKERS, POSE, Motion
 
 PELVIS_ORIGIN = np.array([0.056276, 0.07849, 0.0]) / 1.70  # of Rajagopal2015.osim from between its hips, per height
@@ -80,12 +80,12 @@ def check(found, motion):
 def test_the_models_joints_are_where_the_bodys_are_in_any_pose(seed, any_motion, tmp_path_factory):
     path = tmp_path_factory.mktemp("mot") / "a.mot"
     motion = any_motion(seed)
-    mot.write(motion, path)
+    write(motion, path)
     check(joints(read(path)[1], motion.skeleton), motion)
 
 
 def test_a_walk_in_degrees_faces_x_and_stands_on_the_ground(walk, tmp_path):
-    mot.write(walk, tmp_path / "a.mot")
+    write(walk, tmp_path / "a.mot")
     header, columns = read(tmp_path / "a.mot")
     check(joints(columns, walk.skeleton), walk)
     assert (header["inDegrees"], header["version"]) == ("yes", "1")
@@ -112,7 +112,7 @@ def test_signs_are_the_models(tmp_path):
     poses = np.zeros((len(entries), 25))
     for frame, (ours, _, _) in enumerate(entries):
         poses[frame, POSE.index(ours)] = 0.3
-    mot.write(Motion(poses, from_height(), 100.0), tmp_path / "a.mot")
+    write(Motion(poses, from_height(), 100.0), tmp_path / "a.mot")
     columns = read(tmp_path / "a.mot")[1]
     for frame, (_, theirs, sign) in enumerate(entries):
         rest = [c[frame] for n, c in columns.items() if n not in (theirs, "time") and "pelvis_t" not in n[:8]]
@@ -126,7 +126,7 @@ def test_angles_are_continuous_where_a_walker_turns_round_and_round(tmp_path):
     poses[:, 5] = np.linspace(0, 6 * np.pi, 400)
     poses[:, 3:5] = 0.3, 0.2
     poses[:, 17] = np.unwrap(poses[:, 5]) % (2 * np.pi)  # a source that jumps by a turn
-    mot.write(Motion(poses, from_height(), 100.0), tmp_path / "a.mot")
+    write(Motion(poses, from_height(), 100.0), tmp_path / "a.mot")
     columns = read(tmp_path / "a.mot")[1]
     angles = np.stack([c for n, c in columns.items() if (n != "time" and "pelvis_t" not in n) or n == "pelvis_tilt"])
     assert np.abs(np.diff(angles)).max() < 10
@@ -137,8 +137,8 @@ def test_missing_limbs_are_left_out_and_gaps_refused(walk, tmp_path):
     poses = walk.poses.copy()
     poses[:, 6:17] = np.nan
     lower = Motion(poses, walk.skeleton, walk.fps)
-    mot.write(lower, tmp_path / "lower.mot")
-    mot.write(walk, tmp_path / "whole.mot")
+    write(lower, tmp_path / "lower.mot")
+    write(walk, tmp_path / "whole.mot")
     columns, whole = read(tmp_path / "lower.mot")[1], read(tmp_path / "whole.mot")[1]
     assert set(whole) - set(columns) == {
         f"{n}_{s}" for n in ("arm_flex", "arm_add", "arm_rot", "elbow_flex") for s in "lr"
@@ -149,7 +149,7 @@ def test_missing_limbs_are_left_out_and_gaps_refused(walk, tmp_path):
     with pytest.raises(
         GapError, match=r"left_knee_flexion of frame 7 is nan, and so are values of 1 frames: MOT can't"
     ):
-        mot.write(Motion(poses, walk.skeleton, walk.fps), tmp_path / "gap.mot")
+        write(Motion(poses, walk.skeleton, walk.fps), tmp_path / "gap.mot")
 
 
 #: Carrier, coordinates of the ball joint, its name, the upper segment, the hinge, the lower segment, its coordinate.
@@ -215,7 +215,7 @@ def opensim_model(skeleton) -> tuple[str, dict[str, tuple[str, np.ndarray]]]:
 def test_opensim_moves_its_joints_to_the_bodys(walk, tmp_path):
     o = pytest.importorskip("opensim", reason="pip install opensim")
     o.Logger.setLevelString("Off")
-    mot.write(walk, tmp_path / "a.mot")
+    write(walk, tmp_path / "a.mot")
     table = o.TimeSeriesTable(str(tmp_path / "a.mot"))
     storage = o.Storage(str(tmp_path / "a.mot"))
     assert storage.isInDegrees()

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from motionenv.body import forward, markers
 from motionenv.body.skeleton import EDGES, SEGMENT_ORIGIN, SEGMENTS
 from motionenv.errors import MotionError
+from motionenv.mocap import write
 from motionenv.mocap.writers import rrd
 from motionenv.types import ANGLES, POSE, Camera, Event, Motion
 
@@ -59,7 +60,7 @@ def gappy(walk) -> Motion:
 
 
 def test_markers_body_and_angles_of_a_walk(walk, tmp_path):
-    rrd.write(walk, tmp_path / "a.rrd")
+    write(walk, tmp_path / "a.rrd")
     file = File(tmp_path / "a.rrd")
     points = np.array(file.get("/world/markers", "Points3D:positions"))
     np.testing.assert_allclose(points, markers(walk.poses, walk.skeleton), atol=1e-5)
@@ -80,7 +81,7 @@ def test_markers_body_and_angles_of_a_walk(walk, tmp_path):
 
 def test_what_is_unknown_is_not_there(walk, tmp_path):
     motion = gappy(walk)
-    rrd.write(motion, tmp_path / "a.rrd")
+    write(motion, tmp_path / "a.rrd")
     file = File(tmp_path / "a.rrd")
     truth = markers(motion.poses, motion.skeleton)
     for frame, points in enumerate(file.get("/world/markers", "Points3D:positions")):
@@ -141,11 +142,11 @@ def test_camera_pictures_events_and_clinical_angles(walk, tmp_path):
 def test_same_motion_same_content(walk, tmp_path):
     files = []
     for name in "ab":
-        rrd.write(gappy(walk), tmp_path / f"{name}.rrd")
+        write(gappy(walk), tmp_path / f"{name}.rrd")
         files.append(File(tmp_path / f"{name}.rrd"))
     assert files[0].recording.recording_id == files[1].recording.recording_id
     assert files[0].rows == files[1].rows
-    rrd.write(walk, tmp_path / "c.rrd")
+    write(walk, tmp_path / "c.rrd")
     assert File(tmp_path / "c.rrd").recording.recording_id != files[0].recording.recording_id
 
 

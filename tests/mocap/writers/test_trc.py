@@ -5,8 +5,8 @@ import pytest
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
+from motionenv.mocap import write, write_markers
 from motionenv.mocap.readers import trc as reader
-from motionenv.mocap.writers import trc
 from motionenv.types import MARKERS, POSE, Markers, Motion
 
 TO_GROUND = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # OpenSim's x is forward, y up, z right
@@ -40,7 +40,7 @@ def read(path) -> tuple[dict[str, str], list[str], np.ndarray, np.ndarray]:
 
 def test_layout_units_axes_and_gaps(walk, tmp_path):
     motion = with_gaps(walk)
-    trc.write(motion, tmp_path / "a.trc")
+    write(motion, tmp_path / "a.trc")
     header, names, times, points = read(tmp_path / "a.trc")
     assert tuple(names) == MARKERS
     assert (header["Units"], header["DataRate"], header["CameraRate"]) == ("mm", "120", "120")
@@ -60,7 +60,7 @@ def test_layout_units_axes_and_gaps(walk, tmp_path):
 def test_opensim_reads_markers_and_blanks(walk, tmp_path):
     o = pytest.importorskip("opensim", reason="pip install opensim")
     o.Logger.setLevelString("Off")
-    trc.write(with_gaps(walk), tmp_path / "a.trc")
+    write(with_gaps(walk), tmp_path / "a.trc")
     table = o.TimeSeriesTableVec3(str(tmp_path / "a.trc"))
     _, names, _, points = read(tmp_path / "a.trc")
     assert list(table.getColumnLabels()) == names
@@ -76,7 +76,7 @@ def quarter_turns(points) -> list[np.ndarray]:
 
 def test_our_reader_gives_the_markers_back_up_to_where_forward_is(walk, any_motion, tmp_path):
     for motion in (with_gaps(walk), any_motion(1), any_motion(2, frames=1, fps=29.97)):
-        trc.write(motion, tmp_path / "a.trc")
+        write(motion, tmp_path / "a.trc")
         found = reader.read(tmp_path / "a.trc", up="y")
         assert found.names == MARKERS
         assert found.fps == pytest.approx(motion.fps, rel=1e-9)
@@ -88,7 +88,7 @@ def test_our_reader_gives_the_markers_back_up_to_where_forward_is(walk, any_moti
 def test_captured_points_keep_their_names_and_the_worlds_x(tmp_path):
     positions = np.random.default_rng(0).normal(size=(4, 3, 3))
     positions[1, 2] = np.nan
-    trc.write_markers(Markers(("LASI", "R Knee", "Пята"), positions, 100.0), tmp_path / "a.trc")
+    write_markers(Markers(("LASI", "R Knee", "Пята"), positions, 100.0), tmp_path / "a.trc")
     _, names, _, points = read(tmp_path / "a.trc")
     assert names == ["LASI", "R Knee", "Пята"]
     np.testing.assert_allclose(points, 1000 * positions @ TO_GROUND.T, atol=1e-5)
@@ -98,5 +98,5 @@ def test_captured_points_keep_their_names_and_the_worlds_x(tmp_path):
 @pytest.mark.parametrize("name", ["a\tb", "a\nb", " "])
 def test_names_that_would_break_the_table_are_refused(name, tmp_path):
     with pytest.raises(MotionError, match="without tabs and line ends"):
-        trc.write_markers(Markers((name,), np.zeros((2, 1, 3)), 100.0), tmp_path / "a.trc")
+        write_markers(Markers((name,), np.zeros((2, 1, 3)), 100.0), tmp_path / "a.trc")
     assert not list(tmp_path.iterdir())

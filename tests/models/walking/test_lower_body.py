@@ -27,7 +27,7 @@ def no_warnings():
 @pytest.fixture(scope="module")
 def walks() -> list[Motion]:
     shipped = motionenv.load("walk/fpca")
-    return [shipped.synthesize(6.0, 50.0, seed=seed, speed=0.9 + 0.15 * seed) for seed in range(7)]
+    return [shipped.synthesize(6.0, 50.0, seed=seed, speed=0.9 + 0.12 * seed) for seed in range(7)]
 
 
 def without(motion: Motion, part: slice) -> Motion:
@@ -64,7 +64,7 @@ def test_a_model_of_lower_bodies_walks_on_the_same_legs(walks, lower):
     whole = WalkingModel(4).fit(walks)
     assert lower.fpca_.channels_ == CHANNELS[11:]
     assert lower.dimensions()["channels"] == 13
-    np.testing.assert_allclose(lower.fpca_.mean_, whole.fpca_.mean_[:, 11:], atol=np.radians(1))
+    np.testing.assert_allclose(lower.fpca_.mean_, whole.fpca_.mean_[:, 11:], atol=np.radians(1.5))
     assert lacking_angles(lower) == list(range(6, 17))
     walk = lower.synthesize(2.0, 60.0, seed=3, speed=1.2)
     assert np.isnan(walk.poses[:, UPPER]).all()

@@ -62,7 +62,9 @@ def check_angles(model, seconds, fps, n, seed, phase, variation) -> None:
     count = int((seconds + 1) / shortest) + 5
     points = variation * rng.standard_normal((n, count, stride.scores.shape[1]))
     poses = np.empty((n, frames, 25))
-    model._walk(stride, points, fps, phase, 0.0, shortest, model.skeleton(), poses)
+    body = model.skeleton()
+    bodies = np.repeat(body.offsets[None], n, axis=0), np.full(n, body.height)
+    model._walk(stride, points, fps, phase, np.zeros(n), shortest, bodies, poses)
     for i in range(n):
         cycles = np.arange(frames) / fps / stride.seconds[i]
         begun = 0.2 / stride.seconds[i]  # the spline begins 0.2 s before the first pose
@@ -93,6 +95,8 @@ def test_other_numbers_of_components_and_harmonics(model, components, harmonics)
     arrays["person_mean_"] = arrays["person_mean_"][person]
     arrays["person_covariance_"] = arrays["person_covariance_"][np.ix_(person, person)]
     arrays["cycle_covariance_"] = arrays["cycle_covariance_"][:components, :components]
+    arrays |= {f"pace_{name}": arrays[f"pace_{name}"][:components] for name in ("weights", "direction", "between")}
+    arrays["pace_curvature"] = arrays["pace_curvature"][:components, :components]
     fpca = {**meta["fpca"], "settings": {**meta["fpca"]["settings"], "n_components": components}}
     fpca["settings"]["n_harmonics"] = harmonics
     small = WalkingModel.from_arrays(arrays, {**meta, "fpca": fpca})

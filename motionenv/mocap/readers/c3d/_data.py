@@ -137,12 +137,9 @@ def read_points(path, raw: bytes, encoding: Encoding, layout: Layout) -> tuple[n
 
 
 def analog_channels(parameters: Parameters, layout: Layout, stored: np.ndarray) -> np.ndarray | None:
-    """Analog channels (samples, channels) in the units of ANALOG:UNITS; None if there are none or they don't add up.
+    """Analog channels (samples, channels) in the units of ANALOG:UNITS, from values (frames, n) of `read_points`.
 
-    Args:
-        parameters: of the file.
-        layout: of its data.
-        stored: (frames, values) from `read_points`.
+    None if there are none or they don't add up.
     """
     if not layout.per_frame:
         return None

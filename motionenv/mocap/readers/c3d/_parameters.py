@@ -106,12 +106,8 @@ def read_encoding(path, raw: bytes) -> Encoding:
 def read_parameters(raw: bytes, encoding: Encoding) -> Parameters:
     """All parameters that can be read: those of a damaged section up to the damage.
 
-    Where a name occurs twice in a group, the first counts. The section's own number of blocks is ignored: it
-    has 8 bits, and long sections overflow it.
-
-    Args:
-        raw: the file's content.
-        encoding: its numbers.
+    Where a name occurs twice in a group, the first counts. The section's own number of blocks is ignored: it has 8
+    bits, and long sections overflow it.
     """
     groups: dict[int, str] = {}
     found: list[tuple[int, str, np.ndarray | list[str]]] = []

@@ -23,31 +23,18 @@ _NEWTONS = {"kn": 1000.0, "lbf": 4.4482216, "lb": 4.4482216}
 
 @dataclass(frozen=True)
 class Analog:
-    """The analog data of a trial.
+    """The analog data of a trial."""
 
-    Attributes:
-        parameters: of the file.
-        layout: of its data.
-        channels: (samples, channels), in their units.
-        metres: per unit of length.
-        up: the file's vertical axis.
-        fps: frames per second.
-    """
-
-    parameters: Parameters
-    layout: Layout
-    channels: np.ndarray
-    metres: float
-    up: str
-    fps: float
+    parameters: Parameters  # of the file
+    layout: Layout  # of its data
+    channels: np.ndarray  # (samples, channels), in their units
+    metres: float  # per unit of length
+    up: str  # the file's vertical axis
+    fps: float  # frames per second
 
 
 def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:
-    """The plates whose description and data are whole; a damaged one, or one of another type, is left out.
-
-    Args:
-        analog: of the trial.
-    """
+    """The plates whose description and data are whole; a damaged one, or one of another type, is left out."""
     parameters = analog.parameters
     shapes = {"CORNERS": (3, 4), "ORIGIN": (3,), "CHANNEL": (None,), "CAL_MATRIX": (6, 6)}
     described = {name: _by_plate(parameters, name, shape) for name, shape in shapes.items()}
@@ -62,11 +49,7 @@ def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:
 
 
 def plates_up(parameters: Parameters) -> str | None:
-    """The axis of the file, "x", "y" or "z", to which all plates are perpendicular; None without.
-
-    Args:
-        parameters: of the file.
-    """
+    """The axis of the file, "x", "y" or "z", to which all plates are perpendicular; None without."""
     corners = _by_plate(parameters, "CORNERS", (3, 4))
     with np.errstate(all="ignore"):
         found = [_axes(corners[..., i]) for i in range(corners.shape[-1])] if corners is not None else []

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 from motionenv.mocap.readers.c3d._data import Layout, analog_channels, read_layout, read_points
 from motionenv.mocap.readers.c3d._parameters import Parameters, read_encoding, read_parameters
 from motionenv.mocap.readers.c3d.force_plates import Analog, plates_up, read_plates
 from motionenv.mocap.readers.c3d.recording import read_events, read_numbers, read_subject, result_names
-from motionenv.mocap.readers.text import read_bytes, unique
-from motionenv.mocap.units_axes import MARKER_UNITS, file_metres, metres_per, unit_proposal, upright
+from motionenv.mocap.readers.text import given_fps, read_bytes, unique
+from motionenv.mocap.units_axes import stated_metres, upright
 from motionenv.types import Markers, Recording
 
 
@@ -54,25 +53,21 @@ def read(
     results = result_names(parameters, labels)
     kept = [i for i, label in enumerate(labels) if label not in results]
     names = unique(_bare(labels[i]) for i in kept)
-    metres = _metres(path, parameters, points[:, kept], unit, override)
-    up, fps = _up(path, parameters, up), _fps(path, parameters, layout, fps, override)
+    metres = stated_metres(path, parameters.text("POINT:UNITS"), points[:, kept], unit, override, "POINT:UNITS")
+    up, fps = _up(path, parameters, up), given_fps(fps, override, lambda: _fps(path, parameters, layout))
     others = [i for i, label in enumerate(labels) if label in results]
     outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
     channels = analog_channels(parameters, layout, stored) if parameters.number("FORCE_PLATFORM:USED") > 0 else None
     recording = Recording(
-        subject=read_subject(parameters, labels),
-        first_frame=layout.first,
+        subject=read_subject(parameters, labels), first_frame=layout.first,
         events=read_events(parameters, layout, fps),
         plates=() if channels is None else read_plates(Analog(parameters, layout, channels, metres, up, fps)),
-        parameters=read_numbers(parameters),
-        metres=metres,
-        outputs={name: points[:, i] for name, i in outputs},
-    )
+        parameters=read_numbers(parameters), metres=metres, outputs={name: points[:, i] for name, i in outputs},
+    )  # fmt: skip
     return Markers(names, upright(points[:, kept] * metres, up), fps, name=Path(path).stem, recording=recording)
 
 
 def _bare(label: str) -> str:
-    """A label without the subject's name."""
     return label.rpartition(":")[2].strip() or "unlabelled"
 
 
@@ -85,20 +80,7 @@ def _labels(path, parameters: Parameters, points: int) -> list[str]:
     return [*labels[:points], *[""] * (points - len(labels))]
 
 
-def _metres(path, parameters: Parameters, points: np.ndarray, unit, override: bool) -> float:
-    """Metres per file unit."""
-    written = parameters.text("POINT:UNITS")
-    stated = file_metres(written)
-    if unit is not None and (override or stated is None):
-        return metres_per(unit)
-    if stated is None:
-        what = f"the unit of length {written!r} is unknown" if written else "the unit of length is missing"
-        raise FormatError(path, f"{what}; {unit_proposal(points, MARKER_UNITS)}", "POINT:UNITS")
-    return stated
-
-
 def _up(path, parameters: Parameters, up: str | None) -> str:
-    """The file's vertical axis."""
     if up is not None:
         return up
     written = parameters.text("POINT:Y_SCREEN").lower()
@@ -110,12 +92,10 @@ def _up(path, parameters: Parameters, up: str | None) -> str:
     return written.lstrip("+")
 
 
-def _fps(path, parameters: Parameters, layout: Layout, fps: float | None, override: bool) -> float:
-    """Frame rate from the caller, the parameters or the header."""
+def _fps(path, parameters: Parameters, layout: Layout) -> float:
+    """Frame rate from the parameters or the header."""
     rates = [parameters.number("POINT:RATE"), layout.rate, parameters.number("TRIAL:CAMERA_RATE")]
     stated = next((float(rate) for rate in rates if 0 < rate < np.inf), None)
-    if fps is not None and (override or stated is None):
-        return checked_fps(fps)
     if stated is None:
         raise FormatError(path, "doesn't specify its frame rate; pass fps= (--fps)", "POINT:RATE")
     return stated

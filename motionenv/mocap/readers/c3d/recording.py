@@ -22,12 +22,7 @@ _FILE = {"POINT", "ANALOG", "FORCE_PLATFORM", "TRIAL", "EVENT", "EVENT_CONTEXT",
 
 
 def read_subject(parameters: Parameters, labels: Sequence[str]) -> str:
-    """The person's name, or what stands before the colon of the labels; "" without.
-
-    Args:
-        parameters: of the file.
-        labels: of its points.
-    """
+    """The person's name, or what stands before the colon of the points' labels; "" without."""
     for name in (*parameters.texts("SUBJECTS:NAMES"), *parameters.texts("SUBJECT:NAME")):
         if name.strip():
             return name.strip()
@@ -35,11 +30,7 @@ def read_subject(parameters: Parameters, labels: Sequence[str]) -> str:
 
 
 def read_numbers(parameters: Parameters) -> dict[str, float]:
-    """The single numbers of all groups that don't describe the file itself.
-
-    Args:
-        parameters: of the file.
-    """
+    """The single numbers of all groups that don't describe the file itself."""
     found = {}
     for key in parameters.values:
         value = parameters.numbers(key)
@@ -49,12 +40,7 @@ def read_numbers(parameters: Parameters) -> dict[str, float]:
 
 
 def result_names(parameters: Parameters, labels: Sequence[str]) -> set[str]:
-    """The labels of points that are no points in space: angles, forces, moments, powers and scalars.
-
-    Args:
-        parameters: of the file.
-        labels: of its points.
-    """
+    """The labels of points that are no points in space: angles, forces, moments, powers and scalars."""
     listed = {label for kind in _LISTS for label in parameters.texts(f"POINT:{kind}")}
     return listed | {label for label in labels if _RESULT.fullmatch(label.rpartition(":")[2].strip())}
 
@@ -63,11 +49,6 @@ def read_events(parameters: Parameters, layout: Layout, fps: float) -> tuple[Eve
     """The contacts and toe-offs within the trial, in the order of time; the header's if the parameters have none.
 
     EVENT:TIMES are minutes and seconds, the header's are seconds, both since frame 1.
-
-    Args:
-        parameters: of the file.
-        layout: of its data.
-        fps: frames per second.
     """
     times = parameters.numbers("EVENT:TIMES").ravel(order="F")
     seconds = times[: len(times) // 2 * 2].reshape(-1, 2) @ [60.0, 1.0]

@@ -58,14 +58,10 @@ class Basis:
 
 
 def fit_basis(database: Database, channels: np.ndarray) -> Basis:
-    """The basis of a database's windows: b = ⌊log₂ n⌋ components (paper C).
+    """The basis of a database's n windows: b = ⌊log₂ n⌋ components (paper C) of `channels` (p,) of a frame's 50.
 
     Parameters are divided by their standard deviations first, as by Σ in paper C's eq. 3. Otherwise the approximation
     of its Observation 1 doesn't hold.
-
-    Args:
-        database: the database of n windows.
-        channels: (p,) indices of the parameters to use, of the 50 of a frame.
     """
     n = len(database.windows)
     middle, unit = _rough(database, channels)
@@ -80,24 +76,15 @@ def fit_basis(database: Database, channels: np.ndarray) -> Basis:
     b = max(1, min(int(np.log2(n)), int((values > _NEGLIGIBLE * values[0]).sum())))
     kept = axes[:b] * np.sign(axes[np.arange(b), np.abs(axes[:b]).argmax(1)])[:, None]  # solvers differ in sign
     return Basis(
-        channels=channels,
-        mean=middle + unit * mean,
-        scale=unit * scale,
-        components=np.ascontiguousarray(kept).reshape(b, WINDOW, -1),
-        centre=(average - mean) / scale,
+        channels=channels, mean=middle + unit * mean, scale=unit * scale,
+        components=np.ascontiguousarray(kept).reshape(b, WINDOW, -1), centre=(average - mean) / scale,
         deviation=_positive(np.sqrt(np.maximum(values[:b], 0.0))),
         share=float(values[:b].sum() / values[values > 0].sum()) if values[0] > 0 else 1.0,
-    )
+    )  # fmt: skip
 
 
 def project(database: Database, basis: Basis, out: np.ndarray) -> None:
-    """Write the standardised coefficients c / σ of all windows to `out` (n, b), float32.
-
-    Args:
-        database: the database of n windows.
-        basis: the basis of b components.
-        out: an array-like of that shape that supports writing slices.
-    """
+    """Write the standardised coefficients c / σ of all n windows to slices of `out` (n, b), float32."""
     weights, offset = basis.filter
     weights = np.ascontiguousarray(weights.transpose(1, 0, 2).reshape(len(basis.channels), -1), dtype=np.float32)
     weights *= basis.scale[:, None].astype(np.float32)

@@ -117,10 +117,7 @@ class KernelIndex:
     def log_normaliser(self, probes, beta: float, tolerance: float = 0.01) -> np.ndarray:
         """Log of Σᵢ exp(-|z_i - probe|² / 2β) (probes,), underestimated by at most `tolerance` of the sum.
 
-        Args:
-            probes: (probes, b).
-            beta: temperature β.
-            tolerance: relative error of the sum, above 0.
+        Takes `probes` and `beta` as `draw` does.
 
         Raises:
             MotionError: see `draw`; a tolerance not above 0.

@@ -54,16 +54,10 @@ def scratch(n, width):
     entries = first[levels] + (n + FAN - 1) // FAN
     powers = np.empty(FAN, np.float32)
     return (
-        np.empty((entries, FAN), np.float32),
-        np.empty((entries, FAN), np.int32),
-        np.zeros(width, np.float32),
-        np.empty(FAN, np.float32),
-        powers,
-        powers.view(np.int32),
-        np.empty((_LEVELS * FAN, 2), np.int64),
-        np.empty(_LEVELS * FAN, np.float32),
-        np.empty((_LEVELS, 2), np.int64),
-    )
+        np.empty((entries, FAN), np.float32), np.empty((entries, FAN), np.int32), np.zeros(width, np.float32),
+        np.empty(FAN, np.float32), powers, powers.view(np.int32), np.empty((_LEVELS * FAN, 2), np.int64),
+        np.empty(_LEVELS * FAN, np.float32), np.empty((_LEVELS, 2), np.int64),
+    )  # fmt: skip
 
 
 @_simd

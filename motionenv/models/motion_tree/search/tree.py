@@ -149,17 +149,9 @@ class CoefficientTree:
         return positions, log_probability
 
     def log_prob(self, probes, positions, beta: float, leaf: str, blocks) -> np.ndarray:
-        """Log-probabilities (B, k) with which `draw` draws given windows; -inf if it never does.
+        """Log-probabilities (B, k) with which `draw` draws the windows at `positions` (B, k); -inf if it never does.
 
-        Args:
-            probes: (B, b) standardised coefficients c / σ.
-            positions: (B, k) positions of the windows.
-            beta: temperature, above 0.
-            leaf: choice within the leaf, "uniform" or "kernel".
-            blocks: the coefficients from which the tree was built.
-
-        Raises:
-            MotionError: an argument out of range, or probes that aren't finite.
+        Takes `probes`, `beta`, `leaf` and `blocks` as `draw` does, and raises its errors.
         """
         probes, beta, blocks = self._checked(probes, beta, leaf, blocks)
         positions = self._checked_positions(positions)

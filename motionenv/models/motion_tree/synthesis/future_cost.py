@@ -73,8 +73,7 @@ class FutureCost:
     def towards(self, activity: int = -1) -> tuple[np.ndarray, np.ndarray]:
         """Future cost V (n,) of each window, and the best window to jump to (n,) where its sequence ends, else -1.
 
-        Args:
-            activity: index of the one that is wanted, or -1 for any; each is worked out once.
+        For an activity by index, or any (-1); each is worked out once.
         """
         if activity not in self._known:
             n = len(self.frames)
@@ -87,13 +86,7 @@ class FutureCost:
 
 
 def fit_future_cost(database: Database, frames, blocks, boxes) -> FutureCost:
-    """The outlook of windows.
-
-    Args:
-        database: of n windows.
-        frames: (n,) last frame of each window, by position.
-        blocks, boxes: of the `KernelIndex` that the positions refer to.
-    """
+    """The outlook of n windows, whose last frames are `frames` (n,), by positions in an index's blocks, boxes."""
     n = len(frames)
     place = np.full(len(database.poses), -1, dtype=np.int32)
     place[frames] = np.arange(n, dtype=np.int32)

@@ -99,15 +99,9 @@ class MotionGenerator:
     """
 
     def __init__(
-        self,
-        tree: MotionTree,
-        start=None,
-        *,
-        seed=None,
-        upper: MotionTree | None = None,
-        options: Options | None = None,
-        target: Target | None = None,
-    ):
+        self, tree: MotionTree, start=None, *, seed=None, upper: MotionTree | None = None,
+        options: Options | None = None, target: Target | None = None,
+    ):  # fmt: skip
         self._trees = (tree,) if upper is None else (tree, upper)
         for each in self._trees:
             each.check()
@@ -150,9 +144,6 @@ class MotionGenerator:
     def step(self, frames: int) -> np.ndarray:
         """The next poses (frames, 25) [m, rad].
 
-        Args:
-            frames: number of frames, at least 1.
-
         Raises:
             MotionError: `frames` isn't a whole number above 0.
             ModelError: the tree's file was changed in place, or isn't finite.
@@ -186,18 +177,12 @@ class MotionGenerator:
             own = list(PARTS[tree.part])
             noise[own] = o.noise * tree.forecast_.plain_deviation[own]
         return Settings(
-            temperature=float(o.temperature),
-            paper=o.method == "tree",
-            stay=float(np.exp(-1 / (o.persistence * FPS))) if o.persistence else 0.0,
-            candidates=int(o.candidates),
-            quickness=2 * np.log(2) / o.blend if o.blend else np.inf,
-            future=bool(o.future),
-            contact=bool(o.contact),
-            noise=noise,
-            activity=self._activity,
-            heading=np.nan if wanted.heading is None else float(wanted.heading),
+            temperature=float(o.temperature), paper=o.method == "tree",
+            stay=float(np.exp(-1 / (o.persistence * FPS))) if o.persistence else 0.0, candidates=int(o.candidates),
+            quickness=2 * np.log(2) / o.blend if o.blend else np.inf, future=bool(o.future), contact=bool(o.contact),
+            noise=noise, activity=self._activity, heading=np.nan if wanted.heading is None else float(wanted.heading),
             pace=np.nan if wanted.speed is None else float(wanted.speed) * self._scale,
-        )
+        )  # fmt: skip
 
     def _started(self, start, rng: np.random.Generator) -> State:
         """The state after a history, or at a window picked with `rng`."""
@@ -226,12 +211,9 @@ class MotionGenerator:
 
 
 def history(tree: MotionTree, activity: str | None = None, *, seed=None) -> np.ndarray:
-    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of the database.
+    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of a tree's database.
 
-    Args:
-        tree: tree with the database.
-        activity: an activity of the database, or None for any window.
-        seed: int or Generator; picks the same window as `MotionGenerator` with this seed.
+    The window is one of `activity`, if not None; a `seed` picks the same one as for `MotionGenerator`.
 
     Raises:
         MotionError: an unknown activity.
@@ -253,11 +235,7 @@ def future_cost_of(tree: MotionTree) -> FutureCost:
 
 
 def start_window(tree: MotionTree, activity: str | None, rng: np.random.Generator) -> int:
-    """Position of a random window of an activity from which a motion can start.
-
-    Raises:
-        MotionError: an unknown activity.
-    """
+    """Position of a random window of an activity from which a motion can start; a MotionError for unknown ones."""
     future = future_cost_of(tree)
     if activity is not None and activity not in future.activities:
         raise MotionError(_unknown(activity, future.activities))
@@ -293,31 +271,17 @@ def _source(tree: MotionTree, future: FutureCost) -> Source:
     weights, offset = tree.basis_.filter
     index, descent = tree.index_, tree.descent_
     return Source(
-        blocks=_fixed(index.blocks),
-        boxes=_fixed(index.boxes),
-        n=int(index.n),
-        scratch=scratch(index.n, index.boxes.shape[3]),
-        nodes=_fixed(descent.nodes),
-        leaves=_fixed(descent.starts),
-        members=_fixed(descent.members),
-        leaf_weights=np.empty(descent.largest),
-        frames=_fixed(tree.frames_),
-        cost=_fixed(future.towards()[0]),
-        turn=_fixed(future.turn),
-        speed=_fixed(future.speed),
-        activity=_fixed(future.activity),
-        way_out=_fixed(future.towards()[1]),
-        ground=_fixed(future.ground),
-        place=_fixed(future.place),
-        channels=_fixed(tree.basis_.channels),
-        weights=_fixed(weights),
-        offset=_fixed(offset),
-        owns=_fixed(np.isin(np.arange(25), PARTS[tree.part])),
-    )
+        blocks=_fixed(index.blocks), boxes=_fixed(index.boxes), n=int(index.n),
+        scratch=scratch(index.n, index.boxes.shape[3]), nodes=_fixed(descent.nodes), leaves=_fixed(descent.starts),
+        members=_fixed(descent.members), leaf_weights=np.empty(descent.largest), frames=_fixed(tree.frames_),
+        cost=_fixed(future.towards()[0]), turn=_fixed(future.turn), speed=_fixed(future.speed),
+        activity=_fixed(future.activity), way_out=_fixed(future.towards()[1]), ground=_fixed(future.ground),
+        place=_fixed(future.place), channels=_fixed(tree.basis_.channels), weights=_fixed(weights),
+        offset=_fixed(offset), owns=_fixed(np.isin(np.arange(25), PARTS[tree.part])),
+    )  # fmt: skip
 
 
 def _fixed(array: np.ndarray) -> np.ndarray:
-    """A read-only contiguous view or copy of an array."""
     view = np.ascontiguousarray(np.asarray(array)).view()
     view.flags.writeable = False
     return view

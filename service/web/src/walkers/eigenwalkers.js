@@ -25,12 +25,48 @@ export function markersAt(w, phase, out) {
 
 const distance = (m, a, b) => Math.hypot(m[3 * a] - m[3 * b], m[3 * a + 1] - m[3 * b + 1], m[3 * a + 2] - m[3 * b + 2]);
 
+/** Stride length [m] of coefficients (5 × 45): what the foot whose ankle moves back fastest goes in a cycle. */
+function strideOf(w, roll) {
+  let back = 0;
+  for (let j = 0; j < 48; j++) {
+    const [, s, c, s2, c2] = waves((j * 2 * Math.PI) / 48);
+    const forward = (ankle) => {
+      const part = (h) => w[45 * h + ankle];
+      return part(1) * c - part(2) * s + 2 * (part(3) * c2 - part(4) * s2);
+    };
+    back -= Math.min(forward(39), forward(42)) / 48;
+  }
+  return roll * 2 * Math.PI * back;
+}
+
+/** The same person at another speed: motionenv/models/eigenwalkers/fourier_model.py, at_speed. */
+function atSpeed(parameters, w, seconds, speed) {
+  const { arrays, reach, roll } = parameters;
+  const lengthOf = (a) => Math.log(strideOf(a, roll));
+  const size = bodyHeight(parameters, w);
+  const average = lengthOf(arrays.mean) - Math.log(bodyHeight(parameters, arrays.mean));
+  const reached = (x) => Math.max(Math.min(x, 0.5 * (x + average + reach[1])), average + reach[0]);
+  const length = lengthOf(w);
+  const now = length - Math.log(size);
+  const goal = now + arrays.speed_exponent[0] * (Math.log(speed * seconds) - length);
+  const change = reached(goal) - reached(now);
+  const longer = (step) => w.map((x, i) => x + step * size * arrays.speed_direction[i]);
+  let step = change;
+  for (let i = 0; i < 2; i++) step += change - (lengthOf(longer(step)) - length);
+  return longer(step);
+}
+
 /** Coefficients (5 × 45) of the walker, standing on z = 0. */
-function coefficients({ arrays, components }, deviations) {
-  const w = Float64Array.from(arrays.mean);
+function coefficients(parameters, deviations, seconds, { speed, height }) {
+  const { arrays, components } = parameters;
+  let w = Float64Array.from(arrays.mean);
   for (let k = 0; k < components; k++) {
     const score = arrays.mean_scores[k] + arrays.deviations[k] * (deviations[k] ?? 0);
     for (let i = 0; i < w.length; i++) w[i] += score * arrays.components[k * w.length + i];
+  }
+  if (speed !== null) {
+    const size = height === null ? 1 : height / bodyHeight(parameters, w);
+    w = atSpeed(parameters, w, seconds, speed / size);
   }
   const markers = new Float64Array(45);
   let lowest = Infinity;
@@ -61,7 +97,9 @@ function bodyHeight(parameters, w) {
  */
 export function walkerInPlace(parameters, deviations, { speed = null, height = null } = {}) {
   const { arrays } = parameters;
-  const { w, lowest, pelvis } = coefficients(parameters, deviations);
+  const logFrequency = deviations.reduce((sum, d, k) => sum + d * arrays.log_frequency_weights[k], arrays.log_frequency_mean[0]);
+  const ownSeconds = Math.exp(-logFrequency);
+  const { w, lowest, pelvis } = coefficients(parameters, deviations, ownSeconds, { speed, height });
   const lift = (parameters.ankle_height / parameters.leg_share) * (pelvis - lowest) - lowest;
   for (let i = 2; i < 45; i += 3) w[i] += lift;
   const own = bodyHeight(parameters, w);
@@ -74,8 +112,7 @@ export function walkerInPlace(parameters, deviations, { speed = null, height = n
   const { way, stride } = evenly(velocity(ballsOf(markers, body), body));
   straighten(markers, way, stride);
   const length = scale * Math.hypot(...stride);
-  const logFrequency = deviations.reduce((sum, d, k) => sum + d * arrays.log_frequency_weights[k], arrays.log_frequency_mean[0]);
-  const seconds = speed === null ? Math.exp(-logFrequency) : length / speed;
+  const seconds = speed === null ? ownSeconds : length / speed;
   if (scale !== 1) for (let i = 0; i < markers.length; i++) markers[i] *= scale;
   return { markers, stride: length, seconds, body: new Body(parameters, own * scale) };
 }

@@ -51,12 +51,33 @@ export function strideSeconds({ arrays }, deviations) {
   return Math.exp(deviations.reduce((sum, d, k) => sum + d * arrays.log_seconds_weights[k], arrays.log_seconds_mean[0]));
 }
 
+/** The same person at another speed, and the stride time that makes it: motionenv/models/pace.py. */
+function atSpeed({ arrays, components: q, reach }, deviations, seconds, height, speed) {
+  const { pace_weights: weights, pace_curvature: curvature, pace_direction: direction } = arrays;
+  const [average] = arrays.pace_length;
+  const z = Float64Array.from({ length: q }, (_, k) => deviations[k] ?? 0);
+  const dot = (a, b) => a.reduce((sum, x, k) => sum + x * b[k], 0);
+  const bent = (a) => a.map((_, k) => dot(a, curvature.subarray(q * k, q * k + q)));
+  const length = (a) => average + dot(a, weights) + dot(bent(a), a);
+  const reached = (x) => Math.max(Math.min(x, 0.5 * (x + average + reach[1])), average + reach[0]);
+  const now = length(z);
+  const goal = now + arrays.pace_exponent[0] * (Math.log((speed * seconds) / height) - now);
+  const change = reached(goal) - reached(now);
+  const slope = Math.max(dot(weights, direction) + 2 * dot(bent(z), direction), 0.3);
+  const root = Math.sqrt(Math.max(slope ** 2 + 4 * dot(bent(direction), direction) * change, (0.5 * slope) ** 2));
+  const step = (2 * Math.min(Math.max(change, -1), 1)) / (slope + root);
+  const moved = z.map((x, k) => x + step * direction[k]);
+  return [moved, (Math.exp(length(moved)) * height) / speed];
+}
+
 /**
  * One cycle: `poses` (SAMPLES × 25), `stride` [m], `seconds`, and the `body`.
  * `speed` and `height` may be null: the walker's own, the model's.
  */
 export function walkInPlace(parameters, deviations, { speed = null, height = null } = {}) {
   const body = new Body(parameters, height ?? parameters.height);
+  let seconds = strideSeconds(parameters, deviations);
+  if (speed !== null) [deviations, seconds] = atSpeed(parameters, deviations, seconds, body.height, speed);
   const values = channels(parameters, deviations);
   const start = new Float64Array(25 * SAMPLES);
   const ankles = new Float64Array(2 * SAMPLES);
@@ -70,7 +91,6 @@ export function walkInPlace(parameters, deviations, { speed = null, height = nul
       ankles[2 * j + s] = body.height * (body.ankleHeight + body.contact.give * softplus(over));
     }
   }
-  let seconds = strideSeconds(parameters, deviations);
   let carried = null;
   for (let turn = 0; turn < (speed === null ? 1 : body.contact.turns); turn++) {
     carried = carry(start, ankles, SAMPLES / seconds, body);

@@ -1,0 +1,177 @@
+"""How often `Lifted.plausible` is wrong: false alarms on people left out, and what it tells of motions that don't hold.
+
+    motionenv bench lifting.misfit --mocap FOLDER [--quick]
+
+As in `lifting.raw`, one walk of each of 11 people is lifted with a prior of the ten others. A false alarm is a walk
+whose misfit exceeds the limit, or whose fit doesn't converge. For each person the limit is chosen on the other ten, as
+the 99 % quantile of their misfits over all pictures: nobody's own walk is in the limit that judges it, and none in its
+prior. "Told" is whatever doesn't hold and is refused with an error, or isn't plausible by `MISFIT_LIMIT`. The last row
+of the second table are acted walks of three other people, whose joint centres are placed differently.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.lifting import raw
+from benchmarks.lifting.raw import CASES, VIEWS, Case, camera_at, damaged, photographed, plain, steady_walk
+from benchmarks.lifting.walks import CURVED, cmu_folds, options, our_models
+from benchmarks.models.eigenwalkers import cmu_markers
+from motionenv.errors import MotionError
+from motionenv.lifting import MISFIT_LIMIT, lift, project_markers
+from motionenv.mocap import read, to_markers
+from motionenv.models.registry import load
+from motionenv.types import MARKERS, Points
+
+QUANTILE = 0.99
+PIXELS = 300.0  # per metre
+CLIPS = {
+    "waving, bowing, raising hands, calling": ("wave-", "bow", "bye", "raise-", "call", "guide", "respond"),
+    "punching, kicking, slashing, dancing": ("punch", "kick", "slash", "dance"),
+    "running": ("run", "dash"),
+    "walking backwards or sideways": ("walk-back", "walk-left", "walk-right"),
+    "(acted walks straight ahead)": ("walk_",),
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """A lifted picture: its misfit (NaN if refused), and whether the fit converged."""
+
+    misfit: float
+    converged: bool
+
+    def told(self, limit: float) -> bool:
+        """Whether the result is said not to hold."""
+        return not self.converged or not self.misfit <= limit
+
+
+def lifted(points: Points, **told) -> Result:
+    """The result of lifting `points`."""
+    try:
+        found = lift(points, **told)
+    except MotionError:
+        return Result(np.nan, False)
+    return Result(found.misfit, found.posterior.converged)
+
+
+def pixels(make: Callable) -> Callable:
+    """Points of `make` in pixels, with an unknown scale."""
+
+    def points(walk, alpha, rng) -> Points:
+        metres = make(walk, alpha, rng)
+        return Points(metres.positions * [PIXELS, -PIXELS] + [400, 300], metres.fps, "px")
+
+    return points
+
+
+def backwards(walk, alpha, rng) -> Points:
+    """Played backwards in time."""
+    return damaged(plain(walk, alpha, rng), lambda p: np.copyto(p, p[::-1].copy()))
+
+
+def standing(walk, alpha, rng) -> Points:
+    """The mean posture with 100 mm of noise."""
+    return damaged(plain(walk, alpha, rng), lambda p: np.copyto(p, p.mean(axis=0) + 0.1 * rng.standard_normal(p.shape)))
+
+
+def mislabelled(walk, alpha, rng) -> Points:
+    """Elbows named wrists, and wrists elbows."""
+    elbows, wrists = ([MARKERS.index(f"{side}_{n}") for side in ("left", "right")] for n in ("elbow", "wrist"))
+
+    def change(p):
+        p[:, elbows + wrists] = p[:, wrists + elbows]
+
+    return damaged(plain(walk, alpha, rng), change)
+
+
+def zoomed(walk, alpha) -> dict:
+    """The camera with 0.6 of its focal length."""
+    camera = camera_at(walk, alpha)
+    return {"camera": replace(camera, K=camera.K * np.array([[0.6, 1, 1], [1, 0.6, 1], [1, 1, 1]]))}
+
+
+def tilted(walk, alpha) -> dict:
+    """The camera, where it is, tilted by another 15 degrees."""
+    camera, (s, c) = camera_at(walk, alpha), (np.sin(raw.TILTED), np.cos(raw.TILTED))
+    turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    return {"camera": replace(camera, R=turn @ camera.R, t=turn @ camera.t)}
+
+
+HOLDING = (*CASES, Case("pixels, scale unknown", pixels(plain)), Case("the same with noise", pixels(raw.noisy)))
+FAILING = (
+    Case("walks played backwards", backwards),
+    Case("100 mm of noise about the mean posture", standing),
+    Case("elbows and wrists exchanged", mislabelled),
+    Case("known view, 40° off", plain, lambda walk, alpha: {"alpha": alpha + np.radians(40)}),
+    Case("camera with 0.6 of its focal length", photographed, zoomed),
+    Case("camera tilted by another 15°", photographed, tilted),
+)
+
+
+def results(case: Case, walks, models, views) -> list[list[Result]]:
+    """Results (people, views) of one case."""
+    rng = np.random.default_rng(0)
+    return [
+        [lifted(case.points(walk, a, rng), prior=model, **case.told(walk, a)) for a in views]
+        for walk, model in zip(walks, models, strict=True)
+    ]
+
+
+def false_alarms(table: list[list[list[Result]]]) -> tuple[np.ndarray, np.ndarray, float]:
+    """Shares of false alarms per case, the limits (people,), and the limit chosen on everybody.
+
+    Args:
+        table: (cases, people, views) results of walks that hold.
+    """
+    misfits = np.array([[[r.misfit for r in row] for row in rows] for rows in table])
+    people = range(misfits.shape[1])
+    limits = np.array([np.nanquantile(np.delete(misfits, p, axis=1), QUANTILE) for p in people])
+    alarms = [[[r.told(limits[p]) for r in row] for p, row in enumerate(rows)] for rows in table]
+    return np.mean(alarms, axis=(1, 2)), limits, float(np.nanquantile(misfits, QUANTILE))
+
+
+def clips(folder: Path, starts: tuple[str, ...], quick: bool) -> list[Result]:
+    """Results of the Bandai-Namco clips whose activity begins with one of `starts`."""
+    found = sorted(p for p in folder.rglob("*.bvh") if p.stem.split("_", 1)[1].startswith(starts))
+    prior = load("walk/prior")
+    kept = [to_markers(read(path, unit="cm")) for path in found[:: 10 if quick else 2]]
+    return [lifted(project_markers(m, 0.5 + i, heading=0.0), prior=prior) for i, m in enumerate(kept)]
+
+
+def main() -> None:
+    """Print the tables."""
+    args = options(__doc__).parse_args()
+    folds = cmu_folds(args.mocap)
+    models, views = our_models(folds), VIEWS[:: 6 if args.quick else 4]
+    captured = {m.name: m for m in cmu_markers(args.mocap)[0] if m.name != CURVED}
+    walks = [steady_walk(captured[max(fold.test, key=lambda w: w.strides).name]) for fold in folds]
+    table = [results(case, walks, models, views) for case in HOLDING]
+    shares, limits, everybody = false_alarms(table)
+    print("| people left out | misfit, median | largest | false alarms |\n|-|-|-|-|")
+    for case, rows, share in zip(HOLDING, table, shares, strict=True):
+        misfits = [r.misfit for row in rows for r in row]
+        print(f"| {case.name} | {np.median(misfits):.2f} | {np.max(misfits):.2f} | {share:.1%} |")
+    print(f"| all {len(table) * len(walks) * len(views)} | | | {shares.mean():.1%} |")
+    print(
+        f"\nLimits chosen without each person {limits.min():.2f} to {limits.max():.2f}; on everybody {everybody:.2f}.\n"
+    )
+    print("| doesn't hold | pictures | refused | told | misfit, smallest |\n|-|-|-|-|-|", flush=True)
+    for case in FAILING:
+        print_told(case.name, [r for row in results(case, walks, models, views) for r in row])
+    for name, starts in CLIPS.items():
+        print_told(name, clips(args.mocap / "bandai_namco", starts, args.quick))
+
+
+def print_told(name: str, found: list[Result]) -> None:
+    """Print a row of the second table."""
+    misfits = np.array([r.misfit for r in found])
+    refused, told = np.isnan(misfits).mean(), np.mean([r.told(MISFIT_LIMIT) for r in found])
+    least = f"{np.nanmin(misfits):.2f}" if refused < 1 else ""
+    print(f"| {name} | {len(found)} | {refused:.0%} | {told:.0%} | {least} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""The `evaluate` command."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motionenv.cli._shared import Fps, Unit, check_folder
+
+
+def evaluate(
+    agent: Annotated[
+        str,
+        typer.Argument(
+            help="mean-pose, blob, constant-velocity, particle-filter, oracle, or module:factory, where factory(env) "
+            "makes an agent."
+        ),
+    ],
+    task: Annotated[str, typer.Option(help="Id of a task, such as motionenv/WalkerTracking-Easy-v1.")],
+    split: Annotated[str, typer.Option(help="eval, ood, or train, on which to choose settings.")] = "eval",
+    motion: Annotated[Path | None, typer.Option(help="Folder of motion capture, for split ood.")] = None,
+    fps: Fps = None,
+    unit: Unit = None,
+    episodes: Annotated[int, typer.Option(min=1, help="Number of episodes; their seeds are fixed.")] = 100,
+    out: Annotated[Path | None, typer.Option(help="JSON file of the results.")] = None,
+) -> None:
+    """Score an agent on a named task.
+
+    Example: motionenv evaluate blob --task motionenv/WalkerTracking-Easy-v1 --out results.json
+    """
+    import motionenv.envs  # noqa: F401 (registers the tasks)
+    from motionenv.envs.agents import score
+
+    if out is not None:
+        check_folder(out)
+    sys.path.insert(0, "")  # so that module:factory is found in this folder
+    capture = {"motion": str(motion) if motion else None, "file_fps": fps, "unit": unit}
+    given = {name: value for name, value in capture.items() if value is not None}
+    result = score(task, agent, episodes, split=split, **given)
+    if out is not None:
+        out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    low, high = (1000 * bound for bound in result["error_interval"])
+    typer.echo(f"{1000 * result['mean_error']:.1f} mm per joint (95 %: {low:.1f} to {high:.1f}), {episodes} episodes")

@@ -1,0 +1,109 @@
+"""Named tasks: every family of environments at three levels, on which agents are compared.
+
+`gymnasium.make("motionenv/WalkerTracking-Hard-v1", split="train")` makes one for training; `settings` are those of an
+evaluation, and `motionenv.envs.agents.score` runs it:
+
+- "train": walkers for training and for choosing an agent's settings.
+- "eval": the same task, with walkers that "train" doesn't have. This is what leaderboards report.
+- "ood": smaller and faster people, moved by another model, in front of another camera. With a folder of motion capture
+  as `motion`, its people who are for evaluation instead.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from motionenv.errors import MotionError
+
+#: Splits of a task.
+SPLITS = ("train", "eval", "ood")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A named task.
+
+    Attributes:
+        env: id of its environment.
+        settings: arguments of the environment.
+        ood: arguments that differ in the split "ood".
+    """
+
+    env: str
+    settings: Mapping[str, Any]
+    ood: Mapping[str, Any]
+
+
+_SMALL = {"height": (1.2, 1.45), "speed": (1.5, 1.8)}
+_CLUTTER: dict[str, Any] = {"observation": "rgb", "background": "clutter", "noise": 6.0}
+#: Environments, what all levels of each have in common, what is out of distribution, and the levels.
+_FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Any]]]] = {
+    "WalkerTracking": (
+        {"estimate": "joints", "horizon": 90},
+        {**_SMALL, "motion": "walk/eigenwalkers", "camera": 25.0},
+        {
+            "Easy": {"observation": "mask", "start": "near"},
+            "Medium": {"observation": "mask", "start": "anywhere", "path": "turning", "occluders": 2},
+            "Hard": {**_CLUTTER, "start": "anywhere", "path": "turning", "occluders": 2, "distractors": 1},
+        },
+    ),
+    "MarkerTracking": (
+        {"horizon": 120},
+        {**_SMALL, "motion": "walk/fpca", "distance": 3.0},
+        {
+            "Easy": {"gaps": 0.1, "gap_seconds": 0.3},
+            "Medium": {"gaps": 0.5, "gap_seconds": 1.0, "noise": 0.02},
+            "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
+        },
+    ),
+    "ActiveTracking": (
+        {"horizon": 200},
+        {"turn_seconds": 3.0, "dropout": 0.25, "noise": 0.07},
+        {
+            "Easy": {"people": 3, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 10.0},
+            "Medium": {"people": 4, "pillars": 8},
+            "Hard": {"people": 6, "pillars": 14, "noise": 0.08, "turn_seconds": 4.0},
+        },
+    ),
+    "ArmTracking": (
+        {"estimate": "joints", "horizon": 90},
+        {"height": (1.2, 1.45), "motion": "walk/fpca", "camera": 25.0},
+        {
+            "Easy": {"observation": "mask"},
+            "Medium": {"observation": "mask", "occluders": 2},
+            "Hard": {**_CLUTTER, "occluders": 2, "distractors": 1},
+        },
+    ),
+}
+
+_VERSION = {"ActiveTracking": "v0"}  # others have v1
+#: The tasks by id.
+TASKS = {
+    f"motionenv/{family}-{level}-{version}": Task(f"motionenv/{family}-{version}", {**common, **changed}, ood)
+    for family, (common, ood, levels) in _FAMILIES.items()
+    for version in [_VERSION.get(family, "v1")]
+    for level, changed in levels.items()
+}
+
+
+def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
+    """Arguments for `gymnasium.make(task, ...)` that make a split.
+
+    Args:
+        task: an id of `TASKS`.
+        split: one of `SPLITS`.
+        capture: `motion`, a folder or file of motion capture, with `file_fps` and `unit` if its files need them; only
+            of "ood".
+
+    Raises:
+        MotionError: no such task or split, or motion capture for another split.
+    """
+    if task not in TASKS:
+        raise MotionError(f"task must be one of {', '.join(TASKS)}, got {task!r}")
+    if split not in SPLITS:
+        raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
+    if capture and split != "ood":
+        raise MotionError(f"motion capture is out of distribution: use it with split 'ood', got {split!r}")
+    if capture:
+        return {"split": "eval", **capture}
+    return {"split": "eval", **TASKS[task].ood} if split == "ood" else {"split": split}

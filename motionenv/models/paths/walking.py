@@ -1,0 +1,113 @@
+"""Walks along a path from any gait model: steady, faster and slower, with starts and stops."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from motionenv._core.validation import is_number, random_generator
+from motionenv.errors import MotionError
+from motionenv.models.base import GaitModel
+from motionenv.models.motion_tree.features import resample
+from motionenv.models.paths._pace import RATE, pace_of, paced
+from motionenv.models.paths.bending import bend, bent
+from motionenv.models.paths.path import Path
+from motionenv.models.synthesis import scaled
+from motionenv.models.types import Request, Target, Walker
+from motionenv.types import POSE, SPEED_RANGE, Motion
+
+_LOOK = 0.1  # [s] after which who is steered is told the speed again
+_HEADING = POSE.index("root_heading")
+
+#: A speed [m/s]: a number, a function of the time [s], or rows (time [s], speed [m/s]) with straight lines between.
+Speed = float | Callable[[float], float] | list | tuple | np.ndarray | None
+
+
+def walk_along(
+    model: GaitModel,
+    path: Path,
+    seconds: float,
+    fps: float = 60.0,
+    *,
+    walker: Walker | None = None,
+    seed=None,
+    speed: Speed = None,
+    height: float | None = None,
+    phase: float = 0.0,
+    variation: float = 1.0,
+) -> Motion:
+    """A person of `model` walks along `path`: motion (frames, 25) that starts at the path's start.
+
+    Steady models bend their straight walks (`bend`). Where speed changes, walks of the same person at several speeds
+    are blended in phase; at 0 m/s the person stands on both feet, and takes whole steps to start and to stop. Speed
+    changes are smoothed over 0.3 s, as nobody starts at once. Who comes to the end of the path stops there. A model
+    that is steered is steered straight ahead, at the speed as far as it can, and its motion is bent; it doesn't stop at
+    the end.
+
+    Args:
+        model: any gait model.
+        path: where to walk.
+        seconds: duration [s], up to an hour.
+        fps: frames per second, from 1 to 1000.
+        walker: the walker, from `GaitModel.walker`; None draws one with the seed.
+        seed: int or Generator.
+        speed: [m/s]: a number from 0.1 to 3, a function of the time [s], or rows (time, speed) with straight lines
+            between; functions and rows may be 0. None takes the walker's own.
+        height: body height [m]; None takes the model's.
+        phase: phase at the start [cycles], as in `GaitModel.synthesize`.
+        variation: factor on the variation between cycles.
+
+    Raises:
+        MotionError: a number out of range, a path with turns too sharp for the speed, or arguments that the model
+            doesn't take.
+        ModelError: a model that doesn't walk.
+    """
+    if not isinstance(path, Path):
+        raise MotionError(f"path must be a motionenv.models.paths.Path, got {type(path).__name__}")
+    rng = random_generator(seed)
+    constant = speed is None or is_number(speed)
+    request = Request(seconds, fps, float(speed) if constant and speed is not None else None, height, phase, variation)
+    if not model.steady:
+        return _steered(model, path, request, speed, walker, rng)
+    drawn = int(rng.integers(2**63))
+    take = dict(walker=walker, height=height, phase=phase, variation=variation)
+    if walker is None:
+        fast = None if speed is None else float(speed) if constant else float(pace_of(speed, seconds).typical)
+        take["walker"] = model.draw_walker(rng, fast, height)
+    if constant:
+        straight = model.synthesize(seconds, fps, seed=drawn, speed=speed, **take)
+        if straight.poses[-1, 0] <= path.length:
+            return bend(straight, path)
+        if speed is None:
+            speed = (straight.poses[-1, 0] - straight.poses[0, 0]) * fps / (len(straight.poses) - 1)
+        speed = float(np.clip(speed, *SPEED_RANGE[:2]))
+    pace = pace_of(speed, seconds, path.length)
+    make = lambda span, fast: model.synthesize(span, RATE, seed=drawn, speed=fast, **take)
+    steps, skeleton = paced(make, pace, model.learned_speeds()[0], request)
+    return Motion(bent(steps, path, 0.0, skeleton), skeleton, fps, f"{model.kind} along a path")
+
+
+def _steered(model, path: Path, request: Request, speed: Speed, walker, rng: np.random.Generator) -> Motion:
+    """Motion of a steerable model, steered straight ahead at the speed, then bent."""
+    if not model.steerable:
+        raise MotionError(f"a {model.kind} model neither walks steadily nor is steered: it can't keep to a path")
+    if request.phase != 0.0 or request.variation != 1.0:
+        raise MotionError(f"a {model.kind} model has no cycles: leave phase and variation out")
+    start = walker.start if walker is not None else "walk" if "walk" in model.activities else None
+    growth = model.generator(start, seed=rng)
+    size = 1.0 if request.height is None else request.height / growth.skeleton.height
+    pace = None if speed is None else pace_of(speed, request.seconds)
+    poses = growth.step(1)
+    heading, chunk = float(poses[0, _HEADING]), max(round(_LOOK * growth.fps), 1)
+    while len(poses) < request.seconds * growth.fps + 2:
+        fast = pace and float(np.interp(len(poses) / growth.fps, pace.times, pace.speeds)) / size
+        growth.target = Target(heading=heading, speed=fast)
+        poses = np.concatenate([poses, growth.step(chunk)])
+    poses[:, :2] -= poses[0, :2]
+    forth, left = np.cos(heading), np.sin(heading)
+    poses[:, :2] = poses[:, :2] @ np.array([[forth, -left], [left, forth]])
+    poses[:, _HEADING] -= heading
+    motion = Motion(poses, growth.skeleton, growth.fps, f"{model.kind} along a path")
+    if request.fps != growth.fps:
+        motion = Motion(resample(motion, request.fps)[0], motion.skeleton, request.fps, motion.name)
+    motion = Motion(motion.poses[: request.frames], motion.skeleton, request.fps, motion.name)
+    return bend(motion if request.height is None else scaled(motion, request.height), path)

@@ -1,0 +1,62 @@
+"""The protocol: the same episodes for everybody, however they are played, and a report that can be read again."""
+
+import json
+
+import gymnasium
+import numpy as np
+import pytest
+
+from motionenv.envs.agents import Blob, evaluate, score
+from motionenv.envs.agents.scoring import AGENTS, FIRST_SEED, agent_of, interval
+from motionenv.envs.tasks import TASKS
+from motionenv.errors import MotionError
+
+MARKERS = "motionenv/MarkerTracking-Medium-v1"
+
+
+def test_episodes_have_the_seeds_that_the_report_says():
+    report = json.loads(json.dumps(score(MARKERS, "blob", 18)))
+    assert report["seeds"] == list(range(FIRST_SEED, FIRST_SEED + 18))
+    env = gymnasium.make(MARKERS, split="eval")
+    for i in (0, 15, 16, 17):
+        alone = evaluate(env, Blob(env), 1, seed=report["seeds"][i])
+        assert alone.errors[0] == pytest.approx(report["errors"][i], abs=1e-12)
+        assert alone.returns[0] == pytest.approx(report["returns"][i], abs=1e-9)
+    assert report["mean_error"] == pytest.approx(np.mean(report["errors"]))
+    assert report["error_interval"][0] < report["mean_error"] < report["error_interval"][1]
+    assert report["settings"] == {**TASKS[MARKERS].settings, "split": "eval"}
+    assert report["agent"] == "blob"
+    assert {"motionenv", "gymnasium", "numpy", "python"} <= set(report["versions"])
+
+
+def test_more_episodes_begin_with_the_same_ones():
+    few, many = (score(MARKERS, Blob, n)["errors"] for n in (3, 20))
+    assert few == pytest.approx(many[:3], abs=1e-12)
+
+
+def test_other_people_are_another_split():
+    usual, other = score(MARKERS, Blob, 2), score(MARKERS, Blob, 2, split="ood")
+    assert other["settings"]["motion"] == "walk/fpca"
+    assert other["errors"] != usual["errors"]
+    assert other["seeds"] == usual["seeds"]
+
+
+def test_the_interval_is_that_of_a_mean():
+    """Of many normal values, 1.96 standard errors on either side."""
+    values = np.random.default_rng(1).normal(3.0, 2.0, 400)
+    error = 1.96 * values.std() / 20
+    np.testing.assert_allclose(interval(values), [values.mean() - error, values.mean() + error], atol=0.06)
+
+
+def test_agents_are_named_or_made_by_a_factory():
+    assert agent_of("blob") is AGENTS["blob"] is Blob
+    assert agent_of("motionenv.envs.agents:Blob") is Blob
+    for name in ("blub", "motionenv.nowhere:Agent", "motionenv.envs.agents:Nobody", ":", ""):
+        with pytest.raises(MotionError, match="agent must be one of mean-pose, .* or module:factory"):
+            agent_of(name)
+
+
+@pytest.mark.parametrize("episodes", [0, 1.5])
+def test_a_number_of_episodes_that_is_none_is_refused(episodes):
+    with pytest.raises(MotionError, match="episodes must be"):
+        score(MARKERS, Blob, episodes)

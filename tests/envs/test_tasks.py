@@ -1,0 +1,62 @@
+"""Named tasks: what they are made of, and that their splits don't share what they shouldn't."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+import motionenv.envs  # noqa: F401 (registers the tasks)
+from motionenv.envs.tasks import SPLITS, TASKS, settings
+from motionenv.errors import MotionError
+from motionenv.mocap import write
+from motionenv.models.synthesis import synthesize
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_every_task_runs_in_every_split_single_and_in_vectors(task):
+    for split in SPLITS:
+        how = {**settings(task, split), "horizon": 3}
+        env, envs = gymnasium.make(task, **how), gymnasium.make_vec(task, num_envs=2, **how)
+        assert env.spec.max_episode_steps == 3
+        alone, _ = env.reset(seed=1)
+        together, _ = envs.reset(seed=1)
+        for name in alone if isinstance(alone, dict) else [...]:
+            np.testing.assert_array_equal(alone[name], together[name][0])
+        for _ in range(3):
+            *_, truncated, _ = env.step(env.action_space.sample())
+        assert truncated
+        assert np.isfinite(env.unwrapped.truth()["joints"]).all()
+
+
+def bodies(task: str, split: str) -> set[float]:
+    envs = gymnasium.make_vec(task, num_envs=40, **{**settings(task, split), "horizon": 3})
+    envs.reset(seed=0)
+    return {round(truth["skeleton"].height, 9) for truth in envs.unwrapped.truth()}
+
+
+def test_splits_share_no_walker_and_others_are_out_of_distribution():
+    task = "motionenv/WalkerTracking-Easy-v1"
+    train, evaluation, ood = (bodies(task, split) for split in SPLITS)
+    assert not train & evaluation
+    assert max(ood) < min(train | evaluation)
+
+
+def test_capture_is_out_of_distribution_and_its_people_are_those_for_evaluation(tmp_path):
+    for i, person in enumerate(["02", "05", "06", "07", "10", "12", "16", "26"]):
+        write(synthesize("walk/fpca", 4.5, 30.0, seed=i, height=1.5 + 0.05 * i), tmp_path / f"{person}_01.npz")
+    how = settings("motionenv/WalkerTracking-Medium-v1", "ood", motion=str(tmp_path))
+    env = gymnasium.make("motionenv/WalkerTracking-Medium-v1", **how).unwrapped
+    found = set()
+    for seed in range(20):
+        env.reset(seed=seed)
+        found.add(round(env.truth()["skeleton"].height, 6))
+    assert 0 < len(found) < 8
+    assert env.spec.kwargs["split"] == "eval"
+
+
+def test_tasks_and_splits_that_there_are_not_are_refused():
+    with pytest.raises(MotionError, match="task must be one of motionenv/WalkerTracking-Easy-v1, .*got 'walking'"):
+        settings("walking")
+    with pytest.raises(MotionError, match="split must be one of train, eval, ood, got 'test'"):
+        settings(next(iter(TASKS)), "test")
+    with pytest.raises(MotionError, match="use it with split 'ood', got 'eval'"):
+        settings(next(iter(TASKS)), motion="folder")
