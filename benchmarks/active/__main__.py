@@ -28,16 +28,21 @@ def interval(values: np.ndarray) -> str:
 
 def table(makers: dict, episodes: int, difficulty: str, seed: int = 1) -> None:
     """Print a row for each policy: mean reward per estimate, error, and the difference from the greedy policy."""
-    rewards, errors = {}, {}
-    for name, make in makers.items():
-        env = gymnasium.make_vec(f"motionenv/ActiveTracking-{difficulty}-v0", num_envs=ENVS, split="eval")
-        scores = evaluate(env, make(env, seed=0), episodes, seed=seed)
-        rewards[name], errors[name] = scores.returns / scores.lengths, scores.errors
     print(f"\n{difficulty}, {episodes} episodes of split eval\n")
     print("| policy | reward per estimate | error [m] | reward relative to greedy |\n|-|-|-|-|")
-    for name, reward in rewards.items():
-        better = "–" if name == "greedy" else interval(reward - rewards["greedy"])
-        print(f"| {name} | {interval(reward)} | {errors[name].mean():.2f} | {better} |", flush=True)
+    greedy = None
+    for name, make in makers.items():
+        rewards, error = played(make, episodes, difficulty, seed)
+        better = "–" if greedy is None else interval(rewards - greedy)
+        greedy = rewards if name == "greedy" else greedy
+        print(f"| {name} | {interval(rewards)} | {error:.2f} | {better} |", flush=True)
+
+
+def played(make, episodes: int, difficulty: str, seed: int = 1) -> tuple[np.ndarray, float]:
+    """Mean rewards (episodes,) of a policy, and its mean error [m]."""
+    env = gymnasium.make_vec(f"motionenv/ActiveTracking-{difficulty}-v0", num_envs=ENVS, split="eval")
+    scores = evaluate(env, make(env, seed=0), episodes, seed=seed)
+    return scores.returns / scores.lengths, float(scores.errors.mean())
 
 
 def strip(path: str, seed: int = 3, rows: int = 4) -> None:
@@ -67,7 +72,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.strip:
         return strip(arguments.strip)
-    makers = {name: POLICIES[name] for name in arguments.policies}
+    makers = {name: POLICIES[name] for name in ("greedy", *arguments.policies)}
     for pair in arguments.learned:
         from benchmarks.active.ppo import policy
 

@@ -6,6 +6,8 @@ from benchmarks.active.beliefs import Beliefs
 from benchmarks.active.planner_kernel import STEP, best_goals, towards
 from motionenv.envs.active.scene_kernel import NARROW, WIDE
 
+PARTICLES = 128  # of each person
+
 
 class Policy:
     """An agent that estimates with `Beliefs` and looks by `commands`; by default it never moves the camera.
@@ -16,7 +18,7 @@ class Policy:
         particles: per person.
     """
 
-    def __init__(self, env, seed: int = 0, particles: int = 256):
+    def __init__(self, env, seed: int = 0, particles: int = PARTICLES):
         self.beliefs, self.scene = Beliefs(env, particles, seed), env.unwrapped.world.scene
         self.rng = np.random.default_rng(seed)
 
@@ -79,21 +81,27 @@ class Planner(Policy):
     """Looks ahead: the plan of two goals, one after the other, that keeps the expected error of all beliefs least.
 
     Goals are people, single particles of them, and directions. The lookahead knows how the camera turns and where
-    pillars hide people; it takes them to walk straight on.
+    pillars hide people; it takes them to walk straight on. It plans anew every `STEP`.
     """
 
-    seconds, particles, breadth, zooms = 3.0, 24, 8, (0.0, 0.5)
+    seconds, particles, breadth, zooms = 3.0, 12, 6, (0.0, 0.5)
+
+    def __init__(self, env, seed: int = 0, particles: int = PARTICLES):
+        super().__init__(env, seed, particles)
+        self.kept, self.age = np.zeros((env.unwrapped.world.n, 3)), 0
 
     def commands(self, seen: dict[str, np.ndarray]) -> np.ndarray:
         """As `Policy.commands`."""
-        beliefs, commands = self.beliefs, np.zeros((len(seen["camera"]), 3))
-        n = beliefs.particles.shape[2]
+        self.age += 1
+        if (self.age - 1) % max(round(STEP * self.scene.fps), 1):
+            return self.kept
+        beliefs, n = self.beliefs, self.beliefs.particles.shape[2]
         some = beliefs.particles[:, :, self.rng.choice(n, self.particles, replace=False)]
         goals = [(k, i, z) for k in range(self.scene.people) for i in (-1, 0, 1, 2) for z in self.zooms]
         goals += [(-1, way, 0.0) for way in np.linspace(-np.pi, np.pi, 8, endpoint=False)]
         best_goals(seen["camera"], seen["pillars"], some, beliefs.sigmas, np.array(goals), round(self.seconds / STEP),
-                   self.breadth, self.scene.noise, self.scene.dropout, commands, 1 / self.scene.fps)  # fmt: skip
-        return commands
+                   self.breadth, self.scene.noise, self.scene.dropout, self.kept, STEP)  # fmt: skip
+        return self.kept
 
 
 class Myopic(Planner):

@@ -26,8 +26,9 @@ class ActiveTracking(TrackingEnv):
     ## Action Space
     `Box(-1, 1, (3 + 3 people,), float32)`: commands to the motors of pan (from x to y), tilt (up) and zoom, as shares
     of their highest rates; then for each person on the roster the believed x and y, in units of 15 m, and the scale s
-    of the belief, which stands for a standard deviation of 0.05 m · 200^((s + 1) / 2) per coordinate. `action` takes
-    commands, and x, y and standard deviation [m] of each person; `estimate` turns them back. The belief is about the last observed frame; the commands act until the next one.
+    of the belief, which stands for a standard deviation of 0.05 m · 200^((s + 1) / 2) per coordinate. `action` turns
+    commands, and x, y and standard deviation [m] of each person, into an action, `estimate` back. The belief is about
+    the last observed frame; the commands act until the next one.
 
     ## Observation Space
     `Dict`: "points", `Box(-2, 2, (people, 15, 2), float32)`, "seen", `MultiBinary((people, 15))`, and "colours",
