@@ -36,6 +36,7 @@ class Attempt:
         particles: (T, particles, 25), equally weighted.
         effective: (T,) effective sample sizes.
         overlap: (T,) intersection over union of the expected silhouette and the foreground.
+        nobody: (T,) bool, whether the filter holds that nobody is visible.
         starts: start and restarts, by frame.
     """
 
@@ -43,6 +44,7 @@ class Attempt:
     particles: np.ndarray
     effective: np.ndarray
     overlap: np.ndarray
+    nobody: np.ndarray
     starts: Mapping[int, Start]
 
 
@@ -109,7 +111,7 @@ class MultiStart:
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
-        return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
+        return Attempt(record.poses, record.particles, record.effective, record.overlap, record.nobody, starts)
 
     def _tracker(self, prior: Prior) -> ParticleFilter:
         return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
@@ -133,11 +135,13 @@ class _Record:
     def __init__(self, frames: int, likelihood: SilhouetteLikelihood, film: np.ndarray, rng: np.random.Generator):
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
         self.effective, self.overlap = np.empty(frames), np.empty(frames)
+        self.nobody = np.empty(frames, dtype=bool)
         self._likelihood, self._film, self._rng = likelihood, film, rng
 
     def keep(self, i: int, belief: Belief) -> float:
         """Store the posterior of frame `i`; returns the overlap."""
         self.poses[i], self.effective[i] = belief.mean, belief.effective
+        self.nobody[i] = belief.lost
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
         self.overlap[i] = overlap(self.poses[i], self._likelihood.skeleton, self._likelihood.camera, self._film[i])
         return float(self.overlap[i])
