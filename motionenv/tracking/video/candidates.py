@@ -160,20 +160,20 @@ def chosen(
     """
     if not found:
         raise MotionError(f"no foreground: nothing of a person's size moves for {_BRIEF} s; the camera must be static")
-    listed = "\n".join(f"  {c}" for c in found[:8])
+    listed = " | ".join(str(c) for c in found[:4])
     if person is not None:
         if not 1 <= person <= len(found):
-            raise MotionError(f"person must be from 1 to {len(found)}, the number of candidates, got {person}:\n{listed}")
+            raise MotionError(f"person must be from 1 to {len(found)}, the number of candidates, got {person}: {listed}")
         return found[person - 1]
     if box is None and point is None:
         if found[0].walks < _SURE:
             raise MotionError(
-                f"nobody seems to walk; choose whom to follow by person, box or point. What moves:\n{listed}"
+                f"nobody seems to walk; choose whom to follow by person, box or point. What moves: {listed}"
             )
         return found[0]
     score = [float(np.nanmax(_matched(c, box, point, at), initial=0.0)) for c in found]
     if max(score) <= 0:
-        raise MotionError(f"nothing moves at {'box' if box is not None else 'point'}; what moves:\n{listed}")
+        raise MotionError(f"nothing moves at {'box' if box is not None else 'point'}; what moves: {listed}")
     return found[int(np.argmax(score))]
 
 

@@ -146,7 +146,7 @@ def track_video(
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     reasons = np.full(len(seen.labels), ABSENT)
     outlined = who.mover.seen[first:last]
-    reasons[first:last] = verdict(best.poses, best.overlap, best.nobody, outlined, seen.fps)
+    reasons[first:last] = verdict(best.poses, best.overlap, best.inside, best.nobody, outlined, seen.fps)
     poses, shown, effective, overlap = _whole(best, reasons, first)
     motion = Motion(poses, skeleton, seen.fps, f"{path}")
     return VideoTrack(motion, shown, effective, overlap, full, camera is None, reasons, who)
