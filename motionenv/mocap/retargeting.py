@@ -9,8 +9,8 @@ from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
 from motionenv.mocap.body_nodes import Nodes, body_nodes
 from motionenv.mocap.clinical import Measurements, person_of
+from motionenv.mocap.clinical.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.mocap.marker_sets import Landmarks, MarkerMap, find_landmarks
-from motionenv.mocap.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 

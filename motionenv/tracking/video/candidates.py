@@ -163,7 +163,9 @@ def chosen(
     listed = " | ".join(str(c) for c in found[:4])
     if person is not None:
         if not 1 <= person <= len(found):
-            raise MotionError(f"person must be from 1 to {len(found)}, the number of candidates, got {person}: {listed}")
+            raise MotionError(
+                f"person must be from 1 to {len(found)}, the number of candidates, got {person}: {listed}"
+            )
         return found[person - 1]
     if box is None and point is None:
         if found[0].walks < _SURE:

@@ -43,7 +43,9 @@ class Lost:
     left: bool
 
 
-def verdict(poses: np.ndarray, overlap: np.ndarray, inside: np.ndarray, nobody: np.ndarray, seen: np.ndarray, fps: float) -> np.ndarray:
+def verdict(
+    poses: np.ndarray, overlap: np.ndarray, inside: np.ndarray, nobody: np.ndarray, seen: np.ndarray, fps: float
+) -> np.ndarray:
     """Number of a reason in `REASONS` (T,) for each frame.
 
     Args:
@@ -56,7 +58,9 @@ def verdict(poses: np.ndarray, overlap: np.ndarray, inside: np.ndarray, nobody: 
     """
     near = max(1, round(_NEAR * fps))
     around = [slice(max(0, t - near // 2), t + near // 2 + 1) for t in range(len(overlap))]
-    smooth, within = (np.array([x[a][seen[a]].mean() if seen[a].any() else 0.0 for a in around]) for x in (overlap, inside))
+    smooth, within = (
+        np.array([x[a][seen[a]].mean() if seen[a].any() else 0.0 for a in around]) for x in (overlap, inside)
+    )
     reasons = np.full(len(poses), FOLLOWED)
     step = np.linalg.norm(poses[near:, :3] - poses[:-near, :3], axis=1) * fps / near
     for t in np.flatnonzero(step > _FASTEST):
