@@ -48,8 +48,8 @@ class WalkingModel(GaitModel):
 
     A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
     vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
-    are Fourier series, so that walks are smooth where cycles meet. People's bodies, comfortable speeds and walk ratios
-    are those of `motionenv.models.people.population`; at another speed a person's steps are longer and quicker by `pace_`.
+    are Fourier series, so that walks are smooth where cycles meet. People's bodies, speeds and walk ratios are those of
+    `motionenv.models.people.population`; at another speed a person's steps are longer and quicker by `pace_`.
 
     Args:
         n_components: components of the functional PCA; None takes 8, or one less than the number of cycles if that is
@@ -210,8 +210,7 @@ class WalkingModel(GaitModel):
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""
         self._check_fitted()
-        low, high = self.pace_.speeds * self.height_
-        return float(low), float(high)
+        return tuple((self.pace_.speeds * self.height_).tolist())
 
     def dimensions(self) -> dict[str, int]:
         """Channels and harmonics of the functional PCA."""
@@ -266,8 +265,7 @@ class WalkingModel(GaitModel):
         scores = np.array([walker.scores for walker in walkers])
         own = [walker.stride_seconds for walker in walkers]
         seconds = np.array([self.stride_seconds(s) if t is None else t for s, t in zip(scores, own, strict=True)])
-        stride = Stride(scores, seconds)
-        self._check_stride(stride, len(walkers))
+        self._check_stride(stride := Stride(scores, seconds), len(walkers))
         bodies = [
             self.skeleton(height) if walker.person is None else walker.person.body(self.proportions_, height)
             for walker, height in zip(walkers, heights, strict=True)
