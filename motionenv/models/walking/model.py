@@ -71,6 +71,10 @@ class WalkingModel(GaitModel):
     kind = "walking"
     about = "Joint angles of whole gait cycles as functions: an average and how people differ from it."
     batch_size: ClassVar[int] = 32
+    person_mean_: np.ndarray
+    person_covariance_: np.ndarray
+    cycle_covariance_: np.ndarray
+    pace_: Pace
 
     def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
         self.n_components, self.n_harmonics = n_components, n_harmonics
@@ -239,14 +243,9 @@ class WalkingModel(GaitModel):
         return self._motions([walker], [request.height], [request.speed], request, rng)[0]
 
     def make_motions(
-        self,
-        seconds: float,
-        fps: float,
-        *,
-        heights: Sequence[float] | np.ndarray,
-        speeds: Sequence[float | None],
-        rng: np.random.Generator,
-    ) -> list[Motion]:
+        self, seconds: float, fps: float, *, heights: Sequence[float] | np.ndarray,
+        speeds: Sequence[float | None], rng: np.random.Generator,
+    ) -> list[Motion]:  # fmt: skip
         """Walks of n people, computed together, which takes a fraction of the time of one by one.
 
         Args:
@@ -369,7 +368,7 @@ class WalkingModel(GaitModel):
             if arrays[name].shape != shapes.get(name, (q, q)):
                 raise ModelError(f"{name} has shape {arrays[name].shape}: fit the model again")
             setattr(model, name, arrays[name])
-        model.pace_ = Pace(*(arrays[f"pace_{field.name}"] for field in fields(Pace)))
+        model.pace_ = Pace(*(arrays[f"pace_{field.name}"] for field in fields(Pace)))  # type: ignore[arg-type]
         return model
 
     def _check_stride(self, stride: Stride, n: int) -> None:
