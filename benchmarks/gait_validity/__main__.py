@@ -84,7 +84,7 @@ def measured(motion: Motion) -> tuple[np.ndarray, dict[str, float]]:
     sides = [[s for s in strides if s.side == side] for side in ("left", "right")]
     cut = [normalised(angles(motion, side), FPS, mine) for side, mine in zip(("left", "right"), sides, strict=True)]
     curves = np.nanmean(np.concatenate(cut), axis=0)
-    seconds, length = np.mean([s.seconds for s in strides]), np.mean([s.length for s in strides])
+    seconds, length = (float(np.mean([getattr(s, name) for s in strides])) for name in ("seconds", "length"))
     heights = normalised(motion.poses[:, 2:3], FPS, strides)[..., 0]
     knees = np.degrees(motion.poses[:, KNEES])
     x = motion.poses[:, 0]

@@ -237,15 +237,13 @@ class FourierModel(GaitModel):
         """
         found, frequency = self._paced(walker, request.speed, request.height)
         motion = found.motion(_phases(frequency, request), request.fps, name="eigenwalker")
-        own = None if walker.person is None else walker.person.height
-        height = own if request.height is None else request.height
-        return motion if height is None else scaled(motion, height)
+        height = request.height or (walker.person and walker.person.height)
+        return scaled(motion, height) if height else motion
 
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""
         self._check_fitted()
-        low, high = self.learned_speeds_
-        return float(low), float(high)
+        return tuple(self.learned_speeds_.tolist())
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""

@@ -1,4 +1,4 @@
-"""What speed does to Fourier walkers: a direction of their coefficients, as `motionenv.models.people.pace` describes it."""
+"""What speed does to Fourier walkers: a direction of their coefficients, as in `motionenv.models.people.pace`."""
 
 from typing import TYPE_CHECKING
 

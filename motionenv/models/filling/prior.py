@@ -85,7 +85,8 @@ def _by_name(name: str) -> AnglePrior:
 def _learnt(model: GaitModel) -> AnglePrior:
     """Mean and covariance of walkers whose speeds are spread evenly over those of people."""
     rng = np.random.default_rng(0)
-    speeds = np.linspace(*np.clip(_SPEEDS, *model.learned_speeds()), _WALKERS)
+    slow, fast = np.clip(_SPEEDS, *model.learned_speeds())
+    speeds = np.linspace(slow, fast, _WALKERS)
     walks = [model.synthesize(_SECONDS, _FPS, seed=rng, speed=float(speed)).poses for speed in speeds]
     poses = np.concatenate([walks, mirror(walks)])
     check_shown(poses, PARTS, f"filling by the {model.kind} model")

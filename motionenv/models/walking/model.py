@@ -48,8 +48,8 @@ class WalkingModel(GaitModel):
 
     A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
     vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
-    are Fourier series, so that walks are smooth where cycles meet. People's bodies, comfortable speeds and walk ratios
-    are those of `motionenv.models.people.population`; at another speed a person's steps are longer and quicker by `pace_`.
+    are Fourier series, so that walks are smooth where cycles meet. People's bodies, speeds and walk ratios are those of
+    `motionenv.models.people.population`; at another speed a person's steps are longer and quicker by `pace_`.
 
     Args:
         n_components: components of the functional PCA; None takes 8, or one less than the number of cycles if that is
@@ -71,6 +71,10 @@ class WalkingModel(GaitModel):
     kind = "walking"
     about = "Joint angles of whole gait cycles as functions: an average and how people differ from it."
     batch_size: ClassVar[int] = 32
+    person_mean_: np.ndarray
+    person_covariance_: np.ndarray
+    cycle_covariance_: np.ndarray
+    pace_: Pace
 
     def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
         self.n_components, self.n_harmonics = n_components, n_harmonics
@@ -210,8 +214,7 @@ class WalkingModel(GaitModel):
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""
         self._check_fitted()
-        low, high = self.pace_.speeds * self.height_
-        return float(low), float(high)
+        return tuple((self.pace_.speeds * self.height_).tolist())
 
     def dimensions(self) -> dict[str, int]:
         """Channels and harmonics of the functional PCA."""
@@ -240,14 +243,9 @@ class WalkingModel(GaitModel):
         return self._motions([walker], [request.height], [request.speed], request, rng)[0]
 
     def make_motions(
-        self,
-        seconds: float,
-        fps: float,
-        *,
-        heights: Sequence[float] | np.ndarray,
-        speeds: Sequence[float | None],
-        rng: np.random.Generator,
-    ) -> list[Motion]:
+        self, seconds: float, fps: float, *, heights: Sequence[float] | np.ndarray,
+        speeds: Sequence[float | None], rng: np.random.Generator,
+    ) -> list[Motion]:  # fmt: skip
         """Walks of n people, computed together, which takes a fraction of the time of one by one.
 
         Args:
@@ -266,8 +264,7 @@ class WalkingModel(GaitModel):
         scores = np.array([walker.scores for walker in walkers])
         own = [walker.stride_seconds for walker in walkers]
         seconds = np.array([self.stride_seconds(s) if t is None else t for s, t in zip(scores, own, strict=True)])
-        stride = Stride(scores, seconds)
-        self._check_stride(stride, len(walkers))
+        self._check_stride(stride := Stride(scores, seconds), len(walkers))
         bodies = [
             self.skeleton(height) if walker.person is None else walker.person.body(self.proportions_, height)
             for walker, height in zip(walkers, heights, strict=True)
@@ -371,7 +368,7 @@ class WalkingModel(GaitModel):
             if arrays[name].shape != shapes.get(name, (q, q)):
                 raise ModelError(f"{name} has shape {arrays[name].shape}: fit the model again")
             setattr(model, name, arrays[name])
-        model.pace_ = Pace(*(arrays[f"pace_{field.name}"] for field in fields(Pace)))
+        model.pace_ = Pace(*(arrays[f"pace_{field.name}"] for field in fields(Pace)))  # type: ignore[arg-type]
         return model
 
     def _check_stride(self, stride: Stride, n: int) -> None:
