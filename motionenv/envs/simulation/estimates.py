@@ -21,6 +21,7 @@ ACTIONS = ("normalised", "metric")
 #: Bounds of metric actions: positions [m], angles [rad], and log weights.
 FAR, TURNED, LOG_WEIGHT = 100.0, 4 * math.pi, 100.0
 
+_AS_IT_IS = np.ones(3), np.zeros(3)  # factor and centre of estimates in metres
 _WEIGHT = -1  # instead of an index into `POSE`: the column of log weights
 _MIDDLE, _TALL, _LIKELIER = 1.0, 2.0, 10.0  # [m] height of a normalised 0; [m] and log weight of a normalised 1
 
@@ -40,6 +41,7 @@ class ActionScale:
     Attributes:
         space: of actions, float32.
         reach: largest x and y [m] that an action says.
+        factor, centre: (columns,) of the map from actions to estimates.
 
     Raises:
         MotionError: no such kind of actions.
@@ -52,25 +54,27 @@ class ActionScale:
         kinds = [at == _WEIGHT, at < 2, at == 2]
         self._angles, self._metric = at > 2, actions == "metric"
         self.reach = FAR if self._metric else reach
-        self._factor = np.select(kinds, [_LIKELIER, reach, _TALL], math.pi)
-        self._centre = np.where(at == 2, _MIDDLE, 0.0)
+        self.factor, self.centre = np.ones(len(at)), np.zeros(len(at))
+        if not self._metric:
+            self.factor = np.select(kinds, [_LIKELIER, reach, _TALL], math.pi)
+            self.centre[at == 2] = _MIDDLE
         bound = np.select(kinds, [LOG_WEIGHT, FAR, FAR], TURNED) if self._metric else np.ones(len(at))
         high = np.broadcast_to(bound.astype(np.float32), shape)
         self.space = spaces.Box(-high, high, dtype=np.float32)
 
     def estimates(self, actions: np.ndarray) -> np.ndarray:
         """What actions (..., columns), float64, say [m, rad]."""
-        return actions if self._metric else self._centre + self._factor * actions
+        return actions if self._metric else actions * self.factor + self.centre
 
     def actions(self, estimates: np.ndarray) -> np.ndarray:
-        """The actions that say estimates (..., columns) [m, rad], float32; out of bounds goes to the bound.
+        """The actions that say estimates (..., *shape) [m, rad], float32; out of bounds goes to the bound.
 
         Angles of normalised actions are taken within half a turn of 0.
         """
         said = np.array(estimates, dtype=np.float64)
         if not self._metric:
             said[..., self._angles] = np.remainder(said[..., self._angles] + np.pi, 2 * np.pi) - np.pi
-            said = (said - self._centre) / self._factor
+            said = (said - self.centre) / self.factor
         return np.clip(said, self.space.low, self.space.high).astype(np.float32)
 
 
@@ -188,7 +192,7 @@ class Estimates:
     def _error(self, joints: np.ndarray, true: np.ndarray) -> np.ndarray:
         """Mean distance (n,) [m] over the scored joints; the other joints are equal."""
         error = np.empty(len(joints))
-        mean_distances(joints, true, error)
+        mean_distances(joints, true, error, _AS_IT_IS[0], _AS_IT_IS[1])
         return error if self._whole else error * (len(MARKERS) / len(self._scored))
 
 

@@ -77,12 +77,12 @@ class MarkerWorld:
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As `World.judge`, of `actions`."""
         error = np.empty(self.n)
-        mean_distances(self.scale.estimates(actions), self._view.joints, error)
+        mean_distances(actions, self._view.joints, error, self.scale.factor, self.scale.centre)
         return error, -error
 
     def advance(self, slots: np.ndarray) -> None:
         """As `World.advance`, for `slots`."""
-        self._before = self._view.points.copy(), self._view.seen.copy()
+        self._before[0][:], self._before[1][:] = self._view.points, self._view.seen
         self.time[slots] += 1
         self._look(slots)
 
