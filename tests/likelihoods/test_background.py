@@ -97,7 +97,7 @@ def test_what_a_body_covers_never_becomes_background():
 def test_a_post_taken_for_a_body_becomes_background_once_nothing_there_changes():
     told = Background()
     for i in range(40):
-        picture, background, mask = scene(20, seed=i)
+        picture, _, mask = scene(20, seed=i)
         told.observe(picture)
         told.learn(mask)
         if i == 20:
