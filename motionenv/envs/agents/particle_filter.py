@@ -88,8 +88,9 @@ class TrackingAgent:
     def _size(self) -> float:
         """Uncertainty of the body's size: 0 where only depths are seen, in which a body of any size is where it is."""
         seen = self._actions.observed
-        names = getattr(seen, "spaces", {"depth"} if seen.dtype.kind == "f" else {"mask"})
-        return 0.0 if "depth" in names and "mask" not in names else _SIZE
+        if hasattr(seen, "spaces"):
+            return 0.0 if "depth" in seen.spaces and "mask" not in seen.spaces else _SIZE
+        return 0.0 if seen.dtype.kind == "f" else _SIZE
 
     @property
     def beliefs(self) -> list[Belief]:
