@@ -120,14 +120,9 @@ class FourierModel(GaitModel):
     ) -> Markers:  # fmt: skip
         """The 15 markers of a walker over time (eq. 3.3, then 3.1). `synthesize` returns the body fitted to them.
 
-        Args:
-            seconds: duration [s].
-            fps: frames per second.
-            walker: the walker, from `walker`; None draws one with the seed.
-            seed: int or Generator.
-            speed: walking speed [m/s], which sets the stride frequency; None takes the frequency that suits the scores.
-            phase: phase at the start [cycles]; at 0 the left foot is furthest ahead.
-            overground: False keeps the walker in place, as on a treadmill.
+        The walker is from `walker`; None draws one with the seed. `speed` [m/s] sets the stride frequency; None takes
+        the frequency that suits the scores. At phase 0 [cycles] the left foot is furthest ahead. Without `overground`
+        the walker stays in place, as on a treadmill.
 
         Raises:
             MotionError: a number out of range.
