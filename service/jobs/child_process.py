@@ -13,7 +13,7 @@ import orjson
 import structlog
 
 import service
-from service.jobs.file_store import full_disk_errors
+from service.jobs.store import full_disk_errors
 
 _log = structlog.get_logger("motionenv.service")
 #: Environment variables that the process inherits: no keys.
