@@ -27,7 +27,8 @@ def made(mocap: Path) -> Band:
     who = (
         f"{len(people)} people of the CMU Graphics Lab Motion Capture Database, those of the shipped models, who "
         "walked 3 to 5 m at their own pace. Their angles are those of CMU's skeletons with corrected legs "
-        "(motionenv/mocap/clinical/skeleton_legs.py), and the trunk stands for the pelvis: compare shapes before offsets."
+        "(motionenv/mocap/clinical/skeleton_legs.py), and the trunk stands for the pelvis: compare shapes before "
+        "offsets."
     )
     return band_of(people, who)
 

@@ -79,14 +79,13 @@ def prior(name: str) -> Any:
 @output("track with VelocityPrior", "VelocityPrior")
 @output("track with MixturePrior, without annealing", "MixturePrior")
 def _track(name: str, likelihood: str = "SilhouetteLikelihood", **options) -> Any:
-    from motionenv.tracking import ParticleFilter, Start, smooth
+    from motionenv.tracking import ParticleFilter, Start
 
     made = prior(name)
     tracker = ParticleFilter(made, model(likelihood), n=150, seed=1, **options)
     tracker.start(Start.at(walk().poses[0]))
     beliefs = [tracker.step(mask=limbs > 0) for limbs in pictures().limbs]
-    numbers = [[b.poses, b.log_weights, b.mean, b.effective, b.log_evidence, b.lost] for b in beliefs]
-    return [numbers, None if name == "TreePrior" else smooth(beliefs, made, 10, seed=2)]
+    return [[b.poses, b.log_weights, b.mean, b.effective, b.log_evidence, b.lost] for b in beliefs]
 
 
 @output("start found in pictures")

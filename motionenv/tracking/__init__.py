@@ -10,7 +10,6 @@ from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior, reaching_tree
 from motionenv.tracking.priors.velocity import VelocityPrior
-from motionenv.tracking.smoothing import smooth
 from motionenv.tracking.video import VideoTrack, track_video
 
 __all__ = [
@@ -24,6 +23,5 @@ __all__ = [
     "VelocityPrior",
     "VideoTrack",
     "reaching_tree",
-    "smooth",
     "track_video",
 ]

@@ -11,7 +11,7 @@ from motionenv.likelihoods.background import Background
 from motionenv.likelihoods.edges import EdgeLikelihood
 from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.render.cameras import view
-from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree, smooth
+from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree
 from motionenv.tracking.initialization import automatic_start
 from motionenv.tracking.video.track import track_video
 
@@ -92,7 +92,6 @@ def test_a_generator_is_taken_as_it_is():
 @pytest.mark.parametrize(
     ("call", "name"),
     [
-        (lambda v: smooth([None], FPCAPrior(), n=v), "n"),
         (lambda v: automatic_start(None, [{}], n=v), "n"),
         (lambda v: automatic_start(None, [{}], candidates=v), "candidates"),
         (lambda v: reaching_tree(clips=v), "clips"),

@@ -12,7 +12,6 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.render.cameras import view
 from motionenv.tracking import Belief, FPCAPrior, ParticleFilter, Start
-from motionenv.tracking.smoothing import smooth
 
 # A world whose posterior is known exactly: x moves and is measured linearly, with Gaussian noise.
 KEEP, MOVES, MEASURES, BEGINS = 0.95, 0.3, 0.5, 1.0  # x' = KEEP x + MOVES ε, y = x + MEASURES ε, x_0 ~ BEGINS ε
@@ -44,10 +43,6 @@ class LinearPrior:
 
     def moved(self, state, poses):
         return replace(state, poses=poses)
-
-    def log_transition(self, before, after, later=None):
-        off = after.poses[None, :, 0] - KEEP * before.poses[:, None, 0]
-        return -0.5 * (off / MOVES) ** 2 - np.log(MOVES * np.sqrt(2 * np.pi))
 
 
 class GaussianLikelihood:
@@ -342,49 +337,3 @@ def test_refuses_to_step_before_it_starts_and_poses_that_are_not_numbers():
     tracker.step(y=0.0)
     with pytest.raises(MotionError, match="Broken"):
         tracker.step(y=0.0)
-
-
-@pytest.fixture(scope="module")
-def beliefs():
-    tracker = ParticleFilter(LinearPrior(), GaussianLikelihood(), 3000, seed=5)
-    tracker.start(START)
-    return [tracker.step(y=y) for y in measurements(20, 1)]
-
-
-def test_backward_simulation_agrees_with_the_exact_smoother(beliefs):
-    means, variances, _, smoothed, spread = kalman(measurements(20, 1))
-    x = smooth(beliefs, LinearPrior(), 2000, seed=0)[:, :, 0]
-    assert x.shape == (2000, 20)
-    assert np.abs(x.mean(axis=0) - smoothed).max() < 0.05
-    assert np.abs(x.var(axis=0) / spread - 1).max() < 0.2
-    assert np.abs(smoothed - means).max() > 0.2
-    assert (spread[:-1] < variances[:-1]).all()
-
-
-def test_motions_hang_together(beliefs):
-    x = smooth(beliefs, LinearPrior(), 2000, seed=0)[:, :, 0]
-    apart = np.random.default_rng(0).permuted(x, axis=0)
-    assert np.diff(x, axis=1).std() < 0.75 * np.diff(apart, axis=1).std()
-
-
-def test_the_seed_decides_which_motions(beliefs):
-    first, again, other = (smooth(beliefs, LinearPrior(), 50, seed=seed) for seed in (1, 1, 2))
-    assert first.tobytes() == again.tobytes() != other.tobytes()
-
-
-def test_smoothing_says_what_it_misses(beliefs):
-    class Opaque:
-        skeleton, fps = LinearPrior.skeleton, 30.0
-
-    class Impossible(LinearPrior):
-        def log_transition(self, before, after, later=None):
-            return np.full((len(before.poses), len(after.poses)), -np.inf)
-
-    with pytest.raises(MotionError, match="Opaque"):
-        smooth(beliefs, Opaque())
-    with pytest.raises(MotionError, match="frame 18"):
-        smooth(beliefs, Impossible())
-    with pytest.raises(MotionError, match="n must"):
-        smooth(beliefs, LinearPrior(), 0)
-    with pytest.raises(MotionError, match="beliefs"):
-        smooth([], LinearPrior())

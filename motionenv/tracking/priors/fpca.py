@@ -195,42 +195,6 @@ class FPCAPrior:
         gait[:, [X, Y]] = poses[:, :2]
         return WalkState(poses, state.scores, rest, gait)
 
-    def log_transition(self, before: WalkState, after: WalkState, later: WalkState | None = None) -> np.ndarray:
-        """Log transition density (N, M) from each walker of `before` to each of `after`.
-
-        The density is that of the Gaussian step in (c, ψ, log ρ, heading, position, δ). The flow, which moves the
-        position, is a deterministic function of the state.
-
-        Args:
-            before: N walkers, one frame earlier.
-            after: M walkers.
-            later: unused, because the state is Markov.
-        """
-        step, a, b = self._step, before.gait[:, None], after.gait[None]
-        total = self.log_gait(before, after)
-        total += _gaussian(b[..., HEADING], a[..., HEADING], step[8])
-        flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * _phase_difference(a, b)[..., None]
-        rest = b[..., [X, Y]] - a[..., [X, Y]] - _rotated(flow, a[..., HEADING])
-        total += _gaussian(_rotated(rest, -b[..., HEADING]), 0.0, step[9:11]).sum(axis=-1)
-        if self.size:
-            total += _gaussian(b[..., SIZE], step[11] * a[..., SIZE], step[12] * self.size)
-        free = _REST > 0
-        return total + _ornstein_uhlenbeck(
-            before.rest[:, free], after.rest[:, free], np.diag(_REST[free]), step[3], step[6]
-        )
-
-    def log_gait(self, before: WalkState, after: WalkState) -> np.ndarray:
-        """Like `log_transition`, for the variables that `moved` keeps: scores, phase and pace.
-
-        Args:
-            before: N walkers, one frame earlier.
-            after: M walkers.
-        """
-        step, a, b = self._step, before.gait[:, None], after.gait[None]
-        total = _gaussian(b[..., PACE], self.log_pace + step[1] * (a[..., PACE] - self.log_pace), step[4] * _PACE)
-        total += _gaussian(_phase_difference(a, b), np.exp(b[..., PACE]) * step[0], step[7])
-        return total + _ornstein_uhlenbeck(before.scores, after.scores, self.root, step[2], step[5])
-
     def _advanced(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:
         """The walkers after the `noise` of `_walk_kernel.add_noise`, moved by the flow of that time step."""
         key = rng.integers(2**64, dtype=np.uint64)
@@ -307,37 +271,3 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
     cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)
     components = (cycle[1 : 1 + q] - cycle[1 + q :]) / (2 * deviation[:, None, None])
     return np.ascontiguousarray(np.concatenate([cycle[:1], components]).swapaxes(0, 1))
-
-
-def _phase_difference(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Phase difference (...) [cycles] between gaits (..., 7), modulo whole cycles."""
-    turned = after[..., PHASE] - before[..., PHASE]
-    return turned - np.round(turned)
-
-
-def _gaussian(x, mean, deviation) -> np.ndarray:
-    """Log of the normal density."""
-    return -0.5 * ((x - mean) / deviation) ** 2 - np.log(deviation) - 0.5 * np.log(2 * np.pi)
-
-
-def _ornstein_uhlenbeck(before: np.ndarray, after: np.ndarray, root: np.ndarray, keep: float, noise: float):
-    """Log density (N, M) of one step of an Ornstein-Uhlenbeck process about 0.
-
-    Args:
-        before: (N, d).
-        after: (M, d).
-        root: (d, d) Cholesky factor of the stationary covariance.
-        keep: autoregressive coefficient of the step.
-        noise: innovation deviation, relative to the stationary one.
-    """
-    d = len(root)
-    a, b = (np.linalg.solve(root, x.T).T / noise for x in (keep * before, after))
-    # einsum, because the rounding of matrix products depends on the number of threads
-    squared = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * np.einsum("nd,md->nm", a, b)
-    return -0.5 * squared - np.log(np.diag(root)).sum() - d * (np.log(noise) + 0.5 * np.log(2 * np.pi))
-
-
-def _rotated(vectors: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """Vectors (..., 2) rotated by `heading` (...) [rad]."""
-    c, s = np.cos(heading), np.sin(heading)
-    return np.stack([c * vectors[..., 0] - s * vectors[..., 1], s * vectors[..., 0] + c * vectors[..., 1]], axis=-1)

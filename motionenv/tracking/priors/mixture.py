@@ -6,7 +6,6 @@ A body that the general prior moves keeps the learned prior's other state variab
 which continue to evolve by the learned prior.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,10 +14,6 @@ import numpy as np
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
 from motionenv.tracking.priors.base import Prior, Start
-from motionenv.tracking.priors.fpca import FPCAPrior
-from motionenv.tracking.priors.velocity import VelocityPrior
-
-_TOGETHER = 64  # pairs of states evaluated at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,61 +107,6 @@ class MixturePrior:
         """
         learned = self.learned.moved(state.learned, poses)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
-
-    def log_transition(
-        self, before: MixtureState, after: MixtureState, later: MixtureState | None = None
-    ) -> np.ndarray:
-        """Log density (N, M) of `after`, and of `later` following it, given `before`.
-
-        With g the gait (scores, phase, pace), and θ the pose with position, heading and δ of `FPCAPrior`'s φ = (g, θ),
-        each step has the density
-
-            (1 - share) p_learned(φ' | φ) + share p_learned(g' | φ) p_general(θ' | θ, θ̇)
-
-        The velocities θ̇ of `after` are the differences of its poses from those of `before`, as in
-        `motionenv.tracking.priors.velocity.VelocityPrior.log_transition`.
-
-        Args:
-            before: N bodies.
-            after: M bodies one frame later.
-            later: M bodies two frames later, or None.
-
-        Raises:
-            MotionError: priors other than an `FPCAPrior` and a `VelocityPrior` of the whole body.
-        """
-        learned, general = self._dense()
-        one = general.log_transition(before.general, after.general)
-        gait = learned.log_gait(before.learned, after.learned)
-        total = self._mixed(learned.log_transition(before.learned, after.learned), gait + one)
-        if later is None:
-            return total
-        both = general.log_transition(before.general, after.general, later.general)
-        whole, gait = (_in_pairs(f, after.learned, later.learned) for f in (learned.log_transition, learned.log_gait))
-        return total + self._mixed(whole, gait + both - one)
-
-    def _mixed(self, learned: np.ndarray, general: np.ndarray) -> np.ndarray:
-        """Log of the mixture of two log densities."""
-        by_learned, by_general = (np.log(s) if s > 0 else -np.inf for s in (1 - self.share, self.share))
-        return np.logaddexp(by_learned + learned, by_general + general)
-
-    def _dense(self) -> tuple[FPCAPrior, VelocityPrior]:
-        """Both priors, if their mixture has a density."""
-        learned, general = self.learned, self.general
-        if not isinstance(learned, FPCAPrior) or not isinstance(general, VelocityPrior) or not general.moves.all():
-            raise MotionError(
-                "smoothing with a mixture needs an FPCAPrior and a VelocityPrior of the whole body, got "
-                f"{type(learned).__name__} and {type(general).__name__}"
-            )
-        return learned, general
-
-
-def _in_pairs(log_density: Callable[[Any, Any], np.ndarray], before: Any, after: Any) -> np.ndarray:
-    """Log densities (M,) of each of `after` (M) given the corresponding one of `before` (M)."""
-    m, out = len(after.poses), []
-    for first in range(0, m, _TOGETHER):
-        some = np.arange(first, min(first + _TOGETHER, m))
-        out.append(np.diagonal(log_density(before.take(some), after.take(some))))
-    return np.concatenate(out)
 
 
 def _nearest(poses: np.ndarray, candidates: np.ndarray) -> np.ndarray:

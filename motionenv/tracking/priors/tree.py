@@ -14,7 +14,6 @@ kernel draws them, as narrow as possible while enough windows remain.
 """
 
 from dataclasses import dataclass
-from typing import NoReturn
 
 import numpy as np
 
@@ -169,25 +168,6 @@ class TreePrior:
         new = state.poses.copy()
         new[:, self._entries] = poses[:, self._entries]
         return TreeState(new, state.history, self._left_over(new, state.history[:, -1]))
-
-    def log_transition(self, before: TreeState, after: TreeState, later: TreeState | None = None) -> NoReturn:
-        """Not available: always raises.
-
-        The next history is a deterministic function of the history and the drawn window, so a history has only one
-        possible ancestor, and backward simulation would return the ancestral lines. A density of the poses alone would
-        need a sum over all windows of all later frames.
-
-        Args:
-            before: one frame.
-            after: the next.
-            later: the one after that.
-
-        Raises:
-            MotionError: always.
-        """
-        raise MotionError(
-            "a TreePrior can't be smoothed, because it has no transition density: use an FPCAPrior or a VelocityPrior"
-        )
 
     def _left_over(self, poses: np.ndarray, said: np.ndarray) -> np.ndarray:
         """δ (n, c): `poses` (n, 25) minus the local parameters `said` (n, c)."""

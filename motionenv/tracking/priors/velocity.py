@@ -122,34 +122,6 @@ class VelocityPrior:
         poses = np.where(self.moves, poses, state.poses)
         return MovingState(poses, state.velocities + (poses - state.poses) * self.fps)
 
-    def log_transition(self, before: MovingState, after: MovingState, later: MovingState | None = None) -> np.ndarray:
-        """Log density (N, M) of the poses of `after`, and of `later` following them, given `before`.
-
-        A state (θ, θ̇) has only one possible ancestor, because the velocity is the difference of two poses. The density
-        is therefore that of poses, per metre and radian: p(θ_t+1 | θ_t, θ̇_t) p(θ_t+2 | θ_t+1, θ_t). The velocities
-        stored in `after` and `later` are ignored.
-
-        Args:
-            before: N bodies.
-            after: M bodies one frame later.
-            later: M bodies two frames later, or None.
-
-        Raises:
-            MotionError: an entry moves without noise and has no density.
-        """
-        moves = self.moves
-        deviation = self._change[moves] / self.fps
-        if not (deviation > 0).all():
-            raise MotionError("smoothing needs a VelocityPrior with change above 0 in all moving entries")
-        start, first = before.poses[:, moves], after.poses[:, moves]
-        total = _gaussian((start + before.velocities[:, moves] / self.fps) / deviation, first / deviation)
-        if later is not None:
-            second = later.poses[:, moves]
-            total += _gaussian(start / deviation, (2 * first - second) / deviation)
-        total -= (1 + (later is not None)) * (np.log(deviation) + 0.5 * np.log(2 * np.pi)).sum()
-        still = before.poses[:, None, ~moves] == after.poses[None][..., ~moves]
-        return np.where(still.all(axis=-1), total, -np.inf)
-
 
 def velocity_change(motions: Iterable[Motion], fps: float = FPS) -> tuple[np.ndarray, np.ndarray]:
     """Root mean squares (25,) over motions of velocity changes per frame, and of velocities.
@@ -183,14 +155,6 @@ def moving_entries(part: str) -> np.ndarray:
     if part not in PARTS:
         raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
     return np.isin(np.arange(len(POSE)), PARTS[part])
-
-
-def _gaussian(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """-½ |a_i - b_j|² (N, M) of rows of `a` (N, d) and `b` (M, d)."""
-    middle = b.mean(axis=0)  # avoids cancellation
-    a, b = a - middle, b - middle
-    # einsum, because the rounding of matrix products depends on the number of threads
-    return np.einsum("nd,md->nm", a, b) - 0.5 * (a**2).sum(1)[:, None] - 0.5 * (b**2).sum(1)
 
 
 def _checked(deviation, name: str) -> np.ndarray:

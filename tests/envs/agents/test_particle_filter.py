@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from motionenv.body import markers
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.agents import ConstantVelocity, MeanPose, TrackingAgent, evaluate, truth_start
 from motionenv.envs.arm import ArmTracking
@@ -12,7 +11,7 @@ from motionenv.envs.markers import MarkerTracking
 from motionenv.envs.walker import WalkerTracking, WalkerTrackingVector
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior, smooth
+from motionenv.tracking import FPCAPrior, MixturePrior, TreePrior, VelocityPrior
 
 SMALL = {"motion": "walk/fpca", "size": 48, "observation": "mask", "horizon": 15, "start": "line"}
 
@@ -122,24 +121,3 @@ def test_every_prior_tracks(make):
     prior = MixturePrior(FPCAPrior(), VelocityPrior(skeleton=FPCAPrior().skeleton)) if make is None else make()
     agent = TrackingAgent(env, prior, 300, start=truth_start, layers=2, seed=0)
     assert evaluate(env, agent, 1, seed=1).errors.max() < 0.1
-
-
-def test_smooths_a_walk():
-    env, prior = WalkerTracking(**SMALL), FPCAPrior()
-    observation, _ = env.reset(seed=1)
-    agent, beliefs, joints, over = TrackingAgent(env, prior, 1000, start=truth_start, seed=0), [], [], False
-    agent.reset(observation)
-    while not over:
-        joints.append(env.truth()["joints"])
-        observation, _, _, over, _ = env.step(agent.act(observation))
-        beliefs.append(agent.beliefs[0])
-    drawn = smooth(beliefs, prior, 100, seed=0)
-    smoothed = markers(drawn.reshape(-1, 25), prior.skeleton).reshape(100, len(beliefs), 15, 3)
-    filtered = np.stack([belief.expected_joints(prior.skeleton) for belief in beliefs])
-    # Bodies are of the wrong height here, and few particles are left of early frames: means are no better for it.
-    errors = [np.linalg.norm(said - joints, axis=-1).mean() for said in (filtered, smoothed.mean(axis=0))]
-    assert errors[1] < 1.5 * errors[0]
-    assert errors[0] < 0.06
-    rng = np.random.default_rng(0)
-    apart = np.stack([b.poses[rng.choice(1000, 100, p=np.exp(b.log_weights))] for b in beliefs], axis=1)
-    assert np.abs(np.diff(drawn, 2, axis=1))[..., 3:].mean() < 0.6 * np.abs(np.diff(apart, 2, axis=1))[..., 3:].mean()

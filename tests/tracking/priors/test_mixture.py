@@ -7,8 +7,6 @@ from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.models.registry import load
 from motionenv.tracking import FPCAPrior, MixturePrior, Start, VelocityPrior
-from motionenv.tracking.priors.mixture import MixtureState
-from motionenv.tracking.priors.velocity import MovingState
 
 
 @pytest.fixture(scope="module")
@@ -26,36 +24,6 @@ def mixed(learned, walk):
     """A mixture, and four bodies of it."""
     prior = MixturePrior(learned, VelocityPrior(skeleton=learned.skeleton), share=0.3)
     return prior, prior.initial(Start.at(walk[20], walk[19]), 4, np.random.default_rng(5))
-
-
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_the_density_of_a_mixture_is_that_of_its_draws(mixed, share):
-    # E_p[q / p] = 1 for whatever density q that is 0 where p is; here the one of another share of the same priors.
-    prior, states = mixed
-    other, rng = MixturePrior(prior.learned, prior.general, share=share), np.random.default_rng(6)
-    for i in range(2):
-        one = states.take(np.array([i]))
-        after = prior.propagate(one.take(np.zeros(4000, dtype=int)), rng)
-        ratio = np.exp(other.log_transition(one, after) - prior.log_transition(one, after))[0]
-        assert ratio.mean() == pytest.approx(1.0, abs=4 * ratio.std() / np.sqrt(len(ratio)))
-        assert ratio.std() > 0.5
-
-
-def test_the_second_frame_counts_with_the_velocity_to_the_first(mixed):
-    prior, before = mixed
-    rng = np.random.default_rng(7)
-    after = prior.propagate(before.take(np.array([0, 1, 2])), rng)
-    later = prior.propagate(after, rng)
-    got = prior.log_transition(before, after, later) - prior.log_transition(before, after)
-    for i in range(4):
-        for j in range(3):
-            one, two = after.take(np.array([j])), later.take(np.array([j]))
-            arrived = MovingState(one.poses, (one.poses - before.poses[[i]]) * 30)
-            wanted = prior.log_transition(MixtureState(one.learned, arrived), two)[0, 0]
-            assert got[i, j] == pytest.approx(wanted, rel=1e-6, abs=1e-6)
-    many = np.resize(np.arange(3), 150)
-    again = prior.log_transition(before, after.take(many), later.take(many))
-    np.testing.assert_allclose(again[:, -3:], prior.log_transition(before, after, later), rtol=1e-9)
 
 
 def test_a_mixture_moves_its_share_by_the_general_prior(learned, walk):
@@ -108,7 +76,3 @@ def test_priors_that_do_not_go_together_are_refused(learned):
         MixturePrior(learned, VelocityPrior(skeleton=body, fps=60))
     with pytest.raises(MotionError, match="both priors must have the same skeleton"):
         MixturePrior(learned, VelocityPrior(skeleton=from_height(1.2)))
-    arm = MixturePrior(learned, VelocityPrior(skeleton=body, part="right_arm"))
-    state = arm.initial(Start.at(np.eye(25)[2] * 0.9), 2, np.random.default_rng(0))
-    with pytest.raises(MotionError, match="needs an FPCAPrior and a VelocityPrior of the whole body, got FPCA"):
-        arm.log_transition(state, state)
