@@ -19,25 +19,15 @@ from service.transport.worker_pool import WorkerPool
 
 
 class Service:
-    """State shared by the routes, as `request.app.state.service`.
-
-    Attributes:
-        model_registry: the models.
-        metrics: for Prometheus.
-        worker_pool: threads for computations.
-        opengl_pool: a single thread: an OpenGL context belongs to one.
-        jobs: long-running work, in separate processes.
-        ready: whether the models are loaded.
-        streams: number of open streams (WebSockets).
-    """
+    """State shared by the routes, as `request.app.state.service`."""
 
     def __init__(self, settings: Settings):
         self.settings, self.metrics = settings, Metrics()
         self.model_registry = ModelRegistry(settings.data / "models")
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
-        self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")
+        self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.model_registry, self.metrics)
-        self.ready, self.streams = False, 0
+        self.ready, self.streams = False, 0  # whether the models are loaded; number of open WebSockets
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:

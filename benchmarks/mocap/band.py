@@ -7,12 +7,8 @@ import argparse
 from collections import defaultdict
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks import MOCAP, ROOT
 from motionenv.gait import Band, Trial, analyse, band_of
-from motionenv.mocap import read
-from motionenv.mocap.clinical import clinical_angles
 from motionenv.models.training import read_walks
 
 
@@ -20,7 +16,7 @@ def made(mocap: Path) -> Band:
     """The band of the walks that the shipped models learn from.
 
     Args:
-        mocap: folder of motion capture with `cmu_asfamc` and `cmu_c3d`.
+        mocap: folder of motion capture with `cmu_asfamc`.
     """
     walks = read_walks(mocap / "cmu_asfamc", fps=120)
     people: dict[str, list[Trial]] = defaultdict(list)
@@ -28,20 +24,12 @@ def made(mocap: Path) -> Band:
         trial = analyse(motion)
         if trial.strides:
             people[person].append(trial)
-    fitted = next(motion for motion in walks.motions if motion.name == "02_01")
-    bent = [median_knee(clinical_angles(capture)) for capture in (fitted, read(mocap / "cmu_c3d" / "02_01.c3d"))]
     who = (
         f"{len(people)} people of the CMU Graphics Lab Motion Capture Database, those of the shipped models, who "
-        "walked 3 to 5 m at their own pace. Their angles are those of CMU's fitted skeletons, whose trunk stands for "
-        f"the pelvis and whose knees bend more than markers say ({bent[0]:.0f}° against {bent[1]:.0f}° in the median "
-        "of trial 02_01): compare shapes, not offsets."
+        "walked 3 to 5 m at their own pace. Their angles are those of CMU's skeletons with corrected legs "
+        "(motionenv/mocap/clinical/skeleton_legs.py), and the trunk stands for the pelvis: compare shapes before offsets."
     )
     return band_of(people, who)
-
-
-def median_knee(angles) -> float:
-    """Median flexion [degrees] of both knees."""
-    return float(np.nanmedian([angles["left_knee_flexion"], angles["right_knee_flexion"]]))
 
 
 if __name__ == "__main__":

@@ -5,11 +5,11 @@
 Each walker of each model gets a random path (least radius 1.5-5 m), ten seconds long. Half of them walk at an even
 speed (0.6-1.9 m/s, at most what takes a lean of 15°), the others stand, start, walk slower and stop.
 
-- slip: a stance is from an initial contact to the next toe-off, as `motionenv.gait` finds them in the paths of heels and
-  toes, which knows nothing of how the walk was made. In it, the farthest that the ball of the foot travels while it
-  carries weight (15-80 % of the stance: before, only the heel is down, and later the toe leaves), and the farthest that
-  the ankle travels while the foot is flat (25-60 %: later, the heel rises). `captured` are straight CMU walks, `straight`
-  the models' own walks along x, of the same people at the same speeds.
+- slip: a stance is from an initial contact to the next toe-off, as `motionenv.gait` finds them in the paths of heels
+  and toes, which knows nothing of how the walk was made. In it, the farthest that the ball of the foot travels while
+  it carries weight (15-80 % of the stance: before, only the heel is down, and later the toe leaves), and the farthest
+  that the ankle travels while the foot is flat (25-60 %: later, the heel rises). `captured` are straight CMU walks,
+  `straight` the models' own walks along x, of the same people at the same speeds.
 - straightest knee; lowest pelvis, relative to its median; jerk of the legs: the 99.9th percentile of their angular
   acceleration, relative to that of the straight walks.
 - off the path: distance of the pelvis, without its sway (smoothed over 0.45 s), from the path.
@@ -23,6 +23,7 @@ No constant of the library was chosen on these numbers: lean, anticipation and s
 """
 
 import argparse
+from itertools import pairwise
 from pathlib import Path as File
 
 import numpy as np
@@ -65,8 +66,11 @@ def slips(motion) -> np.ndarray:
             off = next((t for t in offs if t > contact), np.inf)
             if off - contact > 3.0:
                 continue
-            span = lambda a, b: slice(*(int(np.ceil((contact + s * (off - contact)) * motion.fps)) for s in (a, b)))
-            ball, ankle = balls[span(*FOREFOOT), side, :2], nodes[span(*FLAT), side, :2]
+            begins, ends = (
+                [int(np.ceil((contact + share * (off - contact)) * motion.fps)) for share in shares]
+                for shares in zip(FOREFOOT, FLAT, strict=True)
+            )
+            ball, ankle = balls[begins[0] : ends[0], side, :2], nodes[begins[1] : ends[1], side, :2]
             if len(ball) > 1 and len(ankle) > 1:
                 found.append((pdist(ball).max(), pdist(ankle).max()))
     return np.array(found).reshape(-1, 2)
@@ -100,7 +104,7 @@ def _strides(motion, curvature, nodes) -> np.ndarray:
     apart = np.linalg.norm(nodes[:, NODES.index("left_hip")] - nodes[:, NODES.index("right_hip")], axis=-1).mean()
     for name in ("left", "right"):
         times = events.times("initial_contact", name)
-        for a, b in zip(times[:-1], times[1:], strict=True):
+        for a, b in pairwise(times):
             i, j = int(a * motion.fps) + 3, min(int(b * motion.fps) + 3, len(nodes) - 1)
             bend = curvature[i:j].mean()
             if abs(bend) > ROUND and b - a < 2.5 and i > motion.fps and j < len(nodes) - motion.fps:

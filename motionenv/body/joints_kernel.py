@@ -8,13 +8,9 @@ from motionenv.body.kinematics import write_nodes
 
 @kernel
 def joints_of(start, stop, poses, offsets, out):
-    """Fill `out` for people `start` to `stop`.
+    """Fill `out` (n, k, 15, 3) [m] with the markers of people `start` to `stop` in `poses` (n, k, 25), k of each.
 
-    Args:
-        start, stop: range of people.
-        poses: (n, k, 25) [m, rad], k poses of each.
-        offsets: (n, 16, 3) [m].
-        out: (n, k, 15, 3) [m], output: the markers.
+    `offsets` (n, 16, 3) [m] are those of their bodies.
     """
     nodes, rotations = np.empty((16, 3)), np.empty((12, 3, 3))
     for i in range(start, stop):

@@ -52,17 +52,11 @@ def _rank(c, s):
 
 @_inline
 def foot_angle(c, s, z, height):
-    """The toe-down angle of a foot above the ground, as cosine and sine.
+    """The toe-down angle of a foot above the ground, as cosine and sine, from those (c, s) of the one after the shin.
 
-    The ankle's height above its height in stance limits how far the toe may drop: with the toe's centre at (a, -b) in
-    the foot's frame it drops by a·sin + b·cos - b; likewise the heel, at (-a', -b'), for toe-up angles. Angles are
-    compared by their position on the unit circle.
-
-    Args:
-        c: cosine of the angle that follows the shin.
-        s: its sine.
-        z: height of the ankle [m].
-        height: of the body [m].
+    The ankle's height `z` [m] above its height in stance limits how far the toe may drop: with the toe's centre at
+    (a, -b) in the foot's frame it drops by a·sin + b·cos - b; likewise the heel, at (-a', -b'), for toe-up angles.
+    Angles are compared by their position on the unit circle. `height` [m] is the body's.
     """
     free = z / height - ANKLE_HEIGHT
     x = (free + _HEEL_DROP) / _HEEL
@@ -86,14 +80,10 @@ def foot_angle(c, s, z, height):
 
 @_inline
 def foot_direction(shin):
-    """Where a foot points that follows the shin without lateral tilt.
+    """Where a foot points that follows a shin of this rotation without lateral tilt.
 
-    Args:
-        shin: its rotation.
-
-    Returns:
-        Whether there is such a direction, which a level shin out to the side lacks; the level direction (x, y); cosine
-        and sine of the toe-down angle.
+    Whether there is such a direction, which a level shin out to the side lacks; the level direction (x, y); cosine and
+    sine of the toe-down angle.
     """
     length = math.sqrt(shin[1] * shin[1] + shin[4] * shin[4])
     level = length > 1e-3
@@ -106,13 +96,7 @@ def foot_direction(shin):
 
 @_inline
 def foot_rotation(shin, z, height):
-    """Rotation of a foot that follows the shin but stays above the ground.
-
-    Args:
-        shin: its rotation.
-        z: height of the ankle [m].
-        height: of the body [m].
-    """
+    """Rotation of a foot that follows the shin but stays above the ground; ankle at `z` [m], body of `height` [m]."""
     level, x, y, c, s = foot_direction(shin)
     c, s = foot_angle(c, s, z, height)
     return (

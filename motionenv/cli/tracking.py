@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from motionenv._core.validation import random_generator
-from motionenv.cli._shared import Seed, check_folder, progress
+from motionenv.cli._shared import Seed, check_folder, note, parsed_numbers, progress
 from motionenv.errors import MotionError
 
 _FILMS = {".mp4", ".gif", ".webp"}
@@ -16,13 +16,17 @@ _ENVS = {"walker": "WalkerTracking", "arm": "ArmTracking"}
 _TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
 _SIZE, _ENLARGED = 128, 3  # image side of an environment [pixels], and its magnification in the film
 _FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
+_LOST = 3  # exit code of a track that was lost at times
+_WALKS = 0.5  # least probability of walking of whom --person all follows
 _SHOWN = 30  # particles shown in the film
 
 
 def track(
     out: Annotated[Path, typer.Option(help="Film of the track: .mp4, .gif or .webp.")],
     env: Annotated[str | None, typer.Option(help="Environment: walker, arm, or an id.")] = None,
-    video: Annotated[Path | None, typer.Option(help="Video to track instead: one person, a static camera.")] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Video to track instead: somebody who walks, a static camera.")
+    ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera of the video (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
     background: Annotated[Path | None, typer.Option(help="Video of the background without the person.")] = None,
@@ -39,6 +43,17 @@ def track(
     ] = None,
     frames: Annotated[int | None, typer.Option(min=1, help="Frames of an environment; by default 90.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Longest duration of a video [s]; by default 60.")] = None,
+    person: Annotated[
+        str | None,
+        typer.Option(help="Whom to follow in a video: a number, all walkers in turn, or list (only print who moves)."),
+    ] = None,
+    box: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: follow who is in this box of a video.")] = None,
+    point: Annotated[str | None, typer.Option(help="X,Y in pixels: follow who is at this point of a video.")] = None,
+    at: Annotated[float | None, typer.Option(help="Moment of --box or --point [s]; by default any.")] = None,
+    region: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: look only at this part of a video.")] = None,
+    attempts: Annotated[
+        int | None, typer.Option(min=1, help="Tracks of a video, of which the best is kept; by default 4.")
+    ] = None,
     fps: Annotated[
         float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
     ] = None,
@@ -51,7 +66,9 @@ def track(
 
     In an environment the tracker observes exact silhouettes, in a video the moving foreground. The film shows the
     particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
-    pose and foreground instead of the error.
+    pose and outline instead of the error, and LOST in frames in which the person isn't followed.
+    Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (the file of --motion has NaN
+    there), with the reasons on stderr; 2, nothing could be tracked.
     Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
     """
     if (env is None) == (video is None):
@@ -61,7 +78,8 @@ def track(
     _check_outputs(out, motion)
     if video is None:
         of_videos = {
-            "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds, "fps": fps
+            "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds, "fps": fps,
+            "person": person, "box": box, "point": point, "at": at, "region": region, "attempts": attempts,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
         start, frames = "automatic" if start is None else start, 90 if frames is None else frames
@@ -70,9 +88,47 @@ def track(
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
     if camera is None:
         _refuse({"which": which}, "needs --camera")
-    given = {"height": height, "seconds": seconds, "fps": fps, "background": background}
-    options = {name: value for name, value in given.items() if value is not None}
-    _track_video(video, camera, which, tracker, model, particles, options, out, motion, seed)
+    areas = {
+        name: parsed_numbers(text, f"--{name}") for name, text in (("box", box), ("point", point), ("region", region))
+    }
+    given = {"height": height, "seconds": seconds, "fps": fps, "background": background, "at": at, "attempts": attempts}
+    options = {name: value for name, value in {**given, **areas}.items() if value is not None}
+    people = _people(video, person, options)
+    lost = [
+        _track_video(
+            video, camera, which, tracker, model, particles, chosen, *_named(out, motion, chosen, people), seed
+        )
+        for chosen in people
+    ]
+    if any(lost):
+        raise typer.Exit(_LOST)
+
+
+def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[dict[str, Any]]:
+    """The options of `track_video` for everybody whom --person asks for; prints who moves and ends for "list"."""
+    from motionenv.tracking.video import find_people
+
+    if person is None or person.isdecimal():
+        return [options if person is None else {**options, "person": int(person)}]
+    if person not in ("all", "list"):
+        raise MotionError(f"--person must be a number, all or list, got {person!r}")
+    looked = {name: options[name] for name in ("seconds", "fps", "background", "region") if name in options}
+    found = find_people(video, **looked)
+    if person == "list":
+        typer.echo("\n".join(str(one) for one in found) or "nothing moves")
+        raise typer.Exit
+    walking = [{**options, "person": one.number} for one in found if one.walks >= _WALKS]
+    if not walking:
+        raise MotionError("--person all: nobody seems to walk; --person list says what moves")
+    return walking
+
+
+def _named(out: Path, motion: Path | None, chosen: dict[str, Any], people: list) -> tuple[Path, Path | None]:
+    """The output files of one of several people: with the person's number."""
+    if len(people) == 1:
+        return out, motion
+    own = f"-{chosen['person']}"
+    return out.with_stem(out.stem + own), motion and motion.with_stem(motion.stem + own)
 
 
 def _refuse(options: dict[str, Any], why: str) -> None:
@@ -116,13 +172,13 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
     return make
 
 
-def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> None:
-    """Track a person in a video, with the given `options` of `track_video`."""
+def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> bool:
+    """Track a person in a video, with the given `options` of `track_video`; returns whether the track was lost."""
     from motionenv.mocap import write
     from motionenv.render.camera_files import read_camera
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import track_film
-    from motionenv.tracking.video.track import track_video
+    from motionenv.tracking.video import track_video
     from motionenv.types import Motion
 
     known = None if camera is None else read_camera(camera, which)
@@ -131,25 +187,54 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
             video, known, prior=_made(tracker, model), particles=particles, seed=seed,
             progress=lambda done, total: step(done), **options,
         )  # fmt: skip
-    followed = np.flatnonzero(found.followed)
-    first, last = int(followed[0]), int(followed[-1]) + 1
-    walked = Motion(found.motion.poses[first:last], found.motion.skeleton, found.motion.fps, video.stem)
+    poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
     pictures, seen = _pictures(video, found, options.get("seconds", 60.0))
     film = track_film(
-        pictures, seen, found.motion.poses, found.particles, walked.skeleton, found.overlap,
-        label="overlap of pose and foreground", most=1.0,
+        _marked(pictures, found), seen, poses, found.particles, skeleton, found.overlap,
+        label="overlap of pose and outline", most=1.0,
     )  # fmt: skip
     with progress("filming", len(found.overlap)) as step:
-        write_video(out, film, walked.fps, progress=step)
-    typer.echo(f"{out}  {len(walked.poses)} of {len(found.overlap)} frames tracked, from frame {first}")
-    typer.echo(f"mean overlap of pose and foreground {np.nanmean(found.overlap):.2f}")
+        write_video(out, film, fps, progress=step)
+    followed = np.flatnonzero(found.followed)
+    _report(out, found, followed)
+    if motion_out is not None and len(followed):
+        walked = Motion(poses[followed[0] : followed[-1] + 1], skeleton, fps, video.stem)
+        write(walked, motion_out)
+        typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {fps:g} fps")
+    elif motion_out is not None:
+        note(f"{motion_out} isn't written: nobody was followed")
+    return bool(found.lost)
+
+
+def _report(out: Path, found, followed: np.ndarray) -> None:
+    """Print whom a track follows, where (frames, in order), and where it doesn't and why."""
+    present = len(found.overlap) - sum(loss.last - loss.first + 1 for loss in found.losses if loss.left)
+    typer.echo(f"{out}  {len(followed)} of {present} frames followed in which the person is wholly in the picture")
+    typer.echo(f"followed {found.person}")
+    if len(followed):
+        typer.echo(f"mean overlap of pose and outline {found.overlap[followed].mean():.2f}")
+    for loss in found.losses:
+        if not loss.left:
+            note(f"LOST in frames {loss.first} to {loss.last}: {loss.reason}")
     if found.guessed:
         x, y, z = found.camera.centre
-        person = f"for a person of {walked.skeleton.height:.2f} m"
+        person = f"for a person of {found.motion.skeleton.height:.2f} m"
         typer.echo(f"camera guessed: {np.hypot(x, y):.1f} m away, {z:.1f} m high, {person}")
-    if motion_out is not None:
-        write(walked, motion_out)
-        typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {walked.fps:g} fps")
+
+
+def _marked(pictures: Iterable[np.ndarray], found) -> Iterator[np.ndarray]:
+    """Frames (height, width, 3), with the word LOST where a track is lost."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    away = np.zeros(len(found.overlap), dtype=bool)
+    for loss in found.losses:
+        away[loss.first : loss.last + 1] = loss.left
+    for picture, followed, left in zip(pictures, found.followed, away, strict=False):
+        image = Image.fromarray(np.ascontiguousarray(picture))
+        if not followed and not left:
+            font = ImageFont.load_default(max(12, image.height // 12))
+            ImageDraw.Draw(image).text((8, 4), "LOST", (255, 60, 60), font, stroke_width=2, stroke_fill=(0, 0, 0))
+        yield np.asarray(image)
 
 
 def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:

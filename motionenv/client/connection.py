@@ -19,14 +19,7 @@ _MIN_WAIT = 0.1  # [s] between two attempts
 
 
 class Connection:
-    """A service's address, and the key to it.
-
-    Args:
-        url: of the service, without a path of its API.
-        key: None takes that of the environment variable MOTIONENV_KEY, if it is set.
-        timeout: seconds to wait for data from the service.
-        patience: seconds for which a request that gets 429 or 503 is repeated, as Retry-After says; 0: never.
-        retries: number of further attempts to connect.
+    """A service's address, and the key to it; arguments as of `Client`, whose `url` has no path of its API.
 
     Raises:
         MotionError: url isn't an HTTP address.

@@ -22,6 +22,8 @@ from motionenv.envs.registration import register
 
 #: Public names and the modules that hold them.
 _HOME = {
+    "ActiveTracking": "active.tracking",
+    "ActiveTrackingVector": "active.tracking",
     "ArmTracking": "arm",
     "ArmTrackingVector": "arm",
     "MarkerTracking": "markers",

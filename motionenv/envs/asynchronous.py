@@ -11,7 +11,7 @@ same calls return the same batches. Arrays are new, contiguous and writable: `to
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
@@ -34,6 +34,9 @@ class Asynchronous:
     """
 
     world: World
+    _restart: Callable[[int | Sequence[int | None] | None], None]  # seeds all, and marks them for a new episode
+    _runnable: Callable[[np.ndarray], np.ndarray]  # which of some will be restarted; raises if some can't be stepped
+    _advance: Callable[[np.ndarray, np.ndarray], Step]  # steps some, ascending, with actions (num_envs, ...)
 
     def __init__(self, num_envs: int, batch_size: int | None):
         self.batch_size = num_envs if batch_size is None else checked_whole(batch_size, "batch_size", 1, num_envs)
@@ -51,7 +54,7 @@ class Asynchronous:
         Raises:
             MotionError: a wrong number of seeds, or environments that have been sent and not received.
         """
-        self.check_received("async_reset")
+        self._check_received("async_reset")
         self._restart(seed)
         n, shape = len(self._away), self.world.action_space.shape
         self._queue(np.arange(n), np.zeros((n, *shape)))
@@ -69,10 +72,9 @@ class Asynchronous:
             ResetNeeded: before the first `async_reset` or `reset`, or, in DISABLED mode, after the end of an episode.
         """
         ids = np.arange(len(self._away)) if env_id is None else np.asarray(env_id)
-        if ids.dtype.kind not in "iu" or ids.ndim != 1 or len(np.unique(ids)) < len(ids):
-            raise MotionError(f"env_id must be different whole numbers (k,), got {env_id!r}")
-        if not ((ids >= 0) & (ids < len(self._away))).all():
-            raise MotionError(f"env_id must be from 0 to {len(self._away) - 1}, got {ids.tolist()}")
+        known = ids.dtype.kind in "iu" and ids.ndim == 1 and len(np.unique(ids)) == len(ids)
+        if not (known and ((ids >= 0) & (ids < len(self._away))).all()):
+            raise MotionError(f"env_id must be different whole numbers from 0 to {len(self._away) - 1}, got {env_id!r}")
         if self._away[ids].any():
             raise MotionError(f"environments {ids[self._away[ids]].tolist()} have been sent: call recv() first")
         ended = self._runnable(ids)
@@ -96,15 +98,8 @@ class Asynchronous:
         observed, rewards, terminated, truncated, infos = batch.result()
         return observed, rewards, terminated, truncated, {**infos, "env_id": ids}
 
-    def check_received(self, what: str) -> None:
-        """Raise if environments have been sent and not received.
-
-        Args:
-            what: what was asked for, for the message.
-
-        Raises:
-            MotionError: there are some.
-        """
+    def _check_received(self, what: str) -> None:
+        """Refuse `what` while environments have been sent and not received."""
         if self._away.any():
             away = np.flatnonzero(self._away).tolist()
             raise MotionError(f"no {what} while environments {away} are stepped in the background: recv() them first")
@@ -130,15 +125,3 @@ class Asynchronous:
         self._batches.clear()
         self._waiting.clear()
         self._away[:] = False
-
-    def _restart(self, seed) -> None:
-        """Seed all sub-environments, and mark them for a new episode."""
-        raise NotImplementedError
-
-    def _runnable(self, ids: np.ndarray) -> np.ndarray:
-        """Which of `ids` will be restarted; raises `ResetNeeded` for those that can't be stepped."""
-        raise NotImplementedError
-
-    def _advance(self, actions: np.ndarray, chosen: np.ndarray) -> Step:
-        """Step the sub-environments `chosen`, ascending, with `actions` (num_envs, ...)."""
-        raise NotImplementedError

@@ -9,6 +9,7 @@ ENVIRONMENTS = {
     "motionenv/WalkerTracking-v1": "motionenv.envs.walker:WalkerTracking",
     "motionenv/MarkerTracking-v1": "motionenv.envs.markers:MarkerTracking",
     "motionenv/ArmTracking-v1": "motionenv.envs.arm:ArmTracking",
+    "motionenv/ActiveTracking-v0": "motionenv.envs.active.tracking:ActiveTracking",
 }
 
 

@@ -47,6 +47,15 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
             "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
         },
     ),
+    "ActiveTracking": (
+        {"horizon": 200},
+        {"turn_seconds": 3.0, "dropout": 0.25, "noise": 0.07},
+        {
+            "Easy": {"people": 3, "pillars": 4, "colour_noise": 0.1, "turn_seconds": 10.0},
+            "Medium": {"people": 4, "pillars": 8},
+            "Hard": {"people": 6, "pillars": 14, "noise": 0.08, "turn_seconds": 4.0},
+        },
+    ),
     "ArmTracking": (
         {"estimate": "joints", "horizon": 90},
         {"height": (1.2, 1.45), "motion": "walk/fpca", "camera": 25.0},
@@ -58,10 +67,12 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
     ),
 }
 
+_VERSION = {"ActiveTracking": "v0"}  # others have v1
 #: The tasks by id.
 TASKS = {
-    f"motionenv/{family}-{level}-v1": Task(f"motionenv/{family}-v1", {**common, **changed}, ood)
+    f"motionenv/{family}-{level}-{version}": Task(f"motionenv/{family}-{version}", {**common, **changed}, ood)
     for family, (common, ood, levels) in _FAMILIES.items()
+    for version in [_VERSION.get(family, "v1")]
     for level, changed in levels.items()
 }
 

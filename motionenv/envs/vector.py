@@ -95,7 +95,7 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
             MotionError: a wrong number of seeds, or an invalid mask.
             ResetNeeded: the mask excludes sub-environments that have never been reset.
         """
-        self.check_received("reset")
+        self._check_received("reset")
         mask = _checked_mask(options, self.num_envs)
         if not (self._begun | mask).all():
             raise ResetNeeded("reset all environments once before using reset_mask")
@@ -132,7 +132,7 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
             MotionError: actions of another shape, not numeric, not finite or out of bounds; the state is unchanged.
             ResetNeeded: before the first `reset`, or, in DISABLED mode, after the end of an episode.
         """
-        self.check_received("step")
+        self._check_received("step")
         ended = self._runnable(self._all)
         return self._advance(checked_actions(actions, self.world.action_space, ~ended), self._all)
 
@@ -227,7 +227,7 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
         self.world.close()
 
     def _check_begun(self, what: str) -> None:
-        self.check_received(what)
+        self._check_received(what)
         if not self._begun.all():
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 

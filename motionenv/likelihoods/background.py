@@ -7,7 +7,8 @@ probabilities become uninformative instead of wrong.
 
 A tracker knows which pixels are background: those that the body doesn't cover. A `Background` with this feedback learns
 only from them, so neither a standing person nor one approaching the camera becomes part of it. Pixels that the body has
-covered since the beginning remain unknown, with probability one half.
+covered since the beginning remain unknown, with probability one half, as long as they change: those that don't, while
+a body is believed there, show a post or a bush that the tracker took for the person, and are background too.
 """
 
 import numpy as np
@@ -19,6 +20,8 @@ _DARK = 24  # grey levels; darker pixels don't determine the gain
 _LEAST_NOISE = 1.0  # grey levels: rounding and other unavoidable variation
 _PLAIN = 3.0  # grey levels: largest median absolute deviation of a uniform row
 _EMPTY = 999  # missing sample; sorts after all colours
+_UNCHANGED = 25  # frames after which a pixel that nobody uncovered is background; a walker's change much sooner
+_CHANGED = 4.0  # least change of a pixel from frame to frame, in standard deviations of the image's noise
 _TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
 
 
@@ -81,8 +84,13 @@ class Background:
         rgb = picture(rgb)
         if self._last is None:
             self._empty(rgb.shape)
+            self._since = np.zeros(rgb.shape[:2], dtype=np.int64)  # frames without a change
         elif self._last.shape != rgb.shape:
             raise MotionError(f"rgb must have the shape of earlier images {self._last.shape}, got {rgb.shape}")
+        else:
+            apart = np.abs(rgb.astype(np.int16) - self._last).max(axis=-1)
+            noise = max(_TO_DEVIATION * float(np.median(apart)), _LEAST_NOISE)
+            self._since = np.where(apart > _CHANGED * noise, 0, self._since + 1)
         self._last = rgb.copy()
         if not self._told:
             self._keep(np.ones(rgb.shape[:2], dtype=bool))
@@ -102,7 +110,7 @@ class Background:
         if not self._told:
             self._empty(self._last.shape)
         self._told = True
-        self._keep(~body)
+        self._keep(~body | ((self._count == 0) & (self._since >= _UNCHANGED)))
 
     def estimate(self) -> np.ndarray:
         """The background (height, width, 3), 0 to 255. After the first `learn`, it is NaN where it was never uncovered.

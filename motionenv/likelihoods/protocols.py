@@ -61,6 +61,21 @@ def log_nobody(likelihood: Likelihood, pose: np.ndarray) -> float:
     return score if np.isfinite(score) else -np.inf
 
 
+def apparent(poses: np.ndarray, sizes: np.ndarray, camera: Camera) -> np.ndarray:
+    """Poses (N, 25) in which bodies of the likelihood's size look like bodies of other `sizes` in `poses`.
+
+    Scaling a body and its distance from the camera alike changes no picture, except of depths.
+
+    Args:
+        poses: (N, 25) [m, rad].
+        sizes: (N,) relative to the skeleton.
+        camera: of the picture.
+    """
+    seen = poses.copy()
+    seen[:, :3] = camera.centre + (poses[:, :3] - camera.centre) / sizes[:, None]
+    return seen
+
+
 def accepted(likelihood: Likelihood, names: Collection[str]) -> list[str]:
     """Names of the observations that a likelihood accepts: the arguments of its `observe`.
 

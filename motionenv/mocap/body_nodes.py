@@ -21,19 +21,12 @@ _HEAD = ("left_head_front", "left_head_back", "right_head_front", "right_head_ba
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """The body's nodes over time.
+    """The body's nodes over time; `trunk` is that of an upright trunk over the captured pelvis."""
 
-    Attributes:
-        positions: (frames, 16, 3) [m] in the order of `motionenv.body.NODES`; NaN where unknown.
-        head_side: (frames, 3) direction to the left of the head in the world; None if unknown.
-        trunk: (frames, 3, 3) rotation of an upright trunk over the captured pelvis, trunk → world; None without pelvis.
-        how: how the joint centres of the legs were found, by joint.
-    """
-
-    positions: np.ndarray
-    head_side: np.ndarray | None
-    trunk: np.ndarray | None
-    how: dict[str, str]
+    positions: np.ndarray  # (frames, 16, 3) [m] in the order of `motionenv.body.NODES`; NaN where unknown
+    head_side: np.ndarray | None  # (frames, 3) direction to the left of the head in the world; None if unknown
+    trunk: np.ndarray | None  # (frames, 3, 3) rotation trunk → world; None without pelvis
+    how: dict[str, str]  # how the joint centres of the legs were found, by joint
 
 
 def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibration | None = None) -> Nodes:

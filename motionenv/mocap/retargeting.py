@@ -9,8 +9,8 @@ from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
 from motionenv.mocap.body_nodes import Nodes, body_nodes
 from motionenv.mocap.clinical import Measurements, person_of
+from motionenv.mocap.clinical.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.mocap.marker_sets import Landmarks, MarkerMap, find_landmarks
-from motionenv.mocap.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 
@@ -25,8 +25,8 @@ def retarget(
     """Fit the 25-DOF body to captured joints or markers, of a whole body or of a part of it.
 
     Args:
-        markers: captured points (frames, points, 3) [m]; or a motion, which is already on the body: it is returned as it
-            is, or on another `skeleton` with the same joint angles, its path scaled by the length of the legs.
+        markers: captured points (frames, points, 3) [m]; or a motion, which is already on the body: it is returned as
+            it is, or on another `skeleton` with the same joint angles, its path scaled by the length of the legs.
         marker_map: which points are which landmarks: a map, or the name of a marker set, such as "plug-in-gait". None
             takes the set of which the most landmarks are there.
         skeleton: the body to use; None measures the person's limbs.
@@ -46,9 +46,10 @@ def retarget(
             raise MotionError("a Motion has no markers: omit marker_map, static and measurements, or pass Markers")
         if skeleton is None:
             return markers
-        poses = markers.poses.copy()
-        poses[:, :3] *= _leg(skeleton) / _leg(markers.skeleton)  # so that feet stay on the ground and don't slide
-        return Motion(poses, skeleton, markers.fps, markers.name)
+        leg = [NODES.index("left_knee"), NODES.index("left_ankle")]
+        new, old = (np.linalg.norm(body.offsets[leg], axis=1).sum() for body in (skeleton, markers.skeleton))
+        path = markers.poses[:, :3] * (new / old)  # feet stay on the ground and don't slide
+        return Motion(np.hstack([path, markers.poses[:, 3:]]), skeleton, markers.fps, markers.name)
     if not isinstance(markers, Markers):
         raise MotionError(f"markers must be Markers or a Motion, as read() returns, got {type(markers).__name__}")
     nodes = find_nodes(markers, marker_map=marker_map, static=static, measurements=measurements)
@@ -56,11 +57,6 @@ def retarget(
         skeleton = fit_skeleton(nodes.positions)
     poses = fit_poses(nodes.positions, skeleton, markers.fps, nodes.head_side, nodes.trunk)
     return Motion(poses, skeleton, markers.fps, markers.name)
-
-
-def _leg(skeleton: Skeleton) -> float:
-    """Length of the left thigh and shank [m]."""
-    return float(np.linalg.norm(skeleton.offsets[[NODES.index("left_knee"), NODES.index("left_ankle")]], axis=1).sum())
 
 
 def to_markers(markers: Markers, *, marker_map: MarkerMap | str | None = None) -> Markers:

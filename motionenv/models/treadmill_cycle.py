@@ -19,6 +19,7 @@ from motionenv.body.skeleton import ANKLE_HEIGHT, LIMB_SHIFTS, LIMBS, NODES
 from motionenv.errors import MotionError
 from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import body_heights, grounded, positions_at
+from motionenv.models.eigenwalkers.speed import at_speed
 from motionenv.models.walking.tables import in_order, lacking_angles
 from motionenv.types import MARKERS, POSE, SPEED_RANGE, Skeleton
 
@@ -78,8 +79,7 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
     seconds = model.stride_seconds(flat)
     if speed is not None:
         components = model.components()
-        z = (flat - components.means) / components.deviations
-        z, seconds = model.pace_.at_speed(z, seconds, body.height, speed)
+        z, seconds = model.pace_.at_speed(model.standard(flat), seconds, body.height, speed)
         flat = components.means + z * components.deviations
     channels = model.fpca_.evaluate(flat[:, None], np.arange(SAMPLES) / SAMPLES)
     channels = in_order(channels, model.fpca_.channels_, np.nan)
@@ -113,7 +113,7 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
         checked_number(speed, "speed", *SPEED_RANGE)
     seconds, w = 1 / model.frequency(scores), model.inverse_transform(scores)
     if speed is not None:
-        w = model.at_speed(w, seconds, speed)
+        w = at_speed(model, w, seconds, speed)
     w = grounded(w)
     lead, flat = w.shape[:-3], w.reshape(-1, *w.shape[-3:])
     cycle = positions_at(flat, np.arange(SAMPLES) * (2 * np.pi / SAMPLES))

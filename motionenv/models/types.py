@@ -8,7 +8,7 @@ import numpy as np
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
-from motionenv.models.population import Person
+from motionenv.models.people.population import Person
 from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, VARIATION_RANGE
 
 if TYPE_CHECKING:

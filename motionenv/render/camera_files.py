@@ -11,15 +11,11 @@ from motionenv.types import Camera
 
 
 def read_camera(path, name: str | None = None) -> Camera:
-    """Read a camera from a file.
+    """Read a camera, by `name` if there are several: a TOML table's name, or its `name` entry.
 
     - `.json`: an object with K (3 × 3), R (3 × 3), t (3) [m], width and height, as in `motionenv.types.Camera`.
     - `.toml`: a table per camera with size, matrix, rotation (a rotation vector) and translation [m]. Lens distortion
       is ignored.
-
-    Args:
-        path: the file.
-        name: which of several cameras in TOML: its table's name, or its `name` entry.
 
     Raises:
         FormatError: not such a file.

@@ -164,14 +164,10 @@ def follow(path, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, .
 
 
 def orthographic(points, alpha) -> np.ndarray:
-    """Paper B's orthographic projection of 3D points (appendix B, eq. B.2).
+    """Paper B's orthographic projection (..., 2) [m] of 3D points (..., 3) [m] (appendix B, eq. B.2).
 
-    Args:
-        points: (..., 3) [m].
-        alpha: view angle [rad], a number or an array that broadcasts against the leading axes of `points`.
-
-    Returns:
-        (..., 2) [m]: cos α·x + sin α·y to the right, and z upwards (image rows run the other way).
+    It has cos α·x + sin α·y to the right, and z upwards (image rows run the other way). α is `alpha` [rad], a number or
+    an array that broadcasts against the leading axes of `points`.
     """
     points = np.asarray(points, dtype=np.float64)
     across = np.cos(alpha) * points[..., 0] + np.sin(alpha) * points[..., 1]
@@ -209,13 +205,10 @@ class Orthographic:
 def project(points, camera: Camera | Orthographic | Sequence) -> tuple[np.ndarray, np.ndarray]:
     """Pixels (..., n, 2) and depth (..., n) [m] of points (..., n, 3) [m]; NaN for points behind the camera.
 
-    Args:
-        points: (..., n, 3), or (..., frames, n, 3) with one camera per frame.
-        camera: one camera, or a sequence of one per frame (as from `follow`).
+    With a sequence of cameras, one per frame (as from `follow`), points are (..., frames, n, 3).
 
     Raises:
-        MotionError: `points` has another shape, the number of cameras isn't that of frames, or they differ in image
-            size.
+        MotionError: another shape, or cameras that differ in image size or aren't as many as frames.
     """
     points = frozen(points, (..., None, 3), "points")
     if isinstance(camera, Camera | Orthographic):

@@ -17,7 +17,7 @@ import numpy as np
 from motionenv._core.validation import checked_fps, checked_whole, random_generator
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import CameraLikelihood
+from motionenv.likelihoods.protocols import CameraLikelihood, apparent
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
 from motionenv.tracking.priors.base import Start, systematic
@@ -38,18 +38,25 @@ _OTHER_GAIT = 0.3  # probability of switching the gait in each round
 _EXCHANGED = 0.1  # probability of swapping left and right, and of reflecting in depth
 # Standard deviations of the first round's noise: time [s], heading [rad], forward and sideways position [m].
 _MOMENT, _HEADING, _PLACE = 0.06, 0.25, 0.06
+_PACE, _PACES = 0.1, (0.6, 1.6)  # standard deviation of the log of a gait's pace, and least and greatest pace
 #: Standard deviations (25,) of a candidate's pose: positions [m], then angles [rad].
-SPREAD = np.concatenate([np.full(3, 0.03), np.full(3, 0.05), np.full(19, 0.08)])
+SPREAD = np.concatenate([np.full(3, 0.03), [0.05, 0.05, 0.12], np.full(19, 0.08)])
 
 
 @dataclass(frozen=True, eq=False)
 class _Hypotheses:
-    """N hypotheses: gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m] at the start."""
+    """N hypotheses.
+
+    Gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m] at the start; body size relative to
+    the likelihood's, and pace relative to the gait's.
+    """
 
     gait: np.ndarray
     moment: np.ndarray
     heading: np.ndarray
     place: np.ndarray
+    size: np.ndarray
+    pace: np.ndarray
 
     def take(self, which: np.ndarray) -> "_Hypotheses":
         return _Hypotheses(*(getattr(self, f.name)[which] for f in fields(self)))
@@ -71,6 +78,7 @@ def automatic_start(
     n: int = 10_000,
     candidates: int = 64,
     model: WalkingModel | str = "walk/fpca",
+    size: float = 0.0,
     seed=None,
 ) -> Start:
     """Estimate candidates for the first pose from the first images.
@@ -83,10 +91,11 @@ def automatic_start(
         n: number of hypotheses, at least 100.
         candidates: number of poses to return, equally weighted; likelier poses are repeated.
         model: `WalkingModel` of the hypotheses, or its name or path.
+        size: standard deviation of the log of the body's size relative to the likelihood's skeleton; 0 if it is known.
         seed: int or Generator.
 
     Returns:
-        Candidate poses of the first frame, each with the pose one frame earlier.
+        Candidate poses of the first frame, each with the pose one frame earlier and the body's height.
 
     Raises:
         MotionError: no observations, no foreground in the first image, or an argument out of range.
@@ -98,21 +107,36 @@ def automatic_start(
     fps, rng = checked_fps(fps), random_generator(seed)
     chosen = np.unique(np.linspace(0, len(observations) - 1, _MOST_PICTURES).round().astype(int))
     pictures = [(i / fps, seen) for i, seen in enumerate(_observed(likelihood, observations)) if i in chosen]
-    box = bounding_box(pictures[0][1].foreground)
+    boxes = bounding_boxes(pictures[0][1].foreground)
     bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
-    walkers = _random_hypotheses(bank, likelihood, box, n, rng)
+    walkers = _random_hypotheses(bank, likelihood, boxes[rng.integers(len(boxes), size=n)], size, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
-        drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some), _KEPT * n, n, rng))
-        walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, rng)
-    scores = _scores(bank, walkers, pictures)
+        drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some, size), _KEPT * n, n, rng))
+        walkers = _perturbed(bank, drawn, likelihood.camera, _COOLING**i, size, rng)
+    scores = _scores(bank, walkers, pictures, size)
     best = walkers.take(_tempered_draw(scores, max(2.0, 0.5 * _KEPT * n), candidates, rng))
     poses = _poses(bank, best, 0.0)
-    return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD)
+    heights = likelihood.skeleton.height * best.size
+    return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD, heights)
 
 
 def bounding_box(foreground: np.ndarray) -> np.ndarray:
     """First and last column, first and last row (4,) of the large foreground components.
+
+    Args:
+        foreground: (height, width) probabilities.
+
+    Raises:
+        MotionError: no foreground.
+    """
+    return bounding_boxes(foreground)[0]
+
+
+def bounding_boxes(foreground: np.ndarray) -> np.ndarray:
+    """First and last column, first and last row (m, 4) of the large foreground components together, and of each.
+
+    Together they are a body that an occluder parts; one of them is the body where others move too.
 
     Args:
         foreground: (height, width) probabilities.
@@ -127,14 +151,9 @@ def bounding_box(foreground: np.ndarray) -> np.ndarray:
     if not count or sizes.max() < 8:
         raise MotionError("the first image has no foreground: start with a frame that shows the person")
     large = [s for s, k in zip(find_objects(parts), sizes, strict=True) if k > _LARGE * sizes.max()]
-    rows, columns = zip(*large, strict=True)
-    return np.array(
-        [
-            min(c.start for c in columns), max(c.stop for c in columns) - 1,
-            min(r.start for r in rows), max(r.stop for r in rows) - 1,
-        ],
-        dtype=np.float64,
-    )  # fmt: skip
+    each = np.array([(c.start, c.stop - 1, r.start, r.stop - 1) for r, c in large], dtype=np.float64)
+    low, high = each.min(axis=0), each.max(axis=0)
+    return np.vstack([[low[0], high[1], low[2], high[3]], each])[: None if len(each) > 1 else 1]
 
 
 def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, rng: np.random.Generator) -> _Bank:
@@ -144,42 +163,52 @@ def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, r
         raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(walking).__name__}")
     strides = walking.sample(_GAITS, seed=rng)
     walks = walking.walks(
-        seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0, height=skeleton.height
+        _PACES[1] * seconds + _SPARE,
+        _BANK_FPS,
+        n=_GAITS,
+        stride=strides,
+        seed=rng,
+        variation=0.0,
+        height=skeleton.height,
     )
     return _Bank(np.asarray(walks.poses), strides.seconds)
 
 
 def _random_hypotheses(
-    bank: _Bank, likelihood: CameraLikelihood, box: np.ndarray, n: int, rng: np.random.Generator
+    bank: _Bank, likelihood: CameraLikelihood, boxes: np.ndarray, size: float, rng: np.random.Generator
 ) -> _Hypotheses:
-    """`n` hypotheses with random gait, phase and heading, placed to match the bounding box."""
+    """Hypotheses with random gait, phase and heading, placed to match their bounding boxes (n, 4)."""
+    n = len(boxes)
     moment = 0.1 + rng.random(n) * (_SPARE - 1.0)
     heading = 2 * np.pi * (np.arange(n) + rng.random(n)) / n
-    walkers = _Hypotheses(rng.integers(len(bank.cycles), size=n), moment, heading, np.zeros((n, 2)))
+    gait, sizes = rng.integers(len(bank.cycles), size=n), np.exp(size * rng.standard_normal(n)) if size else np.ones(n)
+    walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes, np.exp(_PACE * rng.standard_normal(n)))
     camera = likelihood.camera
-    place = np.broadcast_to(_initial_position(camera, likelihood.skeleton, box), (n, 2))
+    place = _initial_positions(camera, likelihood.skeleton, boxes)
     for _ in range(_SETTLED):
         walkers = replace(walkers, place=place)
-        place = place + _placement_shift(camera, limb_segments(_poses(bank, walkers, 0.0), likelihood.skeleton), box)
+        seen = apparent(_poses(bank, walkers, 0.0), sizes, camera)
+        place = place + sizes[:, None] * _placement_shift(camera, limb_segments(seen, likelihood.skeleton), boxes)
     away = (place - camera.centre[:2]) @ _horizontal_unit(camera.R[2, :2])
     return replace(walkers, place=place + np.maximum(_NEAREST - away, 0.0)[:, None] * _horizontal_unit(camera.R[2, :2]))
 
 
-def _initial_position(camera: Camera, skeleton: Skeleton, box: np.ndarray) -> np.ndarray:
-    """Position (2,) on the ray through the box's centre at which a standing body has the box's height."""
-    pixel = np.array([box[:2].mean(), box[2:].mean(), 1.0])
+def _initial_positions(camera: Camera, skeleton: Skeleton, boxes: np.ndarray) -> np.ndarray:
+    """Positions (n, 2) on the rays through the boxes' centres at which a standing body has a box's height."""
+    pixels = np.stack([boxes[:, :2].mean(axis=1), boxes[:, 2:].mean(axis=1), np.ones(len(boxes))])
     focal = np.sqrt(abs(np.linalg.det(camera.K[:2, :2])))
-    depth = focal * skeleton.height / max(box[3] - box[2] + 1, 1.0)
-    return (camera.R.T @ (depth * np.linalg.solve(camera.K, pixel) - camera.t))[:2]
+    depth = focal * skeleton.height / np.maximum(boxes[:, 3] - boxes[:, 2] + 1, 1.0)
+    return ((depth * np.linalg.solve(camera.K, pixels)).T - camera.t) @ camera.R[:, :2]
 
 
-def _placement_shift(camera: Camera, ends: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Ground shift (n, 2) [m] that moves limbs with end points (n, limbs, 2, 3) towards filling the box."""
+def _placement_shift(camera: Camera, ends: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+    """Ground shift (n, 2) [m] that moves limbs with end points (n, limbs, 2, 3) towards filling their boxes."""
+    box = boxes.T
     pixels, depth = camera.project(ends.reshape(len(ends), -1, 3))
     sides = np.array([camera.width, camera.height]) - 1.0
     low, high = np.clip(pixels.min(axis=1), 0, sides), np.clip(pixels.max(axis=1), 0, sides)
     far = np.maximum(depth.mean(axis=1), _NEAREST)
-    aside = (box[:2].mean() - 0.5 * (low[:, 0] + high[:, 0])) * far / abs(camera.K[0, 0])
+    aside = (box[:2].mean(axis=0) - 0.5 * (low[:, 0] + high[:, 0])) * far / abs(camera.K[0, 0])
     # Moving away shrinks the outline and, if the camera looks down, moves it up: least squares of both.
     down, focal = -camera.R[2, 2], abs(camera.K[1, 1])
     tall = high[:, 1] - low[:, 1] + 1
@@ -198,12 +227,13 @@ def _horizontal_unit(direction: np.ndarray) -> np.ndarray:
 
 def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
     """Poses (n, 25) of the hypotheses `seconds` after the first image."""
-    at = np.clip((walkers.moment + seconds) * _BANK_FPS, 0, bank.poses.shape[1] - 1.001)
+    at = np.clip((walkers.moment + seconds * walkers.pace) * _BANK_FPS, 0, bank.poses.shape[1] - 1.001)
     began = bank.poses[walkers.gait, np.floor(walkers.moment * _BANK_FPS).astype(int), :2]
     first = at.astype(int)
     share = (at - first)[:, None]
     poses = (1 - share) * bank.poses[walkers.gait, first] + share * bank.poses[walkers.gait, first + 1]
-    x, y = (poses[:, :2] - began).T
+    x, y = (walkers.size[:, None] * (poses[:, :2] - began)).T
+    poses[:, 2] *= walkers.size
     c, s = np.cos(walkers.heading), np.sin(walkers.heading)
     poses[:, 0], poses[:, 1] = walkers.place[:, 0] + c * x - s * y, walkers.place[:, 1] + s * x + c * y
     poses[:, 5] += walkers.heading
@@ -213,16 +243,24 @@ def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
 def _observed(likelihood: CameraLikelihood, observations: Sequence[Mapping[str, Any]]) -> Iterator[CameraLikelihood]:
     """A copy of the likelihood after each observation."""
     seeing = deepcopy(likelihood)
+    if len(observations) > 1 and hasattr(seeing, "forget"):
+        seeing.forget()  # what was learned beside a wrong body
+        for observation in observations:
+            seeing.observe(**observation)
     for observation in observations:
         seeing.observe(**observation)
         yield deepcopy(seeing)
 
 
-def _scores(bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]]) -> np.ndarray:
-    """Log-likelihood (n,) of the images, given as (seconds after the first, likelihood that has observed it)."""
-    total = np.zeros(len(walkers.moment))
+def _scores(
+    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]], size: float
+) -> np.ndarray:
+    """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and `size`."""
+    total = -0.5 * (np.log(walkers.size) / size) ** 2 if size else np.zeros(len(walkers.moment))
     for seconds, likelihood in pictures:
-        total += np.nan_to_num(likelihood.log_likelihood(_poses(bank, walkers, seconds)), nan=-1e9, neginf=-1e9)
+        seen = _poses(bank, walkers, seconds)
+        seen = apparent(seen, walkers.size, likelihood.camera) if size else seen
+        total += np.nan_to_num(likelihood.log_likelihood(seen), nan=-1e9, neginf=-1e9)
     return total
 
 
@@ -238,7 +276,7 @@ def _tempered_draw(scores: np.ndarray, effective: float, n: int, rng: np.random.
 
 
 def _perturbed(
-    bank: _Bank, walkers: _Hypotheses, camera: Camera, share: float, rng: np.random.Generator
+    bank: _Bank, walkers: _Hypotheses, camera: Camera, share: float, size: float, rng: np.random.Generator
 ) -> _Hypotheses:
     """Hypotheses with `share` of the first round's noise; some jump to ambiguous alternatives."""
     n = len(walkers.moment)
@@ -251,4 +289,7 @@ def _perturbed(
     heading = np.where(what < _EXCHANGED, 2 * across - walkers.heading, walkers.heading)
     heading += share * _HEADING * rng.standard_normal(n)
     place = walkers.place + share * _PLACE * rng.standard_normal((n, 2))
-    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place)
+    grown = np.exp(share * 0.5 * size * rng.standard_normal(n)) if size else np.ones(n)
+    place = camera.centre[:2] + grown[:, None] * (place - camera.centre[:2])  # looks as tall as before
+    pace = np.clip(walkers.pace * np.exp(0.5 * share * _PACE * rng.standard_normal(n)), *_PACES)
+    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size, pace)

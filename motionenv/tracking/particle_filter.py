@@ -3,14 +3,14 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, Likelihood, log_nobody
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, CameraLikelihood, Likelihood, apparent, log_nobody
 from motionenv.tracking.priors.base import Prior, Start, State, systematic
 from motionenv.types import Skeleton
 
@@ -64,11 +64,14 @@ class Belief:
         """Expected marker positions (15, 3) [m]; more accurate than the markers of the mean pose.
 
         Args:
-            skeleton: the body.
+            skeleton: the prior's; particles with a size of their own are scaled.
         """
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
-        return np.einsum("n,nij->ij", weights / weights.sum(), markers(self.poses[some], skeleton))
+        joints, roots = markers(self.poses[some], skeleton), self.poses[some, None, :3]
+        if hasattr(self.state, "sizes"):
+            joints = roots + self.state.sizes[some, None, None] * (joints - roots)
+        return np.einsum("n,nij->ij", weights / weights.sum(), joints)
 
 
 class ParticleFilter:
@@ -101,6 +104,10 @@ class ParticleFilter:
         restart: called with an observation when the track is lost; returns a new start, or None to continue.
         seed: int or Generator; the result doesn't depend on the number of threads.
 
+    **Body size.** If the prior has a `size` above 0 (see `FPCAPrior`), each particle has a size of its own, relative to
+    the skeleton. Silhouettes and colours of a small body nearby are those of a large one far away, so the likelihood is
+    asked about the latter; what differs is where the feet stand.
+
     Raises:
         MotionError: an argument out of range, or a prior and a likelihood for bodies of different heights.
     """
@@ -126,6 +133,7 @@ class ParticleFilter:
             )
         self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
         self.resample, self.layers, self.hidden = resample, int(layers), hidden
+        self._sized = getattr(prior, "size", 0.0) > 0
         self._rng = random_generator(seed)
         self._state: Any = None
 
@@ -162,7 +170,7 @@ class ParticleFilter:
         evidence, lost = self._updated()
         self._lost = self._lost + 1 if lost else 0
         if isinstance(self.likelihood, AdaptiveLikelihood) and not (lost or recovered):
-            self.likelihood.learn(self._state.poses, self._log_weights)
+            self.likelihood.learn(self._looks(), self._log_weights)
         effective = float(1 / np.exp(2 * self._log_weights).sum())
         return Belief(self._state, self._log_weights.copy(), effective, evidence, lost, recovered)
 
@@ -199,14 +207,21 @@ class ParticleFilter:
 
     def _scored(self) -> np.ndarray:
         """Log-likelihoods (N,) of the particles, or of `state`; minus infinity instead of NaN."""
-        poses = self._state.poses
-        if not np.isfinite(poses).all():
+        if not np.isfinite(self._state.poses).all():
             raise MotionError(
                 f"{type(self.prior).__name__} proposed a pose that isn't finite: check its model and the start"
             )
-        scores = np.asarray(self.likelihood.log_likelihood(poses), dtype=np.float64)
+        scores = np.asarray(self.likelihood.log_likelihood(self._looks()), dtype=np.float64)
         scores = np.where(np.isnan(scores) | (scores == np.inf), -np.inf, scores)
         return np.logaddexp(np.log1p(-self.hidden) + scores, self._floor) if np.isfinite(self._floor) else scores
+
+    def _looks(self) -> np.ndarray:
+        """The particles' poses (N, 25), at the distance at which bodies of the likelihood's skeleton look like them."""
+        if not self._sized:
+            return self._state.poses
+        if not getattr(self.likelihood, "silhouettes", True):
+            raise MotionError("depths can't be tracked with a prior of unknown body size: give it size=0")
+        return apparent(self._state.poses, self._state.sizes, cast(CameraLikelihood, self.likelihood).camera)
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
         """Multiply the weights by the likelihood (N,); returns the log evidence."""

@@ -13,7 +13,7 @@ import orjson
 import structlog
 
 import service
-from service.jobs.file_store import full_disk_errors
+from service.jobs.store import full_disk_errors
 
 _log = structlog.get_logger("motionenv.service")
 #: Environment variables that the process inherits: no keys.
@@ -38,14 +38,10 @@ class Failed(Exception):
 async def run(
     work: dict[str, Any], folder: Path, seconds: float, memory: int, on_progress: Callable[[float, str], None]
 ) -> None:
-    """Run a job in a process that dies with this one.
+    """Run a job in a process that dies with this one, in `folder`, with files in `input`; it writes `result`.
 
-    Args:
-        work: kind and settings, as `service.jobs.worker` expects them.
-        folder: working folder with the files in `input`; the process writes `result`.
-        seconds: time limit.
-        memory: limit of its address space [bytes].
-        on_progress: called with a share from 0 to 1 and a message.
+    `work` is kind and settings, as `service.jobs.worker` expects them, `memory` a limit of address space [bytes];
+    `on_progress` is called with a share from 0 to 1 and a message.
 
     Raises:
         Failed: with the reason.

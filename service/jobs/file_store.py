@@ -1,17 +1,14 @@
 """Content-addressed files, named by their SHA-256: equal uploads are stored once, and files appear atomically."""
 
 import contextlib
-import errno
 import hashlib
 import os
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-from service.jobs.store import Full
+from service.jobs.store import Full, full_disk_errors
 
 _CHUNK = 1 << 20
 _BALLAST = 4 << 20  # bytes to free on a full disk, so that jobs can still be cancelled and removed
@@ -124,14 +121,3 @@ def sha256(path: Path) -> str:
             digest.update(chunk)
         os.fsync(file.fileno())
     return digest.hexdigest()
-
-
-@contextmanager
-def full_disk_errors() -> Iterator[None]:
-    """Convert the system's errors of a full disk to `Full`."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise Full from error
-        raise

@@ -1,5 +1,6 @@
 """Database of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
 
+import errno
 import json
 import sqlite3
 import time
@@ -14,23 +15,6 @@ T = TypeVar("T")
 ATTEMPTS = 5
 WAITING = ("queued", "running")
 _TIMEOUT = 10.0  # [s] for other processes' transactions, which take milliseconds
-_SCHEMA = """
-CREATE TABLE IF NOT EXISTS jobs (
-    number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE, kind TEXT NOT NULL, settings TEXT NOT NULL,
-    model TEXT, media_type TEXT NOT NULL, filename TEXT NOT NULL,
-    status TEXT NOT NULL DEFAULT 'queued', progress REAL NOT NULL DEFAULT 0, message TEXT NOT NULL DEFAULT 'waiting',
-    attempts INTEGER NOT NULL DEFAULT 0, created REAL NOT NULL, started REAL, ended REAL,
-    error TEXT, result TEXT, size INTEGER, idempotency TEXT UNIQUE
-);
-CREATE INDEX IF NOT EXISTS jobs_by_status ON jobs (status, number);
-CREATE INDEX IF NOT EXISTS jobs_by_result ON jobs (result);
-CREATE TABLE IF NOT EXISTS inputs (
-    job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE, name TEXT NOT NULL, sha TEXT NOT NULL
-);
-CREATE INDEX IF NOT EXISTS inputs_by_job ON inputs (job);
-CREATE INDEX IF NOT EXISTS inputs_by_sha ON inputs (sha);
-CREATE TABLE IF NOT EXISTS models (name TEXT NOT NULL, sha TEXT NOT NULL, PRIMARY KEY (name, sha));
-"""
 
 
 class Full(Exception):
@@ -96,7 +80,7 @@ class Store:
             Taken: another job fits a model of that name.
             Waiting: `most` jobs are queued.
         """
-        with _full_disk_errors(), self._transaction():
+        with full_disk_errors(), self._transaction():
             if self.count("queued") >= most:
                 raise Waiting
             if job.model and self._one("SELECT 1 FROM jobs WHERE model = ? AND status IN (?, ?)", job.model, *WAITING):
@@ -154,20 +138,16 @@ class Store:
 
     def progress(self, job: str, progress: float, message: str) -> None:
         """Update the progress of a running job."""
-        with _full_disk_errors():
+        with full_disk_errors():
             self._db.execute(
                 "UPDATE jobs SET progress = ?, message = ? WHERE id = ? AND status = 'running'",
                 (progress, message, job),
             )
 
     def finish(self, job: Job, result: str, size: int, publish: Callable[[], None]) -> bool:
-        """Mark a running job as done; False if it was cancelled meanwhile.
+        """Mark a running job as done, with the SHA-256 of its result and its size; False if it was cancelled meanwhile.
 
-        Args:
-            job: the job.
-            result: SHA-256 of its result.
-            size: of its result [bytes].
-            publish: moves result and model into place, within the transaction.
+        `publish` moves result and model into place, within the transaction.
 
         Raises:
             Full: the disk is full.
@@ -266,12 +246,12 @@ class Store:
     def _urgent(self, work: Callable[[], T]) -> T:
         """Return `work()`; on a full disk, try again after freeing some space."""
         try:
-            with _full_disk_errors():
+            with full_disk_errors():
                 return work()
         except Full:
             if not self._make_room():
                 raise
-        with _full_disk_errors():
+        with full_disk_errors():
             return work()
 
     @contextmanager
@@ -303,7 +283,7 @@ def _connected(path: Path) -> sqlite3.Connection:
     db.execute("PRAGMA journal_mode = WAL")
     db.execute("PRAGMA synchronous = NORMAL")
     db.execute("PRAGMA foreign_keys = ON")
-    db.executescript(_SCHEMA)
+    db.executescript(Path(__file__).with_name("schema.sql").read_text())
     return db
 
 
@@ -315,10 +295,14 @@ def _job(row: tuple) -> Job:
 
 
 @contextmanager
-def _full_disk_errors() -> Iterator[None]:
-    """Convert SQLite's errors of a full disk to `Full`."""
+def full_disk_errors() -> Iterator[None]:
+    """Convert the errors of a full disk, the system's and SQLite's, to `Full`."""
     try:
         yield
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise Full from error
+        raise
     except sqlite3.OperationalError as error:
         kind = (error.sqlite_errorcode or 0) & 0xFF
         if kind in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN):

@@ -15,8 +15,8 @@ import structlog
 from motionenv.models import names
 from service.errors import FULL
 from service.jobs.child_process import Failed, Interrupted, run
-from service.jobs.file_store import FileStore, full_disk_errors, sha256
-from service.jobs.store import ATTEMPTS, Full, Job, Store
+from service.jobs.file_store import FileStore, sha256
+from service.jobs.store import ATTEMPTS, Full, Job, Store, full_disk_errors
 from service.metrics import Metrics
 from service.model_registry import ModelRegistry
 from service.settings import Settings

@@ -195,14 +195,10 @@ def safe_name(name: str) -> str:
             bound={"expected": " ".join(SUFFIXES)},
         )  # fmt: skip
     composed = unicodedata.normalize("NFC", stem)
-    plain = re.sub("-+", "-", "".join(c if _kept(c) else "-" for c in composed)).lstrip("-")
+    letter = lambda c: c == "_" or unicodedata.category(c)[0] in "LMN"  # or a mark upon one, as Hindi's vowels; a digit
+    plain = re.sub("-+", "-", "".join(c if letter(c) else "-" for c in composed)).lstrip("-")
     short = plain[:_NAME].encode()[:_NAME_BYTES].decode(errors="ignore")
     return (unicodedata.normalize("NFC", short).strip("-") or "capture") + suffix
-
-
-def _kept(character: str) -> bool:
-    """Whether a character is part of a word: a letter, a mark upon one (as Hindi's vowels), a digit, or _."""
-    return character == "_" or unicodedata.category(character)[0] in "LMN"
 
 
 def as_fields(schema: dict[str, Any], few: bool) -> dict[str, Any]:

@@ -13,6 +13,8 @@ import re
 import resource
 import signal
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,36 +43,25 @@ def limit(memory: int, cpu: float, parent: int) -> None:
         resource.setrlimit(what, most)
 
 
-class Reporter:
-    """Sends messages to the service through a file descriptor."""
-
-    def __init__(self, handle: int):
-        self._handle = handle
-
-    def send(self, **message: Any) -> None:
-        """Send a message."""
-        os.write(self._handle, orjson.dumps(message) + b"\n")
-
-    def progress(self, share: float, message: str) -> None:
-        """Report progress."""
-        self.send(progress=share, message=message)
+def _send(handle: int, **message: Any) -> None:
+    os.write(handle, orjson.dumps(message) + b"\n")
 
 
 def main() -> None:
     """Run the job from stdin."""
     work = orjson.loads(sys.stdin.buffer.read())
-    reporter = Reporter(os.dup(1))
+    send = partial(_send, os.dup(1))
     os.dup2(2, 1)  # keep the output of libraries out of the messages
     faulthandler.enable()
     limits = work["limits"]
     limit(limits["memory"], limits["cpu"], limits["parent"])
     try:
-        _do(work, reporter)
+        _do(work, send)
     except Exception as error:
         if not isinstance(error, MemoryError) and _peak() < _MUCH * limits["memory"]:
             raise
         gigabytes = limits["memory"] / 1e9
-        reporter.send(failed=422, detail=f"the job exceeded its memory limit of {gigabytes:g} GB")
+        send(failed=422, detail=f"the job exceeded its memory limit of {gigabytes:g} GB")
 
 
 def _peak() -> int:
@@ -80,19 +71,20 @@ def _peak() -> int:
     return 1024 * int(found[1]) if found else 0
 
 
-def _do(work: dict[str, Any], reporter: Reporter) -> None:
+def _do(work: dict[str, Any], send: Callable[..., None]) -> None:
     from motionenv import MotionError
     from service.jobs import tasks as kinds
 
     try:
-        kinds.KINDS[work["kind"]](work["settings"], Path.cwd(), reporter.progress)
-        reporter.send(done=True)
+        progress = lambda share, message: send(progress=share, message=message)
+        kinds.KINDS[work["kind"]](work["settings"], Path.cwd(), progress)
+        send(done=True)
     except (MotionError, OSError) as error:
         cause = error if isinstance(error, OSError) else error.__cause__
         full = isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT)
         if not full and not isinstance(error, MotionError):
             raise
-        reporter.send(failed=507 if full else 422, detail=kinds.plain(str(error)))
+        send(failed=507 if full else 422, detail=kinds.plain(str(error)))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ and fades in.
 
 import math
 from collections.abc import Iterator
-from itertools import chain
+from itertools import chain, count
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,7 @@ _FADE = 0.25  # [s]
 
 
 class Stream:
-    """One motion without end; `models` gives the model of a name.
-
-    Attributes:
-        settings: the present ones; set by `change`.
-        fps: frames per second.
-        height: of the body [m].
-    """
+    """One motion without end, at `fps`, of a body of `height` [m]; `models` gives the model of a name."""
 
     def __init__(self, models: Any, settings: StreamSettings):
         self._models, self._pieces, self._last, self.settings = models, 0, np.zeros((0, 25)), settings
@@ -56,7 +50,8 @@ class Stream:
         model, growth = self._models(settings.model), None
         if model.steerable:
             growth = _grown(model, settings, self._last, self._pieces)
-            frames, height, fps = _steps(growth), growth.skeleton.height, growth.fps
+            frames: Iterator = (growth.step(1)[0] for _ in count())
+            height, fps = growth.skeleton.height, growth.fps
         else:
             frames, height, fps = _walked(model, settings, self._last, self._pieces)
         first = next(frames)  # here, where it may take long: the first one ever compiles the kernels
@@ -84,11 +79,6 @@ def _grown(model: GaitModel, settings: StreamSettings, before: np.ndarray, piece
 def _target(settings: StreamSettings) -> Target:
     heading = None if settings.heading is None else math.radians(settings.heading)
     return Target(settings.activity, heading, settings.speed)
-
-
-def _steps(growth: Any) -> Iterator[np.ndarray]:
-    while True:
-        yield growth.step(1)[0]
 
 
 def _walked(

@@ -65,7 +65,7 @@ def test_a_video_with_its_camera(run, tmp_path):
                  "--out", "track.mp4", "--motion", "walk.npz")  # fmt: skip
     assert result.code == 0, result.err
     assert "guessed" not in result.out
-    assert float(result.out.split("foreground ")[1].split()[0]) > 0.5
+    assert float(result.out.split("outline ")[1].split()[0]) > 0.5
     assert pictures_in(tmp_path / "track.mp4") == (45, (480 + 96, 640 + 4 + 480, 3))  # four times as large
     motion = motionenv.read(tmp_path / "walk.npz")
     assert np.abs(np.median(motion.poses[:, 0] - poses[: len(motion.poses), 0])) < 0.3

@@ -11,14 +11,15 @@ FOLDERS = ("motionenv", "service", "benchmarks", "renders", "tests")
 MOST = 14
 #: Folders that may show more, each for a reason.
 MORE = {
-    "motionenv/models": 15,  # a folder for each family of models, and one file for each thing that they share
-    "benchmarks": 17,  # a folder for each family of claims, and single ones beside them
+    "motionenv/models": 17,  # a folder for each family of models, and one file for each thing that they share
+    "benchmarks": 18,  # a folder for each family of claims, and single ones beside them
+    "tests/envs": 16,  # the environments' tests, and those that hold all of them together
     "motionenv": 17,  # the steps of the flow, side by side
     "renders/fixtures": 16,  # eight, each a picture and its truth
     "motionenv/mocap/marker_sets/sets": 20,  # one table per marker set
     "tests": 21,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
-    "tests/models": 17,  # mirrors models, and adds a model that a package of somebody else brings
+    "tests/models": 19,  # mirrors models, and adds a model that a package of somebody else brings
 }
 HIDDEN = {"node_modules", "dist"}  # what npm makes
 PRIVATE_TO_ALL = "motionenv._core"  # private to motionenv, whose parts all build on it

@@ -114,7 +114,13 @@ def test_what_cannot_be_sent_is_named_and_nothing_is_sent(kind):
     with pytest.raises(MotionError, match=r"environments \[0, 1\] have been sent"):
         envs.send(idle, np.array([0, 1]))
     envs.recv(), envs.recv()
-    for ids, why in [([0, 0], "different"), ([0, 4], "from 0 to 3"), ([0.0, 1.0], "whole numbers"), ([0], "shape")]:
+    for ids, why in [
+        ([0, 0], "different"),
+        ([0, 4], "from 0 to 3"),
+        ([0, -1], "from 0 to 3"),
+        ([0.0, 1.0], "whole numbers"),
+        ([0], "shape"),
+    ]:
         with pytest.raises(MotionError, match=why):
             envs.send(idle, np.array(ids))
     with pytest.raises(MotionError, match="finite"):

@@ -80,8 +80,8 @@ def test_misuse_is_named(misuse, message):
 def test_what_a_body_covers_never_becomes_background():
     """Somebody hardly moves: the median over time takes him for background, one that is told doesn't."""
     told, untold = Background(frames=15), Background(frames=15)
-    for i in range(40):
-        picture, background, mask = scene(20 + i // 20, seed=i)
+    for i in range(24):
+        picture, background, mask = scene(20 + i // 12, seed=i)
         told.observe(picture)
         untold.observe(picture)
         told.learn(mask)
@@ -92,6 +92,18 @@ def test_what_a_body_covers_never_becomes_background():
     np.testing.assert_array_equal(says[~seen], 0.5)
     assert ((says > 0.5) != mask)[seen].mean() < 0.01
     assert (foreground_probability(picture, untold.estimate())[mask] > 0.5).mean() < 0.5
+
+
+def test_a_post_taken_for_a_body_becomes_background_once_nothing_there_changes():
+    told = Background()
+    for i in range(40):
+        picture, _, mask = scene(20, seed=i)
+        told.observe(picture)
+        told.learn(mask)
+        if i == 20:
+            np.testing.assert_array_equal(np.isnan(told.estimate()[..., 0]), mask)
+    assert np.isfinite(told.estimate()).mean() > 0.99
+    assert (foreground_probability(picture, told.estimate()) < 0.5)[mask].mean() > 0.95
 
 
 def test_the_median_of_what_was_kept_of_each_pixel():

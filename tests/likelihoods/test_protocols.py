@@ -5,7 +5,7 @@ import pytest
 
 from motionenv.body import from_height
 from motionenv.likelihoods import AppearanceLikelihood, SilhouetteLikelihood
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, accepted, log_nobody
+from motionenv.likelihoods.protocols import AdaptiveLikelihood, accepted, apparent, log_nobody
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view
 
@@ -67,3 +67,15 @@ def test_of_alternatives_the_first_that_is_there_is_taken():
 def test_likelihoods_that_learn_are_told_from_those_that_do_not():
     assert isinstance(AppearanceLikelihood(CAMERA), AdaptiveLikelihood)
     assert not isinstance(Sound(0), AdaptiveLikelihood)
+
+
+@pytest.mark.parametrize("size", [0.8, 1.12])
+def test_a_body_of_another_size_looks_like_one_at_another_distance(size):
+    pose = STANDING * size + np.r_[0.3, 0.4, np.zeros(3), 0.7, np.zeros(19)]
+    mask = Raycaster().render(STANDING[None], from_height(1.6), CAMERA, rgb=False).limbs[0] > 0
+    scores = []
+    for height, seen in ((1.75 * size, pose[None]), (1.75, apparent(pose[None], np.array([size]), CAMERA))):
+        likelihood = SilhouetteLikelihood(CAMERA, from_height(height), effective=None, threads=1)
+        likelihood.observe(mask=mask)
+        scores.append(likelihood.log_likelihood(seen))
+    np.testing.assert_allclose(*scores, rtol=1e-9)

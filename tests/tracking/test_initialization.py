@@ -10,7 +10,7 @@ from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import view
-from motionenv.tracking.initialization import automatic_start, bounding_box
+from motionenv.tracking.initialization import automatic_start, bounding_box, bounding_boxes
 
 
 def pictures(alpha: float, seed: int, frames: int = 10):
@@ -47,6 +47,20 @@ def test_somebody_who_walks_to_the_left_is_found_to():
     assert (np.cos(start.poses[:, 5]) < -0.8).mean() > 0.9
 
 
+@pytest.mark.parametrize("height", [1.5, 1.95])
+def test_the_feet_tell_how_far_away_somebody_of_unknown_size_is(height):
+    walk = synthesize("walk/fpca", 1, 30, seed=3, height=height)
+    camera = view(0.0, width=96, height=96, distance=5.0)
+    masks = render(walk.poses[:10], walk.skeleton, camera).limbs > 0
+    likelihood, seen = SilhouetteLikelihood(camera, threads=1), [{"mask": m} for m in masks]
+    start = automatic_start(likelihood, seen, n=3000, size=0.07, seed=1)
+    assert abs(np.median(start.heights) / height - 1) < 0.03
+    away = (np.median(start.poses[:, :3], axis=0) - walk.poses[0, :3]) @ camera.R[2]
+    assumed = automatic_start(likelihood, seen, n=3000, seed=1)
+    wrong = (np.median(assumed.poses[:, :3], axis=0) - walk.poses[0, :3]) @ camera.R[2]
+    assert abs(away) < 0.2 < abs(wrong)
+
+
 def test_the_seed_says_all_whatever_the_threads():
     observations, walk, likelihood = pictures(0.3, seed=4, frames=3)
     other = SilhouetteLikelihood(likelihood.camera, walk.skeleton, threads=3)
@@ -75,6 +89,8 @@ def test_the_box_leaves_specks_out_and_keeps_what_an_occluder_parts():
     mask[5:15, 10:14] = mask[20:35, 11:16] = 1
     mask[38, 28] = 1
     np.testing.assert_array_equal(bounding_box(mask), [10, 15, 5, 34])
+    np.testing.assert_array_equal(bounding_boxes(mask)[1:], [[10, 13, 5, 14], [11, 15, 20, 34]])
+    assert len(bounding_boxes(mask[:18])) == 1
 
 
 @pytest.mark.parametrize(

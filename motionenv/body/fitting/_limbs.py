@@ -18,24 +18,18 @@ from motionenv.body.skeleton import NODES
 class Limb:
     """A ball joint with a hinge below it.
 
-    Attributes:
-        at: first of the limb's four entries in the pose vector.
-        signs: signs of flexion, abduction and rotation.
-        hinge: sign of the hinge's flexion.
-        chain: proximal, middle and distal node, as indices into `NODES`.
-        overstretch: sine of the angle by which a hinge that seems to bend backwards is overstretched; beyond it, the
-            limb is turned by half a turn instead. A hip can't turn the knee backwards, while a shoulder can turn the
-            elbow.
-        limit: angle [rad] beyond which overstretching is held back, or infinity. Knees bend backwards by 20° in some
-            patients (genu recurvatum), and what is measured there must stay; elbows hardly ever by more than 5°.
+    A hinge that seems to bend backwards by more than `overstretch` is turned, with the limb, by half a turn instead. A
+    hip can't turn the knee backwards, while a shoulder can turn the elbow. Beyond `limit` overstretching is held back:
+    knees bend backwards by 20° in some patients (genu recurvatum), and what is measured there must stay; elbows hardly
+    ever by more than 5°.
     """
 
-    at: int
-    signs: tuple[float, float, float]
-    hinge: float
-    chain: tuple[int, int, int]
-    overstretch: float
-    limit: float
+    at: int  # first of the limb's four entries in the pose vector
+    signs: tuple[float, float, float]  # of flexion, abduction and rotation
+    hinge: float  # sign of the hinge's flexion
+    chain: tuple[int, int, int]  # proximal, middle and distal node, as indices into `NODES`
+    overstretch: float  # sine of an angle
+    limit: float  # angle [rad], or infinity
 
 
 def _limb(at: int, signs: tuple[float, float, float], hinge: float, side: str) -> Limb:

@@ -17,7 +17,10 @@ from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
 
-_LOOK = 10  # frames from which the automatic start is made, once there are as many
+_SEARCHED = 4000  # hypotheses of an automatic start
+_NEAR = 2.5  # [m] farthest from where they were lost that people are found again
+_SIZE = 0.07  # standard deviation of the log of a body's size
+_LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
 
 def truth_start(env: Any, slot: int) -> Start:
@@ -40,12 +43,12 @@ class TrackingAgent:
     Args:
         env: WalkerTracking, ArmTracking or a vector of them.
         prior: of motion, or a callable (unwrapped env, slot) that gives one as an episode begins; None is an
-            `FPCAPrior` of the average body.
+            `FPCAPrior` of a body of unknown size, or of the average body where only depths are seen.
         n: particles.
         likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
-            in the first one, and better once ten have come.
+            in the first one, and better once 4, 12 and 36 have come. A walker who is lost is searched for in any case.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
         options: of `ParticleFilter`: resample, layers, hidden.
@@ -76,11 +79,18 @@ class TrackingAgent:
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
         check_options(n, **options)
-        self._prior = FPCAPrior(fps=self._actions.env.world.fps) if prior is None else prior
+        self._prior = FPCAPrior(fps=self._actions.env.world.fps, size=self._size()) if prior is None else prior
         self._likelihood, self._start, self._threads = likelihood, start, threads
         self._n, self._options = n, options
         self._rng = random_generator(seed)
         self._tracks: list[_Track | None] = [None] * self._actions.n
+
+    def _size(self) -> float:
+        """Uncertainty of the body's size: 0 where only depths are seen, in which a body of any size is where it is."""
+        seen = self._actions.observed
+        if hasattr(seen, "spaces"):
+            return 0.0 if "depth" in seen.spaces and "mask" not in seen.spaces else _SIZE
+        return 0.0 if seen.dtype.kind == "f" else _SIZE
 
     @property
     def beliefs(self) -> list[Belief]:
@@ -139,19 +149,23 @@ class TrackingAgent:
             _check_moves_an_arm(prior, start)
         rng = self._rng.spawn(1)[0]
         track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
-        return _Track(track, start, rng)
+        walks = not self._actions.arm and hasattr(type(likelihood), "foreground")
+        return _Track(track, start, walks, rng)
 
 
 class _Track:
-    """One episode: a filter, and its first pose; None searches for it, with the generator `rng`."""
+    """One episode: a filter, and its first pose; None searches for it, with the generator `rng`.
 
-    def __init__(self, tracker: ParticleFilter, start: Start | None, rng: np.random.Generator):
+    A walker who is lost is searched for, too.
+    """
+
+    def __init__(self, tracker: ParticleFilter, start: Start | None, walks: bool, rng: np.random.Generator):
         self.filter, self.likelihood, self.belief = tracker, tracker.likelihood, None
-        self._rng = rng
+        self._rng, self._given = rng, start is not None
         self._waiting: list[dict[str, np.ndarray]] | None = [] if start is None else None
         if start is not None:
             tracker.start(start)
-        else:
+        if walks:
             tracker.restart = self._found
 
     belief: Belief | None
@@ -163,25 +177,36 @@ class _Track:
             return self.belief
         self._waiting.append(observation)
         seen = len(self._waiting)
-        again = self._waiting if seen in (1, _LOOK) else [observation]  # once more from the first, now knowing more
-        if len(again) == seen:
-            model = cast(CameraLikelihood, self.likelihood)
-            self.filter.start(automatic_start(model, again, fps=self.filter.prior.fps, seed=self._rng))
-        if seen == _LOOK:
+        again = self._waiting if seen in _LOOKS else [observation]  # once more from the first, now knowing more
+        if seen in _LOOKS:
+            start = self._searched(again)
+            if hasattr(self.likelihood, "forget"):
+                self.likelihood.forget()  # what was learned beside a body elsewhere
+            self.filter.start(start)
+        if seen == _LOOKS[-1]:
             self._waiting = None
         for frame in again:
             self.belief = self.filter.step(**frame)
         assert self.belief is not None
         return self.belief
 
+    def _searched(self, observations: list) -> Start:
+        """A start from the pictures of successive frames."""
+        prior, model = self.filter.prior, cast(CameraLikelihood, self.likelihood)
+        size = getattr(prior, "size", 0.0)
+        return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=size, seed=self._rng)
+
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
-        """A new start from one picture, or None where it shows nobody."""
+        """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""
         try:
-            return automatic_start(
-                cast(CameraLikelihood, self.likelihood), [observation], fps=self.filter.prior.fps, seed=self._rng
-            )
+            found = self._searched([observation])
         except MotionError:
             return None
+        if not self._given or self.belief is None:
+            return found
+        # A head above a bush looks like somebody far away.
+        away = np.hypot(*(found.poses - self.belief.mean)[:, :2].T)
+        return found if np.median(away) < _NEAR else None
 
 
 def _check_moves_an_arm(prior: Prior, start: Start) -> None:

@@ -127,7 +127,7 @@ class _Series:
 
     def __init__(self, source: Source, n: int):
         self._source = source
-        self._walkers = _walkers(source.split)
+        self._walkers = fourier_walkers(source.split)
         self._which = np.zeros(n, dtype=np.intp)
         self._sizes, self._start, self._step = np.zeros((3, n))
 
@@ -176,8 +176,12 @@ def _motion(source: Source, n: int) -> _Series | _Recorded:
 
 
 @lru_cache(maxsize=4)
-def _walkers(split: str) -> WalkerBatch:
-    """The Fourier walkers of a split, the same in every process."""
+def fourier_walkers(split: str) -> WalkerBatch:
+    """The Fourier walkers of a split, the same in every process.
+
+    Args:
+        split: one of `SPLITS`.
+    """
     seed = np.random.SeedSequence(0, spawn_key=(SPLITS.index(split),))
     return draw_walkers(load(_FOURIER), WALKERS, np.random.default_rng(seed))
 

@@ -139,12 +139,12 @@ def _other_sides(table: dict) -> dict:
 
 def resolve(marker_map: MarkerMap, names: Sequence[str]) -> dict[str, Weights]:
     """For each landmark of `marker_map` whose points are among `names`, the names in the file and their weights."""
-    views = [_lookup(view) for view in _views(names)]
+    views = [{name: i for i, name in reversed(list(enumerate(view))) if name} for view in _views(names)]
     return max((_resolved(marker_map, names, lookup) for lookup in views), key=len)
 
 
 def _resolved(marker_map: MarkerMap, names: Sequence[str], lookup: dict[str, int]) -> dict[str, Weights]:
-    """`resolve` for one reading of the file's names."""
+    """`resolve` for one reading of the file's names, the index of the first point of each plain name."""
     exact = {name: i for i, name in reversed(list(enumerate(names)))}
     found: dict[str, Weights] = {}
     for landmark, ways in marker_map.points.items():
@@ -154,11 +154,6 @@ def _resolved(marker_map: MarkerMap, names: Sequence[str], lookup: dict[str, int
                 found[landmark] = {names[i]: weight for i, weight in zip(at, way.values(), strict=True)}
                 break
     return found
-
-
-def _lookup(view: Sequence[str]) -> dict[str, int]:
-    """Index of the first point of each plain name; unnamed points have none."""
-    return {name: i for i, name in reversed(list(enumerate(view))) if name}
 
 
 def _views(names: Sequence[str]) -> list[list[str]]:

@@ -58,7 +58,7 @@ def read(
         path: an NPZ file with `poses` (frames, 66, 72, 156 or 165) [rad], `trans` (frames, 3) [m] and `betas`, or with
             `joints` (frames, 22, 24, 52 or 55, 3), positions. SMPL-X's `root_orient` and `pose_body` do for `poses`.
         fps: frame rate; overrides the file's `mocap_framerate`.
-        unit: of positions, which are metres by default: a name in `motionenv.mocap.units_axes.METRES`, or metres.
+        unit: of positions, which are metres by default; see `motionenv.mocap.read`.
         up: vertical axis, "x", "y" or "z". None is z for poses; for positions, that along which the person extends, or
             z if it isn't clear.
         body_model: for poses, the NPZ file of the body model, with J_regressor, v_template, shapedirs and

@@ -49,8 +49,7 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
         asf: the ASF file of its skeleton; None uses the one in the same folder. If there are several, it is the one
             named after the subject, the first part of the AMC file's name ("01" of "01_01.amc").
         fps: frame rate, which AMC files don't specify (120 in the CMU database).
-        unit: a name in `motionenv.mocap.units_axes.METRES` or metres per file unit; overrides the ASF file.
-        override: whether `unit` replaces what the ASF file states; False uses it only where it states nothing.
+        unit, override: as of `motionenv.mocap.read`.
 
     Raises:
         FormatError: no fps, no or several skeletons, or malformed ASF or AMC files; names the line.

@@ -24,13 +24,10 @@ def read(
     Repeated labels get "_2", "_3". The unlabelled trajectories that Cortex appends in varying columns are ignored.
 
     Args:
-        path: the file.
-        fps: frame rate; overrides the file's "DataRate".
-        unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit; overrides the file's "Units".
+        path, fps, unit, override: as of `motionenv.mocap.read`; the file has "DataRate" and "Units".
         up: the file's vertical axis, "x", "y" or "z". The format doesn't specify it. None is the axis along which the
             points, of a standing or walking person, extend at least 1.5 times as far as along each other one; if there
             is none, "y", as in OpenSim's files.
-        override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Raises:
         FormatError: a malformed file, or a frame rate or a unit that must be given; names the line.
@@ -109,17 +106,14 @@ def _row(path, i: int, line: str, markers: int) -> list[float]:
         values = [np.inf]
     if np.isinf(values).any():
         words = [_pointed(word) for word in words]
-        values = [number(path, i, word, f"column {c}") if _filled(word) else np.nan for c, word in enumerate(words, 1)]
+        gap = lambda word: word.lower() in ("", "nan")
+        values = [np.nan if gap(word) else number(path, i, word, f"column {c}") for c, word in enumerate(words, 1)]
     return values
 
 
 def _pointed(word: str) -> str:
     """A number with a decimal point for a decimal comma."""
     return word.replace(",", ".") if word.count(",") == 1 and "." not in word else word
-
-
-def _filled(word: str) -> bool:
-    return word.lower() not in ("", "nan")
 
 
 def _stated_fps(path, written: str, times: np.ndarray) -> float:

@@ -13,14 +13,8 @@ from scipy.spatial.transform import Rotation
 from motionenv.body.kinematics import forward
 from motionenv.body.meshes import Mesh, limb_meshes
 from motionenv.body.skeleton import CLOTHES, COLOURS, LIMB_SEGMENT, SEGMENT_ORIGIN, SEGMENT_PARENT, SEGMENTS
-from motionenv.mocap.writers.common import (
-    check_sequence,
-    known_segments,
-    local_rotations,
-    without_missing,
-    y_up,
-    y_up_turns,
-)
+from motionenv.mocap.writers import common
+from motionenv.mocap.writers.common import y_up
 from motionenv.types import Motion, Skeleton
 
 _COMPONENTS = {"float32": 5126, "uint16": 5123, "uint8": 5121}
@@ -38,9 +32,9 @@ def parts(motion: Motion) -> Iterator[bytes]:
         GapError: `motion` has gaps in time, which the format can't represent.
         MotionError: not one sequence.
     """
-    check_sequence(motion, "GLB", gaps=False)
-    shown = np.flatnonzero(known_segments(motion.poses)).tolist()
-    motion = without_missing(motion)
+    common.check_sequence(motion, "GLB", gaps=False)
+    shown = np.flatnonzero(common.known_segments(motion.poses)).tolist()
+    motion = common.without_missing(motion)
     data = _Data()
     rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # viewers look there
     limbs = _limbs(motion.skeleton, shown)
@@ -159,7 +153,7 @@ def _skin(data: _Data, rest: np.ndarray) -> dict:
 def _animation(data: _Data, motion: Motion, shown: list[int]) -> dict:
     """A rotation per segment `shown` and the root's translation, at every frame."""
     times = data.add((np.arange(len(motion.poses)) / motion.fps).astype(np.float32), bounds=True)
-    turns = y_up_turns(local_rotations(motion))
+    turns = common.y_up_turns(common.local_rotations(motion))
     tracks = [("rotation", node, _quaternions(turns[:, segment])) for node, segment in enumerate(shown)]
     tracks.append(("translation", 0, y_up(motion.poses[:, :3])))
     samplers: list[dict] = []

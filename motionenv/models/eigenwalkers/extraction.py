@@ -8,16 +8,8 @@ from scipy.optimize import minimize_scalar
 
 from motionenv.body.gaps import known_markers
 from motionenv.errors import GapError, MotionError
-from motionenv.models.eigenwalkers.fourier_series import (
-    PARTS,
-    PELVIS,
-    FourierWalker,
-    centred,
-    columns,
-    grounded,
-    harmonic_power,
-    in_phase,
-)
+from motionenv.models.eigenwalkers import fourier_series as series
+from motionenv.models.eigenwalkers.fourier_series import PARTS, PELVIS, FourierWalker
 from motionenv.types import MARKERS, Markers, Motion
 
 _TRAVEL = 0.2  # [m/s] least speed at which the pelvis' velocity, and not the body's orientation, gives the heading
@@ -63,10 +55,10 @@ def fourier_walker(
     if frequency * seconds < _STRIDES:
         raise GapError(f"{markers.name or 'this walk'} has fewer than two strides in its steady stretch: leave it out")
     coefficients, velocity, variance = _series(positions, gaps, t, frequency, drift)
-    power = harmonic_power(coefficients)
+    power = series.harmonic_power(coefficients)
     shares = power / (power.sum() + variance)
     way = _way(coefficients[0], velocity, markers.name)
-    w = grounded(centred(in_phase(_turned(coefficients, way))))
+    w = series.grounded(series.centred(series.in_phase(_turned(coefficients, way))))
     heading = float(np.arctan2(way[1], way[0]))
     return FourierWalker(w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name, heading)
 
@@ -165,7 +157,7 @@ def _turned(coefficients: np.ndarray, way: np.ndarray) -> np.ndarray:
 
 def _series(positions, gaps, t, frequency: float, drift: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Coefficients (5, 15, 3), mean velocity (2,) of the pelvis and residual variance [m²] at one frequency."""
-    basis = columns(2 * np.pi * frequency * t)
+    basis = series.columns(2 * np.pi * frequency * t)
     path = (t / t[-1])[:, None] ** np.arange(1, drift + 1)
     there = next(frames for frames, some in gaps if PELVIS in some)
     bent = np.linalg.lstsq(np.column_stack([basis, path])[there], positions[there, PELVIS], rcond=None)[0][len(PARTS) :]

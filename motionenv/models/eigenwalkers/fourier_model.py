@@ -15,14 +15,13 @@ from motionenv.models.eigenwalkers.fourier_series import (
     body_heights,
     centred,
     in_phase,
-    mirrored,
     stride_lengths,
-)
+)  # fmt: skip
 from motionenv.models.eigenwalkers.locomotion import Gait, gait
+from motionenv.models.eigenwalkers.speed import at_speed, longer
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
-from motionenv.models.pace import EXPONENT, direction, exponent, reached
-from motionenv.models.population import draw_person
+from motionenv.models.people.population import draw_person
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
@@ -110,13 +109,6 @@ class FourierModel(GaitModel):
         """Draw `n` walkers with scores from N(0, diag λ) and frequencies from the regression.
 
         Scores whose body exceeds its joint limits, such as knees that bend forwards, are drawn again.
-
-        Args:
-            n: number of walkers.
-            seed: int or Generator.
-
-        Raises:
-            MotionError: `n` is not a whole number above 0.
         """
         n = checked_whole(n, "n", 1)
         rng = random_generator(seed)
@@ -170,31 +162,6 @@ class FourierModel(GaitModel):
         """Body and overground path of `walker` at the walker's own speed."""
         return self._paced(walker, None, None)[0]
 
-    def at_speed(self, w: np.ndarray, seconds, speed) -> np.ndarray:
-        """The same people at another speed.
-
-        Args:
-            w: (..., 5, 15, 3) [m] at their own speed.
-            seconds: (...) their stride times [s].
-            speed: (...) [m/s], or one for all.
-        """
-        own = stride_lengths(w) / seconds
-        return self._longer(w, self.speed_exponent_ * np.log(speed / own))
-
-    def _longer(self, w: np.ndarray, change) -> np.ndarray:
-        """Coefficients (..., 5, 15, 3) of the same people with log stride lengths changed by `change` (...)."""
-        height, average = body_heights(w[None] if w.ndim == 3 else w), self.mean_[None]
-        length, size = stride_lengths(w), height.reshape(w.shape[:-3])
-        middle = float(np.log(stride_lengths(average) / body_heights(average))[0])
-        now = np.log(length / size)
-        change = reached(now + change, middle) - reached(now, middle)
-        way = size[..., None, None, None] * self.speed_direction_
-        step = change
-        for _ in range(2):  # strides lengthen almost in proportion
-            made = np.log(stride_lengths(w + step[..., None, None, None] * way) / length)
-            step = step + change - made
-        return w + step[..., None, None, None] * way
-
     def _paced(self, walker: Walker, speed: float | None, height: float | None) -> tuple[Gait, float]:
         """The walker at a `speed` [m/s] of a body of `height` [m], and strides per second.
 
@@ -211,13 +178,13 @@ class FourierModel(GaitModel):
             seconds = walker.stride_seconds or 1 / float(self.frequency(walker.scores))
             if own is None:
                 return gait(w), 1 / seconds
-            found = gait(self.at_speed(w, seconds, own))
+            found = gait(at_speed(self, w, seconds, own))
         else:
             size = tall / person.height
-            w = self._longer(w, np.log(2 * size * person.step_length / stride_lengths(w)))
+            w = longer(self, w, np.log(2 * size * person.step_length / stride_lengths(w)))
             liked = size * person.speed
             own = liked if own is None else own
-            found = gait(self._longer(w, self.speed_exponent_ * np.log(own / liked)))
+            found = gait(longer(self, w, self.speed_exponent_ * np.log(own / liked)))
         return found, own * found.skeleton.height / tall / found.stride_length
 
     def components(self) -> Components:
@@ -270,15 +237,13 @@ class FourierModel(GaitModel):
         """
         found, frequency = self._paced(walker, request.speed, request.height)
         motion = found.motion(_phases(frequency, request), request.fps, name="eigenwalker")
-        own = None if walker.person is None else walker.person.height
-        height = own if request.height is None else request.height
-        return motion if height is None else scaled(motion, height)
+        height = request.height or (walker.person and walker.person.height)
+        return scaled(motion, height) if height else motion
 
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""
         self._check_fitted()
-        low, high = self.learned_speeds_
-        return float(low), float(high)
+        return tuple(self.learned_speeds_.tolist())
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
@@ -317,32 +282,6 @@ class FourierModel(GaitModel):
         self.mean_, self.components_, self.explained_variance_, total = self._decomposed(coefficients, rank)
         self.explained_variance_ratio_ = self.explained_variance_ / total
         self.scores_ = self._scores(coefficients)
-
-    def _learn_speed(self, walkers: list[FourierWalker], subjects: list[str], merged, log_frequencies) -> None:
-        """Learn what speed does to walkers with labels `subjects`; left and right learn from each other.
-
-        If the walks show one leg each, learn from people's `merged` walks (R, 5, 15, 3) and `log_frequencies` (R,).
-        """
-        w = centred(in_phase(np.stack([walker.coefficients for walker in walkers])))
-        pace, people = np.array([walker.frequency for walker in walkers]), np.array(subjects)
-        if np.isfinite(stride_lengths(w)).sum() < 2:
-            w, pace, people = merged, np.exp(log_frequencies), np.arange(len(merged))
-        heights, strides = body_heights(w), stride_lengths(w)
-        known = np.isfinite(heights * strides)
-        if known.sum() < 2:  # no two walks or people show both legs
-            self.speed_direction_, self.speed_exponent_ = np.zeros(COEFFICIENTS), EXPONENT
-            self.learned_speeds_ = stride_lengths(self.mean_) * np.array([pace.min(), pace.max()])
-            return
-        w, heights, strides, pace, people = (values[known] for values in (w, heights, strides, pace, people))
-        values = (w / heights[:, None, None, None]).reshape(len(w), -1)
-        seen = np.isfinite(values)
-        values = np.where(seen, values - np.nansum(values, axis=0) / np.maximum(seen.sum(axis=0), 1), 0.0)
-        log_lengths, speeds = np.log(strides / heights), strides * pace
-        x = log_lengths - log_lengths.mean()
-        found = direction(values, log_lengths, people, x @ values / max(float(x @ x), 1e-9)).reshape(COEFFICIENTS)
-        self.speed_direction_ = 0.5 * (found + mirrored(found))
-        self.speed_exponent_ = exponent(log_lengths, np.log(speeds / heights), people)
-        self.learned_speeds_ = np.array([speeds.min(), speeds.max()])
 
     def _decomposed(self, coefficients: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3).

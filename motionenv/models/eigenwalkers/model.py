@@ -8,6 +8,7 @@ from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel, labelled, mean_walkers
 from motionenv.models.eigenwalkers.fourier_series import WALKING
 from motionenv.models.eigenwalkers.regression import shrunk_regression
+from motionenv.models.eigenwalkers.speed import learn_speed
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 
@@ -55,7 +56,7 @@ class Eigenwalkers(FourierModel):
         coefficients, log_frequencies, self.people_ = mean_walkers(walkers, subjects)
         self.n_people_, self.n_walkers_ = len(coefficients), len(walkers)
         self._learn(coefficients, self._rank())
-        self._learn_speed(walkers, subjects, coefficients, log_frequencies)
+        learn_speed(self, walkers, subjects, coefficients, log_frequencies)
         standard = self.scores_ / np.sqrt(self.explained_variance_)
         fitted = shrunk_regression(standard, log_frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted

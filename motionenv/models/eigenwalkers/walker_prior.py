@@ -21,6 +21,7 @@ from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel, labelled, mean_walkers
 from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, columns, mirrored
 from motionenv.models.eigenwalkers.regression import shrunk_regression
+from motionenv.models.eigenwalkers.speed import learn_speed
 from motionenv.types import MARKERS
 
 _USUAL = 20  # components; 15 to 25 give equal errors
@@ -103,7 +104,7 @@ class WalkerPrior(FourierModel):
             )
         self._learn(_with_mirror_images(w), self._columns_rank(2 * len(w)))
         self._learn_pace(log_frequencies)
-        self._learn_speed(walkers, subjects, w, log_frequencies)
+        learn_speed(self, walkers, subjects, w, log_frequencies)
         left_out = self._leave_out(w, np.array(labels))
         # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
         factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))

@@ -40,15 +40,10 @@ _TURN = 2 * np.pi
 
 @dataclass(frozen=True, eq=False)
 class AnglePrior:
-    """A Gaussian over the 19 joint angles at the times `LAGS`.
+    """A Gaussian over the 19 joint angles at the times `LAGS`."""
 
-    Attributes:
-        mean: (19,) [rad].
-        covariance: (5, 19, 5, 19) [rad²].
-    """
-
-    mean: np.ndarray
-    covariance: np.ndarray
+    mean: np.ndarray  # (19,) [rad]
+    covariance: np.ndarray  # (5, 19, 5, 19) [rad²]
 
     def predict(self, angles: np.ndarray, fps: float, wanted: np.ndarray) -> np.ndarray:
         """The conditional mean (frames, k) [rad] of the angles `wanted` (k,) given all that no frame lacks.
@@ -90,7 +85,8 @@ def _by_name(name: str) -> AnglePrior:
 def _learnt(model: GaitModel) -> AnglePrior:
     """Mean and covariance of walkers whose speeds are spread evenly over those of people."""
     rng = np.random.default_rng(0)
-    speeds = np.linspace(*np.clip(_SPEEDS, *model.learned_speeds()), _WALKERS)
+    slow, fast = np.clip(_SPEEDS, *model.learned_speeds())
+    speeds = np.linspace(slow, fast, _WALKERS)
     walks = [model.synthesize(_SECONDS, _FPS, seed=rng, speed=float(speed)).poses for speed in speeds]
     poses = np.concatenate([walks, mirror(walks)])
     check_shown(poses, PARTS, f"filling by the {model.kind} model")

@@ -10,16 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.anderson import Anderson
-from motionenv.models.fpca.observations import (
-    Observations,
-    from_triangle,
-    functions,
-    in_parts,
-    missed,
-    running,
-    triangle,
-)
+from motionenv.models.fpca.observations import Observations
 
 FLOOR = 1e-9  # least noise variance relative to the data's; keeps exact data invertible
 WARM = 500  # cycles of the subset to which a large fit is fitted first
@@ -58,24 +51,25 @@ def e_step(data: Observations, parameters: Parameters) -> Posterior:
     tables, n_edges = _tables(data.basis, parameters), (len(data.basis) + 1) * m
     z, covariance, twice = np.empty((k, q)), np.empty((k, q, q)), np.empty(k)
     shapes = [(q, len(parameters.w)), (n_edges, q * (q + 1) // 2), (len(data.sizes), n_edges, q)]
-    yz, zz_edges, z_edges = in_parts(posterior, data, tables, (z, covariance, twice), shapes)
+    yz, zz_edges, z_edges = obs.in_parts(posterior, data, tables, (z, covariance, twice), shapes)
     z_sum = np.zeros((len(data.sizes), q))
     group_sums(z, data.groups, z_sum)
-    missing_z = np.stack([missed(edges, m) for edges in z_edges])
+    missing_z = np.stack([obs.missed(edges, m) for edges in z_edges])
     zz = covariance.sum(axis=0) + z.T @ z
-    return Posterior(z, covariance, twice, zz, z_sum, from_triangle(missed(zz_edges, m), q), missing_z, yz.T)
+    return Posterior(z, covariance, twice, zz, z_sum, obs.from_triangle(obs.missed(zz_edges, m), q), missing_z, yz.T)
 
 
 def _tables(basis, parameters: Parameters):
     """The `tables` of the kernel `posterior`."""
     (size, q), m = parameters.w.shape, len(parameters.noise)
     noise, by_row = parameters.noise[:, None], np.tile(parameters.noise, size // m)
-    loading = functions(parameters.w, basis, m)
-    outer = running(triangle(loading[..., :, None] * (loading / noise)[..., None, :])).reshape(-1, q * (q + 1) // 2)
+    loading = obs.functions(parameters.w, basis, m)
+    products = obs.triangle(loading[..., :, None] * (loading / noise)[..., None, :])
+    outer = obs.running(products).reshape(-1, q * (q + 1) // 2)
     levels = []
-    for level in np.moveaxis(functions(parameters.means.T, basis, m), -1, 0)[..., None]:
+    for level in np.moveaxis(obs.functions(parameters.means.T, basis, m), -1, 0)[..., None]:
         constant = level**2 / noise + np.log(2 * np.pi * noise)
-        levels.append(running(np.concatenate([loading * level / noise, constant], axis=-1)))
+        levels.append(obs.running(np.concatenate([loading * level / noise, constant], axis=-1)))
     cross = np.stack(levels)
     weights = np.ascontiguousarray(parameters.w.T) / by_row
     all_outer, all_cross = outer[-m:].sum(axis=0), cross[:, -1].sum(axis=1)
@@ -105,8 +99,8 @@ def m_step(data: Observations, found: Posterior, old: Parameters) -> Parameters:
 def _regress(data: Observations, found: Posterior, old: Parameters) -> Parameters:
     """Regress the seen samples, and the expectations of `old` in the gaps, on latents and groups."""
     q, m, (p, n) = old.w.shape[1], len(old.noise), data.basis.shape
-    loading = functions(old.w, data.basis, m).reshape(-1, q)
-    means = functions(old.means.T, data.basis, m).reshape(len(loading), -1).T
+    loading = obs.functions(old.w, data.basis, m).reshape(-1, q)
+    means = obs.functions(old.means.T, data.basis, m).reshape(len(loading), -1).T
     mean_z = np.einsum("gd,gdi->di", means, found.missing_z)
     filled_zz = (found.missing_zz @ loading[:, :, None])[..., 0]
     filled_z = filled_zz + mean_z

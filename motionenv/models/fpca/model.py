@@ -5,17 +5,10 @@ import numpy as np
 from motionenv._core.threads import in_chunks
 from motionenv._core.validation import random_generator
 from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.em_fit import Parameters, e_step, fit_ppca
 from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
-from motionenv.models.fpca.observations import (
-    Columns,
-    Observations,
-    column_sums,
-    from_triangle,
-    functions,
-    group_centres,
-    triangle,
-)
+from motionenv.models.fpca.observations import Observations
 from motionenv.models.fpca.residual import expected_residual, residual_model
 from motionenv.models.fpca.svd_fit import fit_svd
 from motionenv.models.storage.model_file import StoredModel
@@ -105,10 +98,10 @@ class FunctionalPCA(StoredModel):
         subjects, groups = np.unique(labels, return_inverse=True)
         self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(values)
         _check_numbers(len(values), self.n_components, len(subjects))
-        columns = column_sums(values, groups)
+        columns = obs.column_sums(values, groups)
         _check_columns(columns, self.channels_)
         basis = self._basis_of(values.shape[1])
-        data = Observations(values, basis, group_centres(columns, basis), groups)
+        data = Observations(values, basis, obs.group_centres(columns, basis), groups)
         means, components, variance, noise, errors = FITS[self.method](data, self.n_components, self.tol, self.max_iter)
         self._set(basis, means, components)
         self.explained_variance_, self.noise_variance_, self.errors_ = variance, noise, np.array(errors)
@@ -304,9 +297,9 @@ def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
 
 def _least_squares(data: Observations, w) -> np.ndarray:
     """Least-squares scores (K, q) on each cycle's seen samples; the shortest if underdetermined."""
-    curves = functions(w, data.basis, data.square.shape[1])
-    products = triangle(curves[..., :, None] * curves[..., None, :])
-    normal, right = np.eye(w.shape[1]) - from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
+    curves = obs.functions(w, data.basis, data.square.shape[1])
+    products = obs.triangle(curves[..., :, None] * curves[..., None, :])
+    normal, right = np.eye(w.shape[1]) - obs.from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
     # All eigenvalues lie in [0, 1], so the least is at least the determinant.
     safe = np.linalg.det(normal) > SAFE
     scores = np.empty_like(right)
@@ -342,7 +335,7 @@ def _check_numbers(cycles: int, rank: int, people: int):
         )
 
 
-def _check_columns(columns: Columns, channels):
+def _check_columns(columns: obs.Columns, channels):
     """Check that values are finite, that each channel is observed, and that something varies."""
     if not np.isfinite(columns.total).all():
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")

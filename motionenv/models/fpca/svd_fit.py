@@ -9,17 +9,10 @@ that of fig. 8, after fewer passes, each far cheaper than an SVD.
 
 import numpy as np
 
+from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.anderson import Anderson
 from motionenv.models.fpca.em_fit import FLOOR, WARM, first_parameters
-from motionenv.models.fpca.observations import (
-    Observations,
-    from_triangle,
-    functions,
-    in_parts,
-    missed,
-    running,
-    triangle,
-)
+from motionenv.models.fpca.observations import Observations
 
 REPEATS = 3  # imputations per pass, of scores and of components
 OVERSAMPLING = 2  # factor on q for the first components of a large fit (Halko, Martinsson & Tropp 2011)
@@ -55,10 +48,10 @@ def _descend(data: Observations, loadings, tol, max_iter):
     errors: list[float] = []
     ahead, plain, small = Anderson(), (loadings, z), 0
     while True:
-        curves = functions(loadings, data.basis, m)
-        outer = running(triangle(curves[..., :, None] * curves[..., None, :])).reshape(shapes[1])
+        curves = obs.functions(loadings, data.basis, m)
+        outer = obs.running(obs.triangle(curves[..., :, None] * curves[..., None, :])).reshape(shapes[1])
         tables = np.ascontiguousarray(loadings.T), outer
-        yz, edges = in_parts(impute_scores, data, tables, (z, squares), shapes, REPEATS)
+        yz, edges = obs.in_parts(impute_scores, data, tables, (z, squares), shapes, REPEATS)
         error = float(np.sqrt(max(total + squares.sum(), LEAST**2 * total)))
         if loadings is not plain[0] and not error <= errors[-1]:
             loadings, z = plain
@@ -66,7 +59,7 @@ def _descend(data: Observations, loadings, tol, max_iter):
             continue
         small = small + 1 if errors and errors[-1] - error <= tol * errors[-1] else 0
         errors.append(error)
-        zz, missing_zz = z.T @ z, from_triangle(missed(edges, m), q)
+        zz, missing_zz = z.T @ z, obs.from_triangle(obs.missed(edges, m), q)
         if len(errors) >= max_iter or small == 2:  # a single small gain may come from a poor extrapolation
             return loadings, z, _noise(data, loadings, zz, missing_zz, yz.T), errors
         following, turn = _orthonormal(_regress(data.basis, loadings, zz, missing_zz, yz.T))
@@ -85,7 +78,7 @@ def _regress(basis, loadings, zz, missing_zz, yz):
     m = len(missing_zz) // len(basis)
     inverse = np.linalg.pinv(zz, hermitian=True)
     for _ in range(REPEATS):
-        curves = functions(loadings, basis, m).reshape(len(missing_zz), -1, 1)
+        curves = obs.functions(loadings, basis, m).reshape(len(missing_zz), -1, 1)
         filled = basis.T @ (missing_zz @ curves).reshape(len(basis), -1)
         loadings = (filled.reshape(yz.shape) + yz) @ inverse
     return loadings
@@ -94,7 +87,7 @@ def _regress(basis, loadings, zz, missing_zz, yz):
 def _noise(data: Observations, loadings, zz, missing_zz, yz):
     """Mean squared residual (m,) of each channel's observed samples."""
     m = data.square.shape[1]
-    curves = functions(loadings, data.basis, m).reshape(len(missing_zz), -1)
+    curves = obs.functions(loadings, data.basis, m).reshape(len(missing_zz), -1)
     explained = 2 * (loadings * yz).sum(axis=1).reshape(-1, m).sum(axis=0)
     explained -= np.einsum("di,dij,dj->d", curves, zz - missing_zz, curves).reshape(-1, m).sum(axis=0)
     seen = len(data.groups) * len(data.basis) - data.n_missing.reshape(-1, m).sum(axis=0)

@@ -1,9 +1,10 @@
 """A database of motion (paper C, section 4): concatenated sequences of poses at 30 frames/s, with labels."""
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -102,8 +103,8 @@ def build_database(
                 short = f"{clip.name!r}" + (f", which doesn't show {listed(missing)}: fill it first" if missing else "")
                 on_short(clip.name)
             scale = leg_length(skeleton) / leg_length(clip.motion.skeleton)
-            for stretch, flipped in _with_mirror_images(stretches, mirrored):
-                spool.write(_from_origin(stretch, scale).tobytes())
+            for stretch, flipped in product(stretches, (False, True) if mirrored else (False,)):
+                spool.write(_from_origin(mirror(stretch) if flipped else stretch, scale).tobytes())
                 starts.append(starts[-1] + len(stretch))
                 labels.append((clip.name, clip.activity, clip.person, flipped))
         if not labels or skeleton is None:
@@ -115,14 +116,6 @@ def build_database(
         poses = np.asarray(np.memmap(spool, np.float32, "r", shape=(starts[-1], 25)))
     names, activities, persons, flags = zip(*labels, strict=True)
     return Database(poses, np.array(starts), names, activities, persons, np.array(flags), skeleton)
-
-
-def _with_mirror_images(stretches: list[np.ndarray], mirrored: bool) -> Iterator[tuple[np.ndarray, bool]]:
-    """Each stretch, followed by its mirror image if `mirrored`, and whether it is one."""
-    for stretch in stretches:
-        yield stretch, False
-        if mirrored:
-            yield mirror(stretch), True
 
 
 def _from_origin(poses: np.ndarray, scale: float) -> np.ndarray:

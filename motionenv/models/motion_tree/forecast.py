@@ -26,18 +26,12 @@ _PROBES, _KNOWN, _DRAWS = 2000, 200_000, 8  # query windows, windows searched, n
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """Shares of the difference to add to predictions, and the predictions' errors.
+    """Shares of the difference to add to predictions, and the predictions' root mean square errors [m, rad]."""
 
-    Attributes:
-        pose, velocity: (25,) the shares a and b.
-        deviation: (25,) [m, rad] root mean square error of one neighbour's prediction with these shares.
-        plain_deviation: (25,) [m, rad] the same with a = b = 0, as in the paper.
-    """
-
-    pose: np.ndarray
-    velocity: np.ndarray
-    deviation: np.ndarray
-    plain_deviation: np.ndarray
+    pose: np.ndarray  # (25,) the share a
+    velocity: np.ndarray  # (25,) the share b
+    deviation: np.ndarray  # (25,) of one neighbour's prediction with these shares
+    plain_deviation: np.ndarray  # (25,) the same with a = b = 0, as in the paper
 
     def carried(self, history, now, after) -> np.ndarray:
         """Predicted next poses (..., 25) as local parameters, from parameters (..., 50) of last frames.

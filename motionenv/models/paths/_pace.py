@@ -42,17 +42,11 @@ _ANKLES, _YAWS, _REACH, _STEP, _SIDE, _STANDS = (slice(25 + 2 * i, 27 + 2 * i) f
 
 @dataclass(frozen=True, eq=False)
 class Pace:
-    """Speed over time.
+    """Speed over time."""
 
-    Attributes:
-        times: (ticks,) [s], from before the start to after the end.
-        speeds: (ticks,) [m/s].
-        way: (ticks,) [m] gone since the start.
-    """
-
-    times: np.ndarray
-    speeds: np.ndarray
-    way: np.ndarray
+    times: np.ndarray  # (ticks,) [s], from before the start to after the end
+    speeds: np.ndarray  # (ticks,) [m/s]
+    way: np.ndarray  # (ticks,) [m] gone since the start
 
     @property
     def typical(self) -> float:
@@ -62,12 +56,7 @@ class Pace:
 
 
 def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
-    """The pace that `speed` asks for during `seconds` [s], with a stop after `length` [m].
-
-    Args:
-        speed: see `walk_along`; a number, a function, or rows.
-        seconds: duration [s].
-        length: of the path [m].
+    """The pace that `speed`, as of `walk_along`, asks for during `seconds` [s], with a stop after `length` [m].
 
     Raises:
         MotionError: no speeds, or speeds out of range.
@@ -78,15 +67,20 @@ def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
     speeds = np.array([speed(float(t)) for t in asked], dtype=np.float64) if callable(speed) else _read(speed, asked)
     for value in (np.min(speeds), np.max(speeds)):
         checked_number(float(value), "speed", 0.0, SPEED_RANGE[1], SPEED_RANGE[2])
-    speeds = smooth(speeds, _EASE / _TICK)
+    speeds = _or_rest(smooth(speeds, _EASE / _TICK))
     way = np.empty(len(times))
     way[: beyond + 1] = np.cumsum(speeds[: beyond + 1]) * _TICK
     way[: beyond + 1] -= way[beyond]
     for i in range(beyond, len(times) - 1):
-        speeds[i] = min(speeds[i], np.sqrt(2 * _BRAKE * max(length - way[i], 0.0)))
+        speeds[i] = _or_rest(min(speeds[i], np.sqrt(2 * _BRAKE * max(length - way[i], 0.0))))
         way[i + 1] = way[i] + speeds[i] * _TICK
     speeds[-1] = speeds[-2]
-    return Pace(times, np.where(speeds < _RESTS, 0.0, speeds), way)
+    return Pace(times, speeds, way)
+
+
+def _or_rest(speeds):
+    """Speeds [m/s], 0 for those of who stands."""
+    return np.where(speeds < _RESTS, 0.0, speeds)
 
 
 def _read(speed, times: np.ndarray) -> np.ndarray:
@@ -97,9 +91,8 @@ def _read(speed, times: np.ndarray) -> np.ndarray:
         rows = np.zeros(0)
     rows = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else rows
     if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows) or not (np.diff(rows[:, 0]) > 0).all():
-        raise MotionError(
-            f"speed must be a number, a function of the time, or rows (time, speed) with increasing times, got {speed!r}"
-        )
+        wanted = "a number, a function of the time, or rows (time, speed) with increasing times"
+        raise MotionError(f"speed must be {wanted}, got {speed!r}")
     return np.interp(times, *rows.T)
 
 
@@ -107,18 +100,14 @@ def _read(speed, times: np.ndarray) -> np.ndarray:
 class _Source:
     """A straight walk at an even speed, as signals over phase, which is whole where the body passes the left foot.
 
-    Attributes:
-        signals: (frames, 37): poses, the root's x and y about their even way, and the columns above. A foot's step is
-            3.4 after 40 % of its way from its place 3 to its place 4.
-        frequency: strides per second [Hz].
-        first: phase of the first frame.
-        stances: of the left and the right foot, rows (number, y [m], phase at which the body passes the foot, at which
-            it lands, at which it leaves).
+    Signals (frames, 37) are poses, the root's x and y about their even way, and the columns above; a foot's step is 3.4
+    after 40 % of its way from its place 3 to its place 4. Stances, of the left and of the right foot, are rows (number,
+    y [m], phase at which the body passes the foot, at which it lands, at which it leaves).
     """
 
     signals: np.ndarray
-    frequency: float
-    first: float
+    frequency: float  # strides per second
+    first: float  # phase of the first frame
     stances: list[np.ndarray]
 
     def at(self, phase) -> np.ndarray:
@@ -165,8 +154,8 @@ def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple
     rows[:, moved] = still + (calm * (2.0 - calm))[:, None] * (rows[:, moved] - still)
     rows[:, 0] += way
     balls = _balls(rows, sources, (speeds, pace, phases, rests), skeleton.height)
-    columns = (rows[:, part] for part in (_ANKLES, _YAWS, _REACH))
-    return Steps(rows[:, :25], balls, *columns, rows[:, _STANDS] > 0.5, request.fps), skeleton
+    ankles, yaws, reach, stands = (rows[:, part] for part in (_ANKLES, _YAWS, _REACH, _STANDS))
+    return Steps(rows[:, :25], balls, ankles, yaws, reach, stands > 0.5, request.fps), skeleton
 
 
 def _source(walk: Motion) -> _Source:

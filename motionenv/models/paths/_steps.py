@@ -25,30 +25,20 @@ _STRIDES = 0.45  # [s] the same of the way and the speed, over which steps even 
 _STRAIGHT = 0.9998  # greatest distance from hip to ankle, as a share of the leg: the knee is bent by 2.3°
 _HEEL = 0.05  # body heights by which the heel of a foot behind the body rises more than in the walk, if it must
 _BEHIND = 0.1  # body heights
-_SOFT = 0.004  # [m] over which a leg that is too short lowers the body
+_SOFT = 0.0015  # [m] over which legs come to be straight, and too short ones lower the body
 _ROUNDS = 4  # in which feet that follow their shins come to be where they should
 
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """A walk: the body's poses, and what its feet do beside.
+    """A walk: the body's poses, and what its feet do beside."""
 
-    Attributes:
-        poses: (frames, 25); hips, knees and root height hold no more than a first guess.
-        balls: (frames, 2, 2) [m] of the feet, left then right; constant while a foot stands.
-        ankles: (frames, 2) heights [m].
-        yaws: (frames, 2) directions of the feet [rad].
-        reach: (frames, 2) [m] from hip to ankle of a leg that carries the body.
-        stands: (frames, 2) bool.
-        fps: frames per second.
-    """
-
-    poses: np.ndarray
-    balls: np.ndarray
-    ankles: np.ndarray
-    yaws: np.ndarray
-    reach: np.ndarray
-    stands: np.ndarray
+    poses: np.ndarray  # (frames, 25); hips, knees and root height hold no more than a first guess
+    balls: np.ndarray  # (frames, 2, 2) [m] of the feet, left then right; constant while a foot stands
+    ankles: np.ndarray  # (frames, 2) heights [m]
+    yaws: np.ndarray  # (frames, 2) directions of the feet [rad]
+    reach: np.ndarray  # (frames, 2) [m] from hip to ankle of a leg that carries the body
+    stands: np.ndarray  # (frames, 2) bool
     fps: float
 
     @property
@@ -138,9 +128,11 @@ def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
         nodes, rotations = forward(poses, skeleton)
         apart = ankles - nodes[:, _HIP_NODES]
         level = (apart[..., :2] ** 2).sum(-1)
-        raise_by = lambda length: np.sqrt(np.maximum(length**2 - level, 1e-4)) + apart[..., 2]
-        wanted = (weight * raise_by(steps.reach)).sum(-1)
-        most = raise_by(_STRAIGHT * (thigh + shin))
+        wanted, most = (
+            np.sqrt(np.maximum(length**2 - level, 1e-4)) + apart[..., 2]
+            for length in (steps.reach, _STRAIGHT * (thigh + shin))
+        )
+        wanted = (weight * wanted).sum(-1)
         behind = -(apart[..., :2] * ahead).sum(-1) / (_BEHIND * skeleton.height)
         heel = _HEEL * skeleton.height * np.clip(behind, 0.0, 1.0)
         lift = _least(np.concatenate([wanted[:, None], most + heel], axis=-1))
@@ -158,12 +150,9 @@ def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
 
 
 def _leg(apart, ahead, thigh: float, shin: float) -> tuple[np.ndarray, np.ndarray]:
-    """Rotation of the thigh (frames, 3, 3) and the knee's flexion (frames,) [rad] of a leg.
+    """Rotation of the thigh (frames, 3, 3) and the knee's flexion (frames,) [rad] of a leg of such lengths [m].
 
-    Args:
-        apart: (frames, 3) from hip to ankle [m].
-        ahead: (frames, 2) unit vectors in which the foot points.
-        thigh, shin: lengths [m].
+    From hip to ankle it goes `apart` (frames, 3) [m], and its foot points `ahead` (frames, 2).
     """
     length = np.linalg.norm(apart, axis=-1, keepdims=True)
     up = -apart / length

@@ -64,24 +64,25 @@ def walk_along(
     if not isinstance(path, Path):
         raise MotionError(f"path must be a motionenv.models.paths.Path, got {type(path).__name__}")
     rng = random_generator(seed)
-    constant = speed is None or is_number(speed)
-    request = Request(seconds, fps, float(speed) if constant and speed is not None else None, height, phase, variation)
+    even: float | None = float(speed) if is_number(speed) else None  # type: ignore[arg-type]
+    request = Request(seconds, fps, even, height, phase, variation)
     if not model.steady:
         return _steered(model, path, request, speed, walker, rng)
+    pace = None if speed is None else pace_of(speed, seconds, path.length)
     drawn = int(rng.integers(2**63))
-    take = dict(walker=walker, height=height, phase=phase, variation=variation)
-    if walker is None:
-        fast = None if speed is None else float(speed) if constant else float(pace_of(speed, seconds).typical)
-        take["walker"] = model.draw_walker(rng, fast, height)
-    if constant:
-        straight = model.synthesize(seconds, fps, seed=drawn, speed=speed, **take)
+    person = walker or model.draw_walker(rng, pace.typical if pace and even is None else even, height)
+
+    def make(span: float, fast: float | None, rate: float = RATE) -> Motion:
+        return model.synthesize(
+            span, rate, walker=person, seed=drawn, speed=fast, height=height, phase=phase, variation=variation
+        )
+
+    if pace is None or even is not None:
+        straight = make(seconds, even, fps)
         if straight.poses[-1, 0] <= path.length:
             return bend(straight, path)
-        if speed is None:
-            speed = (straight.poses[-1, 0] - straight.poses[0, 0]) * fps / (len(straight.poses) - 1)
-        speed = float(np.clip(speed, *SPEED_RANGE[:2]))
-    pace = pace_of(speed, seconds, path.length)
-    make = lambda span, fast: model.synthesize(span, RATE, seed=drawn, speed=fast, **take)
+        own = (straight.poses[-1, 0] - straight.poses[0, 0]) * fps / (len(straight.poses) - 1)
+        pace = pace or pace_of(float(np.clip(own, *SPEED_RANGE[:2])), seconds, path.length)
     steps, skeleton = paced(make, pace, model.learned_speeds()[0], request)
     return Motion(bent(steps, path, 0.0, skeleton), skeleton, fps, f"{model.kind} along a path")
 
@@ -99,7 +100,8 @@ def _steered(model, path: Path, request: Request, speed: Speed, walker, rng: np.
     poses = growth.step(1)
     heading, chunk = float(poses[0, _HEADING]), max(round(_LOOK * growth.fps), 1)
     while len(poses) < request.seconds * growth.fps + 2:
-        fast = pace and float(np.interp(len(poses) / growth.fps, pace.times, pace.speeds)) / size
+        now = len(poses) / growth.fps
+        fast = None if pace is None else float(np.interp(now, pace.times, pace.speeds)) / size
         growth.target = Target(heading=heading, speed=fast)
         poses = np.concatenate([poses, growth.step(chunk)])
     poses[:, :2] -= poses[0, :2]

@@ -20,7 +20,7 @@ from motionenv.body.skeleton import (
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import ROLL
-from motionenv.models.pace import REACH
+from motionenv.models.people.pace import REACH
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
 
@@ -38,7 +38,7 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
       `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines; of limbs that no
       walk of the model shows, `mean` is NaN and `components` 0. The log stride
       time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations. The arrays `pace_...`
-      are the attributes of `motionenv.models.pace.Pace`.
+      are the attributes of `motionenv.models.people.pace.Pace`.
     - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz];
       `speed_direction` (5, 15, 3) and `speed_exponent` () as in `FourierModel`.
 
@@ -69,12 +69,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
         "activities": list(walkable.activities),
     }  # fmt: skip
-    return _body(offsets) | numbers, description
-
-
-def _body(offsets) -> dict[str, np.ndarray]:
-    """The body's shape, in body heights."""
-    return {"offsets": np.asarray(offsets), "limb_shifts": LIMB_SHIFTS, "limb_radii": limb_radii(1.0)}
+    shape = {"offsets": np.asarray(offsets), "limb_shifts": LIMB_SHIFTS, "limb_radii": limb_radii(1.0)}
+    return shape | numbers, description
 
 
 def _described(model: GaitModel, height: float) -> dict[str, Any]:

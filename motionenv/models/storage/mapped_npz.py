@@ -34,11 +34,7 @@ class Mapping:
 
     A file that is replaced by renaming, as `write_mapped` does, stays valid for the processes that have it open. A
     write or truncation in place changes the arrays, or crashes the process when it reads them: call `check` before
-    each use.
-
-    Attributes:
-        path: absolute path of the file.
-        fingerprint: checksum over the names, sizes and checksums of the members.
+    each use. The `fingerprint` is a checksum over the names, sizes and checksums of the members.
     """
 
     def __init__(self, file, path, fingerprint: int):

@@ -8,7 +8,7 @@ the root's height.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import ClassVar
 
@@ -20,21 +20,19 @@ from motionenv.body.skeleton import NODES, limb_radii, symmetric
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.pace import Pace, fit_pace
-from motionenv.models.population import draw_person
+from motionenv.models.people.pace import Pace
+from motionenv.models.people.population import draw_person
 from motionenv.models.types import Components, Request, Treadmill, Walker
+from motionenv.models.walking.people import fit_people
 from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, tables_of
-from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
+from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Motion, Skeleton
 
 _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
 _PADDING = 0.2  # [s] before and after, so that smoothing has no edge effects
 _TOGETHER = 16  # walkers per thread, enough to pay for it
 _USUAL = 8  # components
 _LEG = [NODES.index("left_knee"), NODES.index("left_ankle")]
-_UNEVEN = 3.0  # times the median trial's variance between cycles
 _SHORTEST = 0.5  # stride time [s]
-_DRAWN = 300  # walks that tell how long strides are
-_WHOLE = 0.8  # least share of the samples that its walk could show, for a cycle to tell how cycles vary
 
 
 @dataclass(frozen=True)
@@ -50,8 +48,8 @@ class WalkingModel(GaitModel):
 
     A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
     vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
-    are Fourier series, so that walks are smooth where cycles meet. People's bodies, comfortable speeds and walk ratios
-    are those of `motionenv.models.population`; at another speed a person's steps are longer and quicker by `pace_`.
+    are Fourier series, so that walks are smooth where cycles meet. People's bodies, speeds and walk ratios are those of
+    `motionenv.models.people.population`; at another speed a person's steps are longer and quicker by `pace_`.
 
     Args:
         n_components: components of the functional PCA; None takes 8, or one less than the number of cycles if that is
@@ -73,6 +71,10 @@ class WalkingModel(GaitModel):
     kind = "walking"
     about = "Joint angles of whole gait cycles as functions: an average and how people differ from it."
     batch_size: ClassVar[int] = 32
+    person_mean_: np.ndarray
+    person_covariance_: np.ndarray
+    cycle_covariance_: np.ndarray
+    pace_: Pace
 
     def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
         self.n_components, self.n_harmonics = n_components, n_harmonics
@@ -107,48 +109,18 @@ class WalkingModel(GaitModel):
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
         speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
-        self._fit_people(cycles, speeds)
+        fit_people(self, cycles, speeds)
         return self
 
-    def _fit_people(self, cycles: Cycles, speeds: np.ndarray) -> None:
-        """Fit the Gaussian of trials' mean scores, stride times and speeds, and that of cycles about their trial's."""
-        seen = np.isfinite(cycles.values).mean((1, 2))
-        trials = np.unique(cycles.sequence)
-        rows, people, within = [], [], []
-        for trial in trials:
-            mine = cycles.sequence == trial
-            weight = seen[mine] / seen[mine].sum()
-            mean = weight @ self.fpca_.scores_[mine]
-            whole = seen[mine] / np.isfinite(cycles.values[mine]).any((0, 1)).mean() > _WHOLE
-            rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
-            people.append(cycles.subject[np.flatnonzero(mine)[0]])
-            within.append((self.fpca_.scores_[mine] - mean)[whole])
-        rows = np.array(rows)
-        _, which, count = np.unique(people, return_inverse=True, return_counts=True)
-        weight = 1.0 / count[which]
-        self.person_mean_ = np.average(rows, axis=0, weights=weight)
-        # A single walk has no covariance.
-        self.person_covariance_ = (
-            np.cov(np.transpose(rows), aweights=weight) if len(rows) > 1 else np.zeros(2 * [len(rows[0])])
-        )
-        self.cycle_covariance_ = _even(within)
-        self._fit_pace(rows, people)
-
-    def _fit_pace(self, rows: np.ndarray, people: list[str]) -> None:
-        """Fit `pace_` to trials' scores, log stride times and log speeds, and to the strides of synthetic walks."""
-        from motionenv.models.treadmill_cycle import walk_in_place
-
-        q = self.fpca_.n_components
-        spread = 1.5 * root_of(self.person_covariance_[:q, :q])  # a little wider than people
-        scores = self.person_mean_[:q] + np.random.default_rng(0).standard_normal((_DRAWN, q)) @ spread
-        lengths = np.log(walk_in_place(self, scores).strides / self.height_)
-        taken = self._standard(rows[:, :q]), people, rows[:, q + 1], rows[:, q] + rows[:, q + 1]
-        self.pace_ = fit_pace(*taken, self._standard(scores), lengths)
-
-    def _standard(self, scores: np.ndarray) -> np.ndarray:
-        """Scores (..., q) in standard deviations from the average person."""
+    def standard(self, scores: np.ndarray) -> np.ndarray:
+        """`scores` (..., q) in standard deviations from the average person."""
         components = self.components()
         return (scores - components.means) / components.deviations
+
+    def _scores(self, z: np.ndarray) -> np.ndarray:
+        """Scores (..., q) of standard scores."""
+        components = self.components()
+        return components.means + z * components.deviations
 
     def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
         """Draw `n` walkers: mean scores (n, q) and stride times (n,) [s].
@@ -242,8 +214,7 @@ class WalkingModel(GaitModel):
     def learned_speeds(self) -> tuple[float, float]:
         """The slowest and the fastest captured walk [m/s]."""
         self._check_fitted()
-        low, high = self.pace_.speeds * self.height_
-        return float(low), float(high)
+        return tuple((self.pace_.speeds * self.height_).tolist())
 
     def dimensions(self) -> dict[str, int]:
         """Channels and harmonics of the functional PCA."""
@@ -259,15 +230,12 @@ class WalkingModel(GaitModel):
         person = draw_person(rng, height=height, about=self.height_)
         scale = person.height * person.legs
         length = np.log(2 * person.step_length / scale)
-        z = self._standard(self.sample(1, seed=rng).scores)
+        z = self.standard(self.sample(1, seed=rng).scores)
         z = self.pace_.longer(z, length - self.pace_.log_length(z), self.pace_.between)
         seconds = np.array([2 * person.step_length / person.speed])
         if speed is not None:
             z, seconds = self.pace_.at_speed(z, seconds, scale, speed)
-        components = self.components()
-        return Walker(
-            self.kind, tuple((components.means + z * components.deviations)[0]), float(seconds[0]), person=person
-        )
+        return Walker(self.kind, tuple(self._scores(z)[0]), float(seconds[0]), person=person)
 
     def make_motion(self, walker: Walker, request: Request, rng: np.random.Generator) -> Motion:
         """The walk of `walker` for a `request`; `rng` draws the variation between cycles."""
@@ -275,14 +243,9 @@ class WalkingModel(GaitModel):
         return self._motions([walker], [request.height], [request.speed], request, rng)[0]
 
     def make_motions(
-        self,
-        seconds: float,
-        fps: float,
-        *,
-        heights: Sequence[float] | np.ndarray,
-        speeds: Sequence[float | None],
-        rng: np.random.Generator,
-    ) -> list[Motion]:
+        self, seconds: float, fps: float, *, heights: Sequence[float] | np.ndarray,
+        speeds: Sequence[float | None], rng: np.random.Generator,
+    ) -> list[Motion]:  # fmt: skip
         """Walks of n people, computed together, which takes a fraction of the time of one by one.
 
         Args:
@@ -292,26 +255,23 @@ class WalkingModel(GaitModel):
             speeds: (n,) speeds [m/s]; all numbers or all None.
             rng: draws walkers and the variation between cycles.
         """
-        walkers = [self.draw_walker(rng, speed, float(h)) for h, speed in zip(heights, speeds, strict=True)]
-        return self._motions(walkers, heights, speeds, Request(seconds, fps), rng)
+        asked = [Request(seconds, fps, speed, float(h)) for h, speed in zip(heights, speeds, strict=True)]
+        walkers = [self.draw_walker(rng, height=request.height) for request in asked]
+        return self._motions(walkers, heights, speeds, asked[0], rng)
 
     def _motions(self, walkers: list[Walker], heights, speeds, request: Request, rng) -> list[Motion]:
         """Walks of people with their own bodies, heights [m] and speeds [m/s], which may be None."""
         scores = np.array([walker.scores for walker in walkers])
         own = [walker.stride_seconds for walker in walkers]
         seconds = np.array([self.stride_seconds(s) if t is None else t for s, t in zip(scores, own, strict=True)])
-        stride = Stride(scores, seconds)
-        self._check_stride(stride, len(walkers))
-        bodies = [self._body(*given) for given in zip(walkers, heights, strict=True)]
+        self._check_stride(stride := Stride(scores, seconds), len(walkers))
+        bodies = [
+            self.skeleton(height) if walker.person is None else walker.person.body(self.proportions_, height)
+            for walker, height in zip(walkers, heights, strict=True)
+        ]
         shapes = np.array([body.offsets for body in bodies]), np.array([body.height for body in bodies])
         poses = self._poses(stride, request, rng, shapes, np.array([speed or 0.0 for speed in speeds]))
         return [Motion(p, body, request.fps, "walk") for p, body in zip(poses, bodies, strict=True)]
-
-    def _body(self, walker: Walker, height: float | None) -> Skeleton:
-        """The body of `walker`, scaled to `height` [m]."""
-        if walker.person is None:
-            return self.skeleton(height)
-        return walker.person.body(self.proportions_, height)
 
     def skeleton(self, height: float | None = None) -> Skeleton:
         """The mean body, scaled to `height` [m]; None keeps the mean height.
@@ -349,9 +309,8 @@ class WalkingModel(GaitModel):
     def _at_speeds(self, stride: Stride, bodies, speeds: np.ndarray) -> Stride:
         """The same people at speeds (n,) [m/s]."""
         scale = bodies[0][:, _LEG, 2].sum(1) / self.proportions_[_LEG, 2].sum()
-        components = self.components()
-        z, seconds = self.pace_.at_speed(self._standard(stride.scores), stride.seconds, scale, speeds)
-        return Stride(components.means + z * components.deviations, seconds)
+        z, seconds = self.pace_.at_speed(self.standard(stride.scores), stride.seconds, scale, speeds)
+        return Stride(self._scores(z), seconds)
 
     def _wobble(self, stride: Stride, seconds: float, shortest: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines of the scores' deviations from their mean."""
@@ -409,7 +368,7 @@ class WalkingModel(GaitModel):
             if arrays[name].shape != shapes.get(name, (q, q)):
                 raise ModelError(f"{name} has shape {arrays[name].shape}: fit the model again")
             setattr(model, name, arrays[name])
-        model.pace_ = Pace.from_arrays(arrays)
+        model.pace_ = Pace(*(arrays[f"pace_{field.name}"] for field in fields(Pace)))  # type: ignore[arg-type]
         return model
 
     def _check_stride(self, stride: Stride, n: int) -> None:
@@ -435,18 +394,6 @@ def _check_legs(channels: tuple[str, ...]) -> None:
             f"a walking model needs both legs, but no walk shows {', '.join(missing)}: add walks that do, or fill them "
             "with motionenv.fill"
         )
-
-
-def _even(trials: list[np.ndarray]) -> np.ndarray:
-    """Covariance (q, q) of the scores (cycles, q) of trials' cycles about their mean, in trials of even walking.
-
-    In a few captures somebody starts, stops or turns; their cycles vary many times as much as others'.
-    """
-    free = np.array([max(len(trial) - 1, 0) for trial in trials])
-    square = np.array([(trial**2).sum() for trial in trials]) / np.maximum(free, 1)
-    kept = square <= _UNEVEN * np.median(square)
-    spread = np.concatenate([trial for trial, is_kept in zip(trials, kept, strict=True) if is_kept])
-    return spread.T @ spread / max(free[kept].sum(), 1)
 
 
 _STORED = ("proportions_", "person_mean_", "person_covariance_", "cycle_covariance_")

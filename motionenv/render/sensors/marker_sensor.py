@@ -63,10 +63,6 @@ class MarkerView:
 
     Coordinates: the camera is at α = 0, the side view of a walker along x; x right, y away from the camera, z up.
 
-    Args:
-        sensor: settings.
-        n: number of bodies.
-
     Attributes:
         joints: (n, 15, 3) [m], true marker positions.
         points: (n, 15, 2) float32 [m], right and up in the image; 0 if missing.
@@ -84,14 +80,10 @@ class MarkerView:
         self._setting = (*shares, *sensor.chances, distance, EYE_HEIGHT)
 
     def look(self, slots, walkers, alphas, keys, time) -> None:
-        """Observe the bodies in `slots`. The frame number of a body counts up from 0, which starts a new sequence.
+        """Observe the bodies in `slots` (k,). The frame number of a body counts up from 0, which starts a new sequence.
 
-        Args:
-            slots: (k,) indices of bodies.
-            walkers: (k, 15, 3) [m] their markers, walking along x.
-            alphas: (n,) paper B's view angle [rad] of all bodies.
-            keys: (n,) uint64, random keys of noise and gaps.
-            time: (n,) frame number of all bodies.
+        `walkers` (k, 15, 3) [m] are their markers, walking along x; of all bodies are `alphas` (n,), paper B's view
+        angle [rad], `keys` (n,) uint64, random keys of noise and gaps, and `time` (n,), frame numbers.
         """
         from motionenv.render.sensors._marker_kernel import look
 

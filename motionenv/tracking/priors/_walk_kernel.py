@@ -7,8 +7,9 @@ import numpy as np
 from motionenv._core.compilation import kernel
 from motionenv._core.random import gaussian, restart
 
-#: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle].
-PHASE, PACE, HEADING, X, Y, FORWARD, LEFT = range(7)
+#: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle],
+#: log body size.
+PHASE, PACE, HEADING, X, Y, FORWARD, LEFT, SIZE = range(8)
 
 
 @kernel
@@ -18,15 +19,16 @@ def add_noise(gait, scores, rest, key, noise, mean_pace, root, deviation, gait_o
     Walker i uses random stream i of `key`.
 
     Args:
-        gait: (n, 7).
+        gait: (n, 8).
         scores: (n, q), minus their mean.
         rest: (n, 25).
         key: integer from 0 to 2⁶⁴ - 1.
-        noise: (11,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
-            relative to the stationary ones; deviations of phase, heading, forward and left position.
+        noise: (13,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
+            relative to the stationary ones; deviations of phase, heading, forward and left position; the coefficient
+            and the relative innovation deviation of the log size.
         mean_pace: mean of the log pace.
         root: (q, q) Cholesky factor of the scores' covariance.
-        deviation: (26,) stationary, of rest and of the log pace.
+        deviation: (27,) stationary, of rest, of the log pace and of the log size.
         gait_out, scores_out, rest_out: outputs, shaped like the first three; phase is that after the step.
     """
     n, q = scores.shape
@@ -55,6 +57,9 @@ def add_noise(gait, scores, rest, key, noise, mean_pace, root, deviation, gait_o
             rest_out[i, j] = 0.0
             if deviation[j] > 0.0:
                 rest_out[i, j] = keep_rest * rest[i, j] + noise[6] * deviation[j] * gaussian(state)
+        out[SIZE] = way[SIZE]
+        if deviation[26] > 0.0:
+            out[SIZE] = noise[11] * way[SIZE] + noise[12] * deviation[26] * gaussian(state)
 
 
 @kernel
@@ -63,8 +68,8 @@ def advance(table, gait, before, scores, rest, moves, poses) -> None:
 
     Args:
         table: (phases, 1 + q, 25), mean first.
-        gait: (n, 7), updated in place.
-        before: (n, 7) gaits one frame earlier.
+        gait: (n, 8), updated in place.
+        before: (n, 8) gaits one frame earlier.
         scores: (n, q), minus their mean.
         rest: (n, 25) to add.
         moves: whether the flow moves the walkers.
@@ -73,7 +78,9 @@ def advance(table, gait, before, scores, rest, moves, poses) -> None:
     for i in range(len(gait)):
         row, way = poses[i], gait[i]
         _channels(table, way[PHASE], scores[i], row)
-        forward, left = row[0], row[1]
+        size = math.exp(way[SIZE])
+        forward, left = size * row[0], size * row[1]
+        row[2] *= size
         if moves:
             turned = way[PHASE] - before[i, PHASE]
             ahead, aside = 0.5 * (forward + way[FORWARD]) * turned, 0.5 * (left + way[LEFT]) * turned

@@ -56,12 +56,14 @@ class Start:
         log_weights: (n,), up to a constant.
         previous: (n, 25) one frame earlier; NaN if unknown.
         spread: (25,) standard deviation of each pose entry [m, rad].
+        heights: (n,) standing heights of the candidates' bodies [m]; None if unknown, or that of the prior's skeleton.
     """
 
     poses: np.ndarray
     log_weights: np.ndarray
     previous: np.ndarray
     spread: np.ndarray
+    heights: np.ndarray | None = None
 
     def __post_init__(self):
         poses = frozen(self.poses, (None, len(POSE)), "Start.poses")
@@ -72,6 +74,8 @@ class Start:
             raise MotionError("Start.poses must be finite, and at least one of Start.log_weights too")
         if not ((spread >= 0) & np.isfinite(spread)).all() or np.isinf(previous).any():
             raise MotionError("Start.spread must be finite and at least 0, and Start.previous finite or NaN")
+        if self.heights is not None:
+            object.__setattr__(self, "heights", frozen(self.heights, (len(poses),), "Start.heights"))
         for name, value in (("poses", poses), ("log_weights", weights), ("previous", previous), ("spread", spread)):
             object.__setattr__(self, name, value)
 

@@ -9,28 +9,37 @@ derives the transition noise from the singular values and gives no details. Here
 processes, so that their distribution stays stationary during long occlusions; c has the model's own covariance, so
 components with large singular values change most. Joint limits are not enforced. The components also drive the root:
 its velocity per cycle and its height are tabulated from the model's foot contact.
+
+An unknown body size is part of φ: it scales the root's height and velocity. Feet stand on the ground, so a camera that
+knows where the ground is sees the distance by the feet and the size by the height; a body of a wrong, fixed size would
+have to be at a wrong distance. Log size is an Ornstein-Uhlenbeck process too, slow enough to be constant in a film.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps
+from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import GapError, MotionError
 from motionenv.models.motion_tree.features import turned_towards
 from motionenv.models.registry import load
 from motionenv.models.walking.model import Stride, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
-from motionenv.tracking.priors._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, X, Y, add_noise, advance
+from motionenv.tracking.priors._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, X, Y, add_noise, advance
 from motionenv.tracking.priors.base import Start
 from motionenv.types import POSE, Skeleton
 
 _PHASES = 256  # phases per cycle at which the model is tabulated
-_MEMORY, _PACE_MEMORY, _REST_MEMORY = 1.5, 2.0, 0.5  # [s] correlation times of scores, pace and δ
+_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = (
+    1.5,
+    2.0,
+    0.5,
+    20.0,
+)  # [s] correlation times of scores, pace, δ, size
 _PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
 _WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
-_TURNING = 0.01  # [rad] per frame at 30 frames/s
+_TURNING = 0.03  # [rad] per frame at 30 frames/s
 _SHAPED = np.array([2, 3, 4, *range(6, 25)])  # pose entries that components and δ determine
 # Standard deviations of δ [m, rad]: about the residuals of held-out people with eight components.
 _REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
@@ -48,14 +57,19 @@ class WalkState:
         poses: (N, 25) [m, rad].
         scores: (N, q), minus the model's mean.
         rest: (N, 25) δ; 0 for position and heading.
-        gait: (N, 7), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
-            heading [rad], position x, y [m], and root velocity forward and left [m per cycle].
+        gait: (N, 8), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
+            heading [rad], position x, y [m], root velocity forward and left [m per cycle], and log body size.
     """
 
     poses: np.ndarray
     scores: np.ndarray
     rest: np.ndarray
     gait: np.ndarray
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """(N,) body sizes relative to the prior's skeleton."""
+        return np.exp(self.gait[:, SIZE])
 
     def take(self, which: np.ndarray) -> "WalkState":
         """The walkers with indices `which` (n,)."""
@@ -70,16 +84,19 @@ class FPCAPrior:
         skeleton: the body; None uses the model's mean body.
         fps: frame rate [Hz].
         backwards: whether frames come in reverse order.
+        size: standard deviation of the log of the body's size relative to `skeleton`; 0 if the size is known. Adults
+            have about 0.06.
 
     Raises:
-        MotionError: another model, or `fps` out of range.
+        MotionError: another model, or a number out of range.
 
     Attributes:
         table: (phases, 1 + q, 25) mean and components at each phase: root velocity forward and left [m per cycle], and
             pose entries [m, rad].
         root: (q, q) Cholesky factor of the scores' covariance.
         log_pace: mean of log ρ, paces in cycles/s.
-        deviation: (26,) stationary standard deviations of δ [m, rad] and of log ρ.
+        deviation: (27,) stationary standard deviations of δ [m, rad], of log ρ and of the log size.
+        size: as given.
     """
 
     def __init__(
@@ -89,6 +106,7 @@ class FPCAPrior:
         skeleton: Skeleton | None = None,
         fps: float = 30.0,
         backwards: bool = False,
+        size: float = 0.0,
     ):
         model = load(model) if isinstance(model, str) else model
         if not isinstance(model, WalkingModel):
@@ -106,11 +124,13 @@ class FPCAPrior:
         self.root = np.linalg.cholesky(self._covariance)
         self.log_pace = -float(model.person_mean_[q])
         self.table = _tabulated(model, self.skeleton.height)
-        self.deviation = np.append(_REST, _PACE)
-        memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY])
+        self.size = checked_number(size, "size", 0, below=0.5)
+        self.deviation = np.concatenate([_REST, [_PACE, self.size]])
+        memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY, _SIZE_MEMORY])
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
-        self._step = np.concatenate([[(-1 if backwards else 1) / self.fps], keep, np.sqrt(1 - keep**2), wander])
+        fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
+        self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:]])
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
         """Draw `n` walkers whose poses match `start`: phase and scores by their posterior, the remainder is δ.
@@ -123,11 +143,13 @@ class FPCAPrior:
             rng: random generator.
         """
         row, poses, _ = start.draw(n, rng)
-        weights, means, roots = self._explained(start)
+        sizes = self._sizes(start)
+        weights, means, roots = self._explained(start, sizes)
         which = (weights.cumsum(axis=1)[row] < rng.random((n, 1))).sum(axis=1)
         which = np.minimum(which, _PHASES - 1)
         scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self.root))))
-        gait = np.zeros((n, 7))
+        gait = np.zeros((n, 8))
+        gait[:, SIZE] = np.log(sizes[row])
         gait[:, PHASE] = (which + rng.random(n)) / _PHASES
         state = self._with_poses(gait, scores, np.zeros((n, 25)))
         gait[:, PACE] = self._paces(state, start, row, rng)
@@ -151,7 +173,7 @@ class FPCAPrior:
             rng: random generator.
         """
         noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
-        noise[1:4] = np.sqrt(1 - noise[4:7] ** 2)  # keeps the autoregressive processes stationary
+        noise[[1, 2, 3, 11]] = np.sqrt(1 - noise[[4, 5, 6, 12]] ** 2)  # keeps the autoregressive processes stationary
         return self._advanced(state, noise, rng)
 
     def moved(self, state: WalkState, poses: np.ndarray) -> WalkState:
@@ -190,6 +212,8 @@ class FPCAPrior:
         flow = 0.5 * (a[..., [FORWARD, LEFT]] + b[..., [FORWARD, LEFT]]) * _phase_difference(a, b)[..., None]
         rest = b[..., [X, Y]] - a[..., [X, Y]] - _rotated(flow, a[..., HEADING])
         total += _gaussian(_rotated(rest, -b[..., HEADING]), 0.0, step[9:11]).sum(axis=-1)
+        if self.size:
+            total += _gaussian(b[..., SIZE], step[11] * a[..., SIZE], step[12] * self.size)
         free = _REST > 0
         return total + _ornstein_uhlenbeck(
             before.rest[:, free], after.rest[:, free], np.diag(_REST[free]), step[3], step[6]
@@ -233,14 +257,24 @@ class FPCAPrior:
         mean = (self.log_pace * _PACE**-2 + np.nan_to_num(seen) * uncertain**-2) / precision
         return mean + rng.standard_normal(len(row)) / np.sqrt(precision)
 
-    def _explained(self, start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _sizes(self, start: Start) -> np.ndarray:
+        """Body sizes (m,) of start's candidates; where unknown, the root is as high as the mean walker's."""
+        if not self.size:
+            return np.ones(len(start.poses))
+        if start.heights is not None:
+            return start.heights / self.skeleton.height
+        return np.clip(start.poses[:, 2] / self.table[:, 0, 2].mean(), np.exp(-3 * self.size), np.exp(3 * self.size))
+
+    def _explained(self, start: Start, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Log posterior of each phase for each of start's poses (m, phases), scores (m, phases, q), their roots."""
+        poses = start.poses.copy()
+        poses[:, 2] /= sizes
         precision = 1 / (_REST[_SHAPED] ** 2 + start.spread[_SHAPED] ** 2)
         loadings = np.swapaxes(self.table[:, 1:, _SHAPED], 1, 2)  # (phases, 22, q)
         normal = np.swapaxes(loadings, 1, 2) @ (precision[:, None] * loadings) + np.linalg.inv(self._covariance)
         inverse = np.linalg.inv(normal)
         means = self.table[:, 0]
-        off = turned_towards(start.poses[:, None] - means, np.zeros(25))[..., _SHAPED]
+        off = turned_towards(poses[:, None] - means, np.zeros(25))[..., _SHAPED]
         scores = np.einsum("pij,pkj,mpk->mpi", inverse, precision[None, :, None] * loadings, off, optimize=True)
         cost = (off**2 * precision).sum(-1) - np.einsum("mpi,pij,mpj->mp", scores, normal, scores, optimize=True)
         cost += np.linalg.slogdet(normal)[1] + self._against_flow(start)

@@ -33,6 +33,11 @@ class MixtureState:
     general: Any
 
     @property
+    def sizes(self) -> np.ndarray:
+        """(N,) body sizes of the learned prior, which must know some where its `size` isn't 0."""
+        return self.learned.sizes
+
+    @property
     def poses(self) -> np.ndarray:
         """(N, 25) [m, rad]."""
         return self.learned.poses
@@ -60,7 +65,7 @@ class MixturePrior:
         if not np.allclose(learned.skeleton.offsets, general.skeleton.offsets, atol=1e-9):
             raise MotionError("both priors must have the same skeleton")
         self.learned, self.general, self.share = learned, general, checked_number(share, "share", 0, 1)
-        self.skeleton, self.fps = learned.skeleton, learned.fps
+        self.skeleton, self.fps, self.size = learned.skeleton, learned.fps, getattr(learned, "size", 0.0)
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MixtureState:
         """Draw `n` bodies from the learned prior.

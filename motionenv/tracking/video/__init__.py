@@ -1,5 +1,7 @@
 """Track a person in a video without ground truth."""
 
-from motionenv.tracking.video.track import VideoTrack, track_video
+from motionenv.tracking.video.candidates import Candidate
+from motionenv.tracking.video.track import VideoTrack, find_people, track_video
+from motionenv.tracking.video.verdict import Lost
 
-__all__ = ["VideoTrack", "track_video"]
+__all__ = ["Candidate", "Lost", "VideoTrack", "find_people", "track_video"]

@@ -1,4 +1,4 @@
-"""Detect the person in a video, and guess an unknown camera.
+"""When a person is in a video, how tall, and a guess of an unknown camera.
 
 An unknown camera is assumed to be static, at eye height, with a common focal length, and to see a person of average
 height cross the image. A person of height H whose outline is h pixels high and ends in row b is at distance f H / h; a
@@ -10,43 +10,22 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.render.cameras import look_at
-from motionenv.tracking.initialization import bounding_box
 from motionenv.types import Camera, Skeleton
 
 _FOCAL = 1.0  # focal length relative to the longer image side; phones have 0.75, camcorders more
 _EYES = (0.8, 1.9)  # [m] plausible heights of a level camera
 _USUAL_EYES = 1.5  # [m] assumed height of a tilted camera
-_LEAST_HEIGHT, _LEAST_AREA = 0.12, 0.002  # least size of a person, relative to the image's height and area
-_LEAST_PERSON, _MOST_PERSON = 1.0, 2.3  # [m]
+_LEAST_PERSON, _USUAL_PERSON, _MOST_PERSON = 1.0, 1.75, 2.3  # [m]
 _STEADY = 5  # least number of consecutive frames
 _WHOLE = 0.85  # least height of a complete outline, relative to the typical one
 _SOON, _STEP = 0.5, 0.08  # a walker moves at least _STEP body heights in _SOON seconds
-
-
-def detections(foregrounds) -> np.ndarray:
-    """Bounding boxes of outlines (T, 4): first and last column, first and last row; NaN where no person is detected.
-
-    Args:
-        foregrounds: (T, height, width) probabilities.
-    """
-    boxes = np.full((len(foregrounds), 4), np.nan)
-    for i, foreground in enumerate(foregrounds):
-        if (foreground > 0.5).mean() < _LEAST_AREA:
-            continue
-        try:
-            box = bounding_box(foreground)
-        except MotionError:
-            continue
-        if box[3] - box[2] >= _LEAST_HEIGHT * foreground.shape[0]:
-            boxes[i] = box
-    return boxes
 
 
 def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
     """First frame with a complete person away from the image's sides, and one past the last such frame.
 
     Args:
-        boxes: (T, 4), see `detections`.
+        boxes: (T, 4) first and last column, first and last row; NaN where the person isn't seen.
         width: of the images [pixels].
 
     Raises:
@@ -58,8 +37,8 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
     starts = np.flatnonzero(runs >= _STEADY)
     if not len(starts):
         raise MotionError(
-            f"no foreground: no {_STEADY} consecutive frames show a complete moving person; the camera must be static, "
-            "and the person must cross the image"
+            f"no {_STEADY} consecutive frames show the whole person, away from the picture's sides: use a longer film, or "
+            "choose somebody else by person, box or point"
         )
     return int(starts[0]), int(np.flatnonzero(whole)[-1]) + 1
 
@@ -68,7 +47,7 @@ def departure_frame(boxes: np.ndarray, fps: float) -> int:
     """First frame from which a completely visible person walks; 0 if there is none.
 
     Args:
-        boxes: (T, 4), see `detections`.
+        boxes: (T, 4) first and last column, first and last row; NaN where the person isn't seen.
         fps: frame rate [Hz].
     """
     tall = boxes[:, 3] - boxes[:, 2]
@@ -148,13 +127,23 @@ def standing_height(boxes: np.ndarray, camera: Camera) -> float:
     feet, crown = (np.stack([middle, row, ones], -1) for row in (boxes[:, 3] + 0.5, boxes[:, 2] - 0.5))
     down, up = (pixels @ np.linalg.inv(camera.K).T @ camera.R for pixels in (feet, crown))
     centre = camera.centre
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.hypot(*(down[:, :2] * (-centre[2] / down[:, 2:])).T)
-        heights = centre[2] + up[:, 2] * far / np.hypot(*up[:, :2].T)
-    height = float(np.median(heights[down[:, 2] < 0])) if (down[:, 2] < 0).any() else np.nan
+    ahead = down[:, 2] < 0
+    if centre[2] <= 0 or not ahead.any():
+        x, y, z = centre
+        where = "below the ground" if centre[2] <= 0 else "and sees the person's feet above its horizon"
+        raise MotionError(
+            f"the camera contradicts the picture: it's at ({x:.2f}, {y:.2f}, {z:.2f}) m, {where}. The ground must be "
+            "z = 0 with z up, R and t must map the world to the camera (x right, y down, z forward); many files hold "
+            "the inverse, or y up. Check the file, or leave the camera out to have it guessed"
+        )
+    far = np.hypot(*(down[ahead, :2] * (-centre[2] / down[ahead, 2:])).T)
+    height = float(np.median(centre[2] + up[ahead, 2] * far / np.hypot(*up[ahead, :2].T)))
     if not _LEAST_PERSON <= height <= _MOST_PERSON:
         raise MotionError(
-            f"the moving person would be {height:.2f} m tall if standing on the ground z = 0 of this camera: check the "
-            "camera, or give the height"
+            f"the camera contradicts the picture: whom it shows would be {height:.2f} m tall, standing on the ground "
+            f"z = 0, {np.median(far):.1f} m away from a "
+            f"camera {centre[2]:.2f} m high. If the person isn't on the ground, give the height; else check the unit "
+            f"(times {_USUAL_PERSON / height:.3g} would suit), the focal length and the picture's size, or leave the "
+            "camera out to have it guessed"
         )
     return height

@@ -36,6 +36,8 @@ class Attempt:
         particles: (T, particles, 25), equally weighted.
         effective: (T,) effective sample sizes.
         overlap: (T,) intersection over union of the expected silhouette and the foreground.
+        inside: (T,) share of the foreground that lies on the expected silhouette.
+        nobody: (T,) bool, whether the filter holds that nobody is visible.
         starts: start and restarts, by frame.
     """
 
@@ -43,6 +45,8 @@ class Attempt:
     particles: np.ndarray
     effective: np.ndarray
     overlap: np.ndarray
+    inside: np.ndarray
+    nobody: np.ndarray
     starts: Mapping[int, Start]
 
 
@@ -109,7 +113,9 @@ class MultiStart:
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
-        return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
+        return Attempt(
+            record.poses, record.particles, record.effective, record.overlap, record.inside, record.nobody, starts
+        )
 
     def _tracker(self, prior: Prior) -> ParticleFilter:
         return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
@@ -133,13 +139,17 @@ class _Record:
     def __init__(self, frames: int, likelihood: SilhouetteLikelihood, film: np.ndarray, rng: np.random.Generator):
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
         self.effective, self.overlap = np.empty(frames), np.empty(frames)
+        self.inside = np.empty(frames)
+        self.nobody = np.empty(frames, dtype=bool)
         self._likelihood, self._film, self._rng = likelihood, film, rng
 
     def keep(self, i: int, belief: Belief) -> float:
         """Store the posterior of frame `i`; returns the overlap."""
         self.poses[i], self.effective[i] = belief.mean, belief.effective
+        self.nobody[i] = belief.lost
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
-        self.overlap[i] = overlap(self.poses[i], self._likelihood.skeleton, self._likelihood.camera, self._film[i])
+        body, camera = self._likelihood.skeleton, self._likelihood.camera
+        self.overlap[i], self.inside[i] = overlap(self.poses[i], body, camera, self._film[i])
         return float(self.overlap[i])
 
 
@@ -149,11 +159,11 @@ def exchanged(start: Start) -> Start:
     Args:
         start: any.
     """
-    return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread)
+    return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
-def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> float:
-    """Intersection over union of a pose's silhouette and a foreground (height, width).
+def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> tuple[float, float]:
+    """Intersection of a pose's silhouette and a foreground (height, width), over their union and over the foreground.
 
     Args:
         pose: (25,) [m, rad].
@@ -164,7 +174,8 @@ def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np
     from motionenv.render import render
 
     body, seen = render(pose, skeleton, camera).limbs > 0, foreground > 0.5
-    return float((body & seen).sum() / max((body | seen).sum(), 1))
+    both = (body & seen).sum()
+    return float(both / max((body | seen).sum(), 1)), float(both / max(seen.sum(), 1))
 
 
 def _reflected(poses: np.ndarray) -> np.ndarray:

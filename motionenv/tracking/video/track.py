@@ -1,37 +1,31 @@
 """Track a person in a real video, without ground truth: `track_video`.
 
-    video → background → foreground → camera (if unknown) → start → filter, forwards and backwards; the best of several
+    video → who moves → whom to follow → camera (if unknown) → start → filter, forwards and backwards → verdict
 
-The camera must be static, and one person must walk through the image. Poses are NaN before the first and after the last
-frame in which the person is completely visible.
+The camera must be static. Poses are NaN where the person isn't wholly in the picture, and where the track is lost.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from motionenv._core.validation import checked_fps, checked_number, checked_whole, random_generator
 from motionenv.body import from_height
-from motionenv.errors import FormatError
-from motionenv.likelihoods.appearance import colour_bins
-from motionenv.likelihoods.background import picture
+from motionenv.errors import MotionError
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.particle_filter import check_options
 from motionenv.tracking.priors.base import Prior
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
-from motionenv.tracking.video.detection import departure_frame, detections, resized, side_camera, span, standing_height
-from motionenv.tracking.video.foreground import FilmBackground
-from motionenv.tracking.video.multi_start import MultiStart
+from motionenv.tracking.video.candidates import Candidate, chosen
+from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
+from motionenv.tracking.video.multi_start import Attempt, MultiStart
+from motionenv.tracking.video.survey import Look, look, survey
+from motionenv.tracking.video.verdict import ABSENT, FOLLOWED, Lost, losses, verdict
 from motionenv.types import Camera, Motion, Skeleton
 
-_SIDE = 192  # [pixels] longer side of the images in the first pass
-_TALL = 90.0  # [pixels] desired height of the person; images are enlarged for small people
-_MOST_LARGER = 2.5  # greatest enlargement
-_MOST_PIXELS = 1.2e8  # most pixels of the whole video, which also limits enlargement
-_MOST_FPS = 31.0  # videos with a higher rate are decimated by a whole number
 _USUAL = 1.75  # [m] default body height
 _MISSES, _ALARMS = 0.25, 0.1  # miss and false-alarm rates: the foreground of videos has holes and clutter
 #: Makes a prior for a body and a frame rate.
@@ -46,9 +40,12 @@ class VideoTrack:
         motion: expected poses (T, 25) at the video's frames; NaN where the person isn't tracked.
         particles: (T, particles, 25), equally weighted; NaN as above.
         effective: (T,) effective sample sizes.
-        overlap: (T,) intersection over union of the expected silhouette and the foreground, from 0 to 1.
+        overlap: (T,) intersection over union of the expected silhouette and the person's outline, from 0 to 1, also in
+            lost frames.
         camera: given or guessed, for the video's own image size.
         guessed: whether the camera is a guess; lengths are then relative to the assumed height.
+        reasons: (T,) why a frame isn't followed, numbers of `motionenv.tracking.video.verdict.REASONS`.
+        person: who was followed, and what speaks for a walking person.
     """
 
     motion: Motion
@@ -57,11 +54,23 @@ class VideoTrack:
     overlap: np.ndarray
     camera: Camera
     guessed: bool
+    reasons: np.ndarray
+    person: Candidate
 
     @property
     def followed(self) -> np.ndarray:
-        """(T,) whether a frame has a pose."""
-        return np.isfinite(self.motion.poses[:, 0])
+        """(T,) whether a frame has a pose: the person is followed."""
+        return self.reasons == FOLLOWED
+
+    @property
+    def losses(self) -> list[Lost]:
+        """The times in which the person isn't followed, and why."""
+        return losses(self.reasons)
+
+    @property
+    def lost(self) -> bool:
+        """Whether the person was lost at any time in the picture."""
+        return any(not loss.left for loss in self.losses)
 
 
 def track_video(
@@ -76,6 +85,11 @@ def track_video(
     fps: float | None = None,
     seconds: float = 60.0,
     background=None,
+    person: int | None = None,
+    box: Sequence[float] | None = None,
+    point: Sequence[float] | None = None,
+    at: float | None = None,
+    region: Sequence[float] | None = None,
     seed=None,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -97,98 +111,115 @@ def track_video(
         background: video, or at least three images uint8 (T, h, w, 3) with the video's aspect ratio, of the same view
             without the person. None uses the median over the video, which is correct where the person stands in fewer
             than half of the frames.
+        person: number of whom to follow in `find_people`; None, without `box` and `point`, is the likeliest walker.
+        box: (x, y, width, height) [pixels of the film] around whom to follow, in some frame.
+        point: (x, y) [pixels of the film] on whom to follow, in some frame.
+        at: moment of `box` or `point` [s]; None is any.
+        region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at.
         seed: int or Generator.
         threads: threads of the likelihood, which don't change the result; None uses one per core.
         progress: called with the number of frames processed and the total.
 
     Raises:
         FormatError: not a video, or a damaged one.
-        MotionError: no moving person, a camera with another aspect ratio, or an argument out of range.
+        MotionError: nobody walks, a moving camera, a known camera that contradicts the picture, or an argument out of
+            range.
     """
     attempts = checked_whole(attempts, "attempts", 1)
     checked_number(seconds, "seconds", above=0)
     check_options(particles, layers=layers)
-    fps = _rate(path) if fps is None else checked_fps(fps)
+    _check_choice(person, box, point, at, region)
+    fps = None if fps is None else checked_fps(fps)
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
-    foregrounds, colours, size = _looked(path, fps, seconds, background)
-    boxes = detections(foregrounds)
-    first, last = span(boxes, foregrounds.shape[2])
-    rows, columns = foregrounds.shape[1:]
-    if camera is not None and height is None:
-        skeleton = from_height(standing_height(boxes[first:last], resized(camera, columns, rows)))
-    full = side_camera(boxes[first:last], skeleton, columns, rows) if camera is None else camera
-    view = resized(full, columns, rows)
-    far = (
-        np.sqrt(abs(np.linalg.det(view.K[:2, :2])))
-        * skeleton.height
-        / np.nanmedian(boxes[first:last, 3] - boxes[first:last, 2])
-    )
-    likelihood = SilhouetteLikelihood(
-        view, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=float(far), threads=threads
-    )
-    made = FPCAPrior(skeleton=skeleton, fps=fps) if prior is None else prior(skeleton, fps)
-    walker = FPCAPrior(skeleton=skeleton, fps=fps, backwards=True)
-    back = MixturePrior(walker, VelocityPrior(skeleton=skeleton, fps=fps))
-    begin = departure_frame(boxes[first:last], fps)
-    looked = foregrounds[first:last], colours[first:last]
-    follower = MultiStart(made, back, likelihood, *looked, begin, particles, layers, rng)
+    seen = survey(path, fps=fps, seconds=seconds, background=background, region=region)
+    who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
+    first, last = span(who.boxes, size[0])
+    full = None if camera is None else resized(camera, *size)
+    if full is None:
+        full = side_camera(who.boxes[first:last], skeleton, *size)
+    elif height is None:
+        skeleton = from_height(standing_height(who.boxes[first:last], full))
+    close = look(seen, who, first, last)
+    made = FPCAPrior(skeleton=skeleton, fps=seen.fps) if prior is None else prior(skeleton, seen.fps)
+    follower = _follower(close, who, (first, last), full, made, (particles, layers, threads), rng)
     total = attempts * (last - first)
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
-    frames = (first, len(foregrounds) - last)
-    poses, shown, effective, overlap = (
-        np.pad(part, (frames, *[(0, 0)] * (part.ndim - 1)), constant_values=np.nan)
-        for part in (best.poses, best.particles, best.effective, best.overlap)
-    )
-    motion = Motion(poses, skeleton, fps, f"{path}")
-    return VideoTrack(motion, shown, effective, overlap, resized(full, *size), camera is None)
+    reasons = np.full(len(seen.labels), ABSENT)
+    outlined = who.mover.seen[first:last]
+    reasons[first:last] = verdict(best.poses, best.overlap, best.inside, best.nobody, outlined, seen.fps)
+    poses, shown, effective, overlap = _whole(best, reasons, first)
+    motion = Motion(poses, skeleton, seen.fps, f"{path}")
+    return VideoTrack(motion, shown, effective, overlap, full, camera is None, reasons, who)
 
 
-def _rate(path) -> float:
-    """The video's frame rate, divided by the smallest whole number that gives at most `_MOST_FPS`."""
-    from motionenv.render.video.decode import video_info
+def find_people(
+    path, *, fps: float | None = None, seconds: float = 60.0, background=None, region: Sequence[float] | None = None
+) -> list[Candidate]:
+    """What moves in a video, the likeliest walking person first; `track_video` takes the number as `person`.
 
-    own = video_info(path).fps
-    return own / np.ceil(own / _MOST_FPS)
+    Args:
+        path: of the video.
+        fps: as in `track_video`.
+        seconds: most seconds of the video to use.
+        background: as in `track_video`.
+        region: as in `track_video`.
 
-
-def _looked(path, fps: float, seconds: float, background) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
-    """`_foregrounds` at a resolution that suits the person's size."""
-    foregrounds, colours, size = _foregrounds(path, fps, seconds, background, _SIDE)
-    boxes = detections(foregrounds)
-    first, last = span(boxes, foregrounds.shape[2])
-    side = _larger(boxes[first:last], foregrounds.shape, max(size))
-    if side <= _SIDE:
-        return foregrounds, colours, size
-    return _foregrounds(path, fps, seconds, background, side)
-
-
-def _larger(boxes: np.ndarray, shape: tuple[int, ...], own: int) -> int:
-    """Longer image side [pixels] at which the person is `_TALL` pixels high, but at most `own`, the video's.
-
-    The boxes (T, 4) and the shape (T, rows, columns) are those at `_SIDE`.
+    Raises:
+        FormatError: not a video, or a damaged one.
+        MotionError: the camera moves, or an argument out of range.
     """
-    tall = float(np.nanmedian(boxes[:, 3] - boxes[:, 2]))
-    factor = min(_TALL / tall, _MOST_LARGER, np.sqrt(_MOST_PIXELS / np.prod(shape, dtype=float)))
-    return min(own, round(_SIDE * factor))
+    checked_number(seconds, "seconds", above=0)
+    _check_choice(None, None, None, None, region)
+    fps = None if fps is None else checked_fps(fps)
+    return survey(path, fps=fps, seconds=seconds, background=background, region=region).found
 
 
-def _foregrounds(
-    path, fps: float, seconds: float, background, side: int
-) -> tuple[np.ndarray, np.ndarray, tuple[int, int]]:
-    """Foreground and `colour_bins` (T, rows, columns) at a longer image side, and the video's (width, height)."""
-    from motionenv.render.video.decode import narrowed, read_frames, video_info
+def _check_choice(person, box, point, at, region) -> None:
+    """Validate what says whom to follow."""
+    given = [name for name, value in (("person", person), ("box", box), ("point", point)) if value is not None]
+    if len(given) > 1:
+        raise MotionError(f"give only one of person, box and point; got {' and '.join(given)}")
+    if at is not None and box is None and point is None:
+        raise MotionError("at is the moment of a box or point: give one of them")
+    if person is not None:
+        checked_whole(person, "person", 1)
+    if at is not None:
+        checked_number(at, "at", 0)
+    for name, values, count in (("box", box, 4), ("point", point, 2), ("region", region, 4)):
+        numbers = np.asarray([] if values is None else values, dtype=float)
+        wrong = numbers.shape != (count,) or not np.isfinite(numbers).all() or (numbers[2:] <= 0).any()
+        if values is not None and wrong:
+            what = "x, y, width, height" if count == 4 else "x, y"
+            raise MotionError(f"{name} must be {what} in the film's pixels, got {values!r}")
 
-    info = video_info(path)
-    width = max(16, round(info.width * min(1.0, side / max(info.width, info.height))))
-    frames = list(read_frames(path, fps=fps, width=width, seconds=seconds))
-    if len(frames) < 3:
-        raise FormatError(path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to track a person")
-    if background is None:
-        without = frames
-    elif isinstance(background, np.ndarray):
-        without = [narrowed(picture(p), width) for p in background]
-    else:
-        without = list(read_frames(background, fps=fps, width=width, seconds=seconds))
-    film = FilmBackground(without)
-    foregrounds = np.stack([film.foreground(f).astype(np.float32) for f in frames])
-    return foregrounds, np.stack([colour_bins(f).astype(np.uint16) for f in frames]), (info.width, info.height)
+
+def _follower(
+    close: Look, who: Candidate, frames: tuple[int, int], full: Camera, prior: Prior, options: tuple, rng
+) -> MultiStart:
+    """The tracker of one person between two frames; `options` are its particles, layers and threads."""
+    particles, layers, threads = options
+    skeleton, fps = prior.skeleton, prior.fps
+    view, boxes = close.camera(resized(full, *close.size)), close.boxes(who)[slice(*frames)]
+    focal = np.sqrt(abs(np.linalg.det(view.K[:2, :2])))
+    far = float(focal * skeleton.height / np.nanmedian(boxes[:, 3] - boxes[:, 2]))
+    likelihood = SilhouetteLikelihood(
+        view, skeleton, misses=_MISSES, false_alarms=_ALARMS, distance=far, threads=threads
+    )
+    back = MixturePrior(
+        FPCAPrior(skeleton=skeleton, fps=fps, backwards=True), VelocityPrior(skeleton=skeleton, fps=fps)
+    )
+    alone = np.where(who.mover.merged[slice(*frames)][:, None], np.nan, boxes)
+    begin = departure_frame(alone if np.isfinite(alone).any() else boxes, fps)
+    return MultiStart(prior, back, likelihood, close.foreground, close.colours, begin, particles, layers, rng)
+
+
+def _whole(best: Attempt, reasons: np.ndarray, first: int) -> list[np.ndarray]:
+    """Poses, particles, effective sizes and overlap of all frames; NaN where nobody is followed."""
+    whole = []
+    for part in (best.poses, best.particles, best.effective, best.overlap):
+        values = np.full((len(reasons), *part.shape[1:]), np.nan)
+        values[first : first + len(part)] = part
+        if part is not best.overlap:
+            values[reasons != FOLLOWED] = np.nan
+        whole.append(values)
+    return whole

@@ -23,8 +23,7 @@ def test_straight_ahead_hardly_anything_changes(walk):
     """But for the drift to a side, and feet that slip."""
     same = bend(walk, Path.line(20))
     moved = feet(same.poses, walk.skeleton)[0] - feet(walk.poses, walk.skeleton)[0]
-    assert np.median(np.abs(moved), axis=(0, 1)).max() < 0.03
-    assert np.median(np.abs(moved[..., [0, 2]])) < 0.01
+    assert np.median(np.abs(moved), axis=(0, 1))[[0, 2]].max() < 0.01
     np.testing.assert_allclose(same.poses[:, 6:17], walk.poses[:, 6:17], atol=1e-9)
     assert np.degrees(np.abs(same.poses[:, 17:] - walk.poses[:, 17:])).mean() < 3
 

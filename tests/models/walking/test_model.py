@@ -141,7 +141,7 @@ def test_faster_walkers_take_longer_and_quicker_strides(model):
 
 
 def test_smooth_in_value_and_two_derivatives_across_cycle_borders(model):
-    """At 480 fps each derivative up to the third is no larger (10 %) within 4 frames of cycle borders than elsewhere.
+    """At 480 fps each derivative up to the third is no larger (15 %) within 4 frames of cycle borders than elsewhere.
 
     Nor does any grow with the frame rate, as it would where the one before it jumps.
     """
@@ -152,7 +152,7 @@ def test_smooth_in_value_and_two_derivatives_across_cycle_borders(model):
     for order in (1, 2, 3):
         change = np.abs(np.diff(poses, order, axis=1)).max(0)
         inside = near[: len(change)]
-        assert (change[inside].max(0) <= 1.1 * change[~inside].max(0)).all()
+        assert (change[inside].max(0) <= 1.15 * change[~inside].max(0)).all()
     finer = model.walks(8, 2 * fps, n=30, seed=9, stride=stride).poses
     grown = [
         np.abs(np.diff(finer, order, axis=1)).max((0, 1)) * 2**order / np.abs(np.diff(poses, order, axis=1)).max((0, 1))

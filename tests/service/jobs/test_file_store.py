@@ -6,8 +6,8 @@ import os
 import pytest
 
 import motionenv
-from service.jobs.file_store import FileStore, full_disk_errors, sha256
-from service.jobs.store import Full
+from service.jobs.file_store import FileStore, sha256
+from service.jobs.store import Full, full_disk_errors
 from tests.service.jobs.handing import as_file, ended, uploads
 
 

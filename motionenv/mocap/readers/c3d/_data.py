@@ -14,29 +14,18 @@ _FULL = 0xFFFF  # where a 16-bit counter stands still, or starts again
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the data are.
+    """Where the data are."""
 
-    Attributes:
-        first: number of the first frame.
-        points, analog, frames: points, analog values and frames; values of all channels per frame.
-        per_frame: analog samples of each channel per frame.
-        start: first byte.
-        real: whether the values are floats.
-        scale: file units per step of integer points.
-        rate: frames per second of the header.
-        events: seconds since frame 1 and label of the header's events.
-    """
-
-    first: int
+    first: int  # number of the first frame
     points: int
-    analog: int
+    analog: int  # values of all channels per frame
     frames: int
-    per_frame: int
-    start: int
-    real: bool
-    scale: float
-    rate: float
-    events: tuple[tuple[float, str], ...] = ()
+    per_frame: int  # analog samples of each channel per frame
+    start: int  # first byte
+    real: bool  # whether the values are floats
+    scale: float  # file units per step of integer points
+    rate: float  # frames per second of the header
+    events: tuple[tuple[float, str], ...] = ()  # seconds since frame 1 and label of the header's events
 
 
 def read_layout(path, raw: bytes, encoding: Encoding, parameters: Parameters) -> Layout:

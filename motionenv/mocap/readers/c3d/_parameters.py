@@ -44,15 +44,11 @@ class Encoding:
 
 @dataclass
 class Parameters:
-    """The values by "GROUP:NAME", in capitals.
+    """The values by "GROUP:NAME", in capitals."""
 
-    Attributes:
-        values: arrays with the first index fastest, as in the file's language, Fortran; lists of text.
-        whole: whether the section is undamaged as far as can be told.
-    """
-
+    #: Arrays with the first index fastest, as in the file's language, Fortran; lists of text.
     values: dict[str, np.ndarray | list[str]] = field(default_factory=dict)
-    whole: bool = True
+    whole: bool = True  # undamaged as far as can be told
 
     def texts(self, key: str) -> list[str]:
         """The texts of `key` and of its continuations (LABELS2, LABELS3, ...), beyond 255; empty without."""

@@ -136,18 +136,10 @@ def _loads(
     if kind == 4:
         values = values @ own["CAL_MATRIX"].T
     force = values[:, :3] * newtons
-    moment = values[:, 3:] * (metres if kind == 4 else _newton_metres(units[3], metres))
-    return force, moment + np.cross(force, _below(origin)), None
-
-
-def _newton_metres(unit: str, metres: float) -> float:
-    """Newton metres per unit of a moment, such as "nmm"; without one, per newton and unit of length of the file."""
-    return file_metres(re.sub("^(newtons?|nt?)", "", unit)) or metres
-
-
-def _below(origin: np.ndarray) -> np.ndarray:
-    """The vector from the transducer to the surface, against z, which some files give in reverse."""
-    return -origin if origin[2] > 0 else origin
+    # A moment's unit is such as "nmm"; without one, it is in newtons times the file's unit of length.
+    arm = metres if kind == 4 else file_metres(re.sub("^(newtons?|nt?)", "", units[3])) or metres
+    below = -origin if origin[2] > 0 else origin  # from the transducer to the surface; some files give the reverse
+    return force, values[:, 3:] * arm + np.cross(force, below), None
 
 
 def _kistler(values: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -38,32 +38,22 @@ _STANDING_HEIGHT = 0.03  # [shares of the body's height] above the lowest of the
 
 @dataclass(frozen=True, eq=False)
 class FutureCost:
-    """What comes after each window, by position in the tree.
+    """What comes after each window, by position in the tree."""
 
-    Attributes:
-        place: (frames,) position of the window that ends at each frame of the database, or -1.
-        exits: what `towards` works with: positions of windows near the ends of sequences (m,), the nearest windows
-            elsewhere (m, k), and squared distances to them (m, k).
-        starts, frames: of the sequences, and of the windows by position.
-        turn: (n,) [rad] by which the heading changes in the next second.
-        speed: (n,) [m/s] mean over the next second.
-        activity: (n,) index of the activity in `activities`.
-        activities: names.
-        stands: (frames, 2) whether the left and the right foot stand.
-        ground: (n, 3) [m] of the window's sequence: by how much to move the root so that the soles of feet that stand
-            are on the ground z = 0; how high such ankles are in the sequence; and how much less the root would have
-            to be moved for the balls of feet whose heel has risen.
-    """
-
-    starts: np.ndarray
-    frames: np.ndarray
-    place: np.ndarray
+    starts: np.ndarray  # of the sequences
+    frames: np.ndarray  # last frames of the windows by position
+    place: np.ndarray  # (frames,) position of the window that ends at each frame of the database, or -1
+    #: Positions of windows near the ends of sequences (m,), the nearest windows elsewhere (m, k), and squared distances
+    #: to them (m, k).
     exits: tuple[np.ndarray, np.ndarray, np.ndarray]
-    turn: np.ndarray
-    speed: np.ndarray
-    activity: np.ndarray
+    turn: np.ndarray  # (n,) [rad] by which the heading changes in the next second
+    speed: np.ndarray  # (n,) [m/s] mean over the next second
+    activity: np.ndarray  # (n,) index of the activity in `activities`
     activities: tuple[str, ...]
-    stands: np.ndarray
+    stands: np.ndarray  # (frames, 2) whether the left and the right foot stand
+    #: (n, 3) [m] of the window's sequence: by how much to move the root so that the soles of feet that stand are on the
+    #: ground z = 0; how high such ankles are in the sequence; and how much less the root would have to be moved for the
+    #: balls of feet whose heel has risen.
     ground: np.ndarray
 
     @cached_property

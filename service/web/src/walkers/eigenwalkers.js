@@ -39,7 +39,7 @@ function strideOf(w, roll) {
   return roll * 2 * Math.PI * back;
 }
 
-/** The same person at another speed: motionenv/models/eigenwalkers/fourier_model.py, at_speed. */
+/** The same person at another speed: motionenv/models/eigenwalkers/speed.py, at_speed. */
 function atSpeed(parameters, w, seconds, speed) {
   const { arrays, reach, roll } = parameters;
   const lengthOf = (a) => Math.log(strideOf(a, roll));

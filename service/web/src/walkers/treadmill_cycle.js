@@ -51,7 +51,7 @@ export function strideSeconds({ arrays }, deviations) {
   return Math.exp(deviations.reduce((sum, d, k) => sum + d * arrays.log_seconds_weights[k], arrays.log_seconds_mean[0]));
 }
 
-/** The same person at another speed, and the stride time that makes it: motionenv/models/pace.py. */
+/** The same person at another speed, and the stride time that makes it: motionenv/models/people/pace.py. */
 function atSpeed({ arrays, components: q, reach }, deviations, seconds, height, speed) {
   const { pace_weights: weights, pace_curvature: curvature, pace_direction: direction } = arrays;
   const [average] = arrays.pace_length;

@@ -5,7 +5,7 @@ import pytest
 
 from motionenv.body import from_height
 from motionenv.body.skeleton import ANKLE_HEIGHT, NODES
-from motionenv.models.population import Person, draw_person
+from motionenv.models.people.population import Person, draw_person
 
 KNEE, ANKLE, NECK, HEAD = (NODES.index(name) for name in ("left_knee", "left_ankle", "neck", "head"))
 

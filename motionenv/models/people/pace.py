@@ -17,9 +17,12 @@ _LEAST_ERROR = 0.05  # of a slope within a handful of people
 _PRIOR = 0.02  # spread of log lengths that knowledge from between people counts as: one person's at ± 10 %
 #: How far log stride lengths go from the average person's: not below the first, at about 0.35 m/s; above the second,
 #: at about 1.65 m/s, half as far as the power of speed says, and cadence makes up for it.
-REACH = (-0.6, 0.28)
+REACH = (-0.6, 0.25)
 _LEADING = 12  # components whose products say how long strides are
 _LEAST_GAIN = 0.3
+#: Change of the knee's greatest flexion in swing per log stride length [rad]: 55°, 59°, 61° and 62° at slow, free, fast
+#: and very fast speed (Schwartz et al. 2008).
+_BEND = np.radians(15.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +52,7 @@ class Pace:
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
     def longer(self, z: np.ndarray, change, way: np.ndarray) -> np.ndarray:
-        """Scores (..., q) with log stride lengths changed by `change` (...) along `way`, `direction` or `between`."""
+        """Scores `z` (..., q), log stride lengths changed by `change` (...) along `way`: `direction` or `between`."""
         slope = np.maximum((self.weights + 2 * z @ self.curvature) @ way, _LEAST_GAIN)
         bend = way @ self.curvature @ way
         root = np.sqrt(np.maximum(slope**2 + 4 * bend * change, (0.5 * slope) ** 2))
@@ -76,22 +79,18 @@ class Pace:
         """Arrays by name, for a model file."""
         return {f"pace_{field.name}": np.asarray(getattr(self, field.name)) for field in fields(self)}
 
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Pace":
-        """What `to_arrays` took apart."""
-        return cls(**{field.name: arrays[f"pace_{field.name}"] for field in fields(cls)})
 
-
-def reached(lengths, average: float):
+def reached(lengths, average: float) -> np.ndarray:
     """Log stride lengths (...) that are walked where `lengths` (...) are wanted: see `REACH`."""
     most = average + REACH[1]
     return np.maximum(np.minimum(lengths, 0.5 * (lengths + most)), average + REACH[0])
 
 
 def fit_pace(
-    z: np.ndarray, people, log_speeds: np.ndarray, log_lengths: np.ndarray, drawn: np.ndarray, drawn_lengths: np.ndarray
-) -> Pace:
-    """Learn what speed does to walkers.
+    z: np.ndarray, people, log_speeds: np.ndarray, log_lengths: np.ndarray,
+    drawn: np.ndarray, drawn_lengths: np.ndarray, bend: np.ndarray,
+) -> Pace:  # fmt: skip
+    """Learn what speed does to walkers. What it does to the knee's greatest flexion is taken from published walks.
 
     Args:
         z: (n, q) standard scores of captured walks.
@@ -100,6 +99,7 @@ def fit_pace(
         log_lengths: (n,) of their strides as captured [body heights].
         drawn: (m, q) standard scores of synthetic walks.
         drawn_lengths: (m,) log stride lengths that the model gives these [body heights].
+        bend: (q,) change of the knee's greatest flexion with z [rad].
     """
     q = z.shape[1]
     i, j = np.triu_indices(min(q, _LEADING))
@@ -116,8 +116,12 @@ def fit_pace(
     if variance < 1e-9:  # walks that don't differ
         return made
     between = spread / variance
-    way = direction(z, made.log_length(z), people, between)
-    return replace(made, direction=way / max(float(way @ made.weights), _LEAST_GAIN), between=between)
+    ways = np.array([direction(z, made.log_length(z), people, between), between])
+    # The likeliest change of both ways with which strides lengthen by 1 and knees bend by what is published.
+    sides = np.array([made.weights, bend])
+    spread = np.cov(drawn.T).reshape(q, q) @ sides.T
+    ways += ([1.0, _BEND] - ways @ sides.T) @ np.linalg.pinv(sides @ spread) @ spread.T
+    return replace(made, direction=ways[0], between=ways[1])
 
 
 def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.ndarray) -> np.ndarray:

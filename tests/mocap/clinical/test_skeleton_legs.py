@@ -8,8 +8,8 @@ import pytest
 from motionenv.body.skeleton import NODES
 from motionenv.mocap import find_landmarks, read, retarget
 from motionenv.mocap.clinical import clinical_angles, lower_body, measurements_of
+from motionenv.mocap.clinical.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.mocap.retargeting import find_nodes
-from motionenv.mocap.skeleton_legs import SkeletonWalk, correct_legs
 from motionenv.types import POSE, Markers
 
 AT = {name: i for i, name in enumerate(NODES)}

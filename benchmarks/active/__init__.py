@@ -1,0 +1,1 @@
+"""Benchmarks of ActiveTracking: an estimator, policies that look, and reinforcement learning."""

@@ -1,0 +1,207 @@
+"""Particles of `Beliefs`, compiled."""
+
+import numba
+import numpy as np
+
+from motionenv.envs.active.scene_kernel import (
+    INNER,
+    MAST,
+    NARROW,
+    OUTER,
+    SPEEDS,
+    WIDE,
+    appear,
+    gaussian,
+    hidden,
+    inside,
+    restart,
+    sight,
+    stroll,
+    uniform,
+)  # fmt: skip
+
+kernel = numba.njit(nogil=True, error_model="numpy")
+
+_SWAY = 0.1  # [m] of what is seen of a body about its position
+_MIDDLE = 0.53  # of the body's height
+_JUMP = 1e-3  # share of the belief that anybody could be anywhere
+_JITTER = 0.05, 0.1, 0.05  # [m], [rad], [m/s] of particles
+_AREA = np.pi * (OUTER**2 - INNER**2)
+
+
+@kernel
+def scatter(slots, keys, pillars, particles) -> None:
+    """Draw the `particles` (n, people, m, 4) of `slots` anywhere."""
+    state = np.empty(1, dtype=np.uint64)
+    for e in slots:
+        restart(state, keys[e], 0)
+        for k in range(particles.shape[1]):
+            for i in range(particles.shape[2]):
+                appear(state, particles[e, k, i], pillars[e])
+
+
+@kernel
+def weigh(cameras, pillars, heights, hues, found, noise, particles, weights, unseen, gains) -> None:
+    """Compare `particles` (n, people, m, 4) with detections `found` (n, people, 5).
+
+    Rows of `found` are u, v, height of what is seen relative to the body's, number of points (0: none), hue. Fills
+    `weights` (n, people, detections, 1 + m), of which the first is that of jumps, `unseen` (n, people, m), the
+    likelihood of not being detected, and `gains` (n, people, detections), log Bayes factors.
+    """
+    m = particles.shape[2]
+    for e in range(len(particles)):
+        blur = noise[1] * NARROW ** cameras[e, 2]
+        for k in range(particles.shape[1]):
+            missing = 0.0
+            for i in range(m):
+                p = particles[e, k, i]
+                u, v, _ = sight(cameras[e], p[0], p[1], _MIDDLE * heights[e, k])
+                out = not inside(u, v) or hidden(p[0], p[1], pillars[e])
+                unseen[e, k, i] = 1.0 if out else noise[2]
+                missing += unseen[e, k, i] / m
+            for d in range(found.shape[1]):
+                if found[e, d, 3] == 0:
+                    break
+                total = _match(cameras[e], found[e, d], heights[e, k], noise[0], particles[e, k], weights[e, k, d])
+                off = (found[e, d, 4] - hues[e, k] + np.pi) % (2 * np.pi) - np.pi
+                gains[e, k, d] = np.log(total) - np.log(missing) - 0.5 * (off / blur) ** 2
+
+
+@kernel
+def _match(camera, detection, height, noise, particles, weights) -> float:
+    """Fill `weights` (1 + m,) of particles for a detection; returns their sum."""
+    z, m, half = detection[2] * height, len(particles), WIDE * NARROW ** camera[2]
+    x, y = _ground(camera, detection[0], detection[1], z)
+    depth = sight(camera, x, y, z)[2]
+    weights[0] = total = _JUMP / _AREA * (depth * half) ** 2 * depth / (MAST - z)  # ∫ likelihood dx dy
+    for i in range(m):
+        u, v, deep = sight(camera, particles[i, 0], particles[i, 1], z)
+        square = noise**2 / detection[3] + (_SWAY / (max(deep, 1.0) * half)) ** 2
+        away = (u - detection[0]) ** 2 + (v - detection[1]) ** 2
+        weights[1 + i] = (1 - _JUMP) * np.exp(-0.5 * away / square) / (2 * np.pi * square * m)
+        total += weights[1 + i]
+    return total
+
+
+@kernel
+def _ground(camera, u, v, z):
+    """Where (x, y) [m] the ray through (u, v) meets the height z [m]; as far as the square reaches at most."""
+    half = WIDE * NARROW ** camera[2]
+    cp, sp, ct, st = np.cos(camera[0]), np.sin(camera[0]), np.cos(camera[1]), np.sin(camera[1])
+    ahead, down = ct + half * v * st, half * v * ct - st
+    far = (MAST - z) / down if down > 0.0 else np.inf
+    reach = np.hypot(ahead, half * u)
+    far = min(far, OUTER / reach)
+    return far * (cp * ahead + sp * half * u), far * (sp * ahead - cp * half * u)
+
+
+@kernel
+def share(gains, counts, shares) -> None:
+    """Fill `shares` (n, people, 1 + detections), the probabilities that a person is nobody or one of the detections.
+
+    Exact joint probabilistic data association (Bar-Shalom & Fortmann 1988) from log Bayes factors `gains` (n, people,
+    detections): sums over all one-to-one assignments of the first `counts` (n,) detections to people, by recursion over
+    people and sets of detections, forwards and backwards.
+    """
+    people = gains.shape[1]
+    for e in range(len(gains)):
+        sets, factors = 1 << counts[e], np.zeros((people, counts[e]))
+        for d in range(counts[e]):
+            factors[:, d] = np.exp(gains[e, :, d] - gains[e, :, d].max())
+        before, after = np.zeros((people + 1, sets)), np.zeros((people + 1, sets))
+        before[0, 0] = after[people, sets - 1] = 1.0
+        for k in range(people):
+            _assign(factors[k], before[k], before[k + 1])
+        for k in range(people - 1, -1, -1):
+            _assign(factors[k], after[k + 1][::-1], after[k][::-1])
+        for k in range(people):
+            _marginals(factors[k], before[k], after[k + 1], shares[e, k])
+
+
+@kernel
+def _assign(factors, before, after) -> None:
+    """Add one more person with `factors` (detections,) to the sums (sets,) over who has which detections."""
+    for taken in range(len(before)):
+        after[taken] += before[taken]
+        for d in range(len(factors)):
+            if not taken >> d & 1:
+                after[taken | 1 << d] += factors[d] * before[taken]
+
+
+@kernel
+def _marginals(factors, before, after, shares) -> None:
+    """Fill `shares` (1 + detections,) of a person from the sums (sets,) over those before and those after."""
+    shares[0] = (before * after).sum()
+    for d in range(len(factors)):
+        for taken in range(len(before)):
+            if not taken >> d & 1:
+                shares[1 + d] += factors[d] * before[taken] * after[taken | 1 << d]
+    shares /= shares.sum()
+
+
+@kernel
+def renew(keys, time, cameras, pillars, heights, found, shares, weights, unseen, noise, motion, particles, sums):
+    """Resample `particles` (n, people, m, 4) given `shares`, sum them up, and move them on.
+
+    `sums` (n, people, 3) become mean x, y and standard deviation [m]. `motion` is the chance of a turn and the time of
+    a frame [s].
+    """
+    state, m = np.empty(1, dtype=np.uint64), particles.shape[2]
+    for e in range(len(particles)):
+        restart(state, keys[e], 1 + time[e])
+        for k in range(particles.shape[1]):
+            cloud, chances, jumps = particles[e, k], np.zeros(m), np.zeros(found.shape[1])
+            chances += shares[e, k, 0] / unseen[e, k].sum() * unseen[e, k]
+            for d in range(len(jumps)):
+                if shares[e, k, 1 + d] > 0:
+                    each = shares[e, k, 1 + d] / weights[e, k, d].sum()
+                    chances += each * weights[e, k, d, 1:]
+                    jumps[d] = each * weights[e, k, d, 0]
+            _resample(state, chances, cloud)
+            for i in range(m):
+                if uniform(state) < jumps.sum():
+                    d = min(np.searchsorted(np.cumsum(jumps), jumps.sum() * uniform(state)), len(jumps) - 1)
+                    _spring(state, cameras[e], found[e, d], heights[e, k], noise[0], cloud[i])
+            _sum(cloud, sums[e, k])
+            for i in range(m):
+                _move(state, cloud[i], pillars[e], motion)
+
+
+@kernel
+def _resample(state, chances, cloud) -> None:
+    """Systematic resampling of particles (m, 4) (Kitagawa 1996)."""
+    old, step, at, reached = cloud.copy(), chances.sum() / len(cloud), 0, chances[0]
+    goal = step * uniform(state)
+    for i in range(len(cloud)):
+        while reached < goal and at < len(cloud) - 1:
+            at += 1
+            reached += chances[at]
+        goal += step
+        cloud[i] = old[at]
+
+
+@kernel
+def _move(state, walk, pillars, motion) -> None:
+    """Move a particle on by a frame, with a little noise, which keeps particles apart."""
+    walk[0] += _JITTER[0] * gaussian(state)
+    walk[1] += _JITTER[0] * gaussian(state)
+    walk[2] += _JITTER[1] * gaussian(state)
+    walk[3] = min(max(walk[3] + _JITTER[2] * gaussian(state), SPEEDS[0]), SPEEDS[1])
+    stroll(state, walk, pillars, motion[0], motion[1])
+
+
+@kernel
+def _spring(state, camera, detection, height, noise, walk) -> None:
+    """Draw `walk` (4,) where a detection is, in any direction."""
+    spread = noise / np.sqrt(detection[3])
+    u, v = detection[0] + spread * gaussian(state), detection[1] + spread * gaussian(state)
+    walk[0], walk[1] = _ground(camera, u, v, detection[2] * height)
+    walk[2], walk[3] = 2.0 * np.pi * uniform(state), SPEEDS[0] + (SPEEDS[1] - SPEEDS[0]) * uniform(state)
+
+
+@kernel
+def _sum(cloud, sums) -> None:
+    """Mean position and standard deviation of a coordinate of particles (m, 4)."""
+    sums[0], sums[1] = cloud[:, 0].mean(), cloud[:, 1].mean()
+    square = ((cloud[:, 0] - sums[0]) ** 2 + (cloud[:, 1] - sums[1]) ** 2).mean()
+    sums[2] = np.sqrt(0.5 * square)

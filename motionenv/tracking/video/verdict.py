@@ -1,0 +1,100 @@
+"""Decide in which frames a track follows the person, and why not in the others."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+#: Reasons, by number.
+REASONS = (
+    "followed",
+    "not wholly in the picture",
+    "hidden: nothing of the person is seen",
+    "the outline doesn't fit the body",
+    "nobody visible is likelier than the body",
+    "the body jumps",
+    "too little of the track holds",
+)
+FOLLOWED, ABSENT, HIDDEN, MISFIT, NOBODY, JUMP, TOO_LITTLE = range(len(REASONS))
+
+# Means over `_NEAR`, chosen on the development films of `benchmarks/tracking/choosing.py` for few false frames: an overlap
+# that suffices, or a lower one of an outline with holes or half hidden that lies on the body all the same.
+_ENOUGH, _LEAST, _INSIDE = 0.62, 0.35, 0.9
+_NEAR = 0.25  # [s]
+_FASTEST = 5.0  # [m/s] of the pelvis over `_NEAR`
+_SHORTEST = 0.25  # [s] shortest time for which somebody is followed
+_LEAST_FOLLOWED = 0.3  # share of the frames in which the person is seen
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A time in which nobody is followed.
+
+    Attributes:
+        first: first frame.
+        last: last frame.
+        reason: one of `REASONS`.
+        left: whether the person is only outside the picture, rather than lost.
+    """
+
+    first: int
+    last: int
+    reason: str
+    left: bool
+
+
+def verdict(
+    poses: np.ndarray, overlap: np.ndarray, inside: np.ndarray, nobody: np.ndarray, seen: np.ndarray, fps: float
+) -> np.ndarray:
+    """Number of a reason in `REASONS` (T,) for each frame.
+
+    Args:
+        poses: expected poses (T, 25) [m, rad].
+        overlap: (T,) intersection over union of the body and the outline.
+        inside: (T,) share of the outline that lies on the body.
+        nobody: (T,) bool, whether the filter holds that nobody is visible.
+        seen: (T,) bool, whether the person has an outline.
+        fps: frame rate [Hz].
+    """
+    near = max(1, round(_NEAR * fps))
+    around = [slice(max(0, t - near // 2), t + near // 2 + 1) for t in range(len(overlap))]
+    smooth, within = (
+        np.array([x[a][seen[a]].mean() if seen[a].any() else 0.0 for a in around]) for x in (overlap, inside)
+    )
+    reasons = np.full(len(poses), FOLLOWED)
+    step = np.linalg.norm(poses[near:, :3] - poses[:-near, :3], axis=1) * fps / near
+    for t in np.flatnonzero(step > _FASTEST):
+        reasons[t : t + near + 1] = JUMP
+    reasons[nobody] = NOBODY
+    reasons[(smooth < _ENOUGH) & ((smooth < _LEAST) | (within < _INSIDE))] = MISFIT
+    reasons[~seen] = HIDDEN
+    for run in intervals(reasons):
+        if run.start and run.stop < len(reasons) and reasons[run.start] == FOLLOWED:
+            if run.stop - run.start < _SHORTEST * fps:
+                reasons[run] = reasons[run.start - 1]
+    if (reasons == FOLLOWED).sum() < _LEAST_FOLLOWED * max(seen.sum(), 1):
+        reasons[reasons == FOLLOWED] = TOO_LITTLE
+    return reasons
+
+
+def intervals(reasons: Sequence[int] | np.ndarray) -> list[slice]:
+    """Runs of equal values, in order.
+
+    Args:
+        reasons: (T,).
+    """
+    edges = np.flatnonzero(np.diff(reasons)) + 1
+    return [slice(a, b) for a, b in zip([0, *edges], [*edges, len(reasons)], strict=True) if b > a]
+
+
+def losses(reasons: np.ndarray) -> list[Lost]:
+    """The times in which nobody is followed.
+
+    Args:
+        reasons: (T,) of `verdict`.
+    """
+    return [
+        Lost(run.start, run.stop - 1, REASONS[reasons[run.start]], bool(reasons[run.start] == ABSENT))
+        for run in intervals(reasons)
+        if reasons[run.start] != FOLLOWED
+    ]
