@@ -12,7 +12,7 @@ MOST = 14
 #: Folders that may show more, each for a reason.
 MORE = {
     "motionenv/models": 17,  # a folder for each family of models, and one file for each thing that they share
-    "benchmarks": 18,  # a folder for each family of claims, and single ones beside them
+    "benchmarks": 19,  # a folder for each family of claims, and single ones beside them
     "tests/envs": 16,  # the environments' tests, and those that hold all of them together
     "motionenv": 17,  # the steps of the flow, side by side
     "renders/fixtures": 16,  # eight, each a picture and its truth
