@@ -6,8 +6,8 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks.active.filter_kernel import share
-from benchmarks.active.policies import Policy
+from benchmarks.envs.active.filter_kernel import share
+from benchmarks.envs.active.policies import Policy
 
 
 def test_association_is_the_sum_over_all_assignments():

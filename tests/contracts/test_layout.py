@@ -18,6 +18,7 @@ MORE = {
     "renders/fixtures": 16,  # eight, each a picture and its truth
     "motionenv/mocap/marker_sets/sets": 20,  # one table per marker set
     "tests": 21,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
+    "tests/envs": 16,  # mirrors envs, and adds what tests share and other libraries
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
     "tests/models": 19,  # mirrors models, and adds a model that a package of somebody else brings
 }

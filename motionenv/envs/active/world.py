@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
+from gymnasium import Space, spaces
 from scipy.ndimage import gaussian_filter1d
 from scipy.special import i0e, i1e
 
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.envs.active.pictures import camera_of, draw
 from motionenv.envs.active.scene_kernel import INNER, OUTER, look, steer_all, wander
+from motionenv.envs.simulation.estimates import ActionScale
 from motionenv.envs.simulation.marker_world import WALKERS, fourier_walkers
 from motionenv.envs.simulation.motion_sources import SPLITS
 from motionenv.errors import MotionError
@@ -46,7 +47,7 @@ class Scene:
 
     def __post_init__(self):
         for name, limits in _LIMITS.items():
-            checked = checked_whole if isinstance(getattr(Scene, name), int) else checked_number
+            checked: Any = checked_whole if isinstance(getattr(Scene, name), int) else checked_number
             object.__setattr__(self, name, checked(getattr(self, name), name, *limits))
         if self.split not in SPLITS:
             raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
@@ -57,7 +58,7 @@ class Scene:
         return 1 / (self.turn_seconds * self.fps), 1 / self.fps
 
 
-class BeliefScale:
+class BeliefScale(ActionScale):
     """The map from actions, from -1 to 1, to commands and beliefs: x and y = 15 m · a, σ = 0.05 m · 200^((a + 1) / 2).
 
     Args:
@@ -65,7 +66,7 @@ class BeliefScale:
     """
 
     def __init__(self, people: int):
-        self.space = spaces.Box(-1.0, 1.0, (3 + 3 * people,), np.float32)
+        self.space, self.reach = spaces.Box(-1.0, 1.0, (3 + 3 * people,), np.float32), REACH
 
     def estimates(self, actions: np.ndarray) -> np.ndarray:
         """The commands (..., 3), and x, y and σ [m] of each person, that `actions` (..., 3 + 3 people) say."""
@@ -94,13 +95,13 @@ class ActiveWorld:
         self.n, self.scene, self.horizon, self.fps = n, scene, scene.horizon, scene.fps
         k, p = scene.people, scene.pillars
         box = lambda high, *shape: spaces.Box(-high, high, shape, np.float32)
-        self.observation_space = spaces.Dict({
+        self.observation_space: Space = spaces.Dict({
             "points": box(2.0, k, 15, 2), "seen": spaces.MultiBinary((k, 15)), "colours": box(1.0, k, 2),
             "camera": box(4.0, 6), "roster": box(3.0, k, 3), "pillars": box(REACH, p, 3),
             "time_left": spaces.Box(0.0, 1.0, (1,), np.float32),
         })  # fmt: skip
-        self.scale = BeliefScale(k)
-        self.action_space = self.scale.space
+        self.scale: ActionScale = BeliefScale(k)
+        self.action_space: spaces.Box = self.scale.space
         self.time = np.zeros(n, dtype=np.intp)
         self._bodies, self._which = fourier_walkers(scene.split), np.zeros((n, k), dtype=np.intp)
         self._hues, self._keys = np.zeros((n, k)), np.zeros(n, dtype=np.uint64)
@@ -108,7 +109,7 @@ class ActiveWorld:
         self._cameras, self._commands = np.zeros((n, 6)), np.zeros((n, 3))
         self._points, self._colours = np.zeros((n, k, 15, 2), np.float32), np.zeros((n, k, 2), np.float32)
         self._seen = np.zeros((n, k, 15), np.int8)
-        self._shown = self._cameras, self._points, self._seen
+        self._shown: tuple[np.ndarray, ...] = self._cameras, self._points, self._seen
         self._before = tuple(np.copy(now) for now in self._shown)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from benchmarks.active.beliefs import Beliefs
-from benchmarks.active.planner_kernel import STEP, best_goals, towards
+from benchmarks.envs.active.beliefs import Beliefs
+from benchmarks.envs.active.planner_kernel import STEP, best_goals, towards
 from motionenv.envs.active.scene_kernel import NARROW, WIDE
 
 PARTICLES = 128  # of each person

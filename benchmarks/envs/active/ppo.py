@@ -1,7 +1,7 @@
 """Train PPO (Schulman et al. 2017) to turn the camera of ActiveTracking, without memory or with a recurrent network.
 
-Run: python -m benchmarks.active.ppo ppo --minutes 8 --out ppo.pt
-     python -m benchmarks.active.ppo recurrent --minutes 8 --out recurrent.pt
+Run: python -m benchmarks.envs.active.ppo ppo --minutes 8 --out ppo.pt
+     python -m benchmarks.envs.active.ppo recurrent --minutes 8 --out recurrent.pt
 
 Both leave the estimate to `Beliefs`, and learn the three commands of the camera on split "train". "ppo" sees a summary
 of the beliefs, which remember for it; "recurrent" sees only detections and camera, and must remember by itself. They
@@ -19,7 +19,7 @@ import numpy as np
 import torch
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks.active.policies import PARTICLES, Policy
+from benchmarks.envs.active.policies import PARTICLES, Policy
 
 NAME = "motionenv/ActiveTracking-v0"
 ENVS, REPEAT, EPOCHS, PARTS = 64, 5, 5, 4  # parallel episodes, frames of a decision, passes, minibatches

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.active.filter_kernel import renew, scatter, share, weigh
+from benchmarks.envs.active.filter_kernel import renew, scatter, share, weigh
 from motionenv.envs.simulation.marker_world import fourier_walkers
 
 

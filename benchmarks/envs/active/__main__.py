@@ -1,10 +1,10 @@
 """Policies in ActiveTracking: rewards on split "eval", and how much of them is planning, with 95 % intervals.
 
-Run: python -m benchmarks.active [--episodes 208] [--difficulty Medium] [--learned ppo=ppo.pt recurrent=recurrent.pt]
+Run: python -m benchmarks.envs.active [--episodes 208] [--difficulty Medium] [--learned ppo=ppo.pt]
 
-All policies share the estimator (`benchmarks.active.beliefs`), episodes and seeds, so that differences between them are
-paired by episode and come from looking. Their settings were chosen on split "train" (seed 0); networks come from
-`benchmarks.active.ppo`. `--strip FILE` writes frames of the planner instead.
+All policies share the estimator (`beliefs`), episodes and seeds, so that differences between them are paired by episode
+and come from looking. Their settings were chosen on split "train" (seed 0); networks come from `ppo`. `--strip FILE`
+writes frames of the planner instead.
 """
 
 import argparse
@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks.active.policies import POLICIES
+from benchmarks.envs.active.policies import POLICIES
 from motionenv.envs.agents import evaluate
 
 LEVELS = "Easy", "Medium", "Hard"
@@ -74,7 +74,7 @@ def main() -> None:
         return strip(arguments.strip)
     makers = {name: POLICIES[name] for name in ("greedy", *arguments.policies)}
     for pair in arguments.learned:
-        from benchmarks.active.ppo import policy
+        from benchmarks.envs.active.ppo import policy
 
         name, path = pair.split("=")
         makers[name] = policy(path)
