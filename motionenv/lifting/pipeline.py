@@ -25,8 +25,8 @@ _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
 #: Log-odds above which the points contradict a given view. On six CMU walks the true view has less than 1, a view 10
 #: degrees off 9 to 160, 30 degrees off more than 100, and swapped sides (view angles from 10 degrees) at least 68.
 _CONTRADICTED = 50.0
-#: Misfit above which a walk is outside the prior's population: the 99 % quantile of people left out, rounded up.
-#: `motionenv bench lifting.misfit` chooses it on ten people for the eleventh: 1.3 % are false alarms.
+#: Misfit above which a walk is outside the prior's population: the 99 % quantile of people left out.
+#: `motionenv bench lifting.misfit` chooses it on ten people for the eleventh: 1.7 % are false alarms.
 MISFIT_LIMIT = 1.2
 
 
