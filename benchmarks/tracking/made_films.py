@@ -76,7 +76,7 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
         inside = limbs[:, 2:-2, 2:-2] > 0
         if (inside.sum(axis=(1, 2)) > 0.9 * np.maximum((limbs > 0).sum(axis=(1, 2)), 60)).sum() > 0.6 * FRAMES:
             break
-    pictures = np.repeat(_texture(rng)[None], FRAMES, axis=0)
+    pictures = np.repeat(_texture(rng)[None].astype(np.float32), FRAMES, axis=0)
     scene = [] if kind == "nobody" else [(limbs, depth, _clothes(rng))]
     drawn = rng.choice(("waving", "thing", "tree")) if kind == "nobody" else kind
     other = _other(drawn, rng, camera)
@@ -92,15 +92,18 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     for region, colour in _occluders(rng, whole) if seed // 10 % 2 else ():
         pictures[:, region], mine[:, region] = colour, False
     if rng.random() < 1 / 3:
-        pictures = pictures * (1 + 0.06 * np.sin(np.arange(FRAMES) / 9 + rng.uniform(0, 6)))[:, None, None, None]
+        pictures = pictures * (1 + 0.06 * np.sin(np.arange(FRAMES) / 9 + rng.uniform(0, 6)))[
+            :, None, None, None
+        ].astype(np.float32)
     if kind == "turning":
         pictures = _turned(pictures, rng)
-    pictures = np.clip(pictures + rng.uniform(1, 6) * rng.standard_normal(pictures.shape), 0, 255).astype(np.uint8)
     cut = (slice(None), slice(_EDGE, -_EDGE), slice(_EDGE, -_EDGE))
+    noise = rng.standard_normal(pictures[cut].shape, dtype=np.float32)
+    pictures = np.clip(pictures[cut] + rng.uniform(1, 6) * noise, 0, 255).astype(np.uint8)
     seen = _cropped(camera)
     others = (other[0] > 0)[cut] if other is not None else np.zeros(mine[cut].shape, dtype=bool)
     kept = None if kind == "nobody" else poses
-    return MadeFilm(kind, pictures[cut], whole[cut], mine[cut], kept, skeleton, seen, others)
+    return MadeFilm(kind, pictures, whole[cut], mine[cut], kept, skeleton, seen, others)
 
 
 def _camera(rng: np.random.Generator) -> Camera:
@@ -145,7 +148,7 @@ def _drawn(poses: np.ndarray, skeleton: Skeleton, camera: Camera) -> tuple[np.nd
 def _clothes(rng: np.random.Generator) -> np.ndarray:
     """A colour (20, 3) of each limb: trousers, shirt and skin differ, left and right don't."""
     colours = rng.integers(0, 255, (20, 3)).astype(float)
-    return colours[np.arange(20) // 2]
+    return colours[np.arange(20) // 2].astype(np.float32)
 
 
 def _texture(rng: np.random.Generator) -> np.ndarray:

@@ -24,7 +24,9 @@ _SHOWN = 30  # particles shown in the film
 def track(
     out: Annotated[Path, typer.Option(help="Film of the track: .mp4, .gif or .webp.")],
     env: Annotated[str | None, typer.Option(help="Environment: walker, arm, or an id.")] = None,
-    video: Annotated[Path | None, typer.Option(help="Video to track instead: somebody who walks, a static camera.")] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Video to track instead: somebody who walks, a static camera.")
+    ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera of the video (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
     background: Annotated[Path | None, typer.Option(help="Video of the background without the person.")] = None,
@@ -93,7 +95,9 @@ def track(
     options = {name: value for name, value in {**given, **areas}.items() if value is not None}
     people = _people(video, person, options)
     lost = [
-        _track_video(video, camera, which, tracker, model, particles, chosen, *_named(out, motion, chosen, people), seed)
+        _track_video(
+            video, camera, which, tracker, model, particles, chosen, *_named(out, motion, chosen, people), seed
+        )
         for chosen in people
     ]
     if any(lost):

@@ -16,7 +16,10 @@ _LEAST = 12  # [pixels] least area of a component
 _OVERLAP = 0.3  # least overlap of a predicted box with a component, relative to the smaller of both
 _COVERED = 0.5  # least part of a predicted box inside another mover's component, to have merged with it
 _GROWN = (5, 0.15)  # least frames of a mover that can merge, and its least area relative to the component
-_UPRIGHT, _SMALL = 1.5, 0.2  # height over width of a body, and area of a piece relative to the body's, beside each other
+_UPRIGHT, _SMALL = (
+    1.5,
+    0.2,
+)  # height over width of a body, and area of a piece relative to the body's, beside each other
 _RECENT = 0.4  # [s] from which velocities are estimated
 _MARGIN = 0.15  # space kept around a mover's box, in its heights
 

@@ -113,7 +113,9 @@ class MultiStart:
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
-        return Attempt(record.poses, record.particles, record.effective, record.overlap, record.inside, record.nobody, starts)
+        return Attempt(
+            record.poses, record.particles, record.effective, record.overlap, record.inside, record.nobody, starts
+        )
 
     def _tracker(self, prior: Prior) -> ParticleFilter:
         return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)

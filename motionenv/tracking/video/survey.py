@@ -77,7 +77,9 @@ class Look:
         return Camera(K, whole.R, whole.t, *self.foreground.shape[:0:-1])
 
 
-def survey(path, *, fps: float | None, seconds: float, background=None, region: Sequence[float] | None = None) -> Survey:
+def survey(
+    path, *, fps: float | None, seconds: float, background=None, region: Sequence[float] | None = None
+) -> Survey:
     """Look at a film.
 
     Args:

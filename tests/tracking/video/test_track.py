@@ -9,7 +9,7 @@ from motionenv.render.cameras import view
 from motionenv.render.video.decode import read_frames
 from motionenv.render.video.encode import write_video
 from motionenv.tracking import VelocityPrior
-from motionenv.tracking.video.track import track_video
+from motionenv.tracking.video import track_video
 
 FPS, FRAMES = 30, 60  # of the film
 
