@@ -11,7 +11,8 @@ A walker of random gait, heading, distance and height crosses a textured picture
     nobody    one of these, but nobody walks
     turning   the camera pans, tilts, zooms or shakes by hand
 
-Half of the films have one to three occluders, which leave the walker clear in at least 40 % of the frames. All have noise and MP4 compression, a third changing light.
+Half of the films have one to three occluders, which leave the walker clear in at least 40 % of the frames. All have
+noise and MP4 compression, a third changing light.
 """
 
 from dataclasses import dataclass
@@ -70,12 +71,7 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     """
     rng, kind = np.random.default_rng([15, seed]), kind or KINDS[seed % len(KINDS)]
     camera = _camera(rng)
-    while True:
-        poses, skeleton = _walk(rng, camera)
-        limbs, depth = _drawn(poses, skeleton, camera)
-        inside = limbs[:, 2:-2, 2:-2] > 0
-        if (inside.sum(axis=(1, 2)) > 0.9 * np.maximum((limbs > 0).sum(axis=(1, 2)), 60)).sum() > 0.6 * FRAMES:
-            break
+    poses, skeleton, limbs, depth = _walker(rng, camera)
     pictures = np.repeat(_texture(rng)[None].astype(np.float32), FRAMES, axis=0)
     scene = [] if kind == "nobody" else [(limbs, depth, _clothes(rng))]
     drawn = rng.choice(("waving", "thing", "tree")) if kind == "nobody" else kind
@@ -104,6 +100,16 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     others = (other[0] > 0)[cut] if other is not None else np.zeros(mine[cut].shape, dtype=bool)
     kept = None if kind == "nobody" else poses
     return MadeFilm(kind, pictures, whole[cut], mine[cut], kept, skeleton, seen, others)
+
+
+def _walker(rng: np.random.Generator, camera: Camera):
+    """Poses, body, limbs and depth of somebody who is in the picture, with its margin, for 60 % of the film."""
+    while True:
+        poses, skeleton = _walk(rng, camera)
+        limbs, depth = _drawn(poses, skeleton, camera)
+        inside = limbs[:, 2:-2, 2:-2] > 0
+        if (inside.sum(axis=(1, 2)) > 0.9 * np.maximum((limbs > 0).sum(axis=(1, 2)), 60)).sum() > 0.6 * FRAMES:
+            return poses, skeleton, limbs, depth
 
 
 def _camera(rng: np.random.Generator) -> Camera:
