@@ -87,6 +87,8 @@ def ahead(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
 def agreement(track: VideoTrack, true: np.ndarray) -> float:
     """Correlation of a track's lead of the left ankle with the true one (T,)."""
     seen = track.followed
+    if seen.sum() < 5:
+        return 0.0  # lost: neither
     return float(np.corrcoef(ahead(track.motion.poses[seen], track.motion.skeleton), true[: len(seen)][seen])[0, 1])
 
 

@@ -11,7 +11,8 @@ A walker of random gait, heading, distance and height crosses a textured picture
     nobody    one of these, but nobody walks
     turning   the camera pans, tilts, zooms or shakes by hand
 
-Half of the films have one to three occluders, which leave the walker clear in at least 40 % of the frames. All have noise and MP4 compression, a third changing light.
+Half of the films have one to three occluders, which leave the walker clear in at least 40 % of the frames. All have
+noise and MP4 compression, a third changing light.
 """
 
 from dataclasses import dataclass
@@ -70,13 +71,8 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     """
     rng, kind = np.random.default_rng([15, seed]), kind or KINDS[seed % len(KINDS)]
     camera = _camera(rng)
-    while True:
-        poses, skeleton = _walk(rng, camera)
-        limbs, depth = _drawn(poses, skeleton, camera)
-        inside = limbs[:, 2:-2, 2:-2] > 0
-        if (inside.sum(axis=(1, 2)) > 0.9 * np.maximum((limbs > 0).sum(axis=(1, 2)), 60)).sum() > 0.6 * FRAMES:
-            break
-    pictures = np.repeat(_texture(rng)[None], FRAMES, axis=0)
+    poses, skeleton, limbs, depth = _walker(rng, camera)
+    pictures = np.repeat(_texture(rng)[None].astype(np.float32), FRAMES, axis=0)
     scene = [] if kind == "nobody" else [(limbs, depth, _clothes(rng))]
     drawn = rng.choice(("waving", "thing", "tree")) if kind == "nobody" else kind
     other = _other(drawn, rng, camera)
@@ -92,15 +88,28 @@ def made_film(seed: int, kind: str | None = None) -> MadeFilm:
     for region, colour in _occluders(rng, whole) if seed // 10 % 2 else ():
         pictures[:, region], mine[:, region] = colour, False
     if rng.random() < 1 / 3:
-        pictures = pictures * (1 + 0.06 * np.sin(np.arange(FRAMES) / 9 + rng.uniform(0, 6)))[:, None, None, None]
+        pictures = pictures * (1 + 0.06 * np.sin(np.arange(FRAMES) / 9 + rng.uniform(0, 6)))[
+            :, None, None, None
+        ].astype(np.float32)
     if kind == "turning":
         pictures = _turned(pictures, rng)
-    pictures = np.clip(pictures + rng.uniform(1, 6) * rng.standard_normal(pictures.shape), 0, 255).astype(np.uint8)
     cut = (slice(None), slice(_EDGE, -_EDGE), slice(_EDGE, -_EDGE))
+    noise = rng.standard_normal(pictures[cut].shape, dtype=np.float32)
+    pictures = np.clip(pictures[cut] + rng.uniform(1, 6) * noise, 0, 255).astype(np.uint8)
     seen = _cropped(camera)
     others = (other[0] > 0)[cut] if other is not None else np.zeros(mine[cut].shape, dtype=bool)
     kept = None if kind == "nobody" else poses
-    return MadeFilm(kind, pictures[cut], whole[cut], mine[cut], kept, skeleton, seen, others)
+    return MadeFilm(kind, pictures, whole[cut], mine[cut], kept, skeleton, seen, others)
+
+
+def _walker(rng: np.random.Generator, camera: Camera):
+    """Poses, body, limbs and depth of somebody who is in the picture, with its margin, for 60 % of the film."""
+    while True:
+        poses, skeleton = _walk(rng, camera)
+        limbs, depth = _drawn(poses, skeleton, camera)
+        inside = limbs[:, 2:-2, 2:-2] > 0
+        if (inside.sum(axis=(1, 2)) > 0.9 * np.maximum((limbs > 0).sum(axis=(1, 2)), 60)).sum() > 0.6 * FRAMES:
+            return poses, skeleton, limbs, depth
 
 
 def _camera(rng: np.random.Generator) -> Camera:
@@ -145,7 +154,7 @@ def _drawn(poses: np.ndarray, skeleton: Skeleton, camera: Camera) -> tuple[np.nd
 def _clothes(rng: np.random.Generator) -> np.ndarray:
     """A colour (20, 3) of each limb: trousers, shirt and skin differ, left and right don't."""
     colours = rng.integers(0, 255, (20, 3)).astype(float)
-    return colours[np.arange(20) // 2]
+    return colours[np.arange(20) // 2].astype(np.float32)
 
 
 def _texture(rng: np.random.Generator) -> np.ndarray:

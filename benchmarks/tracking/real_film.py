@@ -62,7 +62,13 @@ def main() -> None:
     camera, true = calibrated(folder), triangulated(folder)
     print("| prior | frames followed | relative error, first ten | all | overlap |\n|-|-|-|-|-|")
     for name, prior in {"fpca": None, "mixture": mixture}.items():
-        found = track_video(folder / f"Demo_SinglePerson/videos/{VIEW}.mp4", camera, prior=prior, height=1.75, seed=0)
+        found = track_video(
+            folder / f"Demo_SinglePerson/videos/{VIEW}.mp4", camera, prior=prior, height=1.75, person=1, seed=0
+        )
+        if not found.followed.any():
+            print(f"| {name} | 0 of {len(found.followed)}: LOST, {found.losses[0].reason} | – | – | "
+                  f"{np.nanmean(found.overlap):.2f} |", flush=True)  # fmt: skip
+            continue
         joints = markers(found.motion.poses, found.motion.skeleton)[:, [MARKERS.index(m) for m in JOINTS]]
         at = np.minimum(np.arange(len(joints)) * JOINT_FPS / found.motion.fps, len(true) - 1).round().astype(int)
         error = 1000 * np.linalg.norm(about_hips(joints) - about_hips(true[at]), axis=-1).mean(axis=1)

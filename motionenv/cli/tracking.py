@@ -78,8 +78,8 @@ def track(
     _check_outputs(out, motion)
     if video is None:
         of_videos = {
-            "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds, "fps": fps,
-            "person": person, "box": box, "point": point, "at": at, "region": region, "attempts": attempts,
+            "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds,
+            "fps": fps, "person": person, "box": box, "point": point, "at": at, "region": region, "attempts": attempts,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
         start, frames = "automatic" if start is None else start, 90 if frames is None else frames

@@ -19,6 +19,7 @@ _LEGS = 0.4  # lower part of an outline that shows the legs
 _DEPTH = 2.0  # travel in depth per relative growth: that of somebody two heights away; most are farther
 _BRIEF = 0.6  # [s] least duration of a candidate
 _PIECE = 3.0  # [s] longest piece of a film from which evidence is taken, as in the films it was fitted to
+_LEAST_TRAVEL = 0.1  # [heights/s] least of who walks; the slowest of the development films have 0.13
 _SURE = 0.5  # least probability of walking of whom is chosen without being named
 #: Weights of log(travel + 0.05), log(jitter + 0.02), log upright, (log upright - 1)², rhythm above 0, log seconds and
 #: log(height / the tallest's), and the constant: logistic regression with a Gaussian penalty.
@@ -59,8 +60,8 @@ class Candidate:
         seen = np.flatnonzero(np.isfinite(self.boxes[:, 0])) / self.fps
         x, y = np.nanmedian(self.boxes[:, :2].mean(axis=1)), np.nanmedian(self.boxes[:, 2:].mean(axis=1))
         return (
-            f"{self.number}: walks with probability {self.walks:.2f}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s about "
-            f"({x:.0f}, {y:.0f}), {self.height:.0f} pixels tall; travels {self.travel:.2f} heights a second; "
+            f"{self.number}: walks with probability {self.walks:.2f}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s "
+            f"about ({x:.0f}, {y:.0f}), {self.height:.0f} pixels tall; travels {self.travel:.2f} heights a second; "
             f"{self.upright:.1f} times as tall as wide; rhythm of steps {self.rhythm:.2f}"
         )
 
@@ -208,4 +209,4 @@ def _log_odds(found: np.ndarray, tallest: float) -> float:
         np.log(travel + 0.05), np.log(jitter + 0.02), np.log(upright), (np.log(upright) - 1) ** 2, max(rhythm, 0.0),
         np.log(seconds), np.log(height / tallest), 1.0,
     ]  # fmt: skip
-    return float(_WEIGHTS @ terms)
+    return float(_WEIGHTS @ terms) if travel >= _LEAST_TRAVEL else -np.inf

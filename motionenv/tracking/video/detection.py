@@ -37,8 +37,8 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
     starts = np.flatnonzero(runs >= _STEADY)
     if not len(starts):
         raise MotionError(
-            f"no {_STEADY} consecutive frames show the whole person, away from the picture's sides: use a longer film, or "
-            "choose somebody else by person, box or point"
+            f"no {_STEADY} consecutive frames show the whole person, away from the picture's sides: use a longer film, "
+            "or choose somebody else by person, box or point"
         )
     return int(starts[0]), int(np.flatnonzero(whole)[-1]) + 1
 

@@ -17,8 +17,8 @@ REASONS = (
 )
 FOLLOWED, ABSENT, HIDDEN, MISFIT, NOBODY, JUMP, TOO_LITTLE = range(len(REASONS))
 
-# Means over `_NEAR`, chosen on the development films of `benchmarks/tracking/choosing.py` for few false frames: an overlap
-# that suffices, or a lower one of an outline with holes or half hidden that lies on the body all the same.
+# Means over `_NEAR`, chosen on the development films of `benchmarks/tracking/choosing.py` for few false frames: an
+# overlap that suffices, or a lower one of an outline with holes or half hidden that lies on the body all the same.
 _ENOUGH, _LEAST, _INSIDE = 0.62, 0.35, 0.9
 _NEAR = 0.25  # [s]
 _FASTEST = 5.0  # [m/s] of the pelvis over `_NEAR`
@@ -69,9 +69,9 @@ def verdict(
     reasons[(smooth < _ENOUGH) & ((smooth < _LEAST) | (within < _INSIDE))] = MISFIT
     reasons[~seen] = HIDDEN
     for run in intervals(reasons):
-        if run.start and run.stop < len(reasons) and reasons[run.start] == FOLLOWED:
-            if run.stop - run.start < _SHORTEST * fps:
-                reasons[run] = reasons[run.start - 1]
+        brief = run.start > 0 and run.stop < len(reasons) and run.stop - run.start < _SHORTEST * fps
+        if brief and reasons[run.start] == FOLLOWED:
+            reasons[run] = reasons[run.start - 1]
     if (reasons == FOLLOWED).sum() < _LEAST_FOLLOWED * max(seen.sum(), 1):
         reasons[reasons == FOLLOWED] = TOO_LITTLE
     return reasons
@@ -83,7 +83,7 @@ def intervals(reasons: Sequence[int] | np.ndarray) -> list[slice]:
     Args:
         reasons: (T,).
     """
-    edges = np.flatnonzero(np.diff(reasons)) + 1
+    edges = (np.flatnonzero(np.diff(reasons)) + 1).tolist()
     return [slice(a, b) for a, b in zip([0, *edges], [*edges, len(reasons)], strict=True) if b > a]
 
 

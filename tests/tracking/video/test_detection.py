@@ -7,7 +7,17 @@ from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.render import render
 from motionenv.render.cameras import look_at, view
-from motionenv.tracking.video.detection import departure_frame, detections, resized, side_camera, span, standing_height
+from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
+
+
+def detections(masks: np.ndarray) -> np.ndarray:
+    """Boxes (T, 4) around masks (T, height, width); NaN around none."""
+    found = np.full((len(masks), 4), np.nan)
+    for t, mask in enumerate(masks):
+        rows, columns = np.nonzero(mask)
+        if len(rows):
+            found[t] = columns.min(), columns.max(), rows.min(), rows.max()
+    return found
 
 
 def test_a_guessed_camera_puts_the_person_on_the_ground(crossing):
@@ -30,7 +40,7 @@ def test_height_by_a_known_camera(crossing):
     seen, _ = high.project(np.array([[0.0, 0, 1.6], [0, 0, 0]]))
     box = [seen[0, 0] - 9, seen[0, 0] + 9, seen[0, 1] + 0.5, seen[1, 1] - 0.5]
     assert standing_height(np.array([box]), high) == pytest.approx(1.6, rel=1e-3)
-    with pytest.raises(MotionError, match="check the camera"):
+    with pytest.raises(MotionError, match="contradicts the picture"):
         standing_height(boxes - [0, 0, 0, 60], camera)
 
 
@@ -39,7 +49,7 @@ def test_when_somebody_is_there():
     boxes[3:6] = [0, 10, 5, 30]
     boxes[6:15] = [20, 30, 5, 30]
     assert span(boxes, 64) == (6, 15)
-    with pytest.raises(MotionError, match="no foreground"):
+    with pytest.raises(MotionError, match="whole person"):
         span(boxes[:9], 64)
 
 
@@ -49,18 +59,6 @@ def test_walking_begins_where_the_outline_moves_on():
     boxes[:4] = np.nan
     assert 12 <= departure_frame(boxes, 30.0) <= 20
     assert departure_frame(np.tile([20.0, 40.0, 10.0, 70.0], (60, 1)), 30.0) == 0
-
-
-def test_outlines_have_boxes_and_specks_and_children_of_the_noise_have_none():
-    """First and last column, first and last row; somebody is at least an eighth as tall as the picture."""
-    film = np.zeros((4, 80, 60))
-    film[0, 20:60, 25:35] = 0.9
-    film[1, 20:60, 25:35] = 0.4  # too unsure
-    film[2, 5, 5] = 1.0
-    film[3, 40:48, 10:50] = 0.9  # wide enough, but nobody is so flat
-    boxes = detections(film)
-    np.testing.assert_array_equal(boxes[0], [25, 34, 20, 59])
-    assert np.isnan(boxes[1:]).all()
 
 
 @pytest.mark.parametrize("eyes", [1.0, 1.5, 3.0])
@@ -83,5 +81,18 @@ def test_what_no_box_can_tell_is_refused():
     with pytest.raises(MotionError, match=says):
         resized(view(0.0, width=64, height=48), 64, 64)
     up = look_at((0, -4, 1), (0, 0, 9), width=64, height=48)
-    with pytest.raises(MotionError, match=r"would be nan m tall .* check the camera, or give the height"):
+    with pytest.raises(MotionError, match=r"contradicts the picture.*feet above its horizon.*leave the camera out"):
         standing_height(np.array([[20.0, 30, 10, 40]]), up)
+
+
+def test_a_camera_in_another_unit_is_told_which_factor_suits():
+    """Who is 1.7 m tall in metres is 17 m tall by a camera whose distances are ten times as large."""
+    near, far = (look_at((0, -6 * k, 1.5 * k), (0, 0, 0.9 * k), width=200, height=150) for k in (1, 10))
+    seen, _ = near.project(np.array([[0.0, 0, 1.7], [0, 0, 0]]))
+    box = np.array([[seen[0, 0] - 9, seen[0, 0] + 9, seen[0, 1] + 0.5, seen[1, 1] - 0.5]])
+    assert standing_height(box, near) == pytest.approx(1.7, rel=1e-3)
+    with pytest.raises(MotionError, match=r"17\.\d\d m tall.*times 0\.103 would suit"):
+        standing_height(box, far)
+    below = look_at((0, -6, -1), (0, 0, 0.9), width=200, height=150)
+    with pytest.raises(MotionError, match="below the ground"):
+        standing_height(box, below)

@@ -9,7 +9,7 @@ from motionenv.render.cameras import view
 from motionenv.render.video.decode import read_frames
 from motionenv.render.video.encode import write_video
 from motionenv.tracking import VelocityPrior
-from motionenv.tracking.video.track import track_video
+from motionenv.tracking.video import track_video
 
 FPS, FRAMES = 30, 60  # of the film
 
@@ -47,12 +47,14 @@ def test_a_film_of_an_unknown_camera_by_seed_alone(crossing):
 def test_another_prior_another_rate_and_progress(crossing):
     path, camera, *_ = crossing
     ticks = []
+    people = find_people(path, fps=15.0)
+    left, right, top, bottom = people[0].boxes[10]
     track = track_video(
-        path, camera, prior=lambda s, f: VelocityPrior(skeleton=s, fps=f), particles=100, attempts=2, fps=15.0,
+        path, camera, box=(left, top, right - left, bottom - top), prior=lambda s, f: VelocityPrior(skeleton=s, fps=f), particles=100, attempts=2, fps=15.0,
         progress=lambda done, total: ticks.append((done, total)),
     )  # fmt: skip
     assert len(track.motion.poses) == FRAMES / 2
-    assert ticks[-1][0] == ticks[-1][1] == 2 * track.followed.sum()
+    assert ticks[-1] == (FRAMES, FRAMES)  # two attempts at half the rate
 
 
 def test_a_background_of_the_films_own_size(crossing):
@@ -73,6 +75,10 @@ def test_a_background_of_the_films_own_size(crossing):
         ({"fps": 0}, "fps"),
         ({"seconds": -1}, "seconds"),
         ({"height": 5}, "height"),
+        ({"person": 1, "point": (3, 4)}, "only one of person"),
+        ({"at": 1.0}, "give one of them"),
+        ({"box": (1, 2, 3)}, "box must be x, y, width, height"),
+        ({"region": (0, 0, -3, 9)}, "region must be"),
         ({"background": np.zeros((5, 9, 9, 3), dtype=np.uint8)}, "shape"),
     ],
 )

@@ -1,0 +1,53 @@
+"""What counts as followed, on tracks whose faults are put in by hand."""
+
+import numpy as np
+
+from motionenv.tracking.video.verdict import FOLLOWED, HIDDEN, JUMP, MISFIT, NOBODY, TOO_LITTLE, losses, verdict
+
+FPS, FRAMES = 20.0, 60
+
+
+def judged(**faults) -> np.ndarray:
+    """The verdict on a perfect track with other values given as {name: (slice, value)}."""
+    values = {
+        "poses": np.zeros((FRAMES, 25)), "overlap": np.full(FRAMES, 0.8), "inside": np.full(FRAMES, 0.95),
+        "nobody": np.zeros(FRAMES, dtype=bool), "seen": np.ones(FRAMES, dtype=bool),
+    }  # fmt: skip
+    for name, (where, value) in faults.items():
+        values[name][where] = value
+    return verdict(*values.values(), FPS)
+
+
+def test_a_perfect_track_is_followed_and_each_fault_has_its_reason():
+    part = slice(20, 40)
+    assert (judged() == FOLLOWED).all()
+    for fault, reason in (
+        ({"overlap": (part, 0.2)}, MISFIT), ({"nobody": (part, True)}, NOBODY), ({"seen": (part, False)}, HIDDEN),
+    ):  # fmt: skip
+        found = judged(**fault)
+        assert (found[22:38] == reason).all()
+        assert (found[:17] == FOLLOWED).all()
+        assert (found[43:] == FOLLOWED).all()
+    found = judged(poses=(slice(30, None), 4.0))
+    assert set(found[26:30]) == {JUMP}
+    assert (found[:20] == FOLLOWED).all()
+
+
+def test_an_outline_with_holes_is_enough_if_it_lies_on_the_body():
+    assert (judged(overlap=(slice(None), 0.45)) == FOLLOWED).all()
+    assert (judged(overlap=(slice(None), 0.45), inside=(slice(None), 0.6)) == MISFIT).all()
+
+
+def test_a_short_agreement_by_chance_is_none():
+    overlap = np.full(FRAMES, 0.1)
+    overlap[30:40] = 0.9
+    assert (judged(overlap=(slice(None), overlap))[30:40] == TOO_LITTLE).any()
+    assert FOLLOWED not in judged(overlap=(slice(None), overlap))
+
+
+def test_losses_are_runs_in_order():
+    found = losses(judged(overlap=(slice(20, 40), 0.2)))
+    assert [loss.reason for loss in found] == ["the outline doesn't fit the body"]
+    assert 17 <= found[0].first <= 21
+    assert 38 <= found[0].last <= 42
+    assert not found[0].left
