@@ -224,17 +224,13 @@ def _report(out: Path, found, followed: np.ndarray) -> None:
 
 def _marked(pictures: Iterable[np.ndarray], found) -> Iterator[np.ndarray]:
     """Frames (height, width, 3), with the word LOST where a track is lost."""
-    from PIL import Image, ImageDraw, ImageFont
+    from motionenv.render.draw2d.overlay import labelled
 
     away = np.zeros(len(found.overlap), dtype=bool)
     for loss in found.losses:
         away[loss.first : loss.last + 1] = loss.left
     for picture, followed, left in zip(pictures, found.followed, away, strict=False):
-        image = Image.fromarray(np.ascontiguousarray(picture))
-        if not followed and not left:
-            font = ImageFont.load_default(max(12, image.height // 12))
-            ImageDraw.Draw(image).text((8, 4), "LOST", (255, 60, 60), font, stroke_width=2, stroke_fill=(0, 0, 0))
-        yield np.asarray(image)
+        yield picture if followed or left else labelled(picture, "LOST")
 
 
 def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:

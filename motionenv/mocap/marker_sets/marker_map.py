@@ -47,8 +47,8 @@ class MarkerMap:
         title: one line about it.
         source: who defines these names.
         head_rotation: the joint whose captured rotation is the head's; "" if there is none.
-        shank_rotation: of a skeleton whose legs `motionenv.mocap.clinical.skeleton_legs` must correct: the joints whose captured
-            rotations are the shanks', left and right, with a comma between; "" otherwise.
+        shank_rotation: of a skeleton whose legs `motionenv.mocap.clinical.skeleton_legs` corrects: the joints whose
+            captured rotations are the shanks', left and right, with a comma between; "" otherwise.
     """
 
     points: Mapping[str, tuple[Weights, ...]]

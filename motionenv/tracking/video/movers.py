@@ -84,7 +84,7 @@ def window(labels: np.ndarray, who: Mover, others: Sequence[Mover]) -> np.ndarra
         others: the other movers.
     """
     mine = np.zeros(labels.shape, dtype=bool)
-    for t in np.flatnonzero(who.seen):
+    for t in np.flatnonzero(who.seen).tolist():
         c0, c1, r0, r1 = who.boxes[t]
         space = _MARGIN * (r1 - r0) + 1
         rows = slice(max(0, int(r0 - space)), int(r1 + space) + 2)
@@ -129,7 +129,7 @@ def _assigned(expected: np.ndarray, boxes: np.ndarray) -> np.ndarray:
         if share[k, c] > _OVERLAP:
             owner[c] = k
     whole = np.isin(np.arange(len(expected)), owner)
-    for c in np.flatnonzero(owner < 0):  # a piece of a body
+    for c in np.flatnonzero(owner < 0).tolist():  # a piece of a body
         inside = np.where(whole, common[:, c] / areas(boxes)[c], 0.0)
         k = int(inside.argmax())
         if inside[k] > _COVERED and _one_body(boxes[owner == k], boxes[c]):
@@ -165,11 +165,11 @@ def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, 
         if not len(boxes) or inside[c] < _COVERED or owner[c] < 0 or not grown[owner[c]]:
             continue
         if areas(expected[[k]])[0] > _GROWN[1] * areas(boxes)[c]:
-            for j in (k, owner[c]):
+            for j in (k, int(owner[c])):
                 active[j].boxes[t] = _within(expected[j], boxes[c])
                 active[j].merged[t] = True
                 active[j].parts[t] = [found[c][0]]
-    for c in np.flatnonzero(owner < 0):
+    for c in np.flatnonzero(owner < 0).tolist():
         movers.append(Mover(np.full((frames, 4), np.nan), np.zeros(frames, dtype=bool), {t: [found[c][0]]}))
         movers[-1].boxes[t] = boxes[c]
 
