@@ -177,7 +177,7 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
     from motionenv.mocap import write
     from motionenv.render.camera_files import read_camera
     from motionenv.render.video.encode import write_video
-    from motionenv.render.video.tracking_film import track_film
+    from motionenv.render.video.tracking_film import marked, track_film
     from motionenv.tracking.video import track_video
     from motionenv.types import Motion
 
@@ -189,8 +189,11 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
         )  # fmt: skip
     poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
     pictures, seen = _pictures(video, found, options.get("seconds", 60.0))
+    lost = ~found.followed
+    for away in (loss for loss in found.losses if loss.left):
+        lost[away.first : away.last + 1] = False
     film = track_film(
-        _marked(pictures, found), seen, poses, found.particles, skeleton, found.overlap,
+        marked(pictures, lost, "LOST"), seen, poses, found.particles, skeleton, found.overlap,
         label="overlap of pose and outline", most=1.0,
     )  # fmt: skip
     with progress("filming", len(found.overlap)) as step:
@@ -220,21 +223,6 @@ def _report(out: Path, found, followed: np.ndarray) -> None:
         x, y, z = found.camera.centre
         person = f"for a person of {found.motion.skeleton.height:.2f} m"
         typer.echo(f"camera guessed: {np.hypot(x, y):.1f} m away, {z:.1f} m high, {person}")
-
-
-def _marked(pictures: Iterable[np.ndarray], found) -> Iterator[np.ndarray]:
-    """Frames (height, width, 3), with the word LOST where a track is lost."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    away = np.zeros(len(found.overlap), dtype=bool)
-    for loss in found.losses:
-        away[loss.first : loss.last + 1] = loss.left
-    for picture, followed, left in zip(pictures, found.followed, away, strict=False):
-        image = Image.fromarray(np.ascontiguousarray(picture))
-        if not followed and not left:
-            font = ImageFont.load_default(max(12, image.height // 12))
-            ImageDraw.Draw(image).text((8, 4), "LOST", (255, 60, 60), font, stroke_width=2, stroke_fill=(0, 0, 0))
-        yield np.asarray(image)
 
 
 def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:

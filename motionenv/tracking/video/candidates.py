@@ -94,7 +94,7 @@ def _rhythm(mover: Mover, labels: np.ndarray, fps: float) -> float:
     from scipy.ndimage import uniform_filter1d
 
     opening = np.full(len(labels), np.nan)
-    for t in np.flatnonzero(mover.seen & ~mover.merged):
+    for t in np.flatnonzero(mover.seen & ~mover.merged).tolist():
         c0, c1, r0, r1 = mover.boxes[t].astype(int)
         from_row = round(r1 - _LEGS * (r1 - r0))
         columns = np.nonzero(np.isin(labels[t, from_row : r1 + 1, c0 : c1 + 1], mover.parts[t]))[1]
@@ -134,7 +134,10 @@ def candidates(movers: Sequence[Mover], labels: np.ndarray, fps: float, scale: f
         best = piece[int(np.argmax(odds))]
         boxes = (mover.boxes + 0.5) * scale - 0.5
         walks = float(1 / (1 + np.exp(-max(odds))))
-        found.append(Candidate(0, boxes, fps, best[5] * scale, *best[:4], mover.seen.sum() / fps, walks, mover))
+        travel, jitter, upright, rhythm, _, height = best.tolist()
+        seconds = float(mover.seen.sum()) / fps
+        shape = (height * scale, travel, jitter, upright, rhythm)
+        found.append(Candidate(0, boxes, fps, *shape, seconds, walks, mover))
     found.sort(key=lambda c: -c.walks)
     return [replace(c, number=i) for i, c in enumerate(found, 1)]
 

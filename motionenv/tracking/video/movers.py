@@ -84,7 +84,7 @@ def window(labels: np.ndarray, who: Mover, others: Sequence[Mover]) -> np.ndarra
         others: the other movers.
     """
     mine = np.zeros(labels.shape, dtype=bool)
-    for t in np.flatnonzero(who.seen):
+    for t in np.flatnonzero(who.seen).tolist():
         c0, c1, r0, r1 = who.boxes[t]
         space = _MARGIN * (r1 - r0) + 1
         rows = slice(max(0, int(r0 - space)), int(r1 + space) + 2)
@@ -161,14 +161,13 @@ def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, 
     grown = np.array([m.seen.sum() >= _GROWN[0] for m in active], dtype=bool)
     for k in hidden[grown[hidden]]:
         inside = common_areas(expected[[k]], boxes)[0] / areas(expected[[k]])
-        c = int(inside.argmax()) if len(boxes) else 0
-        if not len(boxes) or inside[c] < _COVERED or owner[c] < 0 or not grown[owner[c]]:
+        where = int(inside.argmax()) if len(boxes) else 0
+        if not len(boxes) or inside[where] < _COVERED or owner[where] < 0 or not grown[owner[where]]:
             continue
-        if areas(expected[[k]])[0] > _GROWN[1] * areas(boxes)[c]:
-            for j in (k, owner[c]):
-                active[j].boxes[t] = _within(expected[j], boxes[c])
-                active[j].merged[t] = True
-                active[j].parts[t] = [found[c][0]]
+        if areas(expected[[k]])[0] > _GROWN[1] * areas(boxes)[where]:
+            for mover, box in ((active[j], expected[j]) for j in (k, owner[where])):
+                mover.boxes[t], mover.merged[t] = _within(box, boxes[where]), True
+                mover.parts[t] = [found[where][0]]
     for c in np.flatnonzero(owner < 0):
         movers.append(Mover(np.full((frames, 4), np.nan), np.zeros(frames, dtype=bool), {t: [found[c][0]]}))
         movers[-1].boxes[t] = boxes[c]
