@@ -63,7 +63,8 @@ def test_a_video_with_its_camera(run, tmp_path):
     )
     result = run("track", "--video", "walk.mp4", "--camera", "camera.json", "--particles", "200",
                  "--out", "track.mp4", "--motion", "walk.npz")  # fmt: skip
-    assert result.code == 0, result.err
+    assert result.code == (3 if "LOST in frames" in result.err else 0), result.err
+    assert int(result.out.split("track.mp4  ")[1].split(" of 45 frames followed")[0]) > 38
     assert "guessed" not in result.out
     assert float(result.out.split("outline ")[1].split()[0]) > 0.5
     assert pictures_in(tmp_path / "track.mp4") == (45, (480 + 96, 640 + 4 + 480, 3))  # four times as large
