@@ -9,7 +9,7 @@ import typer
 
 from motionenv._core.validation import random_generator
 from motionenv.cli._shared import Seed, check_folder, note, parsed_numbers, progress
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 
 _FILMS = {".mp4", ".gif", ".webp"}
 _ENVS = {"walker": "WalkerTracking", "arm": "ArmTracking"}
@@ -68,7 +68,7 @@ def track(
     particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
     pose and outline instead of the error, and LOST in frames in which the person isn't followed.
     Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (the file of --motion has NaN
-    there), with the reasons on stderr; 2, nothing could be tracked.
+    there, or the longest stretch if its format has no gaps), with the reasons on stderr; 2, nothing could be tracked.
     Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
     """
     if (env is None) == (video is None):
@@ -202,7 +202,13 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
     _report(out, found, followed)
     if motion_out is not None and len(followed):
         walked = Motion(poses[followed[0] : followed[-1] + 1], skeleton, fps, video.stem)
-        write(walked, motion_out)
+        try:
+            write(walked, motion_out)
+        except GapError:
+            longest = max(np.split(followed, np.flatnonzero(np.diff(followed) > 1) + 1), key=len)
+            walked = Motion(poses[longest], skeleton, fps, video.stem)
+            write(walked, motion_out)
+            note(f"{motion_out} can't hold gaps: it has only the longest stretch, from frame {longest[0]}")
         typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {fps:g} fps")
     elif motion_out is not None:
         note(f"{motion_out} isn't written: nobody was followed")
