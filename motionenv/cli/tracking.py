@@ -174,12 +174,10 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
 
 def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> bool:
     """Track a person in a video, with the given `options` of `track_video`; returns whether the track was lost."""
-    from motionenv.mocap import write
     from motionenv.render.camera_files import read_camera
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import marked, track_film
     from motionenv.tracking.video import track_video
-    from motionenv.types import Motion
 
     known = None if camera is None else read_camera(camera, which)
     with progress("following", None) as step:
@@ -200,19 +198,29 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
         write_video(out, film, fps, progress=step)
     followed = np.flatnonzero(found.followed)
     _report(out, found, followed)
-    if motion_out is not None and len(followed):
-        walked = Motion(poses[followed[0] : followed[-1] + 1], skeleton, fps, video.stem)
-        try:
-            write(walked, motion_out)
-        except GapError:
-            longest = max(np.split(followed, np.flatnonzero(np.diff(followed) > 1) + 1), key=len)
-            walked = Motion(poses[longest], skeleton, fps, video.stem)
-            write(walked, motion_out)
-            note(f"{motion_out} can't hold gaps: it has only the longest stretch, from frame {longest[0]}")
-        typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {fps:g} fps")
-    elif motion_out is not None:
-        note(f"{motion_out} isn't written: nobody was followed")
+    if motion_out is not None:
+        _write_followed(motion_out, found, followed, video.stem)
     return bool(found.lost)
+
+
+def _write_followed(out: Path, found, followed: np.ndarray, name: str) -> None:
+    """Write the track from its first to its last followed frame; its longest stretch, if the format has no gaps."""
+    from motionenv.mocap import write
+    from motionenv.types import Motion
+
+    if not len(followed):
+        note(f"{out} isn't written: nobody was followed")
+        return
+    poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
+    walked = Motion(poses[followed[0] : followed[-1] + 1], skeleton, fps, name)
+    try:
+        write(walked, out)
+    except GapError:
+        longest = max(np.split(followed, np.flatnonzero(np.diff(followed) > 1) + 1), key=len)
+        walked = Motion(poses[longest], skeleton, fps, name)
+        write(walked, out)
+        note(f"{out} can't hold gaps: it has only the longest stretch, from frame {longest[0]}")
+    typer.echo(f"{out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {walked.fps:g} fps")
 
 
 def _report(out: Path, found, followed: np.ndarray) -> None:
