@@ -9,7 +9,7 @@ import typer
 
 from motionenv._core.validation import random_generator
 from motionenv.cli._shared import Seed, check_folder, note, parsed_numbers, progress
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 
 _FILMS = {".mp4", ".gif", ".webp"}
 _ENVS = {"walker": "WalkerTracking", "arm": "ArmTracking"}
@@ -68,7 +68,7 @@ def track(
     particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
     pose and outline instead of the error, and LOST in frames in which the person isn't followed.
     Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (the file of --motion has NaN
-    there), with the reasons on stderr; 2, nothing could be tracked.
+    there, or the longest stretch if its format has no gaps), with the reasons on stderr; 2, nothing could be tracked.
     Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
     """
     if (env is None) == (video is None):
@@ -174,12 +174,10 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
 
 def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> bool:
     """Track a person in a video, with the given `options` of `track_video`; returns whether the track was lost."""
-    from motionenv.mocap import write
     from motionenv.render.camera_files import read_camera
     from motionenv.render.video.encode import write_video
-    from motionenv.render.video.tracking_film import track_film
+    from motionenv.render.video.tracking_film import marked, track_film
     from motionenv.tracking.video import track_video
-    from motionenv.types import Motion
 
     known = None if camera is None else read_camera(camera, which)
     with progress("following", None) as step:
@@ -189,21 +187,40 @@ def _track_video(video, camera, which, tracker, model, particles, options, out, 
         )  # fmt: skip
     poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
     pictures, seen = _pictures(video, found, options.get("seconds", 60.0))
+    lost = ~found.followed
+    for away in (loss for loss in found.losses if loss.left):
+        lost[away.first : away.last + 1] = False
     film = track_film(
-        _marked(pictures, found), seen, poses, found.particles, skeleton, found.overlap,
+        marked(pictures, lost, "LOST"), seen, poses, found.particles, skeleton, found.overlap,
         label="overlap of pose and outline", most=1.0,
     )  # fmt: skip
     with progress("filming", len(found.overlap)) as step:
         write_video(out, film, fps, progress=step)
     followed = np.flatnonzero(found.followed)
     _report(out, found, followed)
-    if motion_out is not None and len(followed):
-        walked = Motion(poses[followed[0] : followed[-1] + 1], skeleton, fps, video.stem)
-        write(walked, motion_out)
-        typer.echo(f"{motion_out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {fps:g} fps")
-    elif motion_out is not None:
-        note(f"{motion_out} isn't written: nobody was followed")
+    if motion_out is not None:
+        _write_followed(motion_out, found, followed, video.stem)
     return bool(found.lost)
+
+
+def _write_followed(out: Path, found, followed: np.ndarray, name: str) -> None:
+    """Write the track from its first to its last followed frame; its longest stretch, if the format has no gaps."""
+    from motionenv.mocap import write
+    from motionenv.types import Motion
+
+    if not len(followed):
+        note(f"{out} isn't written: nobody was followed")
+        return
+    poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
+    walked = Motion(poses[followed[0] : followed[-1] + 1], skeleton, fps, name)
+    try:
+        write(walked, out)
+    except GapError:
+        longest = max(np.split(followed, np.flatnonzero(np.diff(followed) > 1) + 1), key=len)
+        walked = Motion(poses[longest], skeleton, fps, name)
+        write(walked, out)
+        note(f"{out} can't hold gaps: it has only the longest stretch, from frame {longest[0]}")
+    typer.echo(f"{out}  {len(walked.poses)} frames, {walked.seconds:.2f} s at {walked.fps:g} fps")
 
 
 def _report(out: Path, found, followed: np.ndarray) -> None:
@@ -220,17 +237,6 @@ def _report(out: Path, found, followed: np.ndarray) -> None:
         x, y, z = found.camera.centre
         person = f"for a person of {found.motion.skeleton.height:.2f} m"
         typer.echo(f"camera guessed: {np.hypot(x, y):.1f} m away, {z:.1f} m high, {person}")
-
-
-def _marked(pictures: Iterable[np.ndarray], found) -> Iterator[np.ndarray]:
-    """Frames (height, width, 3), with the word LOST where a track is lost."""
-    from motionenv.render.draw2d.overlay import labelled
-
-    away = np.zeros(len(found.overlap), dtype=bool)
-    for loss in found.losses:
-        away[loss.first : loss.last + 1] = loss.left
-    for picture, followed, left in zip(pictures, found.followed, away, strict=False):
-        yield picture if followed or left else labelled(picture, "LOST")
 
 
 def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:
@@ -286,7 +292,7 @@ class _Episode:
         from motionenv import envs
         from motionenv.envs.agents import TrackingAgent, truth_start
 
-        kind = _ENVS.get(env, env.removeprefix("motionenv/").removesuffix("-v1"))
+        kind = _ENVS.get(env, env.removeprefix("motionenv/").removesuffix("-v0"))
         if kind not in _ENVS.values():
             raise MotionError(f"--env must be walker, arm, or the id of an environment with images, got {env!r}")
         make = _made(tracker, model, arm=kind == "ArmTracking")

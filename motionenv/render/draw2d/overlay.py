@@ -88,13 +88,3 @@ def _pictures(rgb, name: str) -> np.ndarray:
     if rgb.dtype != np.uint8 or rgb.ndim < 3 or rgb.shape[-1] != 3:
         raise MotionError(f"{name} must be uint8 (..., height, width, 3), got {rgb.dtype} {rgb.shape}")
     return rgb
-
-
-def labelled(picture, text: str) -> np.ndarray:
-    """A copy of a picture, uint8 (height, width, 3), with red `text` in its upper left corner."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    image = Image.fromarray(np.ascontiguousarray(picture))
-    font = ImageFont.load_default(max(12, image.height // 12))
-    ImageDraw.Draw(image).text((8, 4), text, (255, 60, 60), font, stroke_width=2, stroke_fill=(0, 0, 0))
-    return np.asarray(image)

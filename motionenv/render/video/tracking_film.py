@@ -59,6 +59,24 @@ def track_film(
         yield np.concatenate([both, plot.upto(i)])
 
 
+def marked(pictures: Iterable[np.ndarray], where, text: str) -> Iterator[np.ndarray]:
+    """Pictures with a word in the corner of some.
+
+    Args:
+        pictures: uint8 (height, width, 3).
+        where: (T,) bool, the pictures that are marked.
+        text: the word.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    for picture, mark in zip(pictures, where, strict=False):
+        image = Image.fromarray(np.ascontiguousarray(picture))
+        if mark:
+            font = ImageFont.load_default(max(12, image.height // 12))
+            ImageDraw.Draw(image).text((8, 4), text, (255, 60, 60), font, stroke_width=2, stroke_fill=(0, 0, 0))
+        yield np.asarray(image)
+
+
 def _overlaid(picture, camera: Camera, pose: np.ndarray, particles: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """The image with particles (thin) and the expected pose."""
     image = np.array(picture, dtype=np.uint8, order="C")

@@ -134,9 +134,10 @@ def candidates(movers: Sequence[Mover], labels: np.ndarray, fps: float, scale: f
         best = piece[int(np.argmax(odds))]
         boxes = (mover.boxes + 0.5) * scale - 0.5
         walks = float(1 / (1 + np.exp(-max(odds))))
-        travel, jitter, upright, rhythm = best[:4]
-        seconds = mover.seen.sum() / fps
-        found.append(Candidate(0, boxes, fps, best[5] * scale, travel, jitter, upright, rhythm, seconds, walks, mover))
+        travel, jitter, upright, rhythm, _, height = best.tolist()
+        seconds = float(mover.seen.sum()) / fps
+        shape = (height * scale, travel, jitter, upright, rhythm)
+        found.append(Candidate(0, boxes, fps, *shape, seconds, walks, mover))
     found.sort(key=lambda c: -c.walks)
     return [replace(c, number=i) for i, c in enumerate(found, 1)]
 

@@ -129,7 +129,7 @@ def _assigned(expected: np.ndarray, boxes: np.ndarray) -> np.ndarray:
         if share[k, c] > _OVERLAP:
             owner[c] = k
     whole = np.isin(np.arange(len(expected)), owner)
-    for c in np.flatnonzero(owner < 0).tolist():  # a piece of a body
+    for c in np.flatnonzero(owner < 0):  # a piece of a body
         inside = np.where(whole, common[:, c] / areas(boxes)[c], 0.0)
         k = int(inside.argmax())
         if inside[k] > _COVERED and _one_body(boxes[owner == k], boxes[c]):
@@ -161,15 +161,14 @@ def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, 
     grown = np.array([m.seen.sum() >= _GROWN[0] for m in active], dtype=bool)
     for k in hidden[grown[hidden]]:
         inside = common_areas(expected[[k]], boxes)[0] / areas(expected[[k]])
-        c = int(inside.argmax()) if len(boxes) else 0
-        if not len(boxes) or inside[c] < _COVERED or owner[c] < 0 or not grown[owner[c]]:
+        where = int(inside.argmax()) if len(boxes) else 0
+        if not len(boxes) or inside[where] < _COVERED or owner[where] < 0 or not grown[owner[where]]:
             continue
-        if areas(expected[[k]])[0] > _GROWN[1] * areas(boxes)[c]:
-            for j in (k, int(owner[c])):
-                active[j].boxes[t] = _within(expected[j], boxes[c])
-                active[j].merged[t] = True
-                active[j].parts[t] = [found[c][0]]
-    for c in np.flatnonzero(owner < 0).tolist():
+        if areas(expected[[k]])[0] > _GROWN[1] * areas(boxes)[where]:
+            for mover, box in ((active[j], expected[j]) for j in (k, owner[where])):
+                mover.boxes[t], mover.merged[t] = _within(box, boxes[where]), True
+                mover.parts[t] = [found[where][0]]
+    for c in np.flatnonzero(owner < 0):
         movers.append(Mover(np.full((frames, 4), np.nan), np.zeros(frames, dtype=bool), {t: [found[c][0]]}))
         movers[-1].boxes[t] = boxes[c]
 

@@ -6,7 +6,7 @@ import pytest
 from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.render.cameras import view
-from motionenv.render.video.tracking_film import track_film
+from motionenv.render.video.tracking_film import marked, track_film
 
 
 def test_figure_body_and_curve_come_in_and_gaps_stay_empty():
@@ -31,3 +31,11 @@ def test_shapes_that_do_not_go_together():
     pictures = np.zeros((2, 32, 32, 3), dtype=np.uint8)
     with pytest.raises(MotionError, match="outnumber"):
         list(track_film(pictures, camera, np.zeros((1, 25)), np.zeros((1, 1, 25)), body, np.zeros(1)))
+
+
+def test_a_word_marks_the_pictures_that_it_is_for():
+    pictures = np.zeros((3, 60, 80, 3), dtype=np.uint8)
+    shown = list(marked(pictures, [False, True, False], "LOST"))
+    assert [bool(p.any()) for p in shown] == [False, True, False]
+    assert shown[1][:30].any()
+    assert not shown[1][40:].any()

@@ -9,7 +9,7 @@ from motionenv.render.cameras import view
 from motionenv.render.video.decode import read_frames
 from motionenv.render.video.encode import write_video
 from motionenv.tracking import VelocityPrior
-from motionenv.tracking.video import find_people, track_video
+from motionenv.tracking.video.track import find_people, track_video
 
 FPS, FRAMES = 30, 60  # of the film
 
@@ -50,8 +50,9 @@ def test_another_prior_another_rate_and_progress(crossing):
     people = find_people(path, fps=15.0)
     left, right, top, bottom = people[0].boxes[10]
     track = track_video(
-        path, camera, box=(left, top, right - left, bottom - top), prior=lambda s, f: VelocityPrior(skeleton=s, fps=f),
-        particles=100, attempts=2, fps=15.0, progress=lambda done, total: ticks.append((done, total)),
+        path, camera, box=(left, top, right - left, bottom - top), particles=100, attempts=2, fps=15.0,
+        prior=lambda s, f: VelocityPrior(skeleton=s, fps=f),
+        progress=lambda done, total: ticks.append((done, total)),
     )  # fmt: skip
     assert len(track.motion.poses) == FRAMES / 2
     assert ticks[-1] == (FRAMES, FRAMES)  # two attempts at half the rate
