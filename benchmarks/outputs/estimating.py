@@ -26,7 +26,7 @@ def model(name: str) -> Any:
 
     if name == "ProductLikelihood":
         return likelihoods.ProductLikelihood(
-            [model("SilhouetteLikelihood"), model("EdgeLikelihood")], [0.7, 0.4], outliers=0.01
+            [model("SilhouetteLikelihood"), model("AppearanceLikelihood")], [0.7, 0.4], outliers=0.01
         )
     return getattr(likelihoods, name)(camera(), walk().skeleton)
 
@@ -34,11 +34,8 @@ def model(name: str) -> Any:
 @output("likelihood of silhouettes", "SilhouetteLikelihood", "mask")
 @output("likelihood of colours", "SilhouetteLikelihood", "rgb")
 @output("likelihood of depth", "SilhouetteLikelihood", "depth")
-@output("likelihood of edges", "EdgeLikelihood", "mask")
-@output("likelihood of edges in colours", "EdgeLikelihood", "rgb")
-@output("likelihood of edges in depth", "EdgeLikelihood", "depth")
 @output("likelihood of appearance", "AppearanceLikelihood", "rgb")
-@output("likelihood of silhouettes and edges", "ProductLikelihood", "mask")
+@output("likelihood of silhouettes and appearance", "ProductLikelihood", "mask")
 def _likelihood(name: str, sense: str) -> Any:
     made, seen, found = model(name), pictures(), []
     given = {"mask": seen.limbs > 0, "rgb": seen.rgb, "depth": seen.depth}[sense]

@@ -14,8 +14,6 @@ from benchmarks.tracking.people import FPS, Cut
 from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.likelihoods.edges import EdgeLikelihood
-from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.likelihoods.silhouette import EFFECTIVE
 from motionenv.metrics import credible_level
 from motionenv.render.sensors.augmentation import FAR
@@ -97,19 +95,16 @@ class Tracker:
         prior: makes the prior from a task and a skeleton.
         effective: number of the body's pixels counted as independent if its shape is known.
         options: options of the filter.
-        edges: whether to use edges in addition to silhouettes.
     """
 
     prior: Callable[[Task, Skeleton], Any]
     effective: float = EFFECTIVE
     options: dict[str, Any] = field(default_factory=dict)
-    edges: bool = False
 
 
 TRACKERS = {
     "fpca": Tracker(_fpca),
     "annealed": Tracker(_fpca, 15.0, {"layers": 3}),
-    "annealed, edges too": Tracker(_fpca, 15.0, {"layers": 3}, edges=True),
     "tree": Tracker(_tree),
     "annealed tree": Tracker(_tree, 15.0, {"layers": 3}),
     "constant velocity": Tracker(_constant_velocity),
@@ -158,10 +153,7 @@ def play(task: Task) -> dict[str, Any]:
     body = true if task.body == "true" else from_height(true.height)
     effective = ARM_EFFECTIVE if task.arm else tracker.effective if task.body == "true" else EFFECTIVE
     likelihood = SilhouetteLikelihood(episode.truths[0]["camera"], body, effective=effective, threads=1)
-    scored = likelihood
-    if tracker.edges:
-        scored = ProductLikelihood([likelihood, EdgeLikelihood(likelihood.camera, body, threads=1)])
-    filtered = ParticleFilter(tracker.prior(task, body), scored, task.n, seed=task.seed, **tracker.options)
+    filtered = ParticleFilter(tracker.prior(task, body), likelihood, task.n, seed=task.seed, **tracker.options)
     filtered.start(first(task, episode, likelihood))
     frames, levels, seconds = [], [], []
     rng = np.random.default_rng(task.seed)

@@ -2,7 +2,7 @@
 
     python -m benchmarks.tracking.filter_speed [--quick]
 
-The FPCA prior (paper A, section 5) tracks a walker in masks, with silhouettes and edges. Each step observes,
+The FPCA prior (paper A, section 5) tracks a walker in masks, with silhouettes. Each step observes,
 propagates, weights and resamples. The peer is Chopin's `particles` 0.4. It requires numpy < 2 but runs with numpy 2, so
 it can't be an extra: `pip install --no-deps particles joblib`. It resamples as ours does. Its model is vectorised, with
 noise of the same form, the same table, tempering and log-odds, and kinematics by matrices without levelled feet. It
@@ -21,8 +21,6 @@ import numpy as np
 
 import motionenv
 from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
-from motionenv.likelihoods.edges import EdgeLikelihood
-from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view
@@ -80,8 +78,8 @@ def numpy_ends(poses: np.ndarray, body) -> np.ndarray:
     return nodes[:, LIMB_NODES] + np.einsum("nlij,lej->nlei", frames[:, LIMB_SEGMENT], LIMB_SHIFTS * body.height)
 
 
-def numpy_score(poses, body, camera, inside, along) -> np.ndarray:
-    """Log-likelihood (n,) from the picture `inside` at points on limbs, and `along` at points on their outlines."""
+def numpy_score(poses, body, camera, inside) -> np.ndarray:
+    """Log-likelihood (n,) from the picture `inside` at points on limbs."""
     x = numpy_ends(poses, body) @ camera.R.T + camera.t
     z = x[..., 2:]
     circles = x[..., :2] / z * camera.K[[0, 1], [0, 1]] + camera.K[:2, 2]
@@ -91,27 +89,24 @@ def numpy_score(poses, body, camera, inside, along) -> np.ndarray:
     length = np.sqrt((axis**2).sum(-1, keepdims=True)) + 1e-9
     normal = np.stack([-axis[..., 1], axis[..., 0]], axis=-1) / length
     last = np.array([camera.width - 1, camera.height - 1])
-    for picture, places, sides in ((inside, 4, (-0.67, 0.0, 0.67)), (along, 4, (-1.0, 1.0))):
-        for s in (np.arange(places) + 0.5) / places:
-            r = radius[:, :, 0] + s * (radius[:, :, 1] - radius[:, :, 0])
-            share = length * (2 * r / len(sides) if len(sides) == 3 else 1.0) / places
-            for side in sides:
-                at = np.clip(np.rint(a + s * axis + side * r * normal), 0, last).astype(np.intp)
-                total += (share[..., 0] * picture[at[..., 1], at[..., 0]]).sum(axis=1)
+    for s in (0.125, 0.375, 0.625, 0.875):
+        r = radius[:, :, 0] + s * (radius[:, :, 1] - radius[:, :, 0])
+        share = length * r / 6
+        for side in (-0.67, 0.0, 0.67):
+            at = np.clip(np.rint(a + s * axis + side * r * normal), 0, last).astype(np.intp)
+            total += (share[..., 0] * inside[at[..., 1], at[..., 0]]).sum(axis=1)
     return total
 
 
-def peer(n: int, masks, prior: FPCAPrior, product: ProductLikelihood, start: np.ndarray):
+def peer(n: int, masks, prior: FPCAPrior, silhouettes: SilhouetteLikelihood, start: np.ndarray):
     """The same filter with the `particles` library; returns the function that runs it."""
     particles = importlib.import_module("particles")  # can't be declared: see above
     table, q = prior.table, len(prior.root)
     rest, pace = prior.deviation[:25], prior.deviation[25]
     pictures = []
     for mask in masks:
-        product.observe(mask=mask)
-        silhouettes, edges = product.models
-        inside = silhouettes.odds()[0] * silhouettes.temper
-        pictures.append((inside, edges.odds * edges.temper))
+        silhouettes.observe(mask=mask)
+        pictures.append(silhouettes.odds()[0] * silhouettes.temper)
     body, camera = prior.skeleton, silhouettes.camera
     rng = np.random.default_rng(0)
 
@@ -146,7 +141,7 @@ def peer(n: int, masks, prior: FPCAPrior, product: ProductLikelihood, start: np.
             return x
 
         def logG(self, t, xp, x):
-            return numpy_score(x[:, q + 30 :], body, camera, *pictures[t])
+            return numpy_score(x[:, q + 30 :], body, camera, pictures[t])
 
     return particles.SMC(fk=Walking(T=len(masks)), N=n, resampling="systematic", ESSrmin=0.5).run
 
@@ -167,8 +162,6 @@ def ours(n: int, size: int, threads: int, frames: int, tree: bool = False) -> tu
     likelihood = SilhouetteLikelihood(camera, prior.skeleton, threads=threads)
     if tree:
         prior = TreePrior(skeleton=prior.skeleton)
-    else:
-        likelihood = ProductLikelihood([likelihood, EdgeLikelihood(camera, prior.skeleton, threads=threads)])
     tracker = ParticleFilter(prior, likelihood, n, seed=0)
     tracker.start(Start.at(poses[0]))
     tracker.step(mask=masks[0])
@@ -185,8 +178,7 @@ def ours(n: int, size: int, threads: int, frames: int, tree: bool = False) -> tu
 def theirs(n: int, size: int, frames: int) -> float:
     """Frames per second of the peer."""
     prior, camera, masks, poses = scene(size, frames)
-    product = ProductLikelihood([SilhouetteLikelihood(camera, prior.skeleton), EdgeLikelihood(camera, prior.skeleton)])
-    run = peer(n, masks, prior, product, poses[0])
+    run = peer(n, masks, prior, SilhouetteLikelihood(camera, prior.skeleton), poses[0])
     began = time.process_time()
     run()
     return frames / (time.process_time() - began)

@@ -2,7 +2,6 @@
 
 from motionenv.likelihoods.appearance import AppearanceLikelihood
 from motionenv.likelihoods.background import Background, foreground_probability
-from motionenv.likelihoods.edges import EdgeLikelihood
 from motionenv.likelihoods.markers import MarkerLikelihood
 from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
@@ -10,7 +9,6 @@ from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 __all__ = [
     "AppearanceLikelihood",
     "Background",
-    "EdgeLikelihood",
     "MarkerLikelihood",
     "ProductLikelihood",
     "SilhouetteLikelihood",

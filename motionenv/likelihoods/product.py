@@ -1,4 +1,4 @@
-"""Several likelihoods of the same picture as one: silhouettes and edges, colours and silhouettes."""
+"""Several likelihoods of the same picture as one, such as silhouettes and colours."""
 
 import inspect
 from collections.abc import Sequence
@@ -8,23 +8,18 @@ import numpy as np
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
-from motionenv.likelihoods.edges import EdgeLikelihood, outline_sums
 from motionenv.likelihoods.protocols import AdaptiveLikelihood, accepted, log_nobody
-from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.types import Camera, Skeleton
 
 
 class ProductLikelihood:
-    """ProductLikelihood of likelihoods, each to a power, and with one part that holds whatever the pose.
+    """Product of likelihoods, each to a power, and with one part that holds whatever the pose.
 
     With the models' log-likelihoods l_m and weights w_m, the product is exp(Σ w_m l_m), mixed with the share `outliers`
     of what the same picture has without a body: (1 - outliers) p(J | φ) + outliers p(J | nobody). So a frame in which
     everything misleads can't rule any pose out, whatever others it is scored with; the level is that of the hidden
     frames of `motionenv.tracking.ParticleFilter`. Cues of one picture aren't independent; weights below 1
     say so.
-
-    A `SilhouetteLikelihood` of masks or colours and an `EdgeLikelihood` of the same skeleton and camera, next to each
-    other in `models`, are scored in one pass over each body.
 
     Args:
         models: likelihoods; `observe` gives each of them what it takes.
@@ -113,41 +108,10 @@ class ProductLikelihood:
         Raises:
             MotionError: as the models raise it.
         """
-        total = self._sum(poses)
+        pairs = list(zip(self.weights, self.models, strict=True))
+        total = sum((weight * model.log_likelihood(poses) for weight, model in pairs), np.zeros(len(poses)))
         if self.outliers and len(total):
             # The pictures without a body are as likely for any pose.
-            nobody = sum(w * log_nobody(m, poses[0]) for w, m in zip(self.weights, self.models, strict=True) if w)
+            nobody = sum(weight * log_nobody(model, poses[0]) for weight, model in pairs if weight)
             total = np.logaddexp(np.log1p(-self.outliers) + total, np.log(self.outliers) + nobody)
         return total
-
-    def _sum(self, poses) -> np.ndarray:
-        """Σ w_m l_m (N,)."""
-        total, i = np.zeros(len(poses)), 0
-        while i < len(self.models):
-            pair = self.models[i : i + 2]
-            if _together(pair):
-                first, second = _one_pass(pair[0], pair[1], poses)
-                total += self.weights[i] * first + self.weights[i + 1] * second
-                i += 2
-            else:
-                total += self.weights[i] * pair[0].log_likelihood(poses)
-                i += 1
-        return total
-
-
-def _together(pair: Sequence[Any]) -> bool:
-    """Whether these are silhouettes and edges of the same bodies in the same view."""
-    if len(pair) < 2 or not isinstance(pair[0], SilhouetteLikelihood) or not isinstance(pair[1], EdgeLikelihood):
-        return False
-    a, b = pair[0].skeleton, pair[1].skeleton
-    same = a.height == b.height and np.array_equal(a.offsets, b.offsets) and np.array_equal(a.radii, b.radii)
-    seen = pair[0].silhouettes and pair[1].odds is not None
-    return same and seen and all(np.array_equal(x, y) for x, y in zip(pair[0].view, pair[1].view, strict=True))
-
-
-def _one_pass(silhouettes: SilhouetteLikelihood, edges: EdgeLikelihood, poses) -> tuple[np.ndarray, np.ndarray]:
-    """Log-likelihoods (N,) and (N,) of both."""
-    odds, none = silhouettes.odds()
-    assert edges.odds is not None
-    inside, along = outline_sums(edges, odds, edges.odds, poses, silhouettes.workers)
-    return (inside + none) * silhouettes.temper, along * edges.temper

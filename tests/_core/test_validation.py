@@ -8,7 +8,6 @@ from motionenv.envs.agents.evaluation import evaluate
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods.background import Background
-from motionenv.likelihoods.edges import EdgeLikelihood
 from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.render.cameras import view
 from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree
@@ -106,7 +105,6 @@ def test_a_generator_is_taken_as_it_is():
         (lambda v: evaluate(None, None, v), "episodes"),
         (lambda v: Background(least=v), "least"),
         (lambda v: SilhouetteLikelihood(CAMERA, misses=v), "misses"),
-        (lambda v: EdgeLikelihood(CAMERA, outliers=v), "outliers"),
         (lambda v: ProductLikelihood([SilhouetteLikelihood(CAMERA)], outliers=v), "outliers"),
     ],
 )
