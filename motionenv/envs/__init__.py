@@ -13,8 +13,8 @@ Where only a string can be given, `"motionenv.envs:motionenv/WalkerTracking-v1"`
 `import motionenv` alone `gymnasium.make` raises `NamespaceNotFound`, as that imports neither this module nor Gymnasium.
 The environment classes are imported on first use.
 
-Actions never change what is seen, except in ActiveTracking: these are estimation problems, for which a discount of γ = 0
-is right.
+Except in ActiveTracking, actions never change what is seen: these are estimation problems, for which a discount of
+γ = 0 is right.
 """
 
 from importlib import import_module
