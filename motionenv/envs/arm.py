@@ -51,9 +51,6 @@ class ArmTracking(SimulatedTracking):
     four degrees of freedom. Images are stabilised: the shoulder is always in the centre. Each step shows the next
     image, and the agent estimates the joint angles, or the positions of elbow and wrist.
 
-    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
-    discount of γ = 0 is right.
-
     Positions are in metres: the person stands at the origin and looks along x, y is left, z up, the ground at z = 0.
     The camera is 2.4 m from the shoulder, level with it.
 
@@ -96,11 +93,6 @@ class ArmTracking(SimulatedTracking):
     ## Version History
     - v1: actions are normalised, and losing the track ends nothing.
     - v0: initial version.
-
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None disables it.
-        arguments: see Arguments.
     """
 
     make_world = staticmethod(arm_world)
@@ -117,11 +109,7 @@ class ArmTrackingVector(SimulatedTrackingVector):
 
 @dataclass(frozen=True)
 class ArmMotion:
-    """Motion of the right arm alone.
-
-    Attributes:
-        source: of the motion; "reach" is synthesised here.
-    """
+    """Motion of the right arm alone, from a source; "reach" is synthesised here."""
 
     source: Source
 

@@ -26,12 +26,7 @@ Step = tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
 class Asynchronous:
-    """`async_reset`, `send` and `recv`, for a vector environment that can step some of its sub-environments.
-
-    Args:
-        num_envs: number of sub-environments.
-        batch_size: number of sub-environments that `recv` returns; None for all.
-    """
+    """`async_reset`, `send` and `recv` for vectors of `num_envs`, of which `recv` returns `batch_size`; None is all."""
 
     world: World
     _restart: Callable[[int | Sequence[int | None] | None], None]  # seeds all, and marks them for a new episode

@@ -54,19 +54,10 @@ class World(Protocol):
     time: np.ndarray
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
-        """Start new episodes at frame 0.
-
-        Args:
-            slots: (k,) slot indices.
-            rngs: the generator of each.
-        """
+        """Start new episodes at frame 0 in `slots` (k,), each with its generator of `rngs`."""
 
     def observe(self, slots: np.ndarray) -> Observation:
-        """Observations of the current frames, (k, ...) in new arrays; repeated calls return the same.
-
-        Args:
-            slots: (k,) slot indices, ascending.
-        """
+        """Observations (k, ...) of the current frames of `slots` (k,), ascending, in new arrays; repeatable."""
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Error (n,) [m] and reward (n,) of `actions` (n, ...), float64 inside the space, for the current frames."""
@@ -78,12 +69,9 @@ class World(Protocol):
         """Ground truth of the current frame of the episode in `slot`."""
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
-        """Render an image, uint8 (H, W, 3) with H and W of at least 256.
+        """Image of a `slot`, uint8 (H, W, 3) with H and W of at least 256.
 
-        Args:
-            slot: slot index.
-            estimate: for the frame before the current one, which is then shown with the estimate overlaid; None shows
-                the current frame alone.
+        With an `estimate`, which is for the frame before the current one, that frame is shown with it overlaid.
         """
 
     def close(self) -> None:
@@ -145,9 +133,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
         """Start a new episode; returns the observation of its frame 0, and an empty info.
 
-        Args:
-            seed: seeds the sequence of episodes from here on; None continues with the current generator.
-            options: ignored.
+        `seed` seeds the episodes from here on; None continues with the current generator. `options` are ignored.
         """
         super().reset(seed=seed)
         self.world.begin(self._slots, [self.np_random])
@@ -217,14 +203,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         self.world.close()
 
     def check_begun(self, what: str) -> None:
-        """Raise if there is no episode.
-
-        Args:
-            what: requested item, for the message.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
-        """
+        """Raise ResetNeeded before the first `reset`; `what` was requested, for the message."""
         if not self._begun:
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
@@ -247,12 +226,9 @@ class TrackingEnv(OfWorld, gymnasium.Env):
 
 
 class SimulatedTracking(TrackingEnv):
-    """A tracking environment that makes its world; subclasses say of what.
+    """A tracking environment that makes its world from `arguments`; subclasses say of what.
 
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None never does.
-        arguments: of the world.
+    See `TrackingEnv` for `render_mode` and `lost_after`.
     """
 
     make_world: Callable[..., World]
@@ -276,22 +252,14 @@ def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
 
 
 def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
-    """`mode`, which must be one of `modes` or None.
-
-    Raises:
-        MotionError: it is neither.
-    """
+    """`mode`, which must be one of `modes` or None; otherwise raises MotionError."""
     if mode is not None and mode not in modes:
         raise MotionError(f"render_mode must be None or one of {', '.join(modes)}, got {mode!r}")
     return mode
 
 
 def checked_lost_after(lost_after: float | None) -> float | None:
-    """`lost_after`, which must be above 0 [m] or None.
-
-    Raises:
-        MotionError: it is neither.
-    """
+    """`lost_after`, which must be above 0 [m] or None; otherwise raises MotionError."""
     return None if lost_after is None else checked_number(lost_after, "lost_after", above=0, unit="metres")
 
 

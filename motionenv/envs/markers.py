@@ -29,15 +29,10 @@ def marker_world(
     unit: str | None = None,
     actions: str = "normalised",
 ) -> MarkerWorld:
-    """Walkers in place, each in front of their own camera.
+    """`n` walkers in place, each in front of their own camera.
 
-    Args:
-        n: number of episodes.
-        motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon: see `MarkerTracking`.
-        speed, height, file_fps, unit, actions: see `MarkerTracking`.
-
-    Raises:
-        MotionError: an invalid argument.
+    See `MarkerTracking` for motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon, speed,
+    height, file_fps, unit and actions. Raises MotionError for an invalid one.
     """
     source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
     sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
@@ -62,9 +57,6 @@ class MarkerTracking(SimulatedTracking):
     The setting of Zhang & Troje (2007, section 4.3) as a filtering problem: a static camera sees 15 markers of a person
     who walks in place, as on a treadmill, in an unknown direction. Each frame gives what a point tracker gives: 2D
     positions with noise, some missing. The agent estimates the 3D positions of the markers.
-
-    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
-    discount of γ = 0 is right.
 
     The world is fixed to the camera: x to the right in the image, y away from the camera, z up, the origin on the
     ground at the walker's mean position. Walking along (cos α, -sin α), the walker is seen at the paper's view angle α:
@@ -119,11 +111,6 @@ class MarkerTracking(SimulatedTracking):
     ## Version History
     - v1: actions are normalised, and losing the track ends nothing.
     - v0: initial version.
-
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None disables it.
-        arguments: see Arguments.
     """
 
     make_world = staticmethod(marker_world)

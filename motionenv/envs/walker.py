@@ -39,9 +39,6 @@ class WalkerTracking(SimulatedTracking):
     A person walks; each step shows the next image, and the agent estimates the person's pose. Body, clothes and gait
     differ between episodes, and where people walk and whereto; view, scenery, noise and light too, if enabled.
 
-    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
-    discount of γ = 0 is right.
-
     Positions are in metres: z up, the ground at z = 0; seen from the side, x goes to the right of the image, y away
     from the camera. A static camera is 1.1 m high and level, 3.5 m and another 1.5 m per second of an episode away from
     the origin, at which it is aimed, and shows the walker's whole path. A following camera moves beside the walker, and
@@ -121,11 +118,6 @@ class WalkerTracking(SimulatedTracking):
     ## Version History
     - v1: people walk anywhere, actions are normalised, and losing the track ends nothing.
     - v0: initial version.
-
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None disables it.
-        arguments: see Arguments.
     """
 
     make_world = staticmethod(walker_world)

@@ -26,11 +26,7 @@ class _Screen(gymnasium.Env):
 
 
 class Window(HumanRendering):
-    """A window; each `step` shows an image in it.
-
-    Args:
-        fps: highest frame rate.
-    """
+    """A window with at most `fps` frames per second; each `step` shows an image in it."""
 
     def __init__(self, fps: int):
         super().__init__(_Screen(fps))

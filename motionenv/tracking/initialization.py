@@ -122,13 +122,9 @@ def automatic_start(
 
 
 def bounding_box(foreground: np.ndarray) -> np.ndarray:
-    """First and last column, first and last row (4,) of the large foreground components.
+    """First and last column, first and last row (4,) of the large components of `foreground` (height, width).
 
-    Args:
-        foreground: (height, width) probabilities.
-
-    Raises:
-        MotionError: no foreground.
+    `foreground` are probabilities; without any, raises MotionError.
     """
     return bounding_boxes(foreground)[0]
 
@@ -136,13 +132,8 @@ def bounding_box(foreground: np.ndarray) -> np.ndarray:
 def bounding_boxes(foreground: np.ndarray) -> np.ndarray:
     """First and last column, first and last row (m, 4) of the large foreground components together, and of each.
 
-    Together they are a body that an occluder parts; one of them is the body where others move too.
-
-    Args:
-        foreground: (height, width) probabilities.
-
-    Raises:
-        MotionError: no foreground.
+    Together they are a body that an occluder parts; one of them is the body where others move too. `foreground`
+    (height, width) are probabilities; without any, raises MotionError.
     """
     from scipy.ndimage import find_objects, label
 

@@ -63,8 +63,7 @@ class Belief:
     def expected_joints(self, skeleton: Skeleton) -> np.ndarray:
         """Expected marker positions (15, 3) [m]; more accurate than the markers of the mean pose.
 
-        Args:
-            skeleton: the prior's; particles with a size of their own are scaled.
+        The `skeleton` is the prior's; particles with a size of their own are scaled.
         """
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
@@ -138,11 +137,7 @@ class ParticleFilter:
         self._state: Any = None
 
     def start(self, start: Start) -> None:
-        """Draw particles for the first frame, before it is observed.
-
-        Args:
-            start: what is known of the first frame.
-        """
+        """Draw particles for the first frame, before it is observed, from a `start`: what is known of it."""
         self._state = self.prior.initial(start, self.n, self._rng)
         self._log_weights = np.full(self.n, -np.log(self.n))
         self._began, self._lost = False, 0
@@ -287,14 +282,7 @@ class ParticleFilter:
 
 
 def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, restart: Any = None) -> None:
-    """Validate options of a `ParticleFilter`.
-
-    Args:
-        n, resample, layers, hidden, restart: as in `ParticleFilter`.
-
-    Raises:
-        MotionError: an option is out of range.
-    """
+    """Validate n, resample, layers, hidden and restart of a `ParticleFilter`; raises MotionError if out of range."""
     checked_whole(n, "n", 2, 10_000_000)
     checked_whole(layers, "layers", 1, 50)
     checked_number(resample, "resample", high=1, above=0)

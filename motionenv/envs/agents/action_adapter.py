@@ -13,10 +13,8 @@ class Actions:
 
     Attributes:
         n: number of environments; 1 for a single one.
-        form: "pose", "joints" or "belief".
-        samples: number of poses in an estimate.
-        arm: whether only the right arm is estimated.
-        points: whether markers are observed instead of images.
+        form, samples: "pose", "joints" or "belief", and the number of poses in an estimate.
+        arm, points: whether only the right arm is estimated, and whether markers are observed instead of images.
         far: depth [m] of the background in depth images.
     """
 

@@ -19,12 +19,7 @@ _SURE = 0.9  # foreground probability above which a pixel of a colour image coun
 
 
 class SeenPoints:
-    """2D points of n environments, extrapolated at constant velocity while they are missing.
-
-    Args:
-        never: (15, 2), assumed positions of points that have never been seen.
-        n: number of environments.
-    """
+    """2D points of `n` environments, extrapolated at constant velocity while missing; at `never` (15, 2) until seen."""
 
     def __init__(self, never: np.ndarray, n: int):
         self._never = never
@@ -80,10 +75,8 @@ class SeenWalkers:
     def at(self, pictures: dict[str, np.ndarray], far: float, fps: float) -> tuple[np.ndarray, np.ndarray]:
         """The walkers' x and y (n, 2) [m], and their headings (n,) [rad], 0 while unknown.
 
-        Args:
-            pictures: by name, "mask", "depth" or "rgb", each (n, height, width, channels).
-            far: depth [m] of the background.
-            fps: frame rate [Hz].
+        `pictures` are "mask", "depth" or "rgb" by name, each (n, height, width, channels), with a background at depth
+        `far` [m]; `fps` is the frame rate [Hz].
         """
         for slot in range(len(self._time)):
             if "mask" in pictures:

@@ -12,30 +12,15 @@ class Agent(Protocol):
     """Acts in a single or a vector environment."""
 
     def reset(self, observation, began=None) -> None:
-        """Begin episodes.
-
-        Args:
-            observation: their first; in a vector environment, that of all sub-environments.
-            began: in a vector environment, which episodes begin, bool (n,); None is all.
-        """
+        """Begin episodes with their first `observation`; `began` (n,) tells which ones of a vector begin, None all."""
 
     def act(self, observation) -> np.ndarray:
-        """The action: an estimate for the frame just observed.
-
-        Args:
-            observation: of the environment.
-        """
+        """The action: an estimate for the frame just observed, from an `observation` of the environment."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Results of an evaluation.
-
-    Attributes:
-        errors: (episodes,) mean error per joint over each episode [m].
-        returns: (episodes,) sums of rewards.
-        lengths: (episodes,) numbers of estimates.
-    """
+    """Each episode's mean error per joint [m] (`errors`), sum of rewards (`returns`) and estimates (`lengths`)."""
 
     errors: np.ndarray
     returns: np.ndarray

@@ -150,12 +150,9 @@ class Estimates:
         return error, -score / math.sqrt(len(self._scored))
 
     def points(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-        """The 15 estimated joints (n, 15, 3) [m]; for a belief their mean.
+        """The 15 estimated joints (n, 15, 3) [m], of a belief their mean; the parameters are as of `judge`.
 
-        Args:
-            actions: (n, ...) of `scale.space`, float64.
-            poses: (n, 25), true poses.
-            offsets: (n, 16, 3) [m], of the true bodies.
+        Needs `actions`, `poses` and `offsets`.
         """
         true, actions = _true_joints(poses, offsets), self.scale.estimates(actions)
         return self._point(actions, self._joints_of(actions, true, poses, offsets))

@@ -177,11 +177,7 @@ def _motion(source: Source, n: int) -> _Series | _Recorded:
 
 @lru_cache(maxsize=4)
 def fourier_walkers(split: str) -> WalkerBatch:
-    """The Fourier walkers of a split, the same in every process.
-
-    Args:
-        split: one of `SPLITS`.
-    """
+    """The Fourier walkers of a `split`, one of `SPLITS`; the same in every process."""
     seed = np.random.SeedSequence(0, spawn_key=(SPLITS.index(split),))
     return draw_walkers(load(_FOURIER), WALKERS, np.random.default_rng(seed))
 

@@ -40,11 +40,7 @@ _LONGEST = SECONDS_MOST - 10.0  # of an episode, as recordings of models are lon
 
 
 def episode_frames(horizon: int) -> int:
-    """Number of frames of an episode with `horizon` estimates.
-
-    Raises:
-        MotionError: `horizon` isn't a whole number from 1 to 100,000.
-    """
+    """Number of frames of an episode with `horizon` estimates, 1 to 100,000; otherwise raises MotionError."""
     return checked_whole(horizon, "horizon", 1, 100_000, "estimates") + 1
 
 
@@ -105,11 +101,7 @@ class Recordings(Protocol):
     """Motion from which episodes are cut."""
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
-        """Poses (frames, 25) of an episode, a read-only view, and the body.
-
-        Args:
-            rng: the episode's generator.
-        """
+        """Poses (frames, 25) of an episode, a read-only view, and the body; drawn with the episode's `rng`."""
 
 
 @lru_cache(maxsize=8)
@@ -195,11 +187,7 @@ class _Captured:
 
 
 def is_evaluated(person: str) -> bool:
-    """Whether a captured person is in the "eval" split rather than in "train".
-
-    Args:
-        person: the label that `motionenv.models.motion_tree.clips.read_clips` derives from the file's name.
-    """
+    """Whether a captured `person`, a label as by `read_clips`, is in the "eval" split rather than in "train"."""
     return zlib.crc32(person.encode()) % EVAL_SHARE == 0
 
 

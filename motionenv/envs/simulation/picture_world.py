@@ -21,10 +21,7 @@ SHOWN = 256
 class PictureWorld:
     """A `motionenv.envs.World` of people in front of cameras.
 
-    Args:
-        stage: the episodes.
-        sense: observed images.
-        estimates: action space and scoring.
+    The `stage` holds the episodes, `sense` says which images are observed, `estimates` has action space and scoring.
     """
 
     def __init__(self, stage: Stage, sense: PictureSettings, estimates: Estimates):

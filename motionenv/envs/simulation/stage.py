@@ -92,12 +92,7 @@ class Stage:
         self._depth, self._limbs = np.empty((n, size, size), np.float32), np.empty((n, size, size), np.uint8)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
-        """Draw new people for `slots`.
-
-        Args:
-            slots: (k,) slot indices.
-            rngs: the generator of each.
-        """
+        """Draw new people for `slots` (k,), each with its generator of `rngs`."""
         recordings = self.motions.open()
         for slot, rng in zip(slots.tolist(), rngs, strict=True):
             poses, body = recordings.draw(rng)
@@ -116,12 +111,9 @@ class Stage:
         return self.poses[self._all, self.time]
 
     def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
-        """Render `slots` from their cameras; the next call overwrites depth and limbs of the result.
+        """Render `slots` (k,), ascending, `back` frames before the current one, with colours if `rgb`.
 
-        Args:
-            slots: (k,) slot indices, ascending.
-            rgb: whether to render colours.
-            back: number of frames before the current one.
+        The next call overwrites depth and limbs of the result.
         """
         people = self.offsets, self.radii, self.heights, self.colours, self.K, self.R, self.t
         if len(slots) < self.n:

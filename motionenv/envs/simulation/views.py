@@ -55,22 +55,12 @@ class Placed:
 
 
 class View(Protocol):
-    """Placement of people and cameras.
-
-    Attributes:
-        reach: of normalised actions along x and y [m].
-    """
+    """Placement of people and cameras; normalised actions say x and y up to `reach` [m]."""
 
     reach: float
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
-        """Transform poses (frames, 25) in place to the world, and place a camera.
-
-        Args:
-            poses: the motion of an episode.
-            body: the skeleton.
-            rng: the episode's generator.
-        """
+        """Move `poses` (frames, 25) of a `body` in place to the world, and place a camera, with the episode's `rng`."""
 
 
 class WalkingView:
@@ -130,11 +120,7 @@ class WalkingView:
 
 
 class ArmView:
-    """The right shoulder in the centre of the image, at a fixed distance.
-
-    Args:
-        camera: "side", "front", a view angle in degrees, or "random" (any angle).
-    """
+    """The right shoulder in the image's centre, at a fixed distance, from a `camera` angle as of `checked_angle`."""
 
     def __init__(self, camera: str | float):
         self.camera, self.reach = checked_angle(camera), _ROOM
@@ -154,26 +140,16 @@ def level(angle: float) -> np.ndarray:
 
 
 def drawn_angle(camera: str | float, rng: np.random.Generator) -> float:
-    """The view angle [rad] of an episode.
-
-    Args:
-        camera: validated by `checked_angle`.
-        rng: the episode's generator.
-    """
+    """The view angle [rad] of an episode, from a `camera` that `checked_angle` allows, drawn with `rng` if "random"."""
     if camera == "random":
         return float(rng.uniform(-math.pi, math.pi))
     return math.radians(_NAMED[camera] if isinstance(camera, str) else camera)
 
 
 def checked_angle(camera: str | float, *others: str) -> str | float:
-    """`camera`, which must be "side", "front", "random", or a finite number of degrees.
+    """`camera`, which must be "side", "front", "random", or a finite number of degrees; otherwise raises MotionError.
 
-    Args:
-        camera: the argument.
-        others: further allowed values, for the message.
-
-    Raises:
-        MotionError: another value.
+    The message lists `others`, further allowed values, too.
     """
     known = camera in {*_NAMED, "random"} if isinstance(camera, str) else is_number(camera) and math.isfinite(camera)
     if not known:

@@ -6,8 +6,7 @@ import numpy as np
 def shrunk_regression(z: np.ndarray, y: np.ndarray) -> tuple[float, np.ndarray, float]:
     """Ridge regression of y (R,) on uncorrelated z (R, N): intercept, weights (N,), leave-one-out standard deviation.
 
-    The penalty is that of least leave-one-out error (by the hat matrix). With N = R - 1 every penalty has the same
-    error. So of penalties that are equal up to rounding, the largest wins.
+    Of penalties with the least leave-one-out error, up to rounding, the largest wins; with N = R - 1 all are equal.
     """
     centre = y.mean()
     u, s, vt = np.linalg.svd(z - z.mean(axis=0), full_matrices=False)

@@ -19,25 +19,15 @@ if TYPE_CHECKING:
 
 
 def at_speed(model: "FourierModel", w: np.ndarray, seconds, speed) -> np.ndarray:
-    """The same people at another speed.
+    """The people `w` (..., 5, 15, 3) [m] of a fitted `model` at another `speed` (...) [m/s].
 
-    Args:
-        model: fitted.
-        w: (..., 5, 15, 3) [m] at their own speed.
-        seconds: (...) their stride times [s].
-        speed: (...) [m/s], or one for all.
+    `seconds` (...) [s] are their stride times at their own speed.
     """
     return longer(model, w, model.speed_exponent_ * np.log(speed * seconds / stride_lengths(w)))
 
 
 def longer(model: "FourierModel", w: np.ndarray, change) -> np.ndarray:
-    """The same people with other steps.
-
-    Args:
-        model: fitted.
-        w: (..., 5, 15, 3) [m].
-        change: (...) of their log stride lengths.
-    """
+    """The people `w` (..., 5, 15, 3) [m] with log stride lengths that differ by `change` (...), by a fitted `model`."""
     size = body_heights(w.reshape(-1, *w.shape[-3:])).reshape(w.shape[:-3])
     length, average = stride_lengths(w), model.mean_[None]
     middle = float(np.log(stride_lengths(average) / body_heights(average))[0])

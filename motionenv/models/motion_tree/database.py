@@ -19,14 +19,7 @@ _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """A motion with labels.
-
-    Attributes:
-        motion: one sequence, (frames, 25).
-        name: origin, such as the file's name.
-        activity: a word or two, such as "walk".
-        person: label of the person.
-    """
+    """A motion of one sequence (frames, 25), with its name or file, activity and person's label."""
 
     motion: Motion
     name: str = ""
@@ -66,11 +59,7 @@ class Database:
         return np.searchsorted(self.starts, frames, side="right") - 1
 
     def motion(self, sequence: int) -> Motion:
-        """One sequence, by its index, as a motion at 30 frames/s.
-
-        Raises:
-            MotionError: there is no such sequence.
-        """
+        """One `sequence`, by its index, as a motion at 30 frames/s; raises MotionError if there is none."""
         if not 0 <= sequence < len(self.clips):
             raise MotionError(f"sequence must be from 0 to {len(self.clips) - 1}, got {sequence!r}")
         part = self.poses[self.starts[sequence] : self.starts[sequence + 1]]

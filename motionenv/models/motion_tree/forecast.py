@@ -34,9 +34,10 @@ class Forecast:
     plain_deviation: np.ndarray  # (25,) the same with a = b = 0, as in the paper
 
     def carried(self, history, now, after) -> np.ndarray:
-        """Predicted next poses (..., 25) as local parameters, from parameters (..., 50) of last frames.
+        """Predicted next poses (..., 25) as local parameters.
 
-        `history` are those of the current motion, `now` the windows', and `after` (..., 25) of the frames behind them.
+        `history` and `now` are the parameters (..., 50) of the last frames of the current motion and of the windows,
+        `after` (..., 25) those of the frames behind the windows.
         """
         difference = _difference(history, now)
         return after + self.pose * difference[..., :25] + self.velocity * difference[..., 25:] / FPS

@@ -339,11 +339,7 @@ class MotionTree(GaitModel):
         return super().__reduce__() if self.mapping_ is None else self.mapping_.reduced(load)
 
     def check(self) -> None:
-        """Check that the tree can be used.
-
-        Raises:
-            ModelError: not fitted, or its file was changed in place.
-        """
+        """Raise ModelError if it isn't fitted or its file was changed in place."""
         if not hasattr(self, "index_"):
             raise ModelError("this MotionTree is not fitted: call fit(motions) first, or motionenv.load")
         if self.mapping_ is not None:

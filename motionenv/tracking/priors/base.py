@@ -97,12 +97,7 @@ class Start:
         return cls(pose[None], np.zeros(1), previous[None], spread)
 
     def draw(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Draw candidate indices (n,), poses (n, 25) and previous poses (n, 25), by weight and spread.
-
-        Args:
-            n: number of draws.
-            rng: random generator.
-        """
+        """Draw `n` candidates by weight and spread with `rng`: indices (n,), poses (n, 25), previous poses (n, 25)."""
         weights = np.exp(self.log_weights - self.log_weights.max())
         which = systematic(weights, n, rng)
         noise = self.spread * rng.standard_normal((n, len(POSE)))
@@ -110,14 +105,9 @@ class Start:
 
 
 def systematic(weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Systematic resampling (Kitagawa 1996): indices (n,) drawn by `weights` (N,) with one random number.
+    """Systematic resampling (Kitagawa 1996): indices (n,) drawn by `weights` (N,) with one random number of `rng`.
 
-    Each index occurs n times its normalised weight, rounded up or down.
-
-    Args:
-        weights: (N,) at least 0, not all 0.
-        n: number of draws.
-        rng: random generator.
+    Each index occurs n times its normalised weight, rounded up or down. Weights are at least 0, not all 0.
     """
     edges = np.cumsum(weights)
     points = (rng.random() + np.arange(n)) * (edges[-1] / n)

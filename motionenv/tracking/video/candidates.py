@@ -67,12 +67,9 @@ class Candidate:
 
 
 def evidence(mover: Mover, labels: np.ndarray, fps: float) -> np.ndarray:
-    """Travel, jitter, uprightness, rhythm, duration [s] and height [pixels] (6,) of a mover, as in `Candidate`.
+    """Travel, jitter, uprightness, rhythm, duration [s] and height [pixels] (6,) of a `mover`, as in `Candidate`.
 
-    Args:
-        mover: the mover.
-        labels: of the outlines (T, height, width).
-        fps: frame rate [Hz].
+    `labels` (T, height, width) are of the outlines, `fps` is the frame rate [Hz].
     """
     frames = np.flatnonzero(mover.seen & ~mover.merged)
     frames = frames if len(frames) > 2 else np.flatnonzero(mover.seen)
@@ -117,13 +114,9 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def candidates(movers: Sequence[Mover], labels: np.ndarray, fps: float, scale: float = 1.0) -> list[Candidate]:
-    """Movers that are seen for long enough, the likeliest walker first.
+    """Those of `movers` that are seen for long enough, the likeliest walker first.
 
-    Args:
-        movers: of `linked`.
-        labels: of the outlines (T, height, width).
-        fps: frame rate [Hz].
-        scale: pixels of the film per pixel of `labels`.
+    `labels` (T, height, width) are of the outlines at `fps` [Hz]; `scale` is pixels of the film per pixel of these.
     """
     long = [m for m in movers if m.seen.sum() >= _BRIEF * fps]
     pieces = [[evidence(p, labels, fps) for p in _pieces(m, fps)] for m in long]

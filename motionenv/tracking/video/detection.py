@@ -46,9 +46,7 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
 def departure_frame(boxes: np.ndarray, fps: float) -> int:
     """First frame from which a completely visible person walks; 0 if there is none.
 
-    Args:
-        boxes: (T, 4) first and last column, first and last row; NaN where the person isn't seen.
-        fps: frame rate [Hz].
+    `boxes` (T, 4) are as of `span`; `fps` is the frame rate [Hz].
     """
     tall = boxes[:, 3] - boxes[:, 2]
     soon = max(1, round(_SOON * fps))
@@ -64,8 +62,7 @@ def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) 
     Args:
         boxes: (T, 4) [pixels]; NaN rows are ignored.
         skeleton: of the person.
-        width: of the images [pixels].
-        height: of the images [pixels].
+        width, height: of the images [pixels].
 
     Raises:
         MotionError: no box.
@@ -86,12 +83,7 @@ def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) 
 
 
 def resized(camera: Camera, width: int, height: int) -> Camera:
-    """The same camera for images of another size.
-
-    Args:
-        camera: the camera.
-        width: of the images [pixels].
-        height: of the images [pixels].
+    """The same `camera` for images of another `width` and `height` [pixels].
 
     Raises:
         MotionError: the aspect ratio differs.

@@ -31,11 +31,9 @@ def advantage(
     """Log-odds in favour of one track of a video over another.
 
     Args:
-        one: expected poses (T, 25) [m, rad].
-        other: those of the other track (T, 25).
+        one, other: expected poses (T, 25) [m, rad] of the tracks.
         likelihood: of masks.
-        film: (T, height, width) foreground probabilities.
-        colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
+        film, colours: (T, height, width) foreground probabilities, and `motionenv.likelihoods.appearance.colour_bins`.
     """
     from motionenv.render.raycast.engine import Raycaster
 

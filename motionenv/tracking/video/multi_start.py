@@ -77,11 +77,9 @@ class MultiStart:
     rng: np.random.Generator
 
     def best(self, attempts: int, tick: Callable[[int], None]) -> Attempt:
-        """The best of several tracks; every second one starts from the mirror image of the best so far.
+        """The best of several `attempts`; every second one starts from the mirror image of the best so far.
 
-        Args:
-            attempts: number of tracks.
-            tick: called with the number of frames processed so far, over all tracks.
+        `tick` is called with the number of frames processed so far, over all of them.
         """
         best: Attempt | None = None
         for k in range(attempts):
@@ -154,22 +152,14 @@ class _Record:
 
 
 def exchanged(start: Start) -> Start:
-    """Mirror a start in the walker's sagittal plane: left and right limbs swap roles.
-
-    Args:
-        start: any.
-    """
+    """Mirror a `start` in the walker's sagittal plane: left and right limbs swap roles."""
     return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
 def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> tuple[float, float]:
-    """Intersection of a pose's silhouette and a foreground (height, width), over their union and over the foreground.
+    """Intersection of a pose's silhouette and a foreground, over their union and over the foreground.
 
-    Args:
-        pose: (25,) [m, rad].
-        skeleton: the body.
-        camera: of the foreground.
-        foreground: probabilities.
+    `pose` (25,) [m, rad] is of a `skeleton`; the `camera` is that of `foreground` (height, width), probabilities.
     """
     from motionenv.render import render
 

@@ -17,11 +17,9 @@ _FEWEST = 4  # blocks that must be able to tell
 
 
 def moving_share(frames: np.ndarray, fps: float) -> float:
-    """Share of pairs of frames, `_LAG` apart, between which the camera moves.
+    """Share of pairs of `frames`, uint8 (T, height, width, 3) at `fps` [Hz], between which the camera moves.
 
-    Args:
-        frames: uint8 (T, height, width, 3).
-        fps: frame rate [Hz].
+    The frames of a pair are `_LAG` apart.
     """
     grey = np.asarray(frames).mean(axis=-1, dtype=np.float32)
     rows, columns = (n // _BLOCKS for n in grey.shape[1:])
@@ -32,15 +30,7 @@ def moving_share(frames: np.ndarray, fps: float) -> float:
 
 
 def refuse_moving(frames: np.ndarray, fps: float) -> None:
-    """Refuse a film by a moving camera.
-
-    Args:
-        frames: uint8 (T, height, width, 3).
-        fps: frame rate [Hz].
-
-    Raises:
-        MotionError: the camera moves.
-    """
+    """Raise MotionError if the camera of a film moves: `frames` are uint8 (T, height, width, 3) at `fps` [Hz]."""
     share = moving_share(frames, fps)
     if share > _MOST_PAIRS:
         raise MotionError(

@@ -107,14 +107,7 @@ def survey(
 
 
 def look(at: Survey, who: Candidate, first: int, last: int) -> Look:
-    """The pixels of one person between two frames, `last` excluded.
-
-    Args:
-        at: the survey.
-        who: one of its candidates.
-        first: first frame.
-        last: one past the last frame.
-    """
+    """The pixels of one person, `who` of the survey `at`, from frame `first` to `last`, which is excluded."""
     boxes, info = who.boxes[first:last], at.info
     seen = boxes[np.isfinite(boxes[:, 0])]
     space = _BESIDE * who.height

@@ -50,10 +50,8 @@ def verdict(
 
     Args:
         poses: expected poses (T, 25) [m, rad].
-        overlap: (T,) intersection over union of the body and the outline.
-        inside: (T,) share of the outline that lies on the body.
-        nobody: (T,) bool, whether the filter holds that nobody is visible.
-        seen: (T,) bool, whether the person has an outline.
+        overlap, inside: (T,) intersection over union of body and outline, and share of the outline on the body.
+        nobody, seen: (T,) bool, whether the filter holds that nobody is visible, and whether there is an outline.
         fps: frame rate [Hz].
     """
     near = max(1, round(_NEAR * fps))
@@ -78,21 +76,13 @@ def verdict(
 
 
 def intervals(reasons: Sequence[int] | np.ndarray) -> list[slice]:
-    """Runs of equal values, in order.
-
-    Args:
-        reasons: (T,).
-    """
+    """Runs of equal values of `reasons` (T,), in order."""
     edges = (np.flatnonzero(np.diff(reasons)) + 1).tolist()
     return [slice(a, b) for a, b in zip([0, *edges], [*edges, len(reasons)], strict=True) if b > a]
 
 
 def losses(reasons: np.ndarray) -> list[Lost]:
-    """The times in which nobody is followed.
-
-    Args:
-        reasons: (T,) of `verdict`.
-    """
+    """The times in which nobody is followed, from the `reasons` (T,) of `verdict`."""
     return [
         Lost(run.start, run.stop - 1, REASONS[reasons[run.start]], bool(reasons[run.start] == ABSENT))
         for run in intervals(reasons)
