@@ -24,15 +24,9 @@ _SPARE = 3.0  # [s] length of a reaching recording beyond that of an episode
 
 
 def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorld:
-    """`n` people who stand and move an arm, each in front of their own camera.
+    """`n` people who stand and move an arm by `motion`, each in front of their own camera.
 
-    Args:
-        n: number of episodes.
-        motion: source of the arm's motion.
-        arguments: see `picture_world`.
-
-    Raises:
-        MotionError: an invalid argument.
+    The other `arguments`, and errors, are those of `picture_world`.
     """
     return picture_world(
         n,
@@ -50,9 +44,6 @@ class ArmTracking(SimulatedTracking):
     The setting of Sidenbladh, Black & Sigal (2002, section 6): a person stands still and moves the right arm, which has
     four degrees of freedom. Images are stabilised: the shoulder is always in the centre. Each step shows the next
     image, and the agent estimates the joint angles, or the positions of elbow and wrist.
-
-    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
-    discount of γ = 0 is right.
 
     Positions are in metres: the person stands at the origin and looks along x, y is left, z up, the ground at z = 0.
     The camera is 2.4 m from the shoulder, level with it.
@@ -117,11 +108,7 @@ class ArmTrackingVector(SimulatedTrackingVector):
 
 @dataclass(frozen=True)
 class ArmMotion:
-    """Motion of the right arm alone.
-
-    Attributes:
-        source: of the motion; "reach" is synthesised here.
-    """
+    """Motion of the right arm alone, from a `source`; "reach" is synthesised here."""
 
     source: Source
 

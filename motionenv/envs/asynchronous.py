@@ -26,11 +26,9 @@ Step = tuple[Observation, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
 class Asynchronous:
-    """`async_reset`, `send` and `recv`, for a vector environment that can step some of its sub-environments.
+    """`async_reset`, `send` and `recv`, for `num_envs` sub-environments of which some can be stepped.
 
-    Args:
-        num_envs: number of sub-environments.
-        batch_size: number of sub-environments that `recv` returns; None for all.
+    `recv` returns `batch_size` of them; None is all.
     """
 
     world: World
@@ -46,10 +44,7 @@ class Asynchronous:
         self._worker: ThreadPoolExecutor | None = None
 
     def async_reset(self, *, seed: int | Sequence[int | None] | None = None) -> None:
-        """Start new episodes in all sub-environments, whose first observations `recv` then returns.
-
-        Args:
-            seed: as in `reset`.
+        """Start new episodes in all sub-environments, with `seed` as in `reset`; `recv` returns what they observe.
 
         Raises:
             MotionError: a wrong number of seeds, or environments that have been sent and not received.

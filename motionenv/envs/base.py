@@ -37,9 +37,7 @@ class World(Protocol):
     slot depends neither on n nor on the other slots.
 
     Attributes:
-        n: number of slots.
-        horizon: number of estimates in an episode.
-        fps: frame rate [Hz].
+        n, horizon, fps: number of slots, number of estimates in an episode, and frame rate [Hz].
         observation_space, action_space: of one environment.
         scale: maps actions to estimates.
         time: (n,) the current frame of each episode, from 0 to `horizon`.
@@ -54,19 +52,10 @@ class World(Protocol):
     time: np.ndarray
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
-        """Start new episodes at frame 0.
-
-        Args:
-            slots: (k,) slot indices.
-            rngs: the generator of each.
-        """
+        """Start new episodes at frame 0 of `slots` (k,), each with its generator of `rngs`."""
 
     def observe(self, slots: np.ndarray) -> Observation:
-        """Observations of the current frames, (k, ...) in new arrays; repeated calls return the same.
-
-        Args:
-            slots: (k,) slot indices, ascending.
-        """
+        """Observations (k, ...) of the current frames of `slots` (k,), ascending, in new arrays, always the same."""
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Error (n,) [m] and reward (n,) of `actions` (n, ...), float64 inside the space, for the current frames."""
@@ -78,12 +67,9 @@ class World(Protocol):
         """Ground truth of the current frame of the episode in `slot`."""
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
-        """Render an image, uint8 (H, W, 3) with H and W of at least 256.
+        """Render an image of a `slot`, uint8 (H, W, 3) with H and W of at least 256.
 
-        Args:
-            slot: slot index.
-            estimate: for the frame before the current one, which is then shown with the estimate overlaid; None shows
-                the current frame alone.
+        It shows the frame before the current one with the `estimate` for it; None shows the current frame alone.
         """
 
     def close(self) -> None:
@@ -145,9 +131,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
         """Start a new episode; returns the observation of its frame 0, and an empty info.
 
-        Args:
-            seed: seeds the sequence of episodes from here on; None continues with the current generator.
-            options: ignored.
+        `seed` seeds the episodes from here on; None continues with the current generator. `options` are ignored.
         """
         super().reset(seed=seed)
         self.world.begin(self._slots, [self.np_random])
@@ -158,15 +142,12 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Score the estimate for the last observed frame, and observe the next.
 
-        Args:
-            action: the estimate, inside `action_space`.
-
         Returns:
             Observation, reward, terminated, which is always False, truncated, info; info holds the estimate's mean
             per-joint "error" [m], and whether the track is "lost".
 
         Raises:
-            MotionError: an action of another shape, not numeric, not finite or out of bounds; the state is unchanged.
+            MotionError: `action` isn't inside `action_space`, numeric and finite; the state is unchanged.
             ResetNeeded: before the first `reset`, or after the end of an episode.
         """
         if not self._running:
@@ -217,14 +198,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         self.world.close()
 
     def check_begun(self, what: str) -> None:
-        """Raise if there is no episode.
-
-        Args:
-            what: requested item, for the message.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
-        """
+        """Raise ResetNeeded, which names `what` was asked for, before the first `reset`."""
         if not self._begun:
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
@@ -247,12 +221,9 @@ class TrackingEnv(OfWorld, gymnasium.Env):
 
 
 class SimulatedTracking(TrackingEnv):
-    """A tracking environment that makes its world; subclasses say of what.
+    """A tracking environment that makes its world from `arguments`; subclasses say of what.
 
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        lost_after: error [m] beyond which the track counts as lost; None never does.
-        arguments: of the world.
+    `render_mode` and `lost_after` are as in `TrackingEnv`.
     """
 
     make_world: Callable[..., World]
@@ -276,35 +247,24 @@ def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
 
 
 def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
-    """`mode`, which must be one of `modes` or None.
-
-    Raises:
-        MotionError: it is neither.
-    """
+    """`mode`, which must be one of `modes` or None; otherwise it raises a MotionError."""
     if mode is not None and mode not in modes:
         raise MotionError(f"render_mode must be None or one of {', '.join(modes)}, got {mode!r}")
     return mode
 
 
 def checked_lost_after(lost_after: float | None) -> float | None:
-    """`lost_after`, which must be above 0 [m] or None.
-
-    Raises:
-        MotionError: it is neither.
-    """
+    """`lost_after`, which must be above 0 [m] or None; otherwise it raises a MotionError."""
     return None if lost_after is None else checked_number(lost_after, "lost_after", above=0, unit="metres")
 
 
 def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
-    """Actions (n, ...) as float64, each inside `space`.
+    """Actions (n, ...) as float64, each inside the `space` of a single environment, which must contain 0.
 
-    Args:
-        actions: one per environment.
-        space: of a single environment; must contain 0.
-        read: (n,) bool, which actions are used; the others become 0. None uses all.
+    Only those that `read` (n,) bool tells are used, None is all; the others become 0.
 
     Raises:
-        MotionError: another shape, not numeric, not finite or out of bounds.
+        MotionError: another shape of `actions`, not numeric, not finite or out of bounds.
     """
     try:
         actions = np.asarray(actions)

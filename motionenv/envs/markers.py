@@ -29,12 +29,10 @@ def marker_world(
     unit: str | None = None,
     actions: str = "normalised",
 ) -> MarkerWorld:
-    """Walkers in place, each in front of their own camera.
+    """`n` walkers in place, each in front of their own camera.
 
-    Args:
-        n: number of episodes.
-        motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon: see `MarkerTracking`.
-        speed, height, file_fps, unit, actions: see `MarkerTracking`.
+    motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon, speed, height, file_fps, unit and
+    actions: see `MarkerTracking`.
 
     Raises:
         MotionError: an invalid argument.
@@ -62,9 +60,6 @@ class MarkerTracking(SimulatedTracking):
     The setting of Zhang & Troje (2007, section 4.3) as a filtering problem: a static camera sees 15 markers of a person
     who walks in place, as on a treadmill, in an unknown direction. Each frame gives what a point tracker gives: 2D
     positions with noise, some missing. The agent estimates the 3D positions of the markers.
-
-    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
-    discount of γ = 0 is right.
 
     The world is fixed to the camera: x to the right in the image, y away from the camera, z up, the origin on the
     ground at the walker's mean position. Walking along (cos α, -sin α), the walker is seen at the paper's view angle α:

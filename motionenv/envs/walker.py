@@ -14,16 +14,9 @@ from motionenv.envs.vector import SimulatedTrackingVector
 def walker_world(
     n: int, *, motion: str = "walk/fpca", start: str = "near", path: str = "straight", **arguments: Any
 ) -> PictureWorld:
-    """`n` walkers, each in front of their own camera.
+    """`n` walkers, each in front of their own camera; `motion`, `start` and `path` are as in `WalkerTracking`.
 
-    Args:
-        n: number of episodes.
-        motion: source of motion.
-        start, path: where and whereto people walk, of `STARTS` and `PATHS`.
-        arguments: see `picture_world`.
-
-    Raises:
-        MotionError: an invalid argument.
+    The other `arguments`, and errors, are those of `picture_world`.
     """
 
     def direct(source: Source, camera: str | float) -> tuple[Source, WalkingView]:
@@ -38,9 +31,6 @@ class WalkerTracking(SimulatedTracking):
     ## Description
     A person walks; each step shows the next image, and the agent estimates the person's pose. Body, clothes and gait
     differ between episodes, and where people walk and whereto; view, scenery, noise and light too, if enabled.
-
-    Actions never change what is seen: this is an estimation problem, each action is judged by its own reward, and a
-    discount of γ = 0 is right.
 
     Positions are in metres: z up, the ground at z = 0; seen from the side, x goes to the right of the image, y away
     from the camera. A static camera is 1.1 m high and level, 3.5 m and another 1.5 m per second of an episode away from

@@ -26,20 +26,13 @@ class _Screen(gymnasium.Env):
 
 
 class Window(HumanRendering):
-    """A window; each `step` shows an image in it.
-
-    Args:
-        fps: highest frame rate.
-    """
+    """A window; each `step` shows an image in it, at `fps` at most."""
 
     def __init__(self, fps: int):
         super().__init__(_Screen(fps))
 
     def step(self, action: np.ndarray) -> tuple:
-        """Show an image.
-
-        Args:
-            action: uint8 (H, W, 3).
+        """Show an image: `action`, uint8 (H, W, 3).
 
         Raises:
             DependencyNotInstalled: pygame is missing.

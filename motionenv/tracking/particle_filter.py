@@ -63,8 +63,7 @@ class Belief:
     def expected_joints(self, skeleton: Skeleton) -> np.ndarray:
         """Expected marker positions (15, 3) [m]; more accurate than the markers of the mean pose.
 
-        Args:
-            skeleton: the prior's; particles with a size of their own are scaled.
+        `skeleton` is the prior's; particles with a size of their own are scaled.
         """
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
@@ -138,24 +137,16 @@ class ParticleFilter:
         self._state: Any = None
 
     def start(self, start: Start) -> None:
-        """Draw particles for the first frame, before it is observed.
-
-        Args:
-            start: what is known of the first frame.
-        """
+        """Draw particles for the first frame, of which `start` says what is known, before it is observed."""
         self._state = self.prior.initial(start, self.n, self._rng)
         self._log_weights = np.full(self.n, -np.log(self.n))
         self._began, self._lost = False, 0
 
     def step(self, **observation: Any) -> Belief:
-        """Process one frame and return its posterior.
-
-        Args:
-            observation: arguments of the likelihood's `observe`.
+        """Process one frame, the arguments `observation` of the likelihood's `observe`, and return its posterior.
 
         Raises:
-            MotionError: not started, an observation that the likelihood rejects, or a prior that proposes non-finite
-                poses.
+            MotionError: not started, an observation that the likelihood rejects, or a prior's non-finite poses.
         """
         if self._state is None:
             raise MotionError("the filter is not started: call start(Start.at(pose)) first")
@@ -287,10 +278,7 @@ class ParticleFilter:
 
 
 def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, restart: Any = None) -> None:
-    """Validate options of a `ParticleFilter`.
-
-    Args:
-        n, resample, layers, hidden, restart: as in `ParticleFilter`.
+    """Validate the options n, resample, layers, hidden and restart of a `ParticleFilter`.
 
     Raises:
         MotionError: an option is out of range.

@@ -33,10 +33,7 @@ _SPREAD = 0.02  # [m, rad] standard deviation of the oracle's beliefs
 class MeanPose:
     """Always the mean pose of walking in the middle of the world; for an arm, the mean of reaching.
 
-    If the walking direction is unknown, as in MarkerTracking, the mean is over all directions.
-
-    Args:
-        env: the environment, single or vector.
+    If the walking direction is unknown in the `env`, as in MarkerTracking, the mean is over all directions.
     """
 
     def __init__(self, env):
@@ -112,10 +109,7 @@ class ConstantVelocity:
 
 
 class Blob(ConstantVelocity):
-    """The mean pose at the centre of what the last frame shows; it remembers nothing else.
-
-    Args:
-        env: the environment, single or vector, of walkers or markers.
+    """The mean pose at the centre of what the last frame of `env` shows; it remembers nothing else.
 
     Raises:
         MotionError: ArmTracking, where silhouettes don't move.
@@ -138,10 +132,9 @@ class Blob(ConstantVelocity):
 
 
 class Oracle:
-    """Returns the ground truth; as a belief, poses around it.
+    """Returns the ground truth of `env`; as a belief, poses around it.
 
     Args:
-        env: the environment, single or vector.
         spread: standard deviation of each entry of a belief's poses [m, rad]; 0 gives the best possible score.
         seed: of the spread.
 
@@ -172,11 +165,7 @@ class Oracle:
 
 @lru_cache(maxsize=4)
 def walking_poses(n: int) -> np.ndarray:
-    """Poses (n, 25) of walkers along x at x = y = 0; for n = 1 the mean pose over the mean walker's cycle.
-
-    Args:
-        n: number of poses; more than one are of different walkers at different phases, always the same.
-    """
+    """Poses (n, 25) of different walkers along x at x = y = 0, always the same; for n = 1 the mean over a cycle."""
     model = load(_WALK)
     if n == 1:
         mean = model.person_mean_
@@ -195,11 +184,7 @@ def walking_poses(n: int) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def reaching_poses(n: int) -> np.ndarray:
-    """Poses (n, 25) of people who stand at x = y = 0 and reach with the right arm; for n = 1 the mean.
-
-    Args:
-        n: number of poses; more than one are independent, always the same.
-    """
+    """Poses (n, 25), always the same, of people at x = y = 0 who reach with the right arm; for n = 1 the mean."""
     angles = reach(_REACHED, 30.0, np.random.default_rng(0))
     poses = np.zeros((n, len(POSE)))
     poses[:, 2] = _STANDING * from_height().height

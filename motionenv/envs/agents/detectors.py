@@ -21,9 +21,7 @@ _SURE = 0.9  # foreground probability above which a pixel of a colour image coun
 class SeenPoints:
     """2D points of n environments, extrapolated at constant velocity while they are missing.
 
-    Args:
-        never: (15, 2), assumed positions of points that have never been seen.
-        n: number of environments.
+    `never` (15, 2) are the assumed positions of points that have never been seen.
     """
 
     def __init__(self, never: np.ndarray, n: int):
@@ -56,11 +54,8 @@ class SeenPoints:
 class SeenWalkers:
     """Positions and headings of walkers on the ground, from their silhouettes in n environments.
 
-    A line through the positions over time, by weighted least squares, is extrapolated while nothing is seen.
-
-    Args:
-        n: number of environments.
-        kept: weight of a frame relative to the next; 0 uses only the last frame in which a walker was seen.
+    A line through the positions over time, by least squares, is extrapolated while nothing is seen. A frame weighs
+    `kept` times as much as the next; 0 uses only the last frame in which a walker was seen.
     """
 
     def __init__(self, n: int, kept: float = 0.97):
@@ -82,8 +77,7 @@ class SeenWalkers:
 
         Args:
             pictures: by name, "mask", "depth" or "rgb", each (n, height, width, channels).
-            far: depth [m] of the background.
-            fps: frame rate [Hz].
+            far, fps: depth [m] of the background, and frame rate [Hz].
         """
         for slot in range(len(self._time)):
             if "mask" in pictures:

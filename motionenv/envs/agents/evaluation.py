@@ -12,19 +12,13 @@ class Agent(Protocol):
     """Acts in a single or a vector environment."""
 
     def reset(self, observation, began=None) -> None:
-        """Begin episodes.
+        """Begin the episodes whose first `observation` this is.
 
-        Args:
-            observation: their first; in a vector environment, that of all sub-environments.
-            began: in a vector environment, which episodes begin, bool (n,); None is all.
+        In a vector environment it is that of all, and `began`, bool (n,), tells which begin; None is all.
         """
 
     def act(self, observation) -> np.ndarray:
-        """The action: an estimate for the frame just observed.
-
-        Args:
-            observation: of the environment.
-        """
+        """The action: an estimate for the frame just observed, whose `observation` this is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +41,8 @@ def evaluate(env, agent: Agent, episodes: int, seed: int | None = None) -> Score
 
     Args:
         env: a tracking environment of Gymnasium, single or vector, in any autoreset mode, wrapped or not.
-        agent: the agent.
-        episodes: number of episodes, at least 1; distributed evenly over the sub-environments of a vector, independent
-            of their lengths.
-        seed: of the environment.
+        agent, seed: who acts, and the environment's seed.
+        episodes: at least 1, distributed evenly over the sub-environments of a vector, whatever their lengths.
 
     Raises:
         MotionError: `episodes` isn't a whole number of at least 1.

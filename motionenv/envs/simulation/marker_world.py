@@ -36,11 +36,10 @@ class MarkerWorld:
     """A `motionenv.envs.World` of n walkers in place and a static camera.
 
     Args:
-        n: number of episodes.
+        n, actions: number of episodes, and as in `ActionScale`.
         source: of the motion; its frames are horizon + 1.
         sensor: marker sensor model.
         angles: range (low, high) of view angles [rad].
-        actions: see `ActionScale`.
     """
 
     def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str):
@@ -177,11 +176,7 @@ def _motion(source: Source, n: int) -> _Series | _Recorded:
 
 @lru_cache(maxsize=4)
 def fourier_walkers(split: str) -> WalkerBatch:
-    """The Fourier walkers of a split, the same in every process.
-
-    Args:
-        split: one of `SPLITS`.
-    """
+    """The Fourier walkers of a `split`, one of `SPLITS`, the same in every process."""
     seed = np.random.SeedSequence(0, spawn_key=(SPLITS.index(split),))
     return draw_walkers(load(_FOURIER), WALKERS, np.random.default_rng(seed))
 

@@ -55,12 +55,10 @@ class Source:
     Attributes:
         motion: name or path of a walking model, a motion file, or a folder of capture files.
         split: one of `SPLITS`. A single file is one person, used in both.
-        frames: number of frames of an episode.
-        fps: frame rate of an episode [Hz].
+        frames, fps: number of frames of an episode, and their rate [Hz].
         speed: (low, high) walking speed [m/s] of a model's walkers; None uses the model's own.
         height: (low, high) body height [m]; None is `HEIGHT` for models, and captured people's own.
-        file_fps: frame rate of capture files that don't specify it.
-        unit: unit of length of capture files that don't specify it.
+        file_fps, unit: frame rate and unit of length of capture files that don't specify them.
         seed: None, or the seed of `motionenv.synthesize`, whose motion every episode then shows from its first frame,
             in both splits; `speed` and `height` must then be one number given twice, or None for the model's own.
     """
@@ -105,11 +103,7 @@ class Recordings(Protocol):
     """Motion from which episodes are cut."""
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
-        """Poses (frames, 25) of an episode, a read-only view, and the body.
-
-        Args:
-            rng: the episode's generator.
-        """
+        """Poses (frames, 25) of an episode with the generator `rng`, a read-only view, and the body."""
 
 
 @lru_cache(maxsize=8)
@@ -197,8 +191,7 @@ class _Captured:
 def is_evaluated(person: str) -> bool:
     """Whether a captured person is in the "eval" split rather than in "train".
 
-    Args:
-        person: the label that `motionenv.models.motion_tree.clips.read_clips` derives from the file's name.
+    `person` is the label that `motionenv.models.motion_tree.clips.read_clips` derives from the file's name.
     """
     return zlib.crc32(person.encode()) % EVAL_SHARE == 0
 

@@ -19,12 +19,9 @@ SHOWN = 256
 
 
 class PictureWorld:
-    """A `motionenv.envs.World` of people in front of cameras.
+    """A `motionenv.envs.World` of people on a `stage` in front of cameras; `sense` is what images are observed.
 
-    Args:
-        stage: the episodes.
-        sense: observed images.
-        estimates: action space and scoring.
+    `estimates` are the action space and scoring.
     """
 
     def __init__(self, stage: Stage, sense: PictureSettings, estimates: Estimates):

@@ -47,13 +47,11 @@ class Stage:
     """n episodes: moving bodies, clothes, cameras and scenery.
 
     Args:
-        n: number of episodes.
-        motions: source of motion.
-        view: placement of people and cameras.
+        n, threads: number of episodes, and of rendering threads.
+        motions, view: source of motion, and placement of people and cameras.
         size: side of the square images [pixels], as validated by `PictureSettings`.
         scenery: background, occluders, noise.
         clothes: whether colours are random or fixed.
-        threads: rendering threads.
 
     Attributes:
         time: (n,) current frame of each episode.
@@ -92,12 +90,7 @@ class Stage:
         self._depth, self._limbs = np.empty((n, size, size), np.float32), np.empty((n, size, size), np.uint8)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
-        """Draw new people for `slots`.
-
-        Args:
-            slots: (k,) slot indices.
-            rngs: the generator of each.
-        """
+        """Draw new people for `slots` (k,), each with its generator of `rngs`."""
         recordings = self.motions.open()
         for slot, rng in zip(slots.tolist(), rngs, strict=True):
             poses, body = recordings.draw(rng)
@@ -116,12 +109,9 @@ class Stage:
         return self.poses[self._all, self.time]
 
     def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
-        """Render `slots` from their cameras; the next call overwrites depth and limbs of the result.
+        """Render `slots` (k,), ascending, `back` frames before the current one, with colours if `rgb`.
 
-        Args:
-            slots: (k,) slot indices, ascending.
-            rgb: whether to render colours.
-            back: number of frames before the current one.
+        The next call overwrites depth and limbs of the result.
         """
         people = self.offsets, self.radii, self.heights, self.colours, self.K, self.R, self.t
         if len(slots) < self.n:
@@ -150,14 +140,10 @@ class Stage:
 
 
 class PictureSettings:
-    """Observed images: one of `SENSES`, or several as a flat Dict.
-
-    Args:
-        observation: a name, or a sequence of different names.
-        size: side of the square images [pixels].
+    """Observed images, square with side `size` [pixels]: an `observation` of `SENSES`, or several as a flat Dict.
 
     Raises:
-        MotionError: no such name or size.
+        MotionError: no such name or size, or a name given twice.
     """
 
     def __init__(self, observation: str | Sequence[str], size: int):

@@ -55,22 +55,12 @@ class Placed:
 
 
 class View(Protocol):
-    """Placement of people and cameras.
-
-    Attributes:
-        reach: of normalised actions along x and y [m].
-    """
+    """Placement of people and cameras; `reach` is that of normalised actions along x and y [m]."""
 
     reach: float
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
-        """Transform poses (frames, 25) in place to the world, and place a camera.
-
-        Args:
-            poses: the motion of an episode.
-            body: the skeleton.
-            rng: the episode's generator.
-        """
+        """Transform `poses` (frames, 25) of a `body` in place to the world, and place a camera, both with `rng`."""
 
 
 class WalkingView:
@@ -78,10 +68,8 @@ class WalkingView:
 
     Args:
         camera: "side", "front", a view angle in degrees, "random" (any angle), or "follow" (from the side).
-        fps: frame rate [Hz].
-        seconds: duration of an episode.
-        start: one of `STARTS`.
-        path: one of `PATHS`.
+        fps, seconds: frame rate [Hz], and duration of an episode.
+        start, path: one of `STARTS`, and one of `PATHS`.
 
     Raises:
         MotionError: no such camera, start or path.
@@ -130,11 +118,7 @@ class WalkingView:
 
 
 class ArmView:
-    """The right shoulder in the centre of the image, at a fixed distance.
-
-    Args:
-        camera: "side", "front", a view angle in degrees, or "random" (any angle).
-    """
+    """The right shoulder in the centre of the image of a `camera` as in `checked_angle`, at a fixed distance."""
 
     def __init__(self, camera: str | float):
         self.camera, self.reach = checked_angle(camera), _ROOM
@@ -154,26 +138,17 @@ def level(angle: float) -> np.ndarray:
 
 
 def drawn_angle(camera: str | float, rng: np.random.Generator) -> float:
-    """The view angle [rad] of an episode.
-
-    Args:
-        camera: validated by `checked_angle`.
-        rng: the episode's generator.
-    """
+    """The view angle [rad] of an episode with generator `rng`, for a `camera` validated by `checked_angle`."""
     if camera == "random":
         return float(rng.uniform(-math.pi, math.pi))
     return math.radians(_NAMED[camera] if isinstance(camera, str) else camera)
 
 
 def checked_angle(camera: str | float, *others: str) -> str | float:
-    """`camera`, which must be "side", "front", "random", or a finite number of degrees.
-
-    Args:
-        camera: the argument.
-        others: further allowed values, for the message.
+    """`camera`, which must be "side", "front", "random" (any angle), or a view angle, a finite number of degrees.
 
     Raises:
-        MotionError: another value.
+        MotionError: another value; it names `others`, which are allowed too, elsewhere.
     """
     known = camera in {*_NAMED, "random"} if isinstance(camera, str) else is_number(camera) and math.isfinite(camera)
     if not known:

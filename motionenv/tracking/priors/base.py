@@ -24,12 +24,7 @@ class State(Protocol):
 
 
 class Prior(Protocol):
-    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles.
-
-    Attributes:
-        skeleton: the body.
-        fps: frame rate [Hz].
-    """
+    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles, for a body `skeleton` at `fps` [Hz]."""
 
     skeleton: Skeleton
     fps: float
@@ -81,12 +76,9 @@ class Start:
 
     @classmethod
     def at(cls, pose, previous=None, spread=SPREAD) -> "Start":
-        """A start at one given pose.
+        """A start at one given `pose` (25,) [m, rad], with the pose one frame earlier, `previous`, or None.
 
-        Args:
-            pose: (25,) [m, rad].
-            previous: (25,) one frame earlier, or None.
-            spread: (25,), or a number for all entries.
+        `spread` is (25,), or a number for all entries.
 
         Raises:
             MotionError: wrong shapes, or NaN in the pose.
@@ -97,12 +89,7 @@ class Start:
         return cls(pose[None], np.zeros(1), previous[None], spread)
 
     def draw(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Draw candidate indices (n,), poses (n, 25) and previous poses (n, 25), by weight and spread.
-
-        Args:
-            n: number of draws.
-            rng: random generator.
-        """
+        """Draw with `rng` candidate indices (n,), poses (n, 25) and previous poses (n, 25), by weight and spread."""
         weights = np.exp(self.log_weights - self.log_weights.max())
         which = systematic(weights, n, rng)
         noise = self.spread * rng.standard_normal((n, len(POSE)))
@@ -110,14 +97,9 @@ class Start:
 
 
 def systematic(weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Systematic resampling (Kitagawa 1996): indices (n,) drawn by `weights` (N,) with one random number.
+    """Systematic resampling (Kitagawa 1996): indices (n,) drawn by `weights` (N,) with one random number of `rng`.
 
-    Each index occurs n times its normalised weight, rounded up or down.
-
-    Args:
-        weights: (N,) at least 0, not all 0.
-        n: number of draws.
-        rng: random generator.
+    Each index occurs n times its normalised weight, rounded up or down. Weights are at least 0, not all 0.
     """
     edges = np.cumsum(weights)
     points = (rng.random() + np.arange(n)) * (edges[-1] / n)

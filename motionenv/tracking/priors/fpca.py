@@ -133,14 +133,9 @@ class FPCAPrior:
         self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:]])
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
-        """Draw `n` walkers whose poses match `start`: phase and scores by their posterior, the remainder is δ.
+        """Draw `n` walkers with `rng` that match `start`: phase and scores by their posterior, the remainder is δ.
 
         If the previous pose is known, joint velocities inform the phase, and the speed informs the pace.
-
-        Args:
-            start: the first frame.
-            n: number of walkers.
-            rng: random generator.
         """
         row, poses, _ = start.draw(n, rng)
         sizes = self._sizes(start)
@@ -156,34 +151,19 @@ class FPCAPrior:
         return self.moved(state, poses)
 
     def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
-        """The walkers one frame later; see `motionenv.tracking.priors.base.Prior`.
-
-        Args:
-            state: N walkers.
-            rng: random generator.
-        """
+        """The walkers `state` one frame later, with `rng`; see `motionenv.tracking.priors.base.Prior`."""
         return self._advanced(state, self._step, rng)
 
     def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
-        """The walkers within the same frame, with the fraction `share` of the process noise.
-
-        Args:
-            state: N walkers.
-            share: from 0 to 1.
-            rng: random generator.
-        """
+        """The walkers `state` within the same frame, with a `share` from 0 to 1 of the process noise, from `rng`."""
         noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
         noise[[1, 2, 3, 11]] = np.sqrt(1 - noise[[4, 5, 6, 12]] ** 2)  # keeps the autoregressive processes stationary
         return self._advanced(state, noise, rng)
 
     def moved(self, state: WalkState, poses: np.ndarray) -> WalkState:
-        """The walkers with other `poses` (N, 25): the deviation from the components becomes δ.
+        """The walkers `state` with other `poses` (N, 25) [m, rad]: the deviation from the components becomes δ.
 
         Angles are unwrapped to within half a turn of the components' angles.
-
-        Args:
-            state: N walkers.
-            poses: (N, 25) [m, rad].
         """
         said = state.poses - state.rest
         poses = np.array(poses, dtype=np.float64)

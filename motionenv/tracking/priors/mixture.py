@@ -18,11 +18,7 @@ from motionenv.tracking.priors.base import Prior, Start
 
 @dataclass(frozen=True, eq=False)
 class MixtureState:
-    """N bodies in the representations of both priors.
-
-    Attributes:
-        learned, general: states of the two priors, with equal poses.
-    """
+    """N bodies in the representations of both priors, `learned` and `general`, with equal poses."""
 
     learned: Any
     general: Any
@@ -63,13 +59,7 @@ class MixturePrior:
         self.skeleton, self.fps, self.size = learned.skeleton, learned.fps, getattr(learned, "size", 0.0)
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MixtureState:
-        """Draw `n` bodies from the learned prior.
-
-        Args:
-            start: the first frame.
-            n: number of bodies.
-            rng: random generator.
-        """
+        """Draw `n` bodies that begin as `start` says from the learned prior, with `rng`."""
         learned = self.learned.initial(start, n, rng)
         before = np.where(np.isnan(start.previous), np.nan, start.previous - start.poses)
         nearest = _nearest(learned.poses, start.poses)
@@ -77,34 +67,18 @@ class MixturePrior:
         return MixtureState(learned, self.general.initial(each, n, rng))
 
     def propagate(self, state: MixtureState, rng: np.random.Generator) -> MixtureState:
-        """The bodies one frame later; see `motionenv.tracking.priors.base.Prior`.
-
-        Args:
-            state: N bodies.
-            rng: random generator.
-        """
+        """The bodies `state` one frame later, with `rng`; see `motionenv.tracking.priors.base.Prior`."""
         learned, general = self.learned.propagate(state.learned, rng), self.general.propagate(state.general, rng)
         helped = rng.random((len(learned.poses), 1)) < self.share
         return self.moved(MixtureState(learned, general), np.where(helped, general.poses, learned.poses))
 
     def diffuse(self, state: MixtureState, share: float, rng: np.random.Generator) -> MixtureState:
-        """The bodies within the same frame, with the fraction `share` of the learned prior's process noise.
-
-        Args:
-            state: N bodies.
-            share: from 0 to 1.
-            rng: random generator.
-        """
+        """The bodies `state` in the same frame, with a `share` from 0 to 1 of the learned prior's noise, from `rng`."""
         learned = self.learned.diffuse(state.learned, share, rng)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 
     def moved(self, state: MixtureState, poses: np.ndarray) -> MixtureState:
-        """The bodies with other `poses` (N, 25), as far as the learned prior can represent them.
-
-        Args:
-            state: N bodies.
-            poses: (N, 25) [m, rad].
-        """
+        """The bodies `state` with other `poses` (N, 25) [m, rad], as far as the learned prior can represent them."""
         learned = self.learned.moved(state.learned, poses)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 

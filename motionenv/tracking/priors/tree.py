@@ -106,13 +106,7 @@ class TreePrior:
         self._weights, self._offset = _filter(tree)
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> TreeState:
-        """Draw `n` bodies in the poses of `start`, with the histories of windows that end similarly.
-
-        Args:
-            start: the first frame.
-            n: number of bodies.
-            rng: random generator.
-        """
+        """Draw `n` bodies with `rng` in the poses of `start`, with the histories of windows that end similarly."""
         row, drawn, _ = start.draw(n, rng)
         poses = start.poses[row]
         poses[:, self._entries] = drawn[:, self._entries]
@@ -126,12 +120,7 @@ class TreePrior:
         return TreeState(poses, history, rest)
 
     def propagate(self, state: TreeState, rng: np.random.Generator) -> TreeState:
-        """The bodies one frame later; see `motionenv.tracking.priors.base.Prior`.
-
-        Args:
-            state: N bodies.
-            rng: random generator.
-        """
+        """The bodies `state` one frame later, with `rng`; see `motionenv.tracking.priors.base.Prior`."""
         tree, entries = self.tree, self._entries
         probes = np.empty((len(state.poses), len(self._offset)), dtype=np.float32)
         kernels.coefficients_of(state.history, self._weights, self._offset, probes)
@@ -147,23 +136,15 @@ class TreePrior:
         return TreeState(poses, history, rest)
 
     def diffuse(self, state: TreeState, share: float, rng: np.random.Generator) -> TreeState:
-        """The bodies within the same frame, with the fraction `share` of the process noise.
-
-        Args:
-            state: N bodies.
-            share: from 0 to 1.
-            rng: random generator.
-        """
+        """The bodies `state` within the same frame, with a `share` from 0 to 1 of the process noise, from `rng`."""
         poses = state.poses.copy()
         poses[:, self._entries] += share * (self._noise / self._scaled) * rng.standard_normal(state.rest.shape)
         return self.moved(state, poses)
 
     def moved(self, state: TreeState, poses: np.ndarray) -> TreeState:
-        """The bodies with other `poses` (N, 25): the deviation from the history becomes δ.
+        """The bodies `state` with other `poses` (N, 25) [m, rad]: the deviation from the history becomes δ.
 
-        Args:
-            state: N bodies.
-            poses: (N, 25) [m, rad]; entries of other parts of the body are ignored.
+        Entries of parts of the body that the tree doesn't have are ignored.
         """
         new = state.poses.copy()
         new[:, self._entries] = poses[:, self._entries]
@@ -199,10 +180,7 @@ class TreePrior:
 def reaching_tree(clips: int = 300, seconds: float = 8.0, *, seed: int = 0) -> MotionTree:
     """Build a tree of right-arm reaching from synthetic motion (`motionenv.body.arm_reaching`), without capture.
 
-    Args:
-        clips: number of arms.
-        seconds: duration of each clip [s].
-        seed: of the postures.
+    It has `clips` arms, each for `seconds` [s], with postures by `seed`.
 
     Raises:
         MotionError: no clips, or clips shorter than half a second.

@@ -33,12 +33,7 @@ VELOCITY = np.array([
 
 @dataclass(frozen=True, eq=False)
 class MovingState:
-    """N bodies.
-
-    Attributes:
-        poses: (N, 25) [m, rad].
-        velocities: (N, 25) [m/s, rad/s] of the last step.
-    """
+    """N bodies: poses (N, 25) [m, rad], and velocities (N, 25) [m/s, rad/s] of the last step."""
 
     poses: np.ndarray
     velocities: np.ndarray
@@ -77,13 +72,7 @@ class VelocityPrior:
         self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * self.moves
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MovingState:
-        """Draw `n` bodies from `start`; unknown velocities are drawn from their prior.
-
-        Args:
-            start: the first frame.
-            n: number of bodies.
-            rng: random generator.
-        """
+        """Draw `n` bodies from `start` with `rng`; unknown velocities are drawn from their prior."""
         row, poses, _ = start.draw(n, rng)
         poses = np.where(self.moves, poses, start.poses[row])
         unknown = self._velocity * rng.standard_normal((n, len(POSE)))
@@ -92,46 +81,26 @@ class VelocityPrior:
         return MovingState(poses, np.where(np.isnan(said), unknown, said + noise))
 
     def propagate(self, state: MovingState, rng: np.random.Generator) -> MovingState:
-        """The bodies one frame later; see `motionenv.tracking.priors.base.Prior`.
-
-        Args:
-            state: N bodies.
-            rng: random generator.
-        """
+        """The bodies `state` one frame later, with `rng`; see `motionenv.tracking.priors.base.Prior`."""
         velocities = state.velocities + self._change * rng.standard_normal(state.poses.shape)
         return MovingState(state.poses + velocities / self.fps, velocities)
 
     def diffuse(self, state: MovingState, share: float, rng: np.random.Generator) -> MovingState:
-        """The bodies within the same frame, with the fraction `share` of the process noise.
-
-        Args:
-            state: N bodies.
-            share: from 0 to 1.
-            rng: random generator.
-        """
+        """The bodies `state` within the same frame, with a `share` from 0 to 1 of the process noise, from `rng`."""
         velocities = state.velocities + share * self._change * rng.standard_normal(state.poses.shape)
         return MovingState(state.poses + (velocities - state.velocities) / self.fps, velocities)
 
     def moved(self, state: MovingState, poses: np.ndarray) -> MovingState:
-        """The bodies with other `poses` (N, 25); velocities are updated accordingly.
-
-        Args:
-            state: N bodies.
-            poses: (N, 25) [m, rad].
-        """
+        """The bodies `state` with other `poses` (N, 25) [m, rad]; velocities are updated accordingly."""
         poses = np.where(self.moves, poses, state.poses)
         return MovingState(poses, state.velocities + (poses - state.poses) * self.fps)
 
 
 def velocity_change(motions: Iterable[Motion], fps: float = FPS) -> tuple[np.ndarray, np.ndarray]:
-    """Root mean squares (25,) over motions of velocity changes per frame, and of velocities.
+    """Root mean squares (25,) over motions of velocity changes per frame, and of velocities [m/s, rad/s].
 
-    Args:
-        motions: sequences (frames, 25), at any frame rate; gaps allowed.
-        fps: frame rate [Hz] at which to measure.
-
-    Returns:
-        `change` and `velocity` [m/s, rad/s], for `VelocityPrior`.
+    They are `change` and `velocity` of `VelocityPrior`, measured at `fps` [Hz]; `motions` (frames, 25) may have any
+    frame rate, and gaps.
 
     Raises:
         MotionError: no stretch of three frames without gaps.
@@ -144,10 +113,7 @@ def velocity_change(motions: Iterable[Motion], fps: float = FPS) -> tuple[np.nda
 
 
 def moving_entries(part: str) -> np.ndarray:
-    """Which pose entries (25,) belong to a part of the body.
-
-    Args:
-        part: a key of `motionenv.models.motion_tree.model.PARTS`.
+    """Which pose entries (25,) belong to a `part` of the body, a key of `motionenv.models.motion_tree.model.PARTS`.
 
     Raises:
         MotionError: unknown part.

@@ -67,12 +67,9 @@ class Candidate:
 
 
 def evidence(mover: Mover, labels: np.ndarray, fps: float) -> np.ndarray:
-    """Travel, jitter, uprightness, rhythm, duration [s] and height [pixels] (6,) of a mover, as in `Candidate`.
+    """Travel, jitter, uprightness, rhythm, duration [s] and height [pixels] (6,) of a `mover`, as in `Candidate`.
 
-    Args:
-        mover: the mover.
-        labels: of the outlines (T, height, width).
-        fps: frame rate [Hz].
+    `labels` are those of the outlines (T, height, width), at `fps` [Hz].
     """
     frames = np.flatnonzero(mover.seen & ~mover.merged)
     frames = frames if len(frames) > 2 else np.flatnonzero(mover.seen)
@@ -117,13 +114,9 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def candidates(movers: Sequence[Mover], labels: np.ndarray, fps: float, scale: float = 1.0) -> list[Candidate]:
-    """Movers that are seen for long enough, the likeliest walker first.
+    """Movers (of `linked`) that are seen for long enough, the likeliest walker first.
 
-    Args:
-        movers: of `linked`.
-        labels: of the outlines (T, height, width).
-        fps: frame rate [Hz].
-        scale: pixels of the film per pixel of `labels`.
+    `labels` are those of the outlines (T, height, width), at `fps` [Hz]; `scale`: pixels of the film per pixel of them.
     """
     long = [m for m in movers if m.seen.sum() >= _BRIEF * fps]
     pieces = [[evidence(p, labels, fps) for p in _pieces(m, fps)] for m in long]
@@ -150,13 +143,11 @@ def chosen(
     point: Sequence[float] | None = None,
     at: float | None = None,
 ) -> Candidate:
-    """The candidate that is asked for, or the likeliest walker.
+    """The candidate of `found` that is asked for, or the likeliest walker.
 
     Args:
-        found: of `candidates`.
         person: its number.
-        box: (x, y, width, height) around it in some frame [pixels of the film].
-        point: (x, y) on it in some frame [pixels of the film].
+        box, point: (x, y, width, height) around it, or (x, y) on it, in some frame [pixels of the film].
         at: [s] the moment of `box` or `point`; None is any.
 
     Raises:

@@ -22,11 +22,9 @@ _SOON, _STEP = 0.5, 0.08  # a walker moves at least _STEP body heights in _SOON 
 
 
 def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
-    """First frame with a complete person away from the image's sides, and one past the last such frame.
+    """First frame with a complete person away from the sides of images `width` wide, and one past the last such frame.
 
-    Args:
-        boxes: (T, 4) first and last column, first and last row; NaN where the person isn't seen.
-        width: of the images [pixels].
+    `boxes` (T, 4) are first and last column, first and last row [pixels]; NaN where the person isn't seen.
 
     Raises:
         MotionError: no person is seen for long enough.
@@ -44,11 +42,9 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
 
 
 def departure_frame(boxes: np.ndarray, fps: float) -> int:
-    """First frame from which a completely visible person walks; 0 if there is none.
+    """First frame, at `fps` [Hz], from which a completely visible person walks; 0 if there is none.
 
-    Args:
-        boxes: (T, 4) first and last column, first and last row; NaN where the person isn't seen.
-        fps: frame rate [Hz].
+    `boxes` are as in `span`.
     """
     tall = boxes[:, 3] - boxes[:, 2]
     soon = max(1, round(_SOON * fps))
@@ -61,11 +57,7 @@ def departure_frame(boxes: np.ndarray, fps: float) -> int:
 def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) -> Camera:
     """A camera that sees a standing person on the ground in the boxes; the world's origin projects to the image centre.
 
-    Args:
-        boxes: (T, 4) [pixels]; NaN rows are ignored.
-        skeleton: of the person.
-        width: of the images [pixels].
-        height: of the images [pixels].
+    `boxes` (T, 4) of a person with `skeleton` [pixels] may have NaN rows; images have `width` and `height` [pixels].
 
     Raises:
         MotionError: no box.
@@ -86,12 +78,7 @@ def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) 
 
 
 def resized(camera: Camera, width: int, height: int) -> Camera:
-    """The same camera for images of another size.
-
-    Args:
-        camera: the camera.
-        width: of the images [pixels].
-        height: of the images [pixels].
+    """The same `camera` for images of another size, `width` times `height` [pixels].
 
     Raises:
         MotionError: the aspect ratio differs.
@@ -110,14 +97,11 @@ def resized(camera: Camera, width: int, height: int) -> Camera:
 
 
 def standing_height(boxes: np.ndarray, camera: Camera) -> float:
-    """Body height [m] of a person who stands or walks on the ground in the boxes of a known camera.
+    """Body height [m] of a person who stands or walks on the ground in `boxes` (T, 4) of a known `camera` [pixels].
 
     The ray through a box's lower edge meets the ground at the feet, and the ray through its upper edge passes the top
-    of the head above them. Errors from the nearer foot and from strides cancel to within a few per cent.
-
-    Args:
-        boxes: (T, 4) [pixels]; NaN rows are ignored.
-        camera: of the same images.
+    of the head above them. Errors from the nearer foot and from strides cancel to within a few per cent. NaN rows are
+    ignored.
 
     Raises:
         MotionError: the boxes can't be a person on this camera's ground.

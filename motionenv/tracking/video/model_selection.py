@@ -31,8 +31,7 @@ def advantage(
     """Log-odds in favour of one track of a video over another.
 
     Args:
-        one: expected poses (T, 25) [m, rad].
-        other: those of the other track (T, 25).
+        one, other: expected poses (T, 25) [m, rad] of the two.
         likelihood: of masks.
         film: (T, height, width) foreground probabilities.
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.

@@ -55,15 +55,12 @@ class MultiStart:
     """Tracks the person in the foregrounds of a video.
 
     Attributes:
-        prior: motion prior.
-        back: the same for reversed time.
+        prior, back: motion prior, and the same for reversed time.
         likelihood: of masks.
         film: (T, height, width) foreground probabilities.
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
         begin: frame to start at.
-        particles: number of particles of the filter.
-        layers: annealing layers.
-        rng: random generator.
+        particles, layers, rng: of the filter.
     """
 
     prior: Prior
@@ -79,9 +76,7 @@ class MultiStart:
     def best(self, attempts: int, tick: Callable[[int], None]) -> Attempt:
         """The best of several tracks; every second one starts from the mirror image of the best so far.
 
-        Args:
-            attempts: number of tracks.
-            tick: called with the number of frames processed so far, over all tracks.
+        There are `attempts`; `tick` is called with the number of frames processed so far, over all of them.
         """
         best: Attempt | None = None
         for k in range(attempts):
@@ -154,22 +149,14 @@ class _Record:
 
 
 def exchanged(start: Start) -> Start:
-    """Mirror a start in the walker's sagittal plane: left and right limbs swap roles.
-
-    Args:
-        start: any.
-    """
+    """Mirror a `start` in the walker's sagittal plane: left and right limbs swap roles."""
     return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
 def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> tuple[float, float]:
-    """Intersection of a pose's silhouette and a foreground (height, width), over their union and over the foreground.
+    """Intersection of a silhouette and `foreground` (height, width), over their union and over the foreground.
 
-    Args:
-        pose: (25,) [m, rad].
-        skeleton: the body.
-        camera: of the foreground.
-        foreground: probabilities.
+    The silhouette is that of a `pose` (25,) [m, rad] of `skeleton` in the foreground's `camera`.
     """
     from motionenv.render import render
 

@@ -19,9 +19,7 @@ _FEWEST = 4  # blocks that must be able to tell
 def moving_share(frames: np.ndarray, fps: float) -> float:
     """Share of pairs of frames, `_LAG` apart, between which the camera moves.
 
-    Args:
-        frames: uint8 (T, height, width, 3).
-        fps: frame rate [Hz].
+    `frames` are uint8 (T, height, width, 3) at `fps` [Hz].
     """
     grey = np.asarray(frames).mean(axis=-1, dtype=np.float32)
     rows, columns = (n // _BLOCKS for n in grey.shape[1:])
@@ -32,11 +30,7 @@ def moving_share(frames: np.ndarray, fps: float) -> float:
 
 
 def refuse_moving(frames: np.ndarray, fps: float) -> None:
-    """Refuse a film by a moving camera.
-
-    Args:
-        frames: uint8 (T, height, width, 3).
-        fps: frame rate [Hz].
+    """Refuse a film, `frames` and `fps` as in `moving_share`, by a moving camera.
 
     Raises:
         MotionError: the camera moves.

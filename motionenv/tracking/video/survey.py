@@ -80,13 +80,11 @@ class Look:
 def survey(
     path, *, fps: float | None, seconds: float, background=None, region: Sequence[float] | None = None
 ) -> Survey:
-    """Look at a film.
+    """Look at the film at `path`.
 
     Args:
-        path: of the video.
         fps: rate to look at [Hz]; None uses the video's own, divided by a whole number.
-        seconds: most seconds to use.
-        background: as in `track_video`.
+        seconds, background: most seconds to use, and as in `track_video`.
         region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at; None is everywhere.
 
     Raises:
@@ -107,14 +105,7 @@ def survey(
 
 
 def look(at: Survey, who: Candidate, first: int, last: int) -> Look:
-    """The pixels of one person between two frames, `last` excluded.
-
-    Args:
-        at: the survey.
-        who: one of its candidates.
-        first: first frame.
-        last: one past the last frame.
-    """
+    """The pixels of one person, a candidate `who` of the survey `at`, from frame `first` to before `last`."""
     boxes, info = who.boxes[first:last], at.info
     seen = boxes[np.isfinite(boxes[:, 0])]
     space = _BESIDE * who.height

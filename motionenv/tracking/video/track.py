@@ -157,12 +157,7 @@ def find_people(
 ) -> list[Candidate]:
     """What moves in a video, the likeliest walking person first; `track_video` takes the number as `person`.
 
-    Args:
-        path: of the video.
-        fps: as in `track_video`.
-        seconds: most seconds of the video to use.
-        background: as in `track_video`.
-        region: as in `track_video`.
+    `path`, `fps`, `seconds`, `background` and `region` are as there.
 
     Raises:
         FormatError: not a video, or a damaged one.

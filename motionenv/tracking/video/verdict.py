@@ -28,13 +28,9 @@ _LEAST_FOLLOWED = 0.3  # share of the frames in which the person is seen
 
 @dataclass(frozen=True)
 class Lost:
-    """A time in which nobody is followed.
+    """A time in which nobody is followed, from frame `first` to `last`, for a `reason` of `REASONS`.
 
-    Attributes:
-        first: first frame.
-        last: last frame.
-        reason: one of `REASONS`.
-        left: whether the person is only outside the picture, rather than lost.
+    `left` tells whether the person is only outside the picture, rather than lost.
     """
 
     first: int
@@ -78,21 +74,13 @@ def verdict(
 
 
 def intervals(reasons: Sequence[int] | np.ndarray) -> list[slice]:
-    """Runs of equal values, in order.
-
-    Args:
-        reasons: (T,).
-    """
+    """Runs of equal values of `reasons` (T,), in order."""
     edges = (np.flatnonzero(np.diff(reasons)) + 1).tolist()
     return [slice(a, b) for a, b in zip([0, *edges], [*edges, len(reasons)], strict=True) if b > a]
 
 
 def losses(reasons: np.ndarray) -> list[Lost]:
-    """The times in which nobody is followed.
-
-    Args:
-        reasons: (T,) of `verdict`.
-    """
+    """The times in which nobody is followed, by the `reasons` (T,) of `verdict`."""
     return [
         Lost(run.start, run.stop - 1, REASONS[reasons[run.start]], bool(reasons[run.start] == ABSENT))
         for run in intervals(reasons)
