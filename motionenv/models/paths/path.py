@@ -150,7 +150,7 @@ def random_path(
     """A path that winds left and right: curvature is a smooth Gaussian process of `rng`, kept within ±1/radius.
 
     Args:
-        length, heading, start: as in `Path.line`, at the start.
+        length, heading, start: as in `Path.line`; the heading is that at the start.
         radius: least radius of a turn [m], from 0.6; half as sharp turns are usual.
         scale: over which length curvature changes [m], from 0.5.
 
