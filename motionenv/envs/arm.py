@@ -24,15 +24,9 @@ _SPARE = 3.0  # [s] length of a reaching recording beyond that of an episode
 
 
 def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorld:
-    """`n` people who stand and move an arm, each in front of their own camera.
+    """`n` people who stand and move an arm by `motion`, each in front of their own camera.
 
-    Args:
-        n: number of episodes.
-        motion: source of the arm's motion.
-        arguments: see `picture_world`.
-
-    Raises:
-        MotionError: an invalid argument.
+    The other `arguments`, and errors, are those of `picture_world`.
     """
     return picture_world(
         n,

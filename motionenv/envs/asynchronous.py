@@ -41,10 +41,7 @@ class Asynchronous:
         self._worker: ThreadPoolExecutor | None = None
 
     def async_reset(self, *, seed: int | Sequence[int | None] | None = None) -> None:
-        """Start new episodes in all sub-environments, whose first observations `recv` then returns.
-
-        Args:
-            seed: as in `reset`.
+        """Start new episodes in all sub-environments, with `seed` as in `reset`; `recv` returns what they observe.
 
         Raises:
             MotionError: a wrong number of seeds, or environments that have been sent and not received.

@@ -37,9 +37,7 @@ class World(Protocol):
     slot depends neither on n nor on the other slots.
 
     Attributes:
-        n: number of slots.
-        horizon: number of estimates in an episode.
-        fps: frame rate [Hz].
+        n, horizon, fps: number of slots, number of estimates in an episode, and frame rate [Hz].
         observation_space, action_space: of one environment.
         scale: maps actions to estimates.
         time: (n,) the current frame of each episode, from 0 to `horizon`.
@@ -144,15 +142,12 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Score the estimate for the last observed frame, and observe the next.
 
-        Args:
-            action: the estimate, inside `action_space`.
-
         Returns:
             Observation, reward, terminated, which is always False, truncated, info; info holds the estimate's mean
             per-joint "error" [m], and whether the track is "lost".
 
         Raises:
-            MotionError: an action of another shape, not numeric, not finite or out of bounds; the state is unchanged.
+            MotionError: `action` isn't inside `action_space`, numeric and finite; the state is unchanged.
             ResetNeeded: before the first `reset`, or after the end of an episode.
         """
         if not self._running:
@@ -264,15 +259,12 @@ def checked_lost_after(lost_after: float | None) -> float | None:
 
 
 def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
-    """Actions (n, ...) as float64, each inside `space`.
+    """Actions (n, ...) as float64, each inside the `space` of a single environment, which must contain 0.
 
-    Args:
-        actions: one per environment.
-        space: of a single environment; must contain 0.
-        read: (n,) bool, which actions are used; the others become 0. None uses all.
+    Only those that `read` (n,) bool tells are used, None is all; the others become 0.
 
     Raises:
-        MotionError: another shape, not numeric, not finite or out of bounds.
+        MotionError: another shape of `actions`, not numeric, not finite or out of bounds.
     """
     try:
         actions = np.asarray(actions)

@@ -39,16 +39,13 @@ def picture_world(
     unit: str | None = None,
     threads: int | None = 1,
 ) -> PictureWorld:
-    """People, each in front of their own camera.
+    """`n` people, each in front of their own camera.
 
     Args:
-        n: number of episodes.
         direct: makes the motion and the view from the source of motion and `camera`.
-        motion, motion_seed: source of motion, see `motionenv.envs.WalkerTracking`.
         scored: scored pose entries and joints, arguments of `Estimates`.
-        split, size, observation, camera, background, distractors, occluders, noise, brightness, fps, horizon: see
-            `motionenv.envs.WalkerTracking`.
-        speed, height, clothes, estimate, n_belief, actions, file_fps, unit: see `motionenv.envs.WalkerTracking`.
+        motion, motion_seed, split, size, observation, camera, background, distractors, occluders, noise, brightness,
+            fps, horizon, speed, height, clothes, estimate, n_belief, actions, file_fps, unit: see `WalkerTracking`.
         threads: rendering threads.
 
     Raises:

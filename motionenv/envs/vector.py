@@ -32,8 +32,7 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
 
     Args:
         world: with n = the number of sub-environments.
-        render_mode: None or "rgb_array".
-        lost_after: see `TrackingEnv`.
+        render_mode, lost_after: None or "rgb_array", and as in `TrackingEnv`.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
         batch_size: number of sub-environments that `recv` returns; None for all. `reset` and `step` return all.
     """
@@ -233,15 +232,9 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
 
 
 class SimulatedTrackingVector(TrackingVectorEnv):
-    """A batch of tracking environments that makes its world; subclasses say of what.
+    """`num_envs` tracking environments that make their world from `arguments`; subclasses say of what.
 
-    Args:
-        num_envs: number of environments.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
-        render_mode: None or "rgb_array".
-        lost_after: error [m] beyond which the track counts as lost; None never does.
-        arguments: of the world.
+    `autoreset_mode`, `batch_size`, `render_mode` and `lost_after` are as in `TrackingVectorEnv`.
     """
 
     make_world: Callable[..., World]

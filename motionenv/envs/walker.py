@@ -14,16 +14,9 @@ from motionenv.envs.vector import SimulatedTrackingVector
 def walker_world(
     n: int, *, motion: str = "walk/fpca", start: str = "near", path: str = "straight", **arguments: Any
 ) -> PictureWorld:
-    """`n` walkers, each in front of their own camera.
+    """`n` walkers, each in front of their own camera; `motion`, `start` and `path` are as in `WalkerTracking`.
 
-    Args:
-        n: number of episodes.
-        motion: source of motion.
-        start, path: where and whereto people walk, of `STARTS` and `PATHS`.
-        arguments: see `picture_world`.
-
-    Raises:
-        MotionError: an invalid argument.
+    The other `arguments`, and errors, are those of `picture_world`.
     """
 
     def direct(source: Source, camera: str | float) -> tuple[Source, WalkingView]:

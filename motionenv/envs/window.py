@@ -32,10 +32,7 @@ class Window(HumanRendering):
         super().__init__(_Screen(fps))
 
     def step(self, action: np.ndarray) -> tuple:
-        """Show an image.
-
-        Args:
-            action: uint8 (H, W, 3).
+        """Show an image: `action`, uint8 (H, W, 3).
 
         Raises:
             DependencyNotInstalled: pygame is missing.

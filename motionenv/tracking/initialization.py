@@ -45,10 +45,9 @@ SPREAD = np.concatenate([np.full(3, 0.03), [0.05, 0.05, 0.12], np.full(19, 0.08)
 
 @dataclass(frozen=True, eq=False)
 class _Hypotheses:
-    """N hypotheses.
+    """N hypotheses: at the start, gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m].
 
-    Gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m] at the start; body size relative to
-    the likelihood's, and pace relative to the gait's.
+    Body size is relative to the likelihood's, and pace relative to the gait's.
     """
 
     gait: np.ndarray
@@ -130,7 +129,7 @@ def bounding_box(foreground: np.ndarray) -> np.ndarray:
 
 
 def bounding_boxes(foreground: np.ndarray) -> np.ndarray:
-    """First and last column, first and last row (m, 4) of the large foreground components together, and of each.
+    """First and last column, first and last row (m, 4) of the large components of `foreground` together, and of each.
 
     Together they are a body that an occluder parts; one of them is the body where others move too. `foreground`
     (height, width) are probabilities; without any, raises MotionError.

@@ -143,14 +143,10 @@ class ParticleFilter:
         self._began, self._lost = False, 0
 
     def step(self, **observation: Any) -> Belief:
-        """Process one frame and return its posterior.
-
-        Args:
-            observation: arguments of the likelihood's `observe`.
+        """Process one frame, the arguments `observation` of the likelihood's `observe`, and return its posterior.
 
         Raises:
-            MotionError: not started, an observation that the likelihood rejects, or a prior that proposes non-finite
-                poses.
+            MotionError: not started, an observation that the likelihood rejects, or a prior's non-finite poses.
         """
         if self._state is None:
             raise MotionError("the filter is not started: call start(Start.at(pose)) first")

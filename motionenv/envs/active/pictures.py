@@ -20,11 +20,7 @@ _ROUND = np.linspace(0, 2 * np.pi, 41)
 
 
 def camera_of(state) -> Camera:
-    """The camera in a state (6,): pan, tilt [rad], zoom, and their rates.
-
-    Args:
-        state: as in the observation.
-    """
+    """The camera in a `state` (6,): pan, tilt [rad], zoom, and their rates."""
     pan, tilt, zoom = state[:3]
     ahead = np.array([np.cos(pan) * np.cos(tilt), np.sin(pan) * np.cos(tilt), np.sin(tilt)])
     fov = 2 * np.degrees(np.arctan(ASPECT * WIDE * NARROW**zoom))

@@ -38,7 +38,7 @@ def free(x, y, pillars) -> bool:
 
 @part
 def stroll(state, walk, pillars, chance, dt) -> None:
-    """Move `walk` (x, y, heading, speed) on by `dt` [s]; a person turns with a `chance`, and before what is in the way.
+    """Move `walk` (x, y, heading, speed) on by `dt` [s]; it turns with a `chance`, and before what is in the way.
 
     `state` is a stream of random numbers.
     """

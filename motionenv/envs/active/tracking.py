@@ -83,14 +83,9 @@ class ActiveTracking(TrackingEnv):
 
 
 class ActiveTrackingVector(TrackingVectorEnv):
-    """`num_envs` copies of `ActiveTracking`, stepped together.
+    """`num_envs` copies of `ActiveTracking` with its `arguments`, stepped together.
 
-    Args:
-        num_envs: number of environments.
-        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        batch_size: number of environments that `recv` returns, see `motionenv.envs.asynchronous`; None for all.
-        render_mode: None or "rgb_array".
-        arguments: as in `ActiveTracking`.
+    `autoreset_mode`, `batch_size` and `render_mode` are as in `SimulatedTrackingVector`.
     """
 
     def __init__(

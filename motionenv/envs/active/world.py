@@ -59,10 +59,9 @@ class Scene:
 
 
 class BeliefScale(ActionScale):
-    """The map from actions, from -1 to 1, to commands and beliefs: x and y = 15 m · a, σ = 0.05 m · 200^((a + 1) / 2).
+    """The map from actions, from -1 to 1, to commands and beliefs about `people`.
 
-    Args:
-        people: number of people.
+    x and y = 15 m · a, σ = 0.05 m · 200^((a + 1) / 2).
     """
 
     def __init__(self, people: int):
@@ -84,12 +83,7 @@ class BeliefScale(ActionScale):
 
 
 class ActiveWorld:
-    """A `motionenv.envs.World` of n squares.
-
-    Args:
-        n: number of episodes.
-        scene: settings.
-    """
+    """A `motionenv.envs.World` of n squares, each with the settings `scene`."""
 
     def __init__(self, n: int, scene: Scene):
         self.n, self.scene, self.horizon, self.fps = n, scene, scene.horizon, scene.fps

@@ -109,10 +109,7 @@ class ConstantVelocity:
 
 
 class Blob(ConstantVelocity):
-    """The mean pose at the centre of what the last frame shows; it remembers nothing else.
-
-    Args:
-        env: the environment, single or vector, of walkers or markers.
+    """The mean pose at the centre of what the last frame of `env` shows; it remembers nothing else.
 
     Raises:
         MotionError: ArmTracking, where silhouettes don't move.
@@ -135,10 +132,9 @@ class Blob(ConstantVelocity):
 
 
 class Oracle:
-    """Returns the ground truth; as a belief, poses around it.
+    """Returns the ground truth of `env`; as a belief, poses around it.
 
     Args:
-        env: the environment, single or vector.
         spread: standard deviation of each entry of a belief's poses [m, rad]; 0 gives the best possible score.
         seed: of the spread.
 

@@ -51,11 +51,8 @@ class SeenPoints:
 class SeenWalkers:
     """Positions and headings of walkers on the ground, from their silhouettes in n environments.
 
-    A line through the positions over time, by weighted least squares, is extrapolated while nothing is seen.
-
-    Args:
-        n: number of environments.
-        kept: weight of a frame relative to the next; 0 uses only the last frame in which a walker was seen.
+    A line through the positions over time, by least squares, is extrapolated while nothing is seen. A frame weighs
+    `kept` times as much as the next; 0 uses only the last frame in which a walker was seen.
     """
 
     def __init__(self, n: int, kept: float = 0.97):

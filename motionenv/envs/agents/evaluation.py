@@ -32,10 +32,8 @@ def evaluate(env, agent: Agent, episodes: int, seed: int | None = None) -> Score
 
     Args:
         env: a tracking environment of Gymnasium, single or vector, in any autoreset mode, wrapped or not.
-        agent: the agent.
-        episodes: number of episodes, at least 1; distributed evenly over the sub-environments of a vector, independent
-            of their lengths.
-        seed: of the environment.
+        agent, seed: who acts, and the environment's seed.
+        episodes: at least 1, distributed evenly over the sub-environments of a vector, whatever their lengths.
 
     Raises:
         MotionError: `episodes` isn't a whole number of at least 1.

@@ -24,11 +24,9 @@ _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is ma
 
 
 def truth_start(env: Any, slot: int) -> Start:
-    """The first pose from the environment's truth: for benchmarks whose trackers are given the start.
+    """The first pose from the truth of the unwrapped `env`, for benchmarks whose trackers are given the start.
 
-    Args:
-        env: the unwrapped environment.
-        slot: which of a vector's episodes; 0 of a single one.
+    `slot` is which of a vector's episodes; 0 of a single one.
     """
     truths = env.truth()
     return Start.at((truths[slot] if isinstance(truths, list) else truths)["pose"])

@@ -56,10 +56,9 @@ def score(
     """Score an agent on a task.
 
     Args:
-        task: an id of `motionenv.envs.tasks.TASKS`.
+        task, split: an id of `motionenv.envs.tasks.TASKS`, and one of its `SPLITS`.
         agent: a name for `agent_of`, or a factory that makes an agent from a native vector environment.
         episodes: number of episodes, with seeds from `FIRST_SEED`.
-        split: one of `motionenv.envs.tasks.SPLITS`.
         capture: see `motionenv.envs.tasks.settings`.
 
     Returns:

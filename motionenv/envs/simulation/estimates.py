@@ -35,12 +35,11 @@ class ActionScale:
     Args:
         actions: "normalised" or "metric".
         reach: largest distance of x and y from the origin in a normalised action [m].
-        shape: of an action.
-        columns: the meaning of each column of its last axis: an index into `POSE`, or -1 for a log weight.
+        shape, columns: of an action, and the meaning of each column of its last axis: an index into `POSE`, or -1 for a
+            log weight.
 
     Attributes:
         space: of actions, float32.
-        reach: largest x and y [m] that an action says.
         factor, centre: (columns,) of the map from actions to estimates.
 
     Raises:
@@ -88,14 +87,9 @@ class Estimates:
         form: "pose" (entries of the pose vector), "joints" (k, 3) positions [m], or "belief" (n_belief, entries + 1)
             weighted poses, each followed by its log weight.
         n_belief: number of poses in a belief.
-        entries: indices into `POSE` that a pose contains; None is all.
-        joints: indices into `MARKERS` that are scored; None is all.
+        entries, joints: indices into `POSE` that a pose contains and into `MARKERS` that are scored; None is all.
         threads: for scoring beliefs.
-        actions, reach: of the `ActionScale`.
-
-    Attributes:
-        form: as given.
-        scale: the `ActionScale`.
+        actions, reach: of the `ActionScale`, which is `scale`.
     """
 
     def __init__(
@@ -125,15 +119,10 @@ class Estimates:
         self.scale = ActionScale(actions, reach, shape, columns)
 
     def judge(self, actions: np.ndarray, poses: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean error per scored joint (n,) [m], and reward (n,).
+        """Mean error per scored joint (n,) [m], and reward (n,), of `actions`, `poses` and `offsets` as in `points`.
 
         The reward is minus that error. For a belief, the error is that of its mean, and the reward is minus the energy
         score divided by √joints, which makes it comparable with an error per joint.
-
-        Args:
-            actions: (n, ...) of `scale.space`, float64.
-            poses: (n, 25), true poses.
-            offsets: (n, 16, 3) [m], of the true bodies.
         """
         true, actions = _true_joints(poses, offsets), self.scale.estimates(actions)
         joints = self._joints_of(actions, true, poses, offsets)

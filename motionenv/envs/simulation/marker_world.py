@@ -36,11 +36,10 @@ class MarkerWorld:
     """A `motionenv.envs.World` of n walkers in place and a static camera.
 
     Args:
-        n: number of episodes.
+        n, actions: number of episodes, and as in `ActionScale`.
         source: of the motion; its frames are horizon + 1.
         sensor: marker sensor model.
         angles: range (low, high) of view angles [rad].
-        actions: see `ActionScale`.
     """
 
     def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str):

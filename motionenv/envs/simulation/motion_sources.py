@@ -51,12 +51,10 @@ class Source:
     Attributes:
         motion: name or path of a walking model, a motion file, or a folder of capture files.
         split: one of `SPLITS`. A single file is one person, used in both.
-        frames: number of frames of an episode.
-        fps: frame rate of an episode [Hz].
+        frames, fps: number of frames of an episode, and their rate [Hz].
         speed: (low, high) walking speed [m/s] of a model's walkers; None uses the model's own.
         height: (low, high) body height [m]; None is `HEIGHT` for models, and captured people's own.
-        file_fps: frame rate of capture files that don't specify it.
-        unit: unit of length of capture files that don't specify it.
+        file_fps, unit: frame rate and unit of length of capture files that don't specify them.
         seed: None, or the seed of `motionenv.synthesize`, whose motion every episode then shows from its first frame,
             in both splits; `speed` and `height` must then be one number given twice, or None for the model's own.
     """

@@ -19,7 +19,7 @@ SHOWN = 256
 
 
 class PictureWorld:
-    """A `motionenv.envs.World` of people in front of cameras.
+    """A `motionenv.envs.World` of people on a `stage` in front of cameras; `sense` is what images are observed.
 
     The `stage` holds the episodes, `sense` says which images are observed, `estimates` has action space and scoring.
     """

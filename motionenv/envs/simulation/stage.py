@@ -47,13 +47,11 @@ class Stage:
     """n episodes: moving bodies, clothes, cameras and scenery.
 
     Args:
-        n: number of episodes.
-        motions: source of motion.
-        view: placement of people and cameras.
+        n, threads: number of episodes, and of rendering threads.
+        motions, view: source of motion, and placement of people and cameras.
         size: side of the square images [pixels], as validated by `PictureSettings`.
         scenery: background, occluders, noise.
         clothes: whether colours are random or fixed.
-        threads: rendering threads.
 
     Attributes:
         time: (n,) current frame of each episode.
@@ -142,14 +140,10 @@ class Stage:
 
 
 class PictureSettings:
-    """Observed images: one of `SENSES`, or several as a flat Dict.
-
-    Args:
-        observation: a name, or a sequence of different names.
-        size: side of the square images [pixels].
+    """Observed images, square with side `size` [pixels]: an `observation` of `SENSES`, or several as a flat Dict.
 
     Raises:
-        MotionError: no such name or size.
+        MotionError: no such name or size, or a name given twice.
     """
 
     def __init__(self, observation: str | Sequence[str], size: int):

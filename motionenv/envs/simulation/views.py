@@ -68,10 +68,8 @@ class WalkingView:
 
     Args:
         camera: "side", "front", a view angle in degrees, "random" (any angle), or "follow" (from the side).
-        fps: frame rate [Hz].
-        seconds: duration of an episode.
-        start: one of `STARTS`.
-        path: one of `PATHS`.
+        fps, seconds: frame rate [Hz], and duration of an episode.
+        start, path: one of `STARTS`, and one of `PATHS`.
 
     Raises:
         MotionError: no such camera, start or path.

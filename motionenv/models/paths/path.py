@@ -51,12 +51,7 @@ class Path:
 
     @classmethod
     def line(cls, length: float, *, heading: float = 0.0, start=(0.0, 0.0)) -> "Path":
-        """A straight line.
-
-        Args:
-            length: [m].
-            heading: direction [rad], 0 along x.
-            start: (2,) [m].
+        """A straight line of `length` [m] from `start` (2,) [m] in the direction `heading` [rad], 0 along x.
 
         Raises:
             MotionError: `length` isn't above 0 m, or a number isn't finite.
@@ -65,13 +60,9 @@ class Path:
 
     @classmethod
     def arc(cls, radius: float, angle: float, *, heading: float = 0.0, start=(0.0, 0.0)) -> "Path":
-        """An arc of a circle.
+        """An arc of a circle from `start` (2,) [m], where its direction is `heading` [rad], 0 along x.
 
-        Args:
-            radius: [m], from 0.6.
-            angle: by which it turns [rad]; left if above 0, otherwise right.
-            heading: direction at its start [rad], 0 along x.
-            start: (2,) [m].
+        `radius` [m] is at least 0.6; it turns by `angle` [rad], left if above 0, otherwise right.
 
         Raises:
             MotionError: `radius` is under 0.6 m, `angle` is 0, or a number isn't finite.
@@ -86,10 +77,7 @@ class Path:
 
     @classmethod
     def through(cls, points) -> "Path":
-        """The cubic spline through points, parameterised by the distances between them.
-
-        Args:
-            points: (n, 2) [m], at least two, neighbours apart.
+        """The cubic spline through `points` (n, 2) [m], at least two, parameterised by the distances between them.
 
         Raises:
             MotionError: fewer than two points, NaN, two equal ones in a row, or a turn with a radius under 0.6 m.
@@ -159,15 +147,12 @@ def random_path(
     heading: float = 0.0,
     start=(0.0, 0.0),
 ) -> Path:
-    """A path that winds left and right: curvature is a smooth Gaussian process, kept within ±1/radius.
+    """A path that winds left and right: curvature is a smooth Gaussian process of `rng`, kept within ±1/radius.
 
     Args:
-        rng: random generator.
-        length: [m].
+        length, heading, start: as in `Path.line`; the heading is that at the start.
         radius: least radius of a turn [m], from 0.6; half as sharp turns are usual.
         scale: over which length curvature changes [m], from 0.5.
-        heading: direction at the start [rad].
-        start: (2,) [m].
 
     Raises:
         MotionError: a number out of range.

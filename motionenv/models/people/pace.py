@@ -125,13 +125,10 @@ def fit_pace(
 
 
 def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.ndarray) -> np.ndarray:
-    """Change (k,) of `values` per change of the log stride length, within people.
+    """Change (k,) of the `values` (n, k) of walks per change of the log stride length, within people.
 
-    Args:
-        values: (n, k) of walks.
-        log_lengths: (n,) log stride lengths of the walks.
-        people: (n,) the person's label of each walk.
-        prior: (k,) what is expected, which counts as much as one person's walks at two speeds.
+    `log_lengths` (n,) and `people` (n,), the person's label, are of each walk; `prior` (k,) is what is expected, which
+    counts as much as one person's walks at two speeds.
     """
     x, v = within(log_lengths, people), within(values, people)
     return (x @ v + _PRIOR * prior) / (x @ x + _PRIOR)
@@ -140,10 +137,7 @@ def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.nda
 def exponent(log_lengths: np.ndarray, log_speeds: np.ndarray, people) -> float:
     """Power of speed that step length follows within people, weighted with the published one by their errors.
 
-    Args:
-        log_lengths: (n,) log stride lengths of walks.
-        log_speeds: (n,) their log speeds.
-        people: (n,) the person's label of each walk.
+    `log_lengths`, of strides, `log_speeds` and `people`, the person's label, are (n,) of walks.
     """
     x, y = within(log_speeds, people), within(log_lengths, people)
     if x @ x < _PRIOR:

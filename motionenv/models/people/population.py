@@ -40,8 +40,7 @@ class Person:
     Attributes:
         height: stature [m].
         legs: length of the legs relative to stature, as a share of the average body's; the trunk is the rest.
-        shoulders: breadth between the shoulders relative to stature, likewise.
-        hips: breadth between the hips relative to stature, likewise.
+        shoulders, hips: breadth between them relative to stature, likewise.
         speed: comfortable walking speed [m/s].
         walk_ratio: step length over cadence [m/(steps/min)].
     """
@@ -59,11 +58,9 @@ class Person:
         return float(np.sqrt(60 * self.walk_ratio * self.speed))
 
     def body(self, proportions: np.ndarray, height: float | None = None) -> Skeleton:
-        """The person's body, from average `proportions` (16, 3), the offsets of its nodes in body heights.
+        """The person's body, scaled to `height` [m], None is the person's own.
 
-        Args:
-            proportions: of the average body.
-            height: [m], to scale the person to; None keeps the person's.
+        `proportions` (16, 3) are the offsets of the average body's nodes in body heights.
         """
         height, offsets = self.height if height is None else height, proportions.copy()
         leg = -offsets[[_LEFT_RIGHT["knee"][0], _LEFT_RIGHT["ankle"][0]], 2].sum()

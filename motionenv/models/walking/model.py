@@ -123,12 +123,9 @@ class WalkingModel(GaitModel):
         return components.means + z * components.deviations
 
     def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
-        """Draw `n` walkers: mean scores (n, q) and stride times (n,) [s].
+        """Draw `n` walkers by `seed`, int or Generator: mean scores (n, q) and stride times (n,) [s].
 
-        Args:
-            n: number of walkers.
-            seed: int or Generator.
-            speed: condition on this walking speed [m/s] of a body of mean height; None doesn't condition.
+        `speed` conditions on this walking speed [m/s] of a body of mean height; None doesn't condition.
 
         Raises:
             MotionError: `speed` isn't between 0.1 and 3 m/s.
@@ -164,13 +161,10 @@ class WalkingModel(GaitModel):
         variation: float = 1.0,
         height: float | None = None,
     ) -> Motion:
-        """Walks (n, frames, 25) of many people with one body, otherwise like `synthesize`.
+        """Walks (n, frames, 25) of many people with one body, otherwise like `synthesize`, of `seconds` [s] at `fps`.
 
         Args:
-            seconds: duration [s].
-            fps: frames per second.
-            n: number of walks.
-            seed: int or Generator for the walkers and the variation between cycles.
+            n, seed: number of walks, and int or Generator for the walkers and the variation between cycles.
             stride: the walkers, from `sample`; None draws them.
             speed: walking speed along x [m/s]; None takes the walkers' own.
             phase: phase at the start [cycles]; at 0 the left leg is furthest ahead.
@@ -248,12 +242,8 @@ class WalkingModel(GaitModel):
     ) -> list[Motion]:  # fmt: skip
         """Walks of n people, computed together, which takes a fraction of the time of one by one.
 
-        Args:
-            seconds: duration [s].
-            fps: frames per second.
-            heights: (n,) body heights [m].
-            speeds: (n,) speeds [m/s]; all numbers or all None.
-            rng: draws walkers and the variation between cycles.
+        They take `seconds` [s] at `fps`, with body `heights` (n,) [m] and `speeds` (n,) [m/s], all numbers or all None.
+        `rng` draws walkers and the variation between cycles.
         """
         asked = [Request(seconds, fps, speed, float(h)) for h, speed in zip(heights, speeds, strict=True)]
         walkers = [self.draw_walker(rng, height=request.height) for request in asked]

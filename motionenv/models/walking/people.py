@@ -17,12 +17,9 @@ _DRAWN = 300  # walks that tell how long strides are
 
 
 def fit_people(model: "WalkingModel", cycles: Cycles, speeds: np.ndarray) -> None:
-    """Fit the Gaussians of trials and of their cycles, and `pace_`, of a model that has components and a body.
+    """Fit the Gaussians of trials and of their cycles, and `pace_`, of a `model` that has components and a body.
 
-    Args:
-        model: gets `person_mean_`, `person_covariance_`, `cycle_covariance_` and `pace_`.
-        cycles: the cycles that it was fitted to.
-        speeds: (trials,) [body heights / s].
+    `cycles` are those that it was fitted to, `speeds` (trials,) [body heights / s].
     """
     scores, seen = model.fpca_.scores_, np.isfinite(cycles.values).mean((1, 2))
     rows, people, within = [], [], []

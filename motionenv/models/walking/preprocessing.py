@@ -28,14 +28,11 @@ _ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
 
 
 def gait_channels(motion: Motion) -> np.ndarray:
-    """The `CHANNELS` (frames, 24) of a straight walk, independent of its place and direction.
+    """The `CHANNELS` (frames, 24) of a straight walk, `motion` (frames, 25), independent of its place and direction.
 
     Heading is relative to the direction of travel. Ankle heights are shifted so that the stance foot is at
     `ANKLE_HEIGHT`, which makes trials with different floor heights comparable; if the capture shows one leg only, that
     foot stands. Channels of limbs that it doesn't show are NaN.
-
-    Args:
-        motion: a straight walk (frames, 25).
 
     Raises:
         MotionError: more than one sequence.
@@ -57,10 +54,8 @@ def gait_channels(motion: Motion) -> np.ndarray:
 def walking_cycles(channels, fps, subjects) -> Cycles:
     """Cycles of walks. At phase 0 the left leg is furthest ahead of the right, or of where it is half a cycle later.
 
-    Args:
-        channels: `CHANNELS` (frames, 24) of each walk; the 19 angles determine period and offset.
-        fps: frames per second of each walk.
-        subjects: the person's label for each walk.
+    Of each walk there are its `channels` (frames, 24), as in `CHANNELS`, of which the 19 angles determine period and
+    offset, `fps`, and the person's label in `subjects`.
 
     Raises:
         MotionError: a walk without a period.
@@ -85,10 +80,7 @@ class FoundCycles:
 
 
 def find_cycles(motion: Motion) -> FoundCycles:
-    """Find the cycles of a straight walk.
-
-    Args:
-        motion: a straight walk (frames, 25).
+    """Find the cycles of a straight walk, `motion` (frames, 25).
 
     Raises:
         MotionError: more than one sequence, or no period.
@@ -125,11 +117,7 @@ def forward_speed(motion: Motion) -> float:
 
 
 def straightness(motion: Motion) -> float:
-    """Ratio of the root's net displacement to the length of its path, from positions half a second apart.
-
-    Args:
-        motion: (frames, 25).
-    """
+    """Ratio of the root's net displacement in `motion` (frames, 25) to the length of its path, between half seconds."""
     path = motion.poses[:: max(1, round(motion.fps / 2)), :2]
     path = path[np.isfinite(path).all(1)]
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()

@@ -8,13 +8,9 @@ from motionenv.models.motion_tree.feature_kernels import local_pose, turned_towa
 
 @kernel
 def coefficients_of(history, weights, offset, out) -> None:
-    """Write the standardised coefficients (N, b) of histories (N, frames, c) to `out`.
+    """Write standardised coefficients to `out` (N, b), of histories (N, frames, c) of local parameters, oldest first.
 
-    Args:
-        history: local parameters, oldest first.
-        weights: (frames, c, b).
-        offset: (b,).
-        out: (N, b), output.
+    `weights` is (frames, c, b), `offset` (b,).
     """
     frames, width, b = weights.shape
     for i in range(len(history)):

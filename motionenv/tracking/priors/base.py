@@ -24,12 +24,7 @@ class State(Protocol):
 
 
 class Prior(Protocol):
-    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles.
-
-    Attributes:
-        skeleton: the body.
-        fps: frame rate [Hz].
-    """
+    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles, for a body `skeleton` at `fps` [Hz]."""
 
     skeleton: Skeleton
     fps: float
@@ -81,12 +76,9 @@ class Start:
 
     @classmethod
     def at(cls, pose, previous=None, spread=SPREAD) -> "Start":
-        """A start at one given pose.
+        """A start at one given `pose` (25,) [m, rad], with the pose one frame earlier, `previous`, or None.
 
-        Args:
-            pose: (25,) [m, rad].
-            previous: (25,) one frame earlier, or None.
-            spread: (25,), or a number for all entries.
+        `spread` is (25,), or a number for all entries.
 
         Raises:
             MotionError: wrong shapes, or NaN in the pose.

@@ -143,13 +143,11 @@ def chosen(
     point: Sequence[float] | None = None,
     at: float | None = None,
 ) -> Candidate:
-    """The candidate that is asked for, or the likeliest walker.
+    """The candidate of `found` that is asked for, or the likeliest walker.
 
     Args:
-        found: of `candidates`.
         person: its number.
-        box: (x, y, width, height) around it in some frame [pixels of the film].
-        point: (x, y) on it in some frame [pixels of the film].
+        box, point: (x, y, width, height) around it, or (x, y) on it, in some frame [pixels of the film].
         at: [s] the moment of `box` or `point`; None is any.
 
     Raises:

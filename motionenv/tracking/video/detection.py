@@ -22,11 +22,9 @@ _SOON, _STEP = 0.5, 0.08  # a walker moves at least _STEP body heights in _SOON 
 
 
 def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
-    """First frame with a complete person away from the image's sides, and one past the last such frame.
+    """First frame with a complete person away from the sides of images `width` wide, and one past the last such frame.
 
-    Args:
-        boxes: (T, 4) first and last column, first and last row; NaN where the person isn't seen.
-        width: of the images [pixels].
+    `boxes` (T, 4) are first and last column, first and last row [pixels]; NaN where the person isn't seen.
 
     Raises:
         MotionError: no person is seen for long enough.
@@ -44,7 +42,7 @@ def span(boxes: np.ndarray, width: int) -> tuple[int, int]:
 
 
 def departure_frame(boxes: np.ndarray, fps: float) -> int:
-    """First frame from which a completely visible person walks; 0 if there is none.
+    """First frame, at `fps` [Hz], from which a completely visible person walks; 0 if there is none.
 
     `boxes` (T, 4) are as of `span`; `fps` is the frame rate [Hz].
     """
@@ -102,14 +100,11 @@ def resized(camera: Camera, width: int, height: int) -> Camera:
 
 
 def standing_height(boxes: np.ndarray, camera: Camera) -> float:
-    """Body height [m] of a person who stands or walks on the ground in the boxes of a known camera.
+    """Body height [m] of a person who stands or walks on the ground in `boxes` (T, 4) of a known `camera` [pixels].
 
     The ray through a box's lower edge meets the ground at the feet, and the ray through its upper edge passes the top
-    of the head above them. Errors from the nearer foot and from strides cancel to within a few per cent.
-
-    Args:
-        boxes: (T, 4) [pixels]; NaN rows are ignored.
-        camera: of the same images.
+    of the head above them. Errors from the nearer foot and from strides cancel to within a few per cent. NaN rows are
+    ignored.
 
     Raises:
         MotionError: the boxes can't be a person on this camera's ground.

@@ -25,8 +25,7 @@ _PRIOR = 2.0  # prior log-odds of background
 class FilmBackground:
     """Background model of a video by a static camera.
 
-    Args:
-        frames: uint8 (T, height, width, 3), all frames of the video or equally spaced ones.
+    `frames`, uint8 (T, height, width, 3), are all frames of the video or equally spaced ones.
 
     Raises:
         MotionError: fewer than three frames, or arrays of another kind.

@@ -45,10 +45,9 @@ class Mover:
 
 
 def components(foreground: np.ndarray) -> np.ndarray:
-    """Numbered outlines (height, width), 0 for none; gaps of about a sixtieth of the height are closed.
+    """Numbered outlines (height, width) of a `foreground` (height, width) of probabilities, 0 for none.
 
-    Args:
-        foreground: (height, width) probabilities.
+    Gaps of about a sixtieth of the height are closed.
     """
     from scipy.ndimage import binary_closing, label
 
@@ -63,11 +62,9 @@ def components(foreground: np.ndarray) -> np.ndarray:
 
 
 def linked(labels: np.ndarray, fps: float) -> list[Mover]:
-    """Movers in label images (T, height, width), see `components`; in the order of their appearance.
+    """Movers in label images (T, height, width) at `fps` [Hz], in the order of their appearance.
 
-    Args:
-        labels: one image of numbered outlines per frame.
-        fps: frame rate [Hz].
+    `labels` are as `components` numbers them.
     """
     movers: list[Mover] = []
     for t, image in enumerate(labels):
@@ -76,12 +73,9 @@ def linked(labels: np.ndarray, fps: float) -> list[Mover]:
 
 
 def window(labels: np.ndarray, who: Mover, others: Sequence[Mover]) -> np.ndarray:
-    """Where (T, height, width) one mover can be seen: near its box, and not on an outline of another mover only.
+    """Where (T, height, width) a mover `who` can be seen: near its box, and not on an outline of `others` only.
 
-    Args:
-        labels: of the outlines (T, height, width).
-        who: the mover.
-        others: the other movers.
+    `labels` are those of the outlines (T, height, width).
     """
     mine = np.zeros(labels.shape, dtype=bool)
     for t in np.flatnonzero(who.seen).tolist():
@@ -185,20 +179,11 @@ def _hull(boxes: np.ndarray) -> np.ndarray:
 
 
 def areas(boxes: np.ndarray) -> np.ndarray:
-    """Areas (n,) [pixels] of boxes.
-
-    Args:
-        boxes: (n, 4) first and last column, first and last row.
-    """
+    """Areas (n,) [pixels] of `boxes` (n, 4): first and last column, first and last row."""
     return (boxes[:, 1] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 2] + 1)
 
 
 def common_areas(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Common areas (n, m) [pixels] of every two boxes.
-
-    Args:
-        one: (n, 4), as in `areas`.
-        other: (m, 4).
-    """
+    """Common areas (n, m) [pixels] of every two boxes, `one` (n, 4) and `other` (m, 4), as in `areas`."""
     low, high = np.maximum(one[:, None], other), np.minimum(one[:, None], other)
     return np.prod(np.maximum(high[..., 1::2] - low[..., ::2] + 1, 0), axis=-1)

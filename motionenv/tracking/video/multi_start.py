@@ -55,15 +55,12 @@ class MultiStart:
     """Tracks the person in the foregrounds of a video.
 
     Attributes:
-        prior: motion prior.
-        back: the same for reversed time.
+        prior, back: motion prior, and the same for reversed time.
         likelihood: of masks.
         film: (T, height, width) foreground probabilities.
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
         begin: frame to start at.
-        particles: number of particles of the filter.
-        layers: annealing layers.
-        rng: random generator.
+        particles, layers, rng: of the filter.
     """
 
     prior: Prior

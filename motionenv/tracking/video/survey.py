@@ -80,13 +80,11 @@ class Look:
 def survey(
     path, *, fps: float | None, seconds: float, background=None, region: Sequence[float] | None = None
 ) -> Survey:
-    """Look at a film.
+    """Look at the film at `path`.
 
     Args:
-        path: of the video.
         fps: rate to look at [Hz]; None uses the video's own, divided by a whole number.
-        seconds: most seconds to use.
-        background: as in `track_video`.
+        seconds, background: most seconds to use, and as in `track_video`.
         region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at; None is everywhere.
 
     Raises:

@@ -28,13 +28,9 @@ _LEAST_FOLLOWED = 0.3  # share of the frames in which the person is seen
 
 @dataclass(frozen=True)
 class Lost:
-    """A time in which nobody is followed.
+    """A time in which nobody is followed, from frame `first` to `last`, for a `reason` of `REASONS`.
 
-    Attributes:
-        first: first frame.
-        last: last frame.
-        reason: one of `REASONS`.
-        left: whether the person is only outside the picture, rather than lost.
+    `left` tells whether the person is only outside the picture, rather than lost.
     """
 
     first: int
