@@ -48,6 +48,8 @@ class ArmTracking(SimulatedTracking):
     Positions are in metres: the person stands at the origin and looks along x, y is left, z up, the ground at z = 0.
     The camera is 2.4 m from the shoulder, level with it.
 
+    Actions never change what is seen: this is an estimation problem, for which a discount of γ = 0 is right.
+
     ## Action Space
     An estimate for the last observed frame, in the form given by `estimate`:
 

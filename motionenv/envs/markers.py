@@ -63,6 +63,8 @@ class MarkerTracking(SimulatedTracking):
     0 from the side, walking to the right; 90° from the front. The image shows x and z; y, the depth relative to the
     walker's own position, must be inferred from the identity of left and right, joint limits and motion.
 
+    Actions never change what is seen: this is an estimation problem, for which a discount of γ = 0 is right.
+
     ## Action Space
     `Box(-1, 1, (15, 3), float32)`: estimated positions of the markers in the order of `motionenv.types.MARKERS`. An
     entry a says x or y = 2 m · a, or z = 1 m + 2 m · a; `action` turns positions [m] into an action, `estimate` back.

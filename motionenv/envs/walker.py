@@ -38,6 +38,8 @@ class WalkerTracking(SimulatedTracking):
     the origin with it: it is the ground point at which the camera is aimed. The walker's absolute position, which no
     image shows, is then not part of the task.
 
+    Actions never change what is seen: this is an estimation problem, for which a discount of γ = 0 is right.
+
     ## Action Space
     An estimate for the last observed frame, in the form given by `estimate`:
 
