@@ -20,13 +20,9 @@ _FEWEST = 3  # people
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Joint angles of a group of people over the gait cycle.
+    """Joint angles of people, of whom there are `people` and `who` tells in a sentence, over the gait cycle.
 
-    Attributes:
-        mean: by angle, such as "knee_flexion", (101,) [degrees].
-        sd: by angle, (101,) [degrees], over people.
-        people: how many.
-        who: who they are, in a sentence.
+    `mean` and `sd`, over people, are by angle, such as "knee_flexion", (101,) [degrees].
     """
 
     mean: dict[str, np.ndarray]
@@ -50,14 +46,9 @@ class Band:
 
 
 def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
-    """The band of a group: the mean over people of each one's mean over his strides, both sides pooled.
+    """The mean over people of each one's mean over his strides, both sides pooled; `groups` holds each person's trials.
 
-    Args:
-        groups: the trials of each person.
-        who: who they are.
-
-    Raises:
-        MotionError: fewer than three people with strides.
+    `who` they are goes into the band. A `MotionError` if fewer than three people have strides.
     """
     each = [np.concatenate([t.both_sides() for t in trials]) for trials in groups.values()]
     means = [mean_and_sd(curves)[0] for curves in each if len(curves)]
@@ -69,14 +60,7 @@ def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
 
 
 def load_band(path) -> Band:
-    """The band in the file `path` of `Band.save`.
-
-    Args:
-        path: of the file.
-
-    Raises:
-        FormatError: not such a file.
-    """
+    """The band in the file `path` of `Band.save`; a `FormatError` if it isn't such a file."""
     try:
         return _parsed(json.loads(Path(path).read_text(encoding="utf-8")))
     except OSError as error:

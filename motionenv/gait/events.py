@@ -17,12 +17,10 @@ _SAME = 0.3  # [s] within which two events of a kind and side are the same one: 
 
 @dataclass(frozen=True)
 class Events:
-    """The gait events of a capture.
+    """The gait events of a capture, in the order of time.
 
-    Attributes:
-        events: in the order of time.
-        sources: how many events came from the "file", from "plates" and from "kinematics".
-        notes: what a reader of the events should know.
+    `sources` counts those that came from the "file", from "plates" and from "kinematics"; `notes` are what a reader of
+    the `events` should know.
     """
 
     events: tuple[Event, ...]
@@ -30,28 +28,18 @@ class Events:
     notes: tuple[str, ...] = ()
 
     def times(self, kind: str, side: str) -> list[float]:
-        """Times [s] of the events of one kind and side.
-
-        Args:
-            kind: "initial_contact" or "toe_off".
-            side: "left" or "right".
-        """
+        """Times [s] of the events of a `kind`, "initial_contact" or "toe_off", and a `side`, "left" or "right"."""
         return [event.time for event in self.events if (event.kind, event.side) == (kind, side)]
 
 
 def find_events(feet: Feet, recording: Recording | None = None, method: str = "auto") -> Events:
-    """The initial contacts and toe-offs of a capture.
+    """The initial contacts and toe-offs of a capture, from its `feet` and what the file holds beside its points.
 
     "auto" believes the file's events first, then its force plates, and takes from the paths of the feet those that
     neither of them has. Events of the file that fit the feet better with left and right exchanged are left out.
 
-    Args:
-        feet: heels, toes and pelvis.
-        recording: what the file holds beside its points; None if nothing.
-        method: one of `METHODS`.
-
     Raises:
-        MotionError: an unknown method, or one for which the file has nothing.
+        MotionError: `method` isn't one of `METHODS`, or `recording` has nothing for it.
     """
     if method not in METHODS:
         raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")

@@ -18,14 +18,10 @@ _HEEL, _TOE = LIMB_SHIFTS[_FOOT] + np.outer([-1.0, 1.0] * limb_radii(1.0)[_FOOT]
 
 @dataclass(frozen=True, eq=False)
 class Feet:
-    """Heels, toes and the pelvis over time.
+    """Heels, toes and the pelvis, midway between the hips, over time, each (frames, 3) [m], NaN in gaps.
 
-    Attributes:
-        pelvis: (frames, 3) [m], midway between the hips; NaN in gaps.
-        heel: by side, (frames, 3) [m]; sides that the capture doesn't show are missing.
-        toe: by side, (frames, 3) [m].
-        fps: frame rate [Hz].
-        notes: what stands in for a heel or a toe that the capture doesn't show.
+    `heel` and `toe` are by side, without sides that the capture doesn't show; `fps` is the frame rate [Hz]; `notes`
+    tell what stands in for a heel or a toe that the capture doesn't show.
     """
 
     pelvis: np.ndarray
@@ -41,14 +37,10 @@ class Feet:
 
 
 def feet_of(capture: Markers | Motion, marker_map: MarkerMap | str | None = None) -> Feet:
-    """Heels, toes and pelvis of a capture.
+    """Heels, toes and pelvis of markers (frames, points, 3), or of a motion (frames, 25).
 
     Where there is no marker on a heel, the ankle stands in for it; where there is none on a toe, the metatarsal heads
-    do, or else the ankle.
-
-    Args:
-        capture: markers (frames, points, 3), or a motion (frames, 25).
-        marker_map: which points are which landmarks; None recognises the marker set.
+    do, or else the ankle. Without a `marker_map` of the `capture`'s points, the marker set is recognised.
 
     Raises:
         GapError: no foot, or no pelvis.

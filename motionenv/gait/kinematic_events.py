@@ -33,12 +33,9 @@ _AROUND = 0.1  # [s]
 
 
 def kinematic_events(feet: Feet) -> tuple[Event, ...]:
-    """Initial contacts and toe-offs, in the order of time.
+    """Initial contacts and toe-offs of `feet`, in the order of time.
 
     Who walks backwards lands on the toes and leaves with the heel, so these change places.
-
-    Args:
-        feet: heels, toes and pelvis.
     """
     front, back = (feet.toe, feet.heel) if walks_backwards(feet) else (feet.heel, feet.toe)
     ways, fps = directions(feet), feet.fps
@@ -52,23 +49,17 @@ def kinematic_events(feet: Feet) -> tuple[Event, ...]:
 
 
 def candidates(feet: Feet, heel: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """Frames at which a heel is furthest ahead of the pelvis: initial contacts according to Zeni et al. (2008).
+    """Frames of initial contacts according to Zeni et al. (2008): a heel is furthest ahead of the pelvis of `feet`.
 
-    Args:
-        feet: of which the pelvis is taken.
-        heel: (frames, 3) [m].
-        ways: direction of progression (frames, 2), of `directions`.
+    `heel` is (frames, 3) [m], and `ways` the direction of progression (frames, 2) of `directions`.
     """
     return _peaks(_ahead(feet, heel, ways), feet.fps)
 
 
 def directions(feet: Feet) -> np.ndarray:
-    """Direction of progression at each frame (frames, 2): that of the pelvis' path over about a stride.
+    """Direction of progression at each frame (frames, 2): that of the path of the `feet`'s pelvis over about a stride.
 
     On a treadmill it is the direction in which the feet point; zero if somebody stands throughout.
-
-    Args:
-        feet: heels, toes and pelvis.
     """
     pointing = [feet.toe[side] - feet.heel[side] for side in feet.sides]
     if on_treadmill(feet) and any(np.nanmax(np.abs(foot)) > 0 for foot in pointing):
@@ -84,11 +75,7 @@ def directions(feet: Feet) -> np.ndarray:
 
 
 def walks_backwards(feet: Feet) -> bool:
-    """Whether the feet point against the direction of progression.
-
-    Args:
-        feet: heels, toes and pelvis.
-    """
+    """Whether the `feet` point against the direction of progression."""
     ways = directions(feet)
     pointing = np.concatenate([(feet.toe[s] - feet.heel[s])[:, :2] for s in feet.sides])
     length = np.linalg.norm(pointing, axis=-1)

@@ -11,15 +11,9 @@ SAMPLES = 101
 
 
 def normalised(values: np.ndarray, fps: float, strides: Sequence[Stride]) -> np.ndarray:
-    """Cut curves into strides and resample each at 0, 1, ..., 100 % of its cycle.
+    """Cut curves `values` (frames, n), NaN in gaps, into `strides` and resample each at 0, 1, ..., 100 % of its cycle.
 
-    Args:
-        values: (frames, n) curves, NaN in gaps.
-        fps: frame rate [Hz].
-        strides: the strides to cut out.
-
-    Returns:
-        (strides, 101, n), linearly interpolated; NaN where a neighbouring frame is unknown.
+    At the frame rate `fps` [Hz]. The result (strides, 101, n) is linearly interpolated; NaN beside unknown frames.
     """
     values = np.asarray(values, dtype=np.float64)
     share = np.linspace(0.0, 1.0, SAMPLES)
@@ -35,11 +29,7 @@ def normalised(values: np.ndarray, fps: float, strides: Sequence[Stride]) -> np.
 
 
 def mean_and_sd(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and standard deviation over strides or people, at each sample; NaN where fewer than one or two are known.
-
-    Args:
-        curves: (n, ...) with NaN where unknown.
-    """
+    """Mean and standard deviation of `curves` (n, ...) at each sample; NaN where fewer than one or two are known."""
     known = np.isfinite(curves)
     count = known.sum(0)
     mean = np.where(known, curves, 0.0).sum(0) / np.where(count > 0, count, np.nan)

@@ -19,12 +19,8 @@ _STILL = 0.5  # [m/s] of a foot that stands
 def plate_events(plates: Sequence[ForcePlate], feet: Feet) -> tuple[Event, ...]:
     """Initial contacts of the feet whose heel, and toe-offs of those whose toe is on a plate, in the order of time.
 
-    A foot that lands beside a plate and rolls onto it tells its toe-off only, and one that rolls over the plate's edge
-    its initial contact only.
-
-    Args:
-        plates: force plates of the capture.
-        feet: heels and toes, which tell whose step it is.
+    The `feet` tell whose step it is. One that lands beside the `plates` and rolls onto one tells its toe-off only, and
+    one that rolls over a plate's edge its initial contact only.
     """
     found: list[Event] = []
     for plate in plates:

@@ -20,10 +20,8 @@ from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_static
 class Session:
     """The analysed walks of one person.
 
-    Attributes:
-        trials: each capture.
-        left_out: name and reason of each file that couldn't be used.
-        band: the reference that the angles are shown against; None for none.
+    `trials` are those of each capture, `left_out` the reasons by name of each file that couldn't be used, and `band`
+    the reference that the angles are shown against, None for none.
     """
 
     trials: tuple[Trial, ...]
@@ -76,9 +74,7 @@ def read_session(
     Args:
         paths: capture files.
         static: a standing trial of the person.
-        marker_map: which points are which landmarks; None recognises the marker set.
-        fps: frame rate, for files that don't state it.
-        unit: unit of length, for files that don't state it.
+        marker_map, fps, unit: as in `motionenv.gait.trial.read_trial`.
         band: the reference to show the angles against.
         on_step: called with each file's name once it is analysed.
 
@@ -109,19 +105,14 @@ def read_group(
     unit: str | float | None = None,
     on_file: Callable[[str], None] = lambda name: None,
 ) -> tuple[Band, dict[str, str]]:
-    """The band of the people whose walks are in a folder.
+    """The band of the people whose walks are in a folder and its subfolders, and the reasons why files aren't in it.
 
     A file's name up to the first "_" is the person's label.
 
     Args:
         folder: searched with its subfolders.
-        marker_map: which points are which landmarks; None recognises the marker set.
-        fps: frame rate, for files that don't state it.
-        unit: unit of length, for files that don't state it.
+        marker_map, fps, unit: as in `motionenv.gait.trial.read_trial`.
         on_file: called with each file's name before it is read.
-
-    Returns:
-        The band, and name and reason of each file that is not in it.
 
     Raises:
         MotionError: fewer than three people with strides.

@@ -16,12 +16,9 @@ def bridged(path: np.ndarray) -> np.ndarray:
 
 
 def smoothed(path: np.ndarray, fps: float, cutoff: float) -> np.ndarray:
-    """`path` (frames, n) without gaps, low-pass filtered without delay.
+    """`path` (frames, n) with gaps bridged, low-pass filtered without delay.
 
-    Args:
-        path: (frames, n); gaps are bridged first.
-        fps: frame rate [Hz].
-        cutoff: frequency [Hz] at which the amplitude is halved; above 0.45 of the frame rate nothing is filtered.
+    At the frequency `cutoff` [Hz] the amplitude is halved; above 0.45 of the frame rate `fps` [Hz] nothing is filtered.
     """
     path = bridged(path)
     if cutoff >= 0.45 * fps or len(path) < 10:

@@ -20,12 +20,9 @@ _STEPS_IN_PLACE = 0.2  # [m] range of the heel about the pelvis of who walks on 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Part of a capture.
+    """Part of a capture, from `start` to `end` [s] since the first frame.
 
-    Attributes:
-        start: [s] since the first frame.
-        end: [s].
-        kind: "steady", "standing", "turning", "changing speed", or "unseen" where the pelvis is not visible.
+    Its `kind` is "steady", "standing", "turning", "changing speed", or "unseen" where the pelvis is not visible.
     """
 
     start: float
@@ -34,14 +31,11 @@ class Stretch:
 
 
 def find_stretches(feet: Feet) -> tuple[Stretch, ...]:
-    """Divide a capture by what the walker does.
+    """Divide a capture, of which the `feet` are given, by what the walker does.
 
     Steady is who moves at three quarters of his brisk speed or faster, and turns by less than 30 degrees a second.
     A curved path becomes several steady stretches, in each of which the direction changes by 30 degrees at most. Who
     steps without moving ahead, as on a treadmill, is steady throughout.
-
-    Args:
-        feet: heels, toes and pelvis.
     """
     kinds = _kinds(feet)
     _absorb(kinds, feet.fps)
@@ -55,11 +49,7 @@ def find_stretches(feet: Feet) -> tuple[Stretch, ...]:
 
 
 def on_treadmill(feet: Feet) -> bool:
-    """Whether somebody steps without moving ahead.
-
-    Args:
-        feet: heels, toes and pelvis.
-    """
+    """Whether somebody, whose `feet` are given, steps without moving ahead."""
     speed = _speed(feet)
     if not np.isfinite(speed).any() or np.percentile(speed, _BRISK) >= _STANDS:
         return False

@@ -22,8 +22,7 @@ class Stride:
 
     Attributes:
         side: "left" or "right".
-        start: initial contact.
-        end: the next initial contact of this side.
+        start, end: initial contact, and the next of this side.
         toe_off: of this side.
         opposite_off: toe-off of the other side, which ends the first double support; NaN in running, which has none.
         opposite_contact: initial contact of the other side.
@@ -50,13 +49,7 @@ class Stride:
 
 
 def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
-    """The strides that lie in one run of steady stretches, in the order of time.
-
-    Args:
-        feet: heels, toes and pelvis.
-        events: of the same capture.
-        stretches: of the same capture.
-    """
+    """The strides that lie in one run of steady `stretches`, from `feet` and `events`, in the order of time."""
     found = []
     for side in feet.sides:
         for start, end in pairwise(events.times("initial_contact", side)):

@@ -15,16 +15,13 @@ _GRAVITY = 9.81  # [m/s²]
 
 @dataclass(frozen=True)
 class Parameter:
-    """One figure of a walk.
+    """One figure of a walk, such as the `name` "step_length", in a `unit`.
 
     Attributes:
-        name: such as "step_length".
-        unit: of the figures.
+        name, unit: of the figure.
         side: "left", "right", or "" where it concerns both.
-        mean: over the strides.
-        sd: standard deviation over the strides; NaN of fewer than two.
-        low: lower end of the 95 % interval of the mean; NaN of fewer than two strides.
-        high: its upper end.
+        mean, sd: mean and standard deviation over the strides; the latter is NaN of fewer than two.
+        low, high: ends of the 95 % interval of the mean; NaN of fewer than two strides.
         n: number of strides.
     """
 
@@ -68,18 +65,13 @@ _VARIABILITIES = ("stride_time", "stride_length", "step_width")
 
 
 def summarise(strides: Sequence[Stride], leg_length: float | None = None) -> tuple[Parameter, ...]:
-    """The step parameters of a walk, or of several walks of one person.
+    """The step parameters of a walk, or of several walks of one person, in a fixed order, without those unknown.
 
     Walk ratio is step length over cadence (Sekiya & Nagasaki 1998); the dimensionless speed is relative to the square
     root of leg length times gravity (Hof 1996). Symmetry is the left's excess over the right relative to their mean
     (Robinson et al. 1987). Variability is the coefficient of variation, with its chi-square interval.
 
-    Args:
-        strides: of both sides, from one or several captures.
-        leg_length: of the person [m]; None if unknown.
-
-    Returns:
-        Parameters in a fixed order; those of which no stride is known are left out.
+    `strides` are of both sides, from one or several captures; `leg_length` is in m, None if unknown.
     """
     found = [_mean(name, unit, "", [value(s) for s in strides]) for name, unit, value in _OF_BOTH]
     if leg_length:

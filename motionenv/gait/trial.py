@@ -22,16 +22,11 @@ ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.st
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One analysed capture.
+    """One analysed capture: its feet, clinical angles, gait events, stretches, and the strides in the steady ones.
 
     Attributes:
-        name: of the capture.
-        person: the person's label, "" if the file doesn't name one.
-        feet: heels, toes and pelvis.
-        angles: the clinical angles.
-        events: initial contacts and toe-offs.
-        stretches: what the walker does when.
-        strides: those in steady stretches.
+        name, person: of the capture, and the person's label, "" if the file doesn't name one.
+        feet, angles, events, stretches, strides: what was found.
         leg_length: of the person [m]; None if the file doesn't state it.
         notes: what a reader of the figures should know.
     """
@@ -75,11 +70,8 @@ def read_trial(
 
     Args:
         path: any file that `motionenv.read` reads.
-        static: a standing trial of the same person.
-        marker_map: which points are which landmarks; None recognises the marker set.
-        fps: frame rate, if the file doesn't specify it.
-        unit: unit of length, if the file doesn't specify it.
-        method: where events come from; see `motionenv.gait.find_events`.
+        static, marker_map, method: as in `analyse`.
+        fps, unit: frame rate [Hz] and unit of length, if the file doesn't specify them.
 
     Raises:
         MotionError: as in `motionenv.read` and `analyse`.

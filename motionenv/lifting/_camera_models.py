@@ -50,8 +50,7 @@ class Parallel:
         basis: (frames, d + 1) Legendre polynomials in time.
         elevation, scale: given values [rad], [image units per m].
         unknown: which of "elevation" and "scale" are estimated.
-        correlation: factor on the variance of low-frequency residuals, because the deviations of markers are
-            correlated.
+        correlation: factor on the variance of low-frequency residuals: deviations of markers are correlated.
     """
 
     basis: np.ndarray

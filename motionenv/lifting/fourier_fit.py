@@ -38,19 +38,15 @@ class Series:
 
     Attributes:
         coefficients: (5, 15, 2) in the points' unit, across and upwards; NaN for markers with too few observations.
-        frequency: strides per second [Hz].
-        cycles: number of strides observed.
+        frequency, cycles: strides per second [Hz], and number of strides observed.
         drift: (degree + 1, 2) coefficients of 1, t, t², ... [s] of the motion common to all markers, in the points'
             unit, second axis upwards; mean 0 over the frames.
         size: (3,) coefficients of 1, t, t² of the relative image size, with mean 1; (1, 0, 0) in metres.
         covariance: (15, 5, 5) of the five coefficients of either coordinate of each marker; NaN where they are NaN.
         rms: (15,) root mean square residual of each marker over frames and both coordinates.
-        explained: fraction of the variance about the mean posture (drift removed, outliers weighted down) that the
-            series explains.
+        explained: share of the variance about the mean posture (without drift; outliers weigh less) that it explains.
         weights: (frames, 15) in [0, 1]: below 1 for outliers, 0 where a marker is missing.
-        unit: "m" or "px".
-        fps: frame rate [Hz].
-        name: label of the recording.
+        unit, fps, name: "m" or "px", frame rate [Hz], and label of the recording.
     """
 
     coefficients: np.ndarray
@@ -98,10 +94,8 @@ def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) ->
     """Fit the 2D Fourier series of a walk of at least 1.5 strides.
 
     The fundamental is the stride frequency, found by a scan and then refined; coefficients and drift have a closed form
-    given the frequency. Huber weights, scaled by each marker's median residual, limit the influence of outliers.
-
-    For the covariance, residuals are modelled as white noise plus exponentially correlated noise, both estimated from
-    the autocorrelation over all markers.
+    given the frequency. Huber weights, scaled by each marker's median residual, limit the influence of outliers. For
+    the covariance, residuals are modelled as white plus exponentially correlated noise, from the autocorrelation.
 
     Args:
         points: image points of one camera; any gaps are allowed, also missing markers.

@@ -32,12 +32,7 @@ MISFIT_LIMIT = 1.2
 
 @dataclass(frozen=True, eq=False)
 class OtherView:
-    """An alternative view that is compatible with the points.
-
-    Attributes:
-        alpha, elevation: [rad].
-        probability: posterior probability among all views, from 0 to 1.
-    """
+    """A view, `alpha` and `elevation` [rad], that also fits the points; `probability` is posterior, among all views."""
 
     alpha: float
     elevation: float

@@ -23,14 +23,10 @@ _PELVIS = MARKERS.index("pelvis")
 
 
 def lifted_walk(lifted: Lifted) -> "Figure":
-    """A lifted walk beside its points, and beside the truth where that is known.
+    """The walk `lifted` beside its points, and beside the truth where that is known.
 
-    Args:
-        lifted: from `motionenv.lifting.lift`.
-
-    Returns:
-        Five postures of one cycle as the camera saw them (points black) and with the unseen depth across; below, the
-        depth of single markers over time with 90 % bands. Estimates blue, truth orange and dashed, about the pelvis.
+    Shows five postures of one cycle as the camera saw them (points black) and with the unseen depth across; below, the
+    depth of single markers over time with 90 % bands. Estimates blue, truth orange and dashed, about the pelvis.
     """
     figure, axes = new_figure(3, _POSTURES, (11.0, 8.0), sharex=False)
     found = lifted.posterior
@@ -57,16 +53,10 @@ def lifted_walk(lifted: Lifted) -> "Figure":
 def new_figure(
     rows: int, columns: int, size: tuple[float, float], *, sharex: bool = True
 ) -> "tuple[Figure, np.ndarray]":
-    """A figure that pyplot knows nothing of, so that no state is shared, and its axes (rows, columns).
+    """A figure that pyplot knows nothing of, so that no state is shared, and its axes (`rows`, `columns`).
 
-    Args:
-        rows: of panels.
-        columns: of panels.
-        size: width and height [inches].
-        sharex: whether panels share their horizontal axis.
-
-    Raises:
-        MotionError: matplotlib isn't installed.
+    `size` is (width, height) [inches]; `sharex` lets panels share their horizontal axis. A `MotionError` if matplotlib
+    isn't installed.
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -19,20 +19,14 @@ def project_markers(
     heading: float | None = None,
     camera: Camera | None = None,
 ) -> Points:
-    """Project a 3D walk to image points.
-
-    The walk is first turned about the vertical so that it goes along x, as paper B's definition of the view angle
-    requires.
+    """Project a 3D walk, first turned about the vertical to go along x (paper B's definition of the view angle).
 
     Args:
-        markers: the 15 markers (frames, 15, 3) [m]; `motionenv.mocap.retargeting.to_markers` makes them.
+        markers, heading: as in `turned_to_x`; heading 0 leaves the walk as it is.
         alpha: view angle [rad]; see `motionenv.lifting.view_geometry`.
         elevation: angle [rad] by which the camera looks down on the walker, within ±π/2.
-        heading: direction of travel, from x towards y [rad]. None estimates it with
-            `motionenv.models.eigenwalkers.extraction.fourier_walker`; 0 leaves the walk as it is.
         camera: pinhole camera, for example `motionenv.render.cameras.fit_view` of the turned walk at `alpha` and
-            `elevation`; the points are then in pixels, NaN outside of the image. None projects orthographically, in
-            metres.
+            `elevation`; the points are then in pixels, NaN outside of the image. None: orthographic, in metres.
 
     Returns:
         The points, with the turned walk as `truth`.
@@ -60,11 +54,10 @@ def project_markers(
 
 
 def turned_to_x(markers: Markers, heading: float | None = None) -> Markers:
-    """Turn a walk about the vertical so that it goes along x.
+    """Turn a walk, the 15 `markers` (frames, 15, 3) [m], about the vertical so that it goes along x.
 
-    Args:
-        markers: the 15 markers (frames, 15, 3) [m].
-        heading: direction of travel, from x towards y [rad]; None estimates it.
+    `heading` is the direction of travel, from x towards y [rad]; None estimates it with
+    `motionenv.models.eigenwalkers.extraction.fourier_walker`.
 
     Raises:
         MotionError: `heading` isn't finite.

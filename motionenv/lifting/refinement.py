@@ -50,9 +50,8 @@ class Start:
 
     Attributes:
         coefficients: (5, 15, 3) [m], the walker.
-        alpha: view angle [rad].
+        alpha, phase: view angle, and phase of the first frame [rad].
         frequency: strides per second [Hz].
-        phase: phase of the first frame [rad].
         elevation: angle [rad] by which the camera looks down; unused if the camera's pose is known.
         scale: image units per metre (1 for metres); unused with a camera.
     """

@@ -28,13 +28,9 @@ _LEGS = tuple([MARKERS.index(f"{side}_{n}") for n in GROUPS["legs"]] for side in
 
 
 def check_points(points: Points, scale: float | None = None) -> None:
-    """Reject points that can't be lifted, before any expensive work.
+    """Reject image `points` that can't be lifted, before any expensive work; `scale` is pixels per metre, if known.
 
     The unit is checked by regressing the markers' mean heights on those of a standing body.
-
-    Args:
-        points: image points of one camera.
-        scale: pixels per metre, if known.
 
     Raises:
         GapError: too few frames or markers.
@@ -65,17 +61,11 @@ def check_points(points: Points, scale: float | None = None) -> None:
 
 
 def check_series(series: Series) -> None:
-    """Reject a series that isn't a walk.
+    """Reject a `series` that isn't a walk: a `MotionError` if it isn't periodic, or the legs don't alternate.
 
     The series must explain 0.45 of the variance. If both ankles are seen, 0.7 of the legs' vertical power must
     alternate between left and right (see `alternation`). CMU walks have at least 0.84 and 0.91 at any view, and 0.51
     and 0.87 with 20 mm of noise at 30 frames per second.
-
-    Args:
-        series: result of `motionenv.lifting.fourier_fit.fourier_points`.
-
-    Raises:
-        MotionError: the motion isn't periodic, or the legs don't alternate.
     """
     who = series.name or "this walk"
     if series.explained < _EXPLAINED:
@@ -93,14 +83,11 @@ def check_series(series: Series) -> None:
 
 
 def alternation(series: Series) -> float:
-    """Fraction of the legs' vertical power in which left and right alternate; NaN if an ankle isn't seen.
+    """Fraction of the legs' vertical power in a `series` in which left and right alternate; NaN if an ankle isn't seen.
 
     It is the power of the fundamental of left minus right and of the second harmonic of left plus right. Horizontal
     motion is excluded because its parity is the opposite. Ankles, which have at least 0.96 in every view, are required:
     in views from above, horizontal motion leaks into the vertical of the other markers.
-
-    Args:
-        series: Fourier series of a walk in the image.
     """
     left, right = (series.coefficients[1:, side, 1] for side in _LEGS)
     if np.isnan(left[0, -1] + right[0, -1]):
@@ -111,17 +98,14 @@ def alternation(series: Series) -> float:
 
 
 def swapped_frames(points: Points) -> np.ndarray:
-    """Find frames in which left and right labels are swapped: (frames, 2) for arms and legs.
+    """Find frames of `points` in which left and right labels are swapped: (frames, 2) for arms and legs.
 
     A swap negates the difference left minus right, which breaks its continuity and its period. The Viterbi algorithm
     finds the most probable labels of all frames under autoregressive noise about a periodic difference; labels and
     periodic difference are estimated alternately.
 
-    Labels that are swapped throughout can't be detected: apart from asymmetries, that is the same walker at view -α.
-    Frames in which left and right coincide can't be decided, and do not matter.
-
-    Args:
-        points: image points of one camera, swapped in fewer than half of the frames.
+    Labels that are swapped throughout or in most frames can't be detected: apart from asymmetries, that is the same
+    walker at view -α. Frames in which left and right coincide can't be decided, and do not matter.
 
     Raises:
         GapError: as `motionenv.lifting.fourier_fit.fourier_points`.
@@ -131,14 +115,7 @@ def swapped_frames(points: Points) -> np.ndarray:
 
 
 def unswapped(points: Points) -> tuple[Points, np.ndarray]:
-    """Points with left and right labelled as in most frames, and the swapped frames (frames, 2) of arms and legs.
-
-    Args:
-        points: image points of one camera; see `swapped_frames` for the limits.
-
-    Raises:
-        GapError: as `motionenv.lifting.fourier_fit.fourier_points`.
-    """
+    """`points` with left and right labelled as in most frames, and `swapped_frames`, with its limits and errors."""
     labels = swapped_frames(points)
     return _exchanged(points, labels), labels
 

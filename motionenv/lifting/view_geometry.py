@@ -21,25 +21,16 @@ def axes(alpha, elevation=0.0) -> np.ndarray:
 
 
 def project(coefficients, alpha, elevation=0.0) -> np.ndarray:
-    """Orthographic projection C(α) w (eq. 3.5) of points or of their Fourier coefficients.
+    """Orthographic projection C(α) w (eq. 3.5), (..., 5, 15, 2) [m] across and upwards, of points or Fourier series.
 
-    Args:
-        coefficients: (..., 5, 15, 3) [m].
-        alpha: view angle (...) [rad].
-        elevation: (...) [rad].
-
-    Returns:
-        (..., 5, 15, 2) [m]: across and upwards.
+    `coefficients` are (..., 5, 15, 3) [m], `alpha` and `elevation` (...) [rad].
     """
     return np.einsum("...ij,...hmj->...hmi", axes(alpha, elevation)[..., :2, :], coefficients)
 
 
 def depth(coefficients, alpha, elevation=0.0) -> np.ndarray:
-    """The missing dimension (..., 5, 15) [m], positive away from the camera.
+    """The missing dimension (..., 5, 15) [m], positive away from the camera; arguments as of `project`.
 
-    Args:
-        coefficients: (..., 5, 15, 3) [m].
-        alpha: view angle (...) [rad].
-        elevation: (...) [rad].
+    `coefficients` are (..., 5, 15, 3) [m], `alpha` and `elevation` (...) [rad].
     """
     return np.einsum("...j,...hmj->...hm", axes(alpha, elevation)[..., 2, :], coefficients)

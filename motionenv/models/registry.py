@@ -32,11 +32,7 @@ _OURS = "motionenv"
 
 @dataclass(frozen=True)
 class ModelFile:
-    """A ready-made model in a file.
-
-    Attributes:
-        path: the model file.
-    """
+    """A ready-made model in the file `path`."""
 
     path: Path
 
@@ -55,16 +51,14 @@ def names() -> tuple[str, ...]:
 
 
 def load(name_or_path) -> Any:
-    """Load a fitted model from a file, or a ready-made one by its name, such as "walk/fpca".
+    """Load a fitted model from a file, or a ready-made one by its name, one of `names()`, such as "walk/fpca".
 
     The first call for "mixed/tree" builds it, which takes seconds, and keeps it in the user's cache or in the folder
     of the environment variable MOTIONENV_CACHE.
 
-    Args:
-        name_or_path: one of `names()`, or a file.
-
     Raises:
-        ModelError: neither a file nor a known name, a file that is no model, or a package that fails to make its model.
+        ModelError: `name_or_path` is neither a file nor a known name, or the file no model, or a package fails to make
+            it.
         MotionError: the cache can't be written.
     """
     name = str(name_or_path)
@@ -80,13 +74,9 @@ def load(name_or_path) -> Any:
 
 
 def card(name: str) -> dict:
-    """The model card of a ready-made model, if possible without making the model.
+    """The model card of the ready-made model `name`, one of `names()`, if possible without making the model.
 
-    Args:
-        name: one of `names()`.
-
-    Raises:
-        ModelError: there is no such model, or its package fails to make it.
+    A `ModelError` if there is no such model, or its package fails to make it.
     """
     if name not in names():
         raise ModelError(f"there is no model {name!r}: {', '.join(names())}" + did_you_mean(name, names()))
@@ -95,13 +85,9 @@ def card(name: str) -> dict:
 
 
 def takes_long(name: str) -> bool:
-    """Whether making a ready-made model takes more than about a second.
+    """Whether making the ready-made model `name` takes more than about a second.
 
-    Args:
-        name: one of `names()`.
-
-    Raises:
-        ModelError: its package can't be imported.
+    A `ModelError` if its package can't be imported.
     """
     return bool(getattr(_value(name), "takes_long", False))
 
@@ -112,14 +98,7 @@ def version(name: str) -> str:
 
 
 def gait_model(model) -> GaitModel:
-    """A gait model, loaded if it is given by name or path.
-
-    Args:
-        model: a name or path for `load`, or a model.
-
-    Raises:
-        MotionError: not a gait model.
-    """
+    """The gait model `model`, loaded if it is given by name or path; a `MotionError` if it is no gait model."""
     loaded = load(model) if isinstance(model, str | Path) else model
     if not isinstance(loaded, GaitModel):
         what = getattr(loaded, "kind", type(loaded).__name__)
@@ -128,14 +107,7 @@ def gait_model(model) -> GaitModel:
 
 
 def class_of(kind: str) -> type[StoredModel]:
-    """The class of a kind of model.
-
-    Args:
-        kind: the kind in the header of model files.
-
-    Raises:
-        ModelError: no installed package registers this kind.
-    """
+    """The class of the `kind` in the header of model files; a `ModelError` if no installed package registers it."""
     kinds = [name for name in _entries() if "/" not in name]
     if kind not in kinds:
         raise ModelError(f"no installed package has models of kind {kind!r}; known kinds: {', '.join(kinds)}")

@@ -54,9 +54,8 @@ class Walks:
     """Captured straight walks.
 
     Attributes:
-        motions: the retargeted walks, each (frames, 25).
+        motions, subjects: the retargeted walks, each (frames, 25), and the label of each one's person.
         markers: the 15 markers of each walk; NaN where the capture doesn't show them.
-        subjects: the person's label of each walk.
         left_out: files that were not used, and why.
         cmu: whether every walk is a known CMU file.
     """
@@ -117,15 +116,9 @@ def read_walks(
 
 
 def fit(name: str, walks: Walks, command: str) -> GaitModel:
-    """Fit the model `name` to captured walks and write its card.
+    """Fit the model `name`, a key of `MODELS`, to `walks` and write its card, with the `command` line that fits it.
 
-    Args:
-        name: a key of `MODELS`.
-        walks: from `read_walks`.
-        command: the command line to record in the card.
-
-    Raises:
-        MotionError: `name` isn't a key of `MODELS`.
+    A `MotionError` if `name` isn't a key of `MODELS`.
     """
     check_name(name)
     model = MODELS[name]()
@@ -135,11 +128,7 @@ def fit(name: str, walks: Walks, command: str) -> GaitModel:
 
 
 def check_name(name: str) -> None:
-    """Check that `fit` knows the model `name`, before an hour of reading files.
-
-    Raises:
-        MotionError: `name` isn't a key of `MODELS`.
-    """
+    """Raise a `MotionError` if `name` isn't a key of `MODELS`, before an hour of reading files."""
     if name not in MODELS:
         raise MotionError(
             f"model must be one of tree, {', '.join(MODELS)}, got {name!r}" + did_you_mean(name, ("tree", *MODELS))

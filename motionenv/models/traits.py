@@ -24,12 +24,10 @@ class Trait:
     """A direction in the space of a model's walkers.
 
     Attributes:
-        name: name of the feature.
+        name, unit: of the feature.
         low, high: words for walkers with little or much of it.
         direction: (q,) unit vector, in standard deviations along each component.
-        mean: mean of the feature over walkers, in `unit`.
-        gain: change of the feature for one step along `direction`, in `unit`, by the linear regression.
-        unit: unit of the feature.
+        mean, gain: of the feature over walkers, and its change for one step along `direction`, by the regression.
         share: share of the feature's variance over walkers that the regression explains.
     """
 
@@ -44,13 +42,9 @@ class Trait:
 
 
 def traits(model: GaitModel) -> list[Trait]:
-    """The traits of a gait model; deterministic. Those of limbs that the model doesn't know are left out.
+    """The traits of a fitted gait `model`; deterministic. Those of limbs that the model doesn't know are left out.
 
-    Args:
-        model: a fitted model.
-
-    Raises:
-        MotionError: a model without components or treadmill.
+    A `MotionError` for a model without components or treadmill.
     """
     z = np.random.default_rng(_SEED).standard_normal((_DRAWN, len(model.components())))
     features = measured(model, z)
@@ -67,11 +61,9 @@ def traits(model: GaitModel) -> list[Trait]:
 
 
 def measured(model: GaitModel, deviations) -> np.ndarray:
-    """The `FEATURES` (n, features) of walkers with `deviations` (n, q) from the average, each in its unit.
+    """The `FEATURES` (n, features) of walkers of a fitted `model`, each in its unit.
 
-    Args:
-        model: a fitted model.
-        deviations: (n, q) standard deviations along each component.
+    They deviate from the average by `deviations` (n, q), in standard deviations along each component.
 
     Raises:
         MotionError: deviations of another shape, or a model without components or treadmill.

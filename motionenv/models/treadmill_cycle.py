@@ -59,16 +59,10 @@ class InPlace:
 
 
 def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, height: float | None = None) -> InPlace:
-    """Cycles of walkers with given scores, at the stride time that suits them, or that makes a speed.
+    """Cycles of walkers with `scores` (..., q), at the stride time that suits them, or that makes a `speed` [m/s].
 
-    Args:
-        model: fitted.
-        scores: (..., q).
-        speed: [m/s], or None for the walker's own.
-        height: body height [m], or None for the mean.
-
-    Raises:
-        MotionError: a number out of range, or scores of another shape.
+    The fitted `model` gives walkers of body `height` [m], None for the mean. A `MotionError` if a number is out of
+    range, or scores have another shape.
     """
     body, scores = model.skeleton(height), np.asarray(scores, dtype=np.float64)
     if scores.ndim == 0 or scores.shape[-1] != model.fpca_.n_components or not np.isfinite(scores).all():
@@ -99,15 +93,10 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
 
 
 def markers_in_place(model: "FourierModel", scores, *, speed: float | None = None) -> InPlace:
-    """Cycles of walkers with given scores, as the 15 markers.
+    """Cycles of walkers of a fitted `model` with `scores` (..., N) [m], as the 15 markers.
 
-    Args:
-        model: fitted.
-        scores: (..., N) [m].
-        speed: [m/s], or None for the pace that suits the scores.
-
-    Raises:
-        MotionError: a speed out of range, or scores of another shape.
+    `speed` is in m/s, None for the pace that suits the scores. A `MotionError` if it is out of range, or scores have
+    another shape.
     """
     if speed is not None:
         checked_number(speed, "speed", *SPEED_RANGE)
@@ -132,12 +121,9 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
 
 
 def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
-    """Fourier series of a model's channels, as `motionenv.parameters` describes them, and its stride times.
+    """Fourier series of a fitted `model`'s channels, as `motionenv.parameters` describes them, and its stride times.
 
-    The mean of channels that the model lacks is NaN.
-
-    Args:
-        model: fitted. Columns of its basis are scaled to amplitude 1.
+    Columns of its basis are scaled to amplitude 1. The mean of channels that the model lacks is NaN.
     """
     fpca, components = model.fpca_, model.components()
     scale = np.full(2 * fpca.n_harmonics - 1, np.sqrt(2 / len(fpca.mean_)))

@@ -33,11 +33,10 @@ _NEAREST = 0.1  # [m] least distance between the camera of `fit_view` and the ne
 
 
 def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: float = 40.0, up=(0, 0, 1)) -> Camera:
-    """A camera at `eye` with `target` in the centre of its image.
+    """A camera at `eye` (3,) [m] with `target` (3,) [m] in the centre of its image.
 
     Args:
-        eye: (3,) [m] camera position.
-        target: (3,) [m] the point it looks at.
+        eye, target: camera position, and the point it looks at.
         width, height: size of the image [pixels].
         fov_degrees: vertical field of view [degrees], from edge to edge of the image.
         up: (3,) direction that points up in the image.
@@ -68,11 +67,8 @@ def view(
 
     Args:
         alpha: view angle [rad]; see the figure in the module's docstring.
-        distance: horizontal distance from the camera to the target [m].
-        eye_height: height of the camera above the ground [m].
-        target: (3,) [m] point in the centre of the image.
-        width, height: size of the image [pixels].
-        fov_degrees: vertical field of view [degrees].
+        distance, eye_height: horizontal distance from the camera to the target, and its height above the ground [m].
+        target, width, height, fov_degrees: as in `look_at`.
 
     Raises:
         MotionError: as in `look_at`, or `distance` isn't above 0.
@@ -91,10 +87,8 @@ def fit_view(
 
     Args:
         points: (..., 3) [m], such as all markers of a motion; NaN points are ignored.
-        alpha: view angle [rad]; see the figure in the module's docstring.
-        width, height: size of the image [pixels].
+        alpha, width, height, fov_degrees: as in `view`.
         margin: fraction of the image left free at each edge, from 0 to below 0.5.
-        fov_degrees: vertical field of view [degrees].
         elevation: angle [rad] by which the camera looks down on the walker, within ±π/2; 0 is level.
 
     Raises:
@@ -178,11 +172,8 @@ def orthographic(points, alpha) -> np.ndarray:
 class Orthographic:
     """An orthographic view, as in paper B's experiments; used in place of `Camera` for drawing points.
 
-    Attributes:
-        alpha: view angle [rad]; see the figure in the module's docstring.
-        scale: pixels per metre.
-        target: (3,) [m] point in the centre of the image.
-        width, height: image size [pixels].
+    `alpha` is the view angle [rad], `scale` in pixels per metre, `target` (3,) [m] the point in the centre of the
+    image, and `width` and `height` are its size [pixels].
     """
 
     alpha: float

@@ -47,12 +47,11 @@ _RANGE = {
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What one panel of the figure of angles shows.
+    """What one panel of the figure of angles shows, for an angle without its side, such as "knee_flexion".
 
     Attributes:
-        name: of the angle without its side, such as "knee_flexion".
-        curves: by side, (strides, 101) [degrees] in percent of the cycle.
-        toe_off: by side, the mean toe-off [% of the cycle].
+        name: of the angle.
+        curves, toe_off: by side, (strides, 101) [degrees], and the mean toe-off [% of the cycle].
         band: mean and standard deviation (2, 101) [degrees] of a reference; None if it doesn't have this angle.
     """
 
@@ -86,12 +85,9 @@ def angle_panel(panel: Panel) -> str:
 
 
 def path_from_above(path: np.ndarray, fps: float, stretches: Sequence[tuple[float, float, str]]) -> str:
-    """The pelvis' path on the floor, with a scale, steady stretches drawn solid and the others dashed.
+    """The pelvis' `path` (frames, 2) [m], NaN in gaps, on the floor, with a scale; only steady stretches are solid.
 
-    Args:
-        path: (frames, 2) [m], NaN in gaps.
-        fps: frame rate [Hz].
-        stretches: start [s], end [s] and kind of each stretch.
+    `fps` is in Hz; `stretches` hold the start [s], end [s] and kind of each.
     """
     known = path[np.isfinite(path).all(-1)]
     if not len(known):

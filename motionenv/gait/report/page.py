@@ -25,11 +25,7 @@ _SOURCES = {"file": "marked in the file", "plates": "from force plates", "kinema
 
 
 def page(session: Session) -> str:
-    """The report of a session as HTML.
-
-    Args:
-        session: the analysed walks of one person.
-    """
+    """The report of a `session` as HTML."""
     style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
     title = f"Gait report: {escape(session.person)}"
     return (

@@ -23,17 +23,12 @@ def write_report(
     band: Band | None = None,
     on_step: Callable[[str], None] = lambda name: None,
 ) -> Session:
-    """Write the gait report of one person: `out`, and beside it the same figures as .json and .csv.
+    """Write the gait report of one person to the page `out`, .html, and beside it the same figures as .json and .csv.
 
     Args:
-        paths: capture files of one person.
-        out: the page, .html.
-        static: a standing trial of the person.
-        marker_map: which points are which landmarks; None recognises the marker set.
-        fps: frame rate, for files that don't state it.
-        unit: unit of length, for files that don't state it.
+        paths, static, marker_map, fps, unit, on_step: as in `motionenv.gait.session.read_session`.
+        out: the page.
         band: the reference to show angles against; None takes that of the people of the shipped models.
-        on_step: called with each file's name once it is analysed.
 
     Returns:
         What the report shows.

@@ -76,11 +76,7 @@ def best_scale(p, q, r, count):
 
 @fast_part
 def evaluate(angles, data, square, count, blocks, precision, scores, gradient, hessian):
-    """J at `angles` (3,) with scores and scale eliminated; writes scores (N,) and the derivatives by the angles.
-
-    Returns:
-        J and τ.
-    """
+    """J and τ at `angles` (3,), scores and scale eliminated; writes scores (N,) and the derivatives by the angles."""
     n, phases = len(scores), data.shape[1]
     f, g, t = np.empty((6, 6)), np.empty((6, 5)), np.empty((3, phases))
     view_terms(angles[0], angles[1], f, g)

@@ -30,15 +30,11 @@ class DataTerms:
 
 
 def data_terms(g: Gaussian, y: np.ndarray, seen: np.ndarray, turning: bool, any_place: bool) -> DataTerms:
-    """Inner products of model `g` and sequences `y`.
+    """Inner products of model `g` and sequences `y` (n, 5, 15, 2), 0 where missing.
 
-    Args:
-        g: the model.
-        y: (n, 5, 15, 2) sequences, 0 where missing.
-        seen: (15,) which markers are present.
-        turning: whether the phase is unknown.
-        any_place: whether the image offset is unknown. With its flat prior, eliminating it means subtracting the
-            weighted mean of p0 from data and model, which commutes with projection.
+    `seen` (15,) tells which markers are present, `turning` whether the phase is unknown, and `any_place` whether the
+    image offset is. With its flat prior, eliminating it means subtracting the weighted mean of p0 from data and model,
+    which commutes with projection.
     """
     weights = g.weights(seen)
     share = weights[0] / weights[0].sum() * any_place

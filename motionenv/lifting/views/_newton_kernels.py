@@ -35,8 +35,7 @@ def newton_step(gradient, hessian, free, damping, step):
 def polish(angles, low, high, reach, data, square, count, blocks, precision, scores):
     """Newton's method on `angles` (3,), in place, within `low` and `high`, with steps of at most `reach` (3,).
 
-    Returns:
-        J, τ, and the variance of α from the curvature of J.
+    Returns J, τ, and the variance of α from the curvature of J.
     """
     gradient, hessian, step, free = np.empty(3), np.empty((3, 3)), np.empty(3), np.empty(3, np.bool_)
     new_gradient, new_hessian, new, new_scores = np.empty(3), np.empty((3, 3)), np.empty(3), np.empty(len(scores))

@@ -23,11 +23,9 @@ def factor_views(alphas, elevations, blocks, precision, terms, root, inner, rest
 
     Args:
         alphas, elevations: the grid (A,), (E,).
-        blocks: (6, 1 + N, 1 + N).
-        precision: (N,).
+        blocks, precision: (6, 1 + N, 1 + N) and (N,).
         terms: (E · A, 5), output: factors of the data terms.
-        root: (E · A, N, N), output: U with A = UᵀU.
-        inner: (E · A, N), output: U⁻ᵀ h, where h is the mean's row of H.
+        root, inner: (E · A, N, N) and (E · A, N), output: U with A = UᵀU, and U⁻ᵀ h, where h is the mean's row of H.
         rest: (E · A,), output: the mean's part that the components don't explain, H_00 - |inner|².
     """
     m = blocks.shape[1]
@@ -137,19 +135,14 @@ def search(
     """Write the local minima of J of each sequence, lowest first; unused entries keep their values.
 
     Args:
-        grids: α, ε and φ of the grid: (A,), (E,), (Φ,).
-        turns: (Φ, J) phase terms at φ.
-        low, high: (3,) bounds of α, ε, φ; equal where an angle is given.
-        reach: (3,) largest step.
-        data: (n, 5, J, 1 + N).
-        squares: (n,) yᵀWy.
+        grids, turns: α, ε and φ of the grid, (A,), (E,), (Φ,), and (Φ, J) phase terms at φ.
+        low, high, reach: (3,) bounds of α, ε, φ, equal where an angle is given, and largest step.
+        data, squares: (n, 5, J, 1 + N) and (n,) yᵀWy.
         count: number of measured values of a sequence, or 0 if the scale is given.
-        blocks: (6, 1 + N, 1 + N).
-        precision: (N,).
+        blocks, precision: (6, 1 + N, 1 + N) and (N,).
         views: output of `factor_views`: terms, root, inner, rest.
-        angles: (n, K, 3), output.
+        angles, scores: (n, K, 3) and (n, K, N), output.
         tau, cost, variance: (n, K), output: 1 / scale, J, and variance of α.
-        scores: (n, K, N), output.
     """
     alphas, elevations, phases = grids
     terms, root, inner, rest = views

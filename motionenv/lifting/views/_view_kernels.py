@@ -141,22 +141,14 @@ def combine(row, basis, out):
 
 @fast_kernel
 def known_views(w2, order, starts, axes, basis, weights, blocks, precision, scores, depth):
-    """Scores (eqs. 3.9, A.5) and missing dimension of sequences sorted by view.
+    """Scores (eqs. 3.9, A.5) and missing dimension of sequences sorted by view; False if a normal matrix is singular.
 
     Args:
-        w2: (n, 75, 2), 0 where missing.
-        order: rows of `w2`, group after group.
-        starts: (groups + 1,) start of each group in `order`.
-        axes: (groups, 3, 3) axes of each group's view.
-        basis: (3, 1 + N, 75).
-        weights: (75,), 0 where missing.
-        blocks: (6, 1 + N, 1 + N).
-        precision: (N,).
-        scores: (n, N), output.
-        depth: (n, 75), output.
-
-    Returns:
-        Whether every normal matrix is invertible.
+        w2, order: (n, 75, 2), 0 where missing, and its rows, group after group.
+        starts, axes: (groups + 1,) start of each group in `order`, and (groups, 3, 3) axes of its view.
+        basis, weights: (3, 1 + N, 75) and (75,), 0 where missing.
+        blocks, precision: (6, 1 + N, 1 + N) and (N,).
+        scores, depth: (n, N) and (n, 75), output.
     """
     n, p = basis.shape[1] - 1, basis.shape[2]
     normal, factors, full = np.empty((n, n)), np.empty(6), np.empty((n + 1, n + 1))
@@ -205,16 +197,9 @@ def _weighted(shown, weights):
 
 @fast_kernel
 def fill(w2, seen, depth, scores, axes, basis, out):
-    """Combine measured coordinates with the model's missing dimension and missing markers (eq. 3.16).
+    """Combine measured coordinates with the model's missing dimension and markers (eq. 3.16) in `out` (n, 75, 3).
 
-    Args:
-        w2: (n, 75, 2).
-        seen: (n, 75).
-        depth: (n, 75).
-        scores: (n, N).
-        axes: (n, 3, 3).
-        basis: (3, 1 + N, 75).
-        out: (n, 75, 3), output.
+    `w2` is (n, 75, 2), `seen` and `depth` (n, 75), `scores` (n, N), `axes` (n, 3, 3) and `basis` (3, 1 + N, 75).
     """
     for s in range(len(w2)):
         r, u, d = axes[s, 0], axes[s, 1], axes[s, 2]

@@ -38,8 +38,7 @@ class Reconstruction:
     Attributes:
         scores: (..., N) [m], the estimate of k.
         depth: (..., 5, 15) [m], the missing dimension as predicted by the model, away from the camera.
-        alpha: (...) [rad], the view.
-        elevation: (...) [rad].
+        alpha, elevation: (...) [rad], the view.
         seen: (..., 15) which markers were measured.
     """
 
@@ -141,12 +140,8 @@ def maximum_a_posteriori(
     Measured coordinates are kept (3.16), even if they are noisy.
 
     Args:
-        model: `Eigenwalkers` or `WalkerPrior`.
-        w2: (..., 5, 15, 2) [m], 2D coefficients across and upwards; NaN for a missing marker.
-        alpha: view angle [rad], broadcast to (...).
+        model, w2, alpha, elevation, n_components: as in `least_squares`.
         variance: σ² [m²]; None uses the model's own, per harmonic and marker.
-        elevation: angle [rad] by which the camera looks down, broadcast to (...).
-        n_components: number of leading components to use; None for all.
         measurement: variance [m²] of the error of w2, broadcast to (5, 15); added to σ², the walker's own.
 
     Raises:

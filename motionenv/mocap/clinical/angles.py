@@ -34,13 +34,9 @@ CLINICAL_ANGLES = tuple(f"{side}_{name}" for side in ("left", "right") for name 
 
 @dataclass(frozen=True, eq=False)
 class ClinicalAngles:
-    """Joint angles in degrees.
+    """Joint angles `values` (frames, 26), in the order of `CLINICAL_ANGLES` [degrees]; NaN where unknown.
 
-    Attributes:
-        values: (frames, 26), in the order of `CLINICAL_ANGLES` [degrees]; NaN where unknown.
-        fps: frame rate [Hz].
-        method: how the joint centres were found.
-        names: `CLINICAL_ANGLES`.
+    `fps` is the frame rate [Hz], `method` how the joint centres were found, and `names` are `CLINICAL_ANGLES`.
     """
 
     values: np.ndarray

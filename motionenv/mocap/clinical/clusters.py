@@ -17,17 +17,11 @@ _NOISE = 0.004  # [m] misfit that skin always has
 
 
 def cluster_pose(markers: np.ndarray) -> Segment | None:
-    """The pose of a cluster over time.
+    """The pose of a cluster of `markers` (frames, markers, 3) [m], NaN where unseen, over time.
 
-    Frames that show fewer than three markers, and those that fit the shape far worse than usual, as where markers were
-    mistaken for one another, are NaN.
-
-    Args:
-        markers: (frames, markers, 3) [m], NaN where unseen.
-
-    Returns:
-        Origin in the middle of the cluster and rotation, cluster → world; None if no three markers are ever seen at
-        once, or if they lie on a line.
+    Its origin is in the middle of the cluster; its rotation is cluster → world. Frames that show fewer than three
+    markers, and those that fit the shape far worse than usual, as where markers were mistaken for one another, are NaN.
+    None if no three markers are ever seen at once, or if they lie on a line.
     """
     seen = np.isfinite(markers).all(-1)
     usable = seen.sum(1) >= _LEAST

@@ -69,10 +69,8 @@ def functional_legs(
 ) -> FunctionalLegs:
     """Joint centres of those legs that have clusters on thigh and shank and no marker on the knee.
 
-    Args:
-        positions: landmarks (frames, 3) [m].
-        base: the pelvis by its landmarks; None if they aren't there.
-        hips: by side, the centres (frames, 3) [m] that are known otherwise.
+    `positions` are landmarks (frames, 3) [m], `base` is the pelvis by its landmarks, None if they aren't there, and
+    `hips` the centres (frames, 3) [m] that are known otherwise, by side.
 
     Raises:
         GapError: a knee or hip hardly moves, or clusters are hardly seen; names the joint.

@@ -50,11 +50,7 @@ def middle(values: np.ndarray) -> float:
 def pelvis(positions: dict[str, np.ndarray]) -> Segment | None:
     """The pelvis: origin midway between the ASIS, y along them, x in the plane through the sacrum.
 
-    Args:
-        positions: landmarks; needs both ASIS, and the sacrum or both PSIS.
-
-    Returns:
-        None if these landmarks aren't there.
+    None unless the landmarks `positions` hold both ASIS, and the sacrum or both PSIS.
     """
     back = sacrum(positions)
     if back is None or not {"left_asis", "right_asis"} <= positions.keys():
@@ -104,17 +100,12 @@ def harrington_hip(segment: Segment, positions: dict[str, np.ndarray], side: str
 
 
 def chord(proximal: np.ndarray, lateral: np.ndarray, wand: np.ndarray, distance, turn: float = 0.0) -> np.ndarray:
-    """Joint centre (frames, 3) by the chord function.
+    """Joint centre (frames, 3) by the chord function, from markers and centres (frames, 3) [m].
 
-    It lies in the plane of the proximal centre, the lateral marker and the wand, `distance` from the lateral marker, on
-    the side away from the wand, where the lines to the marker and to the proximal centre meet at a right angle.
-
-    Args:
-        proximal: (frames, 3) [m] centre of the joint above.
-        lateral: (frames, 3) [m] marker on the joint's axis.
-        wand: (frames, 3) [m] marker in the plane of the segment above and the joint's axis.
-        distance: [m] from the marker to the centre: half the joint's width plus the marker's radius.
-        turn: [rad] by which the wand's plane is turned about the line from the marker to the proximal centre.
+    It lies in the plane of the `proximal` centre (of the joint above), the `lateral` marker on the joint's axis and the
+    `wand`, `distance` [m] from the lateral marker (half the joint's width plus the marker's radius), on the side away
+    from the wand, where the lines to the marker and to the proximal centre meet at a right angle. The wand's plane is
+    first turned by `turn` [rad] about the line from the marker to the proximal centre.
     """
     line = proximal - lateral
     length = np.linalg.norm(line, axis=-1, keepdims=True)

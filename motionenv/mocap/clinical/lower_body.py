@@ -52,12 +52,9 @@ class Leg:
 
 @dataclass(frozen=True, eq=False)
 class LowerBody:
-    """The lower body over time.
+    """The lower body over time; `how` tells for each kind of joint how its centre was found.
 
-    Attributes:
-        pelvis: None without ASIS or sacrum.
-        left, right: the legs.
-        how: for each kind of joint, how its centre was found.
+    The `pelvis` is None without ASIS or sacrum; `left` and `right` are the legs.
     """
 
     pelvis: Segment | None
@@ -84,15 +81,10 @@ class Calibration:
 def lower_body(
     positions: dict[str, np.ndarray], person: Measurements, calibration: Calibration | None = None
 ) -> LowerBody:
-    """Segments and joint centres of the lower body by the Conventional Gait Model.
+    """Segments and joint centres of the lower body by the Conventional Gait Model, from landmarks (frames, 3) [m].
 
-    Args:
-        positions: landmarks (frames, 3) [m].
-        person: measurements; what they lack is estimated.
-        calibration: from `calibrate`, for trials whose standing trial had medial markers.
-
-    Raises:
-        GapError: a leg has but clusters, and its joints hardly move.
+    What measurements of the `person` lack is estimated. A `calibration` from a standing trial serves those that had
+    medial markers then. A `GapError` if a leg of `positions` has but clusters, and its joints hardly move.
     """
     body = _from_landmarks(positions, person, calibration or Calibration())
     hips = {side: hip for side in ("left", "right") if (hip := getattr(body, side).hip) is not None}
@@ -119,14 +111,10 @@ def _from_landmarks(
 
 
 def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibration:
-    """What a standing trial tells about a person's joints and feet.
+    """What a standing trial, with landmarks `positions` (frames, 3) [m], tells about a `person`'s joints and feet.
 
     Medial markers, which are often taken off for walking, give the directions of the axes of knee and ankle relative
     to the wands, and the joints' half widths. The feet, flat on the ground, give the static offsets of the foot.
-
-    Args:
-        positions: landmarks (frames, 3) [m] of the standing trial.
-        person: measurements.
     """
     body = _from_landmarks(positions, person, Calibration())
     found = Calibration()

@@ -32,8 +32,7 @@ class Side:
 
     Attributes:
         leg_length: ASIS to medial malleolus [m].
-        knee_width: between the epicondyles [m].
-        ankle_width: between the malleoli [m].
+        knee_width, ankle_width: between the epicondyles, and between the malleoli [m].
         asis_trochanter: ASIS to trochanter, perpendicular to it [m]; NaN: from the leg's length (Davis et al. 1991).
         tibial_torsion: of the ankle's axis against the knee's, external positive [rad].
         plantar_flexion: static offset of the foot's long axis, heel to toe against ankle to toe [rad].
@@ -94,14 +93,10 @@ def measurements_of(recording: Recording | None) -> Measurements:
 
 
 def completed(known: Measurements, positions: dict[str, np.ndarray]) -> Measurements:
-    """`known` with what it lacks estimated from the landmarks and average proportions.
+    """`known` with what it lacks (NaN) estimated from landmarks `positions` (frames, 3) [m] and average proportions.
 
     A leg's length is the longest distance from ASIS to ankle that the trial shows; widths follow from the stature that
     fits it (Ross & Wilson 1974).
-
-    Args:
-        known: measurements, NaN where unknown.
-        positions: landmarks (frames, 3) [m].
     """
     legs = {side: _leg_length(getattr(known, side), positions, side) for side in ("left", "right")}
     other = {"left": legs["right"], "right": legs["left"]}

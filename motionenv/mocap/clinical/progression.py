@@ -10,16 +10,11 @@ _SECONDS = 0.5  # standard deviation of the smoothing of a curved path's directi
 
 
 def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float) -> np.ndarray:
-    """Rotation of the frame of progression to the world (frames, 3, 3), x forward and z up.
+    """Rotation of the frame of progression to the world (frames, 3, 3), x forward and z up, at `fps` [Hz].
 
     Of a straight walk, the direction is that of travel or, within 15 degrees of it, the laboratory's axis, as in
     Plug-in Gait. Of a curved one it is the direction of travel at each time, and of who stands the laboratory's axis
-    that the pelvis faces.
-
-    Args:
-        pelvis: (frames, 3) [m] the pelvis' origin.
-        rotation: (frames, 3, 3) the pelvis, segment → world.
-        fps: frame rate [Hz].
+    that the `pelvis`, with origin (frames, 3) [m] and `rotation` (frames, 3, 3), segment → world, faces.
     """
     known = np.isfinite(pelvis).all(-1) & np.isfinite(rotation).all((-1, -2))
     if not known.any():

@@ -66,12 +66,10 @@ _PENDULUM, _SUMMIT, _HIGHEST = 1.25, 0.66, 0.008
 
 @dataclass(frozen=True)
 class LegCorrection:
-    """What is wrong with the legs of a fitted skeleton.
+    """What is wrong with the legs of a fitted skeleton [m].
 
-    Attributes:
-        left, right: shifts of the hips in the upright pelvis, forward and up [m].
-        thigh, shank: lengths of both sides' [m].
-        rise: amplitude [m] by which the pelvis rises more over a step.
+    `left` and `right` are shifts of the hips in the upright pelvis, forward and up, `thigh` and `shank` the lengths of
+    both sides', and `rise` is the amplitude by which the pelvis rises more over a step.
     """
 
     left: tuple[float, float]
@@ -91,13 +89,10 @@ class LegCorrection:
 
 @dataclass(frozen=True, eq=False)
 class SkeletonWalk:
-    """Nodes of a fitted skeleton that may walk.
+    """Nodes (frames, 16, 3) [m] of a fitted skeleton that may walk, at `fps` [Hz].
 
-    Attributes:
-        nodes: (frames, 16, 3) [m], the body's nodes.
-        pelvis: (frames, 3, 3) rotation of the pelvis relative to its rest pose.
-        shanks: the same of each side's shank, by side.
-        fps: frame rate [Hz].
+    `pelvis` is its rotation (frames, 3, 3) relative to its rest pose, and `shanks` are those of each side's shank, by
+    side.
     """
 
     nodes: np.ndarray
@@ -112,11 +107,9 @@ class _Steps:
 
     Attributes:
         upright: (frames, 3, 3) pelvis → world, upright on average.
-        phase: (frames,) in steps.
-        weight: (frames,) 1 while walking, falling to 0 over a step.
+        phase, weight: (frames,) in steps; and 1 while walking, falling to 0 over a step.
         contacts: frames of foremost ankles by side.
-        speed: [m/s].
-        length: of a step [m].
+        speed, length: [m/s], and of a step [m].
     """
 
     upright: np.ndarray
@@ -130,11 +123,7 @@ class _Steps:
 def correct_legs(walk: SkeletonWalk) -> tuple[np.ndarray, LegCorrection] | None:
     """The nodes (frames, 16, 3) [m] with corrected hips, knees and height of the pelvis, and what was corrected.
 
-    Args:
-        walk: a capture.
-
-    Returns:
-        None if it doesn't show two steps in a row, by which to correct it.
+    None if the `walk` doesn't show two steps in a row, by which to correct it.
     """
     steps = _steps(walk)
     if steps is None:
@@ -237,12 +226,9 @@ def _rise(height: np.ndarray, steps: _Steps) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """One leg of a walk.
+    """One leg of a walk, with the `ankle` (frames, 3) from the hip in the upright pelvis, and the `shank`'s length [m].
 
-    Attributes:
-        ankle: (frames, 3) from the hip in the upright pelvis [m].
-        shank: its length as captured [m].
-        spans: frames in which the knee must reach an angle, by the part of the stride.
+    `spans` are the frames in which the knee must reach an angle, by the part of the stride.
     """
 
     ankle: np.ndarray

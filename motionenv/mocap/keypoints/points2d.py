@@ -39,11 +39,10 @@ def read_points(
     Points are in pixels or, for any length unit, in metres, and named after the file.
 
     Args:
-        path: the file.
+        path, person: the file, and which of several people; see `motionenv.mocap.keypoints.coco.read`.
         fps: frame rate [Hz]; required for COCO files, overrides the times of a table.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             COCO's points are in pixels.
-        person: which of several people in a COCO file; see `motionenv.mocap.keypoints.coco.read`.
         confidence: least score of a visible COCO keypoint; visibility 1 and 2 count as visible, 0 doesn't.
 
     Raises:

@@ -45,15 +45,9 @@ def draw_pose(rgb, markers, camera, *, width: float = 3.0, colour=None) -> np.nd
 
 
 def side_by_side(left, right, *, gap: int = 4) -> np.ndarray:
-    """Two images (or stacks of images) side by side, with a thin black gap: uint8 (..., H, both widths + gap, 3).
+    """Two stacks of images side by side, with a thin black `gap` [pixels]: uint8 (..., H, both widths + gap, 3).
 
-    Args:
-        left: uint8 (..., H, W, 3).
-        right: uint8 (..., H, any width, 3), the same number of images and height.
-        gap: between them [pixels].
-
-    Raises:
-        MotionError: they are not uint8 images, or differ in number or height.
+    `left` and `right` are uint8 (..., H, any width, 3). A `MotionError` if they aren't, or differ in number or height.
     """
     left, right = _pictures(left, "left"), _pictures(right, "right")
     if left.shape[:-2] != right.shape[:-2]:
@@ -64,15 +58,10 @@ def side_by_side(left, right, *, gap: int = 4) -> np.ndarray:
 
 
 def strip(frames: Sequence, n: int = 6, *, gap: int = 4) -> np.ndarray:
-    """One image of `n` equally spaced frames in a row, from the first to the last.
+    """One image of `n` equally spaced frames in a row, from the first to the last, with a black `gap` [pixels] between.
 
-    Args:
-        frames: a sequence of uint8 (H, W, 3), or an array (T, H, W, 3).
-        n: number of frames to show.
-        gap: black pixels between them.
-
-    Raises:
-        MotionError: fewer frames than `n`, or frames that are not uint8 images of one height.
+    `frames` are uint8 (H, W, 3), or an array (T, H, W, 3). A `MotionError` if they are fewer than `n`, or not uint8
+    images of one height.
     """
     if not 1 <= n <= len(frames):
         raise MotionError(f"n must be a whole number from 1 to the number of frames, {len(frames)}, got {n!r}")

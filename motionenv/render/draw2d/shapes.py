@@ -108,8 +108,7 @@ def draw_figures(images, pixels, depth, edges, colours, *, radius: float, width:
 
     Args:
         images: uint8 (..., H, W, 3), C-contiguous, updated in place.
-        pixels: (..., n, 2), (x, y); points with NaN are not drawn.
-        depth: (..., n).
+        pixels, depth: (..., n, 2), (x, y), and (..., n); points with NaN are not drawn.
         edges: (edges, 2) indices of the points that lines connect.
         colours: (n, 3), from 0 to 255, of the dots.
         radius, width: of the dots and of the lines [pixels].

@@ -50,9 +50,7 @@ class Raycaster:
         """Render poses; colours take most of the time.
 
         Args:
-            poses: (..., 25) [m, rad]; limbs whose angles are NaN are not drawn.
-            skeleton: the body, the same in all images.
-            cameras: one for all poses, or a sequence that broadcasts against them (see `motionenv.render.render`).
+            poses, skeleton, cameras: as of `motionenv.render.render`.
             rgb: whether to render colours; otherwise `rgb` of the images is None.
             out: a frame of an earlier call with the same shape, to be overwritten.
 

@@ -30,12 +30,9 @@ _NOTHING = np.empty((0, 0, 0, 3), np.uint8)
 
 
 class MultiBodyRaycaster:
-    """Renders images of n different bodies.
+    """Renders images, `width` × `height` [pixels], of n different bodies, on a number of `threads`.
 
-    Args:
-        width, height: of every image [pixels].
-        scene: provides the light; its clothes, ground and sky are ignored.
-        threads: number of threads.
+    The `scene` provides the light; its clothes, ground and sky are ignored.
     """
 
     def __init__(self, width: int, height: int, *, scene: Scene | None = None, threads: int | None = 1):

@@ -56,14 +56,9 @@ class Augmentation:
 
 
 class Augmenter:
-    """Applies augmentation to the images of n episodes.
+    """Applies the augmentation `choice` to the images of `n` episodes, on a number of `threads`.
 
-    Args:
-        choice: settings.
-        n: number of episodes.
-        width, height: of the images [pixels], 16 to 512.
-        fps: frame rate [Hz], for the speed of moving objects.
-        threads: number of threads.
+    Images are `width` × `height` [pixels], 16 to 512; `fps` is the frame rate [Hz], for the speed of moving objects.
     """
 
     def __init__(

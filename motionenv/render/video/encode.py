@@ -78,14 +78,7 @@ def stream_video(frames: Iterable, fps: float, *, crf: int = 20) -> Iterator[byt
     """Encode an MP4 incrementally, for streaming: H.264 in fragments of half a second.
 
     Yields the available bytes after each frame, often none, so that the consumer can stop at any frame with `close()`.
-    Nothing is rendered or encoded ahead. The same frames give the same bytes.
-
-    Args:
-        frames, fps: as of `write_video`.
-        crf: quality, from 0 (best) to 51 (worst).
-
-    Raises:
-        MotionError: fps, crf or frames out of range, no frames, or frames that can't be encoded.
+    Nothing is rendered or encoded ahead. `frames`, `fps` and `crf` are as in `write_video`, and so are the errors.
     """
     rate = _checked_rate(".mp4", fps, crf)
     return _streamed(_checked_frames(frames, None), rate, crf)

@@ -34,10 +34,8 @@ def film(
 
     Args:
         motion: (frames, 25), NaN where unknown: limbs are drawn in the frames in which they are known.
-        alpha: view angle [rad].
-        width: of the image [pixels].
-        height: of the image [pixels].
-        elevation: angle [rad] by which the camera looks down, within ±π/2.
+        alpha, elevation: view angle, and angle by which the camera looks down, within ±π/2 [rad].
+        width, height: of the image [pixels].
         points: point lights (paper B, fig. 1) instead of a body.
         colour: (red, green, blue; 0 to 1) of the point lights.
         background: one colour (red, green, blue; 0 to 1) instead of ground and sky, or of the black behind the points.
@@ -60,14 +58,11 @@ def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640,
             elevation: float = _LEVEL, points: bool = False, colour: Colour = (1.0, 1.0, 1.0),
             background: Colour | None = None, engine: str = "raycast", follow: bool = True,
             scene: Scene | None = None) -> np.ndarray:  # fmt: skip
-    """One frame (height, width, 3) uint8 of the `film` with the same arguments, without rendering the others.
+    """The `frame` (height, width, 3) uint8 of the `film` with the same arguments, without rendering the others.
 
     Args:
         motion, alpha, width, height, elevation, points, colour, background, engine, follow, scene: as in `film`.
-        frame: frame index.
-
-    Raises:
-        MotionError: as in `film`, or there is no such frame.
+        frame: frame index; a `MotionError` if there is no such frame, or as in `film`.
     """
     if not 0 <= frame < len(motion.poses):
         raise MotionError(f"frame must be from 0 to {len(motion.poses) - 1}, got {frame!r}")

@@ -22,7 +22,7 @@ def track_film(
     pictures: Iterable, cameras: Camera | Iterable[Camera], poses, particles, skeleton: Skeleton, curve, *,
     label: str = "", most: float | None = None,
 ) -> Iterator[np.ndarray]:  # fmt: skip
-    """Frames of a film of a track.
+    """Frames, uint8 (height · 1.2, about 2 · width, 3), of a film of a track.
 
     Args:
         pictures: uint8 (height, width, 3), one per pose.
@@ -30,12 +30,8 @@ def track_film(
         poses: (T, 25) expected poses [m, rad]; NaN where there is none.
         particles: (T, particles, 25), drawn with thin lines; NaN as above.
         skeleton: the body.
-        curve: (T,) values of the curve, shown up to each frame; NaN leaves gaps.
-        label: of the curve.
+        curve, label: (T,) values of the curve, shown up to each frame; NaN leaves gaps; and its label.
         most: upper end of the curve's axis; None uses the largest value.
-
-    Yields:
-        uint8 (height · 1.2, about 2 · width, 3).
 
     Raises:
         MotionError: incompatible shapes.
@@ -60,13 +56,7 @@ def track_film(
 
 
 def marked(pictures: Iterable[np.ndarray], where, text: str) -> Iterator[np.ndarray]:
-    """Pictures with a word in the corner of some.
-
-    Args:
-        pictures: uint8 (height, width, 3).
-        where: (T,) bool, the pictures that are marked.
-        text: the word.
-    """
+    """`pictures`, uint8 (height, width, 3), with the word `text` in the corner of those marked by `where` (T,) bool."""
     from PIL import Image, ImageDraw, ImageFont
 
     for picture, mark in zip(pictures, where, strict=False):
