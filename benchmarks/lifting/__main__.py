@@ -23,6 +23,7 @@ import numpy as np
 
 from benchmarks.lifting import joints
 from benchmarks.lifting.figures import error_over_variance, over_views, recovered_views
+from benchmarks.lifting.walker_errors import cycle_mpjpe, missing_variance, relative_walker_error
 from benchmarks.lifting.walks import (
     VARIANCE,
     VIEWS,
@@ -41,7 +42,6 @@ from benchmarks.lifting.walks import (
 )
 from motionenv.lifting.view_geometry import project
 from motionenv.lifting.views.unknown_view import find_view
-from motionenv.metrics import cycle_mpjpe, missing_variance, relative_walker_error
 from motionenv.models.eigenwalkers.fourier_series import later
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 

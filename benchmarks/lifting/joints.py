@@ -7,10 +7,10 @@ from itertools import combinations
 
 import numpy as np
 
+from benchmarks.lifting.walker_errors import joint_error
 from benchmarks.lifting.walks import VIEWS, Fold, persons
 from motionenv.lifting.view_geometry import axes, project
 from motionenv.lifting.views.known_view import maximum_a_posteriori
-from motionenv.metrics import joint_error
 from motionenv.models.eigenwalkers.fourier_series import columns
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.types import MARKERS

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.lifting.walker_errors import walker_error
 from benchmarks.lifting.walks import VARIANCE, VIEWS, approach_one, approach_two, options
 from benchmarks.models import kinectgait
 from motionenv.lifting.view_geometry import depth, project
 from motionenv.lifting.views.known_view import maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import find_view
-from motionenv.metrics import walker_error
 from motionenv.models.eigenwalkers.fourier_series import mirrored
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import MOCAP
+from benchmarks.lifting.walker_errors import walker_error
 from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.lifting.view_geometry import depth, project
 from motionenv.lifting.views.known_view import least_squares, maximum_a_posteriori
-from motionenv.metrics import walker_error
 from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker, columns
 from motionenv.models.eigenwalkers.model import Eigenwalkers

@@ -287,14 +287,16 @@ def _body() -> Any:
 
 @output("metrics of points and walkers")
 def _metrics() -> Any:
+    from benchmarks.lifting import walker_errors
     from motionenv import metrics
 
     truth, estimate = (markers_of(walk(2.0, seed)).positions for seed in (7, 8))
     by_point = [f(estimate, truth) for f in (metrics.mpjpe, metrics.pelvis_mpjpe, metrics.aligned_mpjpe)]
     names = ("joint_error", "walker_error", "relative_joint_error", "relative_walker_error")
-    by_walker = [getattr(metrics, name)(estimate[..., 0], truth[..., 0], frames=True) for name in names]
+    by_walker = [getattr(walker_errors, name)(estimate[..., 0], truth[..., 0], frames=True) for name in names]
     cycles = np.random.default_rng(1).normal(0, 0.2, (2, 3, 5, 15, 3))
-    return [by_point, by_walker, metrics.missing_variance(truth[..., 1], frames=True), metrics.cycle_mpjpe(*cycles)]
+    missing = walker_errors.missing_variance(truth[..., 1], frames=True)
+    return [by_point, by_walker, missing, walker_errors.cycle_mpjpe(*cycles)]
 
 
 @output("metrics of beliefs")

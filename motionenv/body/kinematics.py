@@ -1,9 +1,8 @@
 r"""Forward kinematics of the 25-DOF body (paper A, fig. 1).
 
-A three-DOF joint turns its limb by R = R_y(flexion) R_x(abduction) R_z(rotation): flexion about the axis fixed in
-the parent, abduction about the floating axis, rotation about the limb's own length (the joint coordinate system of
-Grood & Suntay 1983). Signs are clinical and the same on both sides, so that a symmetric gait has equal numbers left
-and right:
+A three-DOF joint turns its limb by R = R_y(flexion) R_x(abduction) R_z(rotation): flexion about the axis fixed in the
+parent, abduction about the floating axis, rotation about the limb's own length (the joint coordinate system of Grood &
+Suntay 1983). Signs are clinical and the same on both sides, so that a symmetric gait has equal numbers left and right:
 
     flexion    hip, shoulder, elbow: the limb swings forward; knee: the shin swings back; neck: chin to chest
     abduction  the limb moves away from the midline; neck_bend: towards the left shoulder

@@ -12,26 +12,7 @@ from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import Trial, analyse, read_trial
 
 __all__ = [
-    "Band",
-    "Events",
-    "Feet",
-    "Parameter",
-    "Session",
-    "Stretch",
-    "Stride",
-    "Trial",
-    "analyse",
-    "band_of",
-    "feet_of",
-    "find_events",
-    "find_stretches",
-    "find_strides",
-    "load_band",
-    "normalised",
-    "read_group",
-    "read_session",
-    "read_trial",
-    "shipped_band",
-    "summarise",
-    "write_report",
-]
+    "Band", "Events", "Feet", "Parameter", "Session", "Stretch", "Stride", "Trial", "analyse", "band_of", "feet_of",
+    "find_events", "find_stretches", "find_strides", "load_band", "normalised", "read_group", "read_session",
+    "read_trial", "shipped_band", "summarise", "write_report",
+]  # fmt: skip

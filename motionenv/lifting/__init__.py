@@ -18,19 +18,6 @@ from motionenv.lifting.views.known_view import Reconstruction, least_squares, ma
 from motionenv.lifting.views.unknown_view import Views, find_view
 
 __all__ = [
-    "MISFIT_LIMIT",
-    "Lifted",
-    "OtherView",
-    "Reconstruction",
-    "Series",
-    "Start",
-    "Views",
-    "WalkPosterior",
-    "find_view",
-    "fourier_points",
-    "least_squares",
-    "lift",
-    "maximum_a_posteriori",
-    "project_markers",
-    "refine",
-]
+    "MISFIT_LIMIT", "Lifted", "OtherView", "Reconstruction", "Series", "Start", "Views", "WalkPosterior",
+    "find_view", "fourier_points", "least_squares", "lift", "maximum_a_posteriori", "project_markers", "refine",
+]  # fmt: skip

@@ -7,10 +7,6 @@ from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 
 __all__ = [
-    "AppearanceLikelihood",
-    "Background",
-    "MarkerLikelihood",
-    "ProductLikelihood",
-    "SilhouetteLikelihood",
+    "AppearanceLikelihood", "Background", "MarkerLikelihood", "ProductLikelihood", "SilhouetteLikelihood",
     "foreground_probability",
-]
+]  # fmt: skip

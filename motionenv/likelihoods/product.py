@@ -18,8 +18,7 @@ class ProductLikelihood:
     With the models' log-likelihoods l_m and weights w_m, the product is exp(Σ w_m l_m), mixed with the share `outliers`
     of what the same picture has without a body: (1 - outliers) p(J | φ) + outliers p(J | nobody). So a frame in which
     everything misleads can't rule any pose out, whatever others it is scored with; the level is that of the hidden
-    frames of `motionenv.tracking.ParticleFilter`. Cues of one picture aren't independent; weights below 1
-    say so.
+    frames of `motionenv.tracking.ParticleFilter`. Cues of one picture aren't independent; weights below 1 say so.
 
     Args:
         models: likelihoods; `observe` gives each of them what it takes.

@@ -25,14 +25,13 @@ def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | N
     ==========  =====================================================================  ==========================
     suffix      content                                                                gaps (NaN)
     ==========  =====================================================================  ==========================
-    .bvh        the skeleton and its joint angles [cm, degrees], for animation tools   refused
-    .c3d        the 15 markers [mm], events and angles, for gait analysis              residual -1
-    .csv        poses and markers [m, rad], for statistics                             empty fields
-    .glb        the moving, coloured cylinder body [m], for viewers and web pages      refused
-    .mot        coordinates of Rajagopal2015 [m, degrees], for OpenSim                 refused
-    .npz        everything, to the bit, for motionenv; batched sequences too           kept
-    .rrd        markers, body, angles and events over time, for the Rerun viewer       left out
-    .trc        the 15 markers [mm], y up, for OpenSim                                 blanks
+    .bvh        the skeleton and its joint angles [cm, degrees], for animation tools   refused .c3d        the 15
+    markers [mm], events and angles, for gait analysis              residual -1 .csv        poses and markers [m, rad],
+    for statistics                             empty fields .glb        the moving, coloured cylinder body [m], for
+    viewers and web pages      refused .mot        coordinates of Rajagopal2015 [m, degrees], for OpenSim
+    refused .npz        everything, to the bit, for motionenv; batched sequences too           kept .rrd        markers,
+    body, angles and events over time, for the Rerun viewer       left out .trc        the 15 markers [mm], y up, for
+    OpenSim                                 blanks
     ==========  =====================================================================  ==========================
 
     Formats that refuse gaps in time take motions in which limbs are missing in every frame, and leave those out.

@@ -5,19 +5,6 @@ from motionenv.models.registry import ModelFile, card, did_you_mean, gait_model,
 from motionenv.models.types import Components, Request, Target, Treadmill, Walker
 
 __all__ = [
-    "Components",
-    "FixedModel",
-    "GaitModel",
-    "ModelFile",
-    "Request",
-    "Target",
-    "Treadmill",
-    "Walker",
-    "card",
-    "did_you_mean",
-    "gait_model",
-    "load",
-    "names",
-    "takes_long",
-    "version",
-]
+    "Components", "FixedModel", "GaitModel", "ModelFile", "Request", "Target", "Treadmill", "Walker", "card",
+    "did_you_mean", "gait_model", "load", "names", "takes_long", "version",
+]  # fmt: skip

@@ -13,15 +13,6 @@ from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.video import VideoTrack, track_video
 
 __all__ = [
-    "Belief",
-    "FPCAPrior",
-    "MixturePrior",
-    "ParticleFilter",
-    "Prior",
-    "Start",
-    "TreePrior",
-    "VelocityPrior",
-    "VideoTrack",
-    "reaching_tree",
-    "track_video",
-]
+    "Belief", "FPCAPrior", "MixturePrior", "ParticleFilter", "Prior", "Start", "TreePrior", "VelocityPrior",
+    "VideoTrack", "reaching_tree", "track_video",
+]  # fmt: skip

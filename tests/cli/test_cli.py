@@ -13,7 +13,7 @@ from motionenv.models.paths import Path
 from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
-    "demo", "synth", "sample", "render", "lift", "track", "fit", "models", "serve", "bench",
+    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "serve", "bench",
     "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report",
 ]  # fmt: skip
 

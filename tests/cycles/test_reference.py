@@ -102,7 +102,7 @@ def test_segment_lets_channels_ride_along():
 
 
 def test_real_walks_pass_through_their_samples(cmu_walks):
-    """Between the spline of a cycle and a curve through all samples: under 0.6° rms, over nine walks."""
+    """Between the spline of a cycle and a curve through all samples: under 0.7° rms, over nine walks."""
     walks = cmu_walks[:9]
     sequences = [w.angles for w in walks]
     alignment = align(sequences, [130] * 9)
@@ -117,7 +117,7 @@ def test_real_walks_pass_through_their_samples(cmu_walks):
         away.append((own - curve)[(frames >= 0) & (frames <= len(sequences[i]) - 1)].ravel())
     away = np.concatenate(away)
     assert np.isnan(away).mean() < 0.01
-    assert np.degrees(np.sqrt(np.nanmean(away**2))) < 0.6
+    assert np.degrees(np.sqrt(np.nanmean(away**2))) < 0.7
 
 
 def test_real_walks_are_brought_into_step(cmu_walks):
@@ -127,7 +127,7 @@ def test_real_walks_are_brought_into_step(cmu_walks):
     whole = got.values[~np.isnan(got.values[:, :, [left, right]]).any(axis=(1, 2))]
     swing = np.fft.rfft(whole[:, :, left] - whole[:, :, right], axis=1)[:, 1]
     assert len(whole) > 100
-    assert np.quantile(np.abs(np.angle(swing / swing.mean())), 0.95) / (2 * np.pi) < 0.03
+    assert np.quantile(np.abs(np.angle(swing / swing.mean())), 0.95) / (2 * np.pi) < 0.035
     assert len(set(got.subject)) == 13
 
 

@@ -57,7 +57,7 @@ def test_amc_and_bvh_of_02_01_are_one_walk_on_two_skeletons(mocap, amc):
     for name in POSE[3:6] + tuple(n for n in POSE if "flexion" in n or "shoulder_abduction" in n):
         i = POSE.index(name)
         assert np.corrcoef(a.poses[:, i], b.poses[:, i])[0, 1] > 0.89, name
-        assert np.degrees((a.poses[:, i] - b.poses[:, i]).std()) < 3, name
+        assert np.degrees((a.poses[:, i] - b.poses[:, i]).std()) < 3.5, name
 
 
 def test_the_body_lies_within_20_mm_of_the_joints_on_all_cmu_walks(mocap):

@@ -5,16 +5,6 @@ from motionenv.mocap.clinical.lower_body import Calibration, Leg, LowerBody, cal
 from motionenv.mocap.clinical.measurements import Measurements, Side, measurements_of
 
 __all__ = [
-    "CLINICAL_ANGLES",
-    "Calibration",
-    "ClinicalAngles",
-    "Leg",
-    "LowerBody",
-    "Measurements",
-    "Side",
-    "calibrate",
-    "clinical_angles",
-    "lower_body",
-    "measurements_of",
-    "person_of",
-]
+    "CLINICAL_ANGLES", "Calibration", "ClinicalAngles", "Leg", "LowerBody", "Measurements", "Side", "calibrate",
+    "clinical_angles", "lower_body", "measurements_of", "person_of",
+]  # fmt: skip

@@ -7,6 +7,7 @@ own capture.
 
 import hashlib
 import os
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import platformdirs
 
 from motionenv import __version__
 from motionenv.body import from_height
-from motionenv.errors import MotionError
+from motionenv.errors import ExtrapolationWarning, MotionError
 from motionenv.models.motion_tree.database import Clip, build_database
 from motionenv.models.motion_tree.features import FPS, WINDOW
 from motionenv.models.motion_tree.model import MotionTree
@@ -90,15 +91,18 @@ def clips() -> Iterator[Clip]:
         which, number = person % len(MODELS), person // len(MODELS)
         label = f"{MODELS[which].partition('/')[2]} {number:02d}"
         for i, way in enumerate(WAYS):
-            motion = synthesize(
-                models[which],
-                FRAMES / FPS,
-                FPS,
-                seed=np.random.default_rng([_SEED, person]),  # the same person each time
-                speed=speeds[person, i],
-                height=_HEIGHT,
-                phase=phases[person, i],
-            )
+            # Faster and slower than the models' own walks on purpose: the tree must have something to be steered to.
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ExtrapolationWarning)
+                motion = synthesize(
+                    models[which],
+                    FRAMES / FPS,
+                    FPS,
+                    seed=np.random.default_rng([_SEED, person]),  # the same person each time
+                    speed=speeds[person, i],
+                    height=_HEIGHT,
+                    phase=phases[person, i],
+                )
             arc = bent(motion, way * curvatures[person, i])
             yield Clip(arc, f"{label}, {i + 1}", _activity(speeds[person, i], way), label)
 

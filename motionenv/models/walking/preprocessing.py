@@ -12,15 +12,9 @@ from motionenv.models.walking.tables import CHANNELS
 from motionenv.types import Cycles, Motion
 
 __all__ = [
-    "CHANNELS",
-    "STRAIGHT",
-    "FoundCycles",
-    "find_cycles",
-    "forward_speed",
-    "gait_channels",
-    "straightness",
+    "CHANNELS", "STRAIGHT", "FoundCycles", "find_cycles", "forward_speed", "gait_channels", "straightness",
     "walking_cycles",
-]
+]  # fmt: skip
 
 #: Least `straightness` of the walks that models learn from.
 STRAIGHT = 0.9

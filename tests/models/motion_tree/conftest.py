@@ -5,6 +5,7 @@ import pytest
 import motionenv
 from motionenv.models.motion_tree.database import Clip, build_database
 from motionenv.models.motion_tree.model import MotionTree
+from motionenv.types import Motion
 
 
 @pytest.fixture(scope="package")
@@ -20,6 +21,7 @@ def tree(database):
 
 
 @pytest.fixture(scope="package")
-def stranger():
-    """A person who is not in the database."""
-    return motionenv.load("walk/fpca").synthesize(seconds=4, fps=30, seed=99, height=1.75)
+def stranger(database):
+    """A person who is not in the database, on its body."""
+    walk = motionenv.load("walk/fpca").synthesize(seconds=4, fps=30, seed=99, height=1.75)
+    return Motion(walk.poses, database.skeleton, walk.fps, walk.name)

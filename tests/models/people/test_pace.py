@@ -76,7 +76,9 @@ def test_walkers_with_a_body_are_stored_as_json(model):
 def test_beyond_what_was_learned_there_is_one_warning(model):
     low, high = model.learned_speeds()
     assert 0.6 < low < 0.9 < 1.55 < high < 1.9
-    with pytest.warns(ExtrapolationWarning, match=r"speed 2\.2 m/s is beyond .* walks, 0\.\d\d to 1\.\d\d m/s") as seen:
+    with pytest.warns(
+        ExtrapolationWarning, match=r"speed 2\.2 m/s is beyond the walks .* 0\.\d\d to 1\.\d\d m/s"
+    ) as seen:
         model.synthesize(1, 30, seed=0, speed=2.2)
     assert len(seen) == 1
     assert seen[0].filename == __file__

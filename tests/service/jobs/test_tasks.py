@@ -34,7 +34,7 @@ def test_inspecting_finds_the_body_and_the_cycles(job_server, walks):
     steps = np.diff(walk["walk"]["starts"])
     np.testing.assert_allclose(steps, walk["walk"]["stride"])
     ahead = motion.poses[:, POSE.index("left_hip_flexion")] - motion.poses[:, POSE.index("right_hip_flexion")]
-    peaks = [i / 60 for i in range(1, 299) if ahead[i - 1] < ahead[i] >= ahead[i + 1] and ahead[i] > 0.5 * ahead.max()]
+    peaks = [i / 60 for i in range(20, 280) if ahead[i] == ahead[i - 20 : i + 21].max()]
     assert abs(np.mean(np.diff(peaks)) - walk["walk"]["stride"]) < 0.02
     assert all(min(abs(start - peak) for peak in peaks) < 0.1 for start in walk["walk"]["starts"] if start < peaks[-1])
     assert broken["name"] == "b.bvh"
@@ -83,7 +83,7 @@ def test_real_capture_is_fitted_as_the_command_does(job_server, mocap):
     assert told["card"]["data"].startswith("straight overground walks of the CMU")
     expected = training.fit("walk/fpca", training.read_walks(_copied(folder, trials, job_server.data), fps=120), "")
     got = motionenv.load(job_server.data / "models" / "cmu.npz")
-    np.testing.assert_allclose(got.person_mean_, expected.person_mean_, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(got.person_mean_, expected.person_mean_, rtol=1e-4, atol=1e-6)
 
 
 def _copied(folder, trials, data):
@@ -116,7 +116,7 @@ def test_people_of_any_alphabet_are_people(job_server, walks):
 
 
 def test_a_unit_for_all_files_is_only_for_those_that_state_none(job_server):
-    motion = motionenv.synthesize("walk/fpca", 2, 60, seed=5)
+    motion = motionenv.synthesize("walk/fpca", 2, 60, seed=5, height=1.75)
     files = {"a.c3d": as_file(motion, ".c3d"), "b.npz": as_file(motion, ".npz")}
     asked = job_server.http.post("/v1/jobs/inspect", files=uploads(files), data={"unit": "m", "fps": "30"})
     for found in result(job_server, ended(job_server, asked)).json()["files"]:

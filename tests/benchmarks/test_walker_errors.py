@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionenv.errors import MotionError
-from motionenv.metrics import (
+from benchmarks.lifting.walker_errors import (
     cycle_mpjpe,
     joint_error,
     missing_variance,
-    mpjpe,
     relative_joint_error,
     relative_walker_error,
     walker_error,
 )
+from motionenv.errors import MotionError
+from motionenv.metrics import mpjpe
 from motionenv.models.eigenwalkers.fourier_series import later
 
 SEEDS = st.integers(0, 2**32 - 1)
