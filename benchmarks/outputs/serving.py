@@ -114,7 +114,6 @@ def _http_lift() -> Any:
 @output("HTTP model mixed/tree", "/v1/models/mixed/tree")
 @output("HTTP parameters of walk/fpca", "/v1/models/walk/fpca/parameters")
 @output("HTTP parameters of walk/eigenwalkers", "/v1/models/walk/eigenwalkers/parameters")
-@output("HTTP inference protocol", "/v2/models/walk%2Ffpca")
 @output("HTTP description of the API", "/openapi.json")
 def _http_get(path: str) -> Any:
     return _answered("GET", path)

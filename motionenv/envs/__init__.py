@@ -20,18 +20,15 @@ from importlib import import_module
 from motionenv.envs.registration import register
 
 #: Public names and the modules that hold them.
-_HOME = {
-    "ActiveTracking": "active.tracking",
-    "ActiveTrackingVector": "active.tracking",
-    "ArmTracking": "arm",
-    "ArmTrackingVector": "arm",
-    "MarkerTracking": "markers",
-    "MarkerTrackingVector": "markers",
-    "TrackingEnv": "base",
-    "TrackingVectorEnv": "vector",
-    "WalkerTracking": "walker",
-    "WalkerTrackingVector": "walker",
+_NAMES = {
+    "active.tracking": "ActiveTracking ActiveTrackingVector",
+    "arm": "ArmTracking ArmTrackingVector",
+    "markers": "MarkerTracking MarkerTrackingVector",
+    "base": "TrackingEnv",
+    "vector": "TrackingVectorEnv",
+    "walker": "WalkerTracking WalkerTrackingVector",
 }
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = sorted(_HOME)
 

@@ -57,21 +57,3 @@ class ModelList(BaseModel):
     """All models."""
 
     models: list[ModelSummary] = Field(description="Those that ship first, then the fitted ones.")
-
-
-class Tensor(BaseModel):
-    """An input or output, as the Open Inference Protocol describes it."""
-
-    name: str
-    datatype: str = Field(examples=["FP64"])
-    shape: list[int] = Field(description="-1: any number.", examples=[[-1, 25]])
-
-
-class InferenceModel(BaseModel):
-    """A model as the Open Inference Protocol (KServe v2) describes it."""
-
-    name: str = Field(examples=["walk/fpca"])
-    versions: list[str] = Field(examples=[["0.2.0"]])
-    platform: str = Field(examples=["motionenv_walking"])
-    inputs: list[Tensor]
-    outputs: list[Tensor]

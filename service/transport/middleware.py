@@ -29,7 +29,7 @@ from service.settings import Settings
 _ID = re.compile(rb"[A-Za-z0-9_.-]{1,64}")
 _PROCESS, _NUMBER = secrets.token_hex(4), itertools.count(1)
 #: Paths without access control, for load balancers.
-FREE = ("/health/", "/v2/health/")
+FREE = ("/health/",)
 _log = structlog.get_logger("motionenv.service")
 
 

@@ -24,13 +24,6 @@ _INSTALL = (
 BROKEN = (ImportError, OSError, AttributeError, ValueError, RuntimeError, AssertionError, TypeError)
 
 
-# From Mesa's osmesa.h, for a function that PyOpenGL 3.1.0 lacks.
-_OSMESA = {
-    "OSMESA_DEPTH_BITS": 0x30, "OSMESA_PROFILE": 0x33, "OSMESA_CORE_PROFILE": 0x34,
-    "OSMESA_CONTEXT_MAJOR_VERSION": 0x36, "OSMESA_CONTEXT_MINOR_VERSION": 0x37,
-}  # fmt: skip
-
-
 class _Thread:
     """The thread of all OpenGL calls of this process."""
 
@@ -61,7 +54,8 @@ thread = _Thread()
 @cache
 def load():
     """Import pyrender with compatibility patches; an `EngineError` if OpenGL's libraries are missing."""
-    os.environ.setdefault("PYOPENGL_PLATFORM", _platform())
+    _check_egl()
+    os.environ["PYOPENGL_PLATFORM"] = "egl"
     if not hasattr(np, "infty"):
         setattr(np, "infty", np.inf)  # noqa: B010 (NPY201 takes the plain assignment for a use)
     try:
@@ -79,16 +73,15 @@ def load():
     return pyrender
 
 
-def _platform() -> str:
-    """Platform name: "egl" if its library is available, else "osmesa"."""
-    for name, libraries in (("egl", ("libEGL.so.1", "EGL")), ("osmesa", ("libOSMesa.so.8", "OSMesa"))):
-        for library in libraries:
-            try:
-                ctypes.CDLL(library if ".so" in library else ctypes.util.find_library(library) or library)
-            except OSError:
-                continue
-            return name
-    raise EngineError(f"engine='pyrender' found neither EGL nor OSMesa: {_INSTALL}")
+def _check_egl() -> None:
+    """Raise an `EngineError` without EGL's library."""
+    for library in ("libEGL.so.1", ctypes.util.find_library("EGL") or "EGL"):
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            continue
+        return
+    raise EngineError(f"engine='pyrender' didn't find EGL: {_INSTALL}")
 
 
 def offscreen(width: int, height: int):
@@ -126,8 +119,7 @@ def _offscreen_class() -> type:
 
     class Offscreen(OffscreenRenderer):
         def _create(self):
-            kind = _egl_class() if os.environ["PYOPENGL_PLATFORM"] == "egl" else _osmesa_class()
-            self._platform = kind(self.viewport_width, self.viewport_height)
+            self._platform = _egl_class()(self.viewport_width, self.viewport_height)
             self._platform.init_context()
             self._platform.make_current()
             self._renderer = ShadowRenderer(self.viewport_width, self.viewport_height)
@@ -160,32 +152,3 @@ def _egl_class() -> type:
             """Nothing: see `Offscreen`."""
 
     return Egl
-
-
-@cache
-def _osmesa_class() -> type:
-    """Pyrender's OSMesa platform with the context creation function that PyOpenGL 3.1.0 lacks."""
-    import OpenGL.osmesa as osmesa
-    from OpenGL import platform
-    from pyrender.platforms.osmesa import OSMesaPlatform
-
-    if not hasattr(osmesa, "OSMesaCreateContextAttribs"):
-        create = platform.PLATFORM.OSMesa.OSMesaCreateContextAttribs
-        create.restype, create.argtypes = osmesa.OSMesaContext, [ctypes.POINTER(ctypes.c_int), ctypes.c_void_p]
-        osmesa.OSMesaCreateContextAttribs = create
-        platform.PLATFORM.GetCurrentContext.restype = ctypes.c_void_p  # PyOpenGL needs a hashable type
-        for name, value in _OSMESA.items():
-            setattr(osmesa, name, value)
-
-    class OSMesa(OSMesaPlatform):
-        _context: object
-
-        def delete_context(self):
-            if self._context is not None:
-                osmesa.OSMesaDestroyContext(self._context)
-                self._context = None
-
-        def __del__(self):
-            """Nothing: see `Offscreen`."""
-
-    return OSMesa

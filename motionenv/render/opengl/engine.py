@@ -1,4 +1,4 @@
-"""The pyrender engine: OpenGL (EGL or OSMesa) with pyrender's own lights and shadows; the visual reference.
+"""The pyrender engine: OpenGL (EGL) with pyrender's own lights and shadows; the visual reference.
 
 Depth and ids come from its segmentation pass, which samples pixel centres; its colour pass is multisampled.
 """

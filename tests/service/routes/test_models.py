@@ -1,4 +1,4 @@
-"""`GET /v1/models`, and the questions of the Open Inference Protocol."""
+"""`GET /v1/models`."""
 
 import time
 
@@ -44,7 +44,7 @@ def test_what_a_tree_is_told_to_know_it_grows(server):
         assert server.http.post("/v1/tree/synthesis", json=asked).status_code == 200
 
 
-@pytest.mark.parametrize("path", ["/v1/models", "/v1/models/walk/fpca", "/v2/models/walk/fpca"])
+@pytest.mark.parametrize("path", ["/v1/models", "/v1/models/walk/fpca"])
 def test_descriptions_are_kept(server, path):
     first = server.http.get(path)
     assert first.headers["cache-control"] == "private, no-cache"
@@ -53,27 +53,18 @@ def test_descriptions_are_kept(server, path):
     assert server.http.get(path, headers={"If-None-Match": '"another"'}).status_code == 200
 
 
-@pytest.mark.parametrize("path", ["/v1/models/no/such", "/v1/models/fitted/none", "/v2/models/no%2Fsuch/ready"])
+@pytest.mark.parametrize("path", ["/v1/models/no/such", "/v1/models/fitted/none", "/v1/models/no/such/ready"])
 def test_what_there_is_not_is_404(server, path):
     answer = server.http.get(path)
     assert answer.status_code == 404
     assert "GET /v1/models" in answer.json()["detail"]
 
 
-@pytest.mark.parametrize(
-    "path", ["/v1/models/..%2F..%2Fetc/x", "/v2/models/..%2Fx", "/v1/models/fitted/%2E%2E", "/v2/models/x"]
-)
+@pytest.mark.parametrize("path", ["/v1/models/..%2F..%2Fetc/x", "/v1/models/fitted/%2E%2E"])
 def test_odd_names_are_refused(server, path):
     assert server.http.get(path).status_code in (404, 422)
 
 
-def test_the_inference_protocol_is_answered(server, locked):
-    assert server.http.get("/v2").json()["name"] == "motionenv"
-    assert server.http.get("/v2/health/live").json() == {"live": True}
-    assert server.http.get("/v2/health/ready").json() == {"ready": True}
-    for name in ("walk/fpca", "walk%2Ffpca"):
-        told = server.http.get(f"/v2/models/{name}").json()
-        assert (told["name"], told["platform"]) == ("walk/fpca", "motionenv_walking")
-        assert {"name": "deviations", "datatype": "FP64", "shape": [8]} in told["inputs"]
-        assert told["outputs"] == [{"name": "poses", "datatype": "FP64", "shape": [-1, 25]}]
-        assert server.http.get(f"/v2/models/{name}/ready").json() == {"name": "walk/fpca", "ready": True}
+def test_a_model_says_when_it_is_in_memory(server):
+    assert server.http.get("/v1/models/walk/fpca/ready").json() == {"ready": True}
+    assert server.http.get("/v1/models/no/such/ready").status_code == 404
