@@ -120,14 +120,6 @@ def automatic_start(
     return Start(poses, np.zeros(len(poses)), _poses(bank, best, -1 / fps), SPREAD, heights)
 
 
-def bounding_box(foreground: np.ndarray) -> np.ndarray:
-    """First and last column, first and last row (4,) of the large components of `foreground` (height, width).
-
-    `foreground` are probabilities; without any, raises MotionError.
-    """
-    return bounding_boxes(foreground)[0]
-
-
 def bounding_boxes(foreground: np.ndarray) -> np.ndarray:
     """First and last column, first and last row (m, 4) of the large components of `foreground` together, and of each.
 

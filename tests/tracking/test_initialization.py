@@ -10,7 +10,7 @@ from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import view
-from motionenv.tracking.initialization import automatic_start, bounding_box, bounding_boxes
+from motionenv.tracking.initialization import automatic_start, bounding_boxes
 
 
 def pictures(alpha: float, seed: int, frames: int = 10):
@@ -88,7 +88,7 @@ def test_the_box_leaves_specks_out_and_keeps_what_an_occluder_parts():
     mask = np.zeros((40, 30))
     mask[5:15, 10:14] = mask[20:35, 11:16] = 1
     mask[38, 28] = 1
-    np.testing.assert_array_equal(bounding_box(mask), [10, 15, 5, 34])
+    np.testing.assert_array_equal(bounding_boxes(mask)[0], [10, 15, 5, 34])
     np.testing.assert_array_equal(bounding_boxes(mask)[1:], [[10, 13, 5, 14], [11, 15, 20, 34]])
     assert len(bounding_boxes(mask[:18])) == 1
 

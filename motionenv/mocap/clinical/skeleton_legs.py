@@ -39,22 +39,16 @@ _SLOWEST = 0.4
 _AHEAD = 0.2  # [m] by which the ankle's way past the pelvis must stand out
 _FLEXED = np.radians(25.0)  # bend of a knee beyond which its points show its axis
 
-# Rule 1: knee flexion [degrees] at a comfortable speed [m/s], its increase per m/s (Lelas et al. 2003), and how far a
-# person may be from it: the bent knee varies more between people than the straight one.
+# Rule 1: knee flexion [degrees] at a comfortable speed [m/s], its increase per m/s (Lelas et al. 2003), its spread (the
+# bent knee varies more between people than the straight one), in which part of the stride from foremost to foremost
+# ankle, and as which value of that part.
 _COMFORTABLE = 1.3
-_KNEE = {
-    "initial contact": (5.0, 0.0, 2.0),
-    "loading": (18.0, 8.0, 3.0),
-    "terminal stance": (5.0, 0.0, 2.0),
-    "swing": (60.0, 6.0, 3.0),
+_KNEE: dict[str, tuple[float, float, float, tuple[float, float], Callable[[np.ndarray], float]]] = {
+    "initial contact": (5.0, 0.0, 2.0, (0.01, 0.06), np.mean),
+    "loading": (18.0, 8.0, 3.0, (0.05, 0.30), np.max),
+    "terminal stance": (5.0, 0.0, 2.0, (0.25, 0.60), np.min),
+    "swing": (60.0, 6.0, 3.0, (0.6, 0.9), np.max),
 }
-# The part of the stride from foremost ankle to foremost ankle in which the knee has that angle, and how it is read.
-_PARTS = {
-    "initial contact": (0.01, 0.06), "loading": (0.05, 0.30), "terminal stance": (0.25, 0.60), "swing": (0.6, 0.9)
-}  # fmt: skip
-_READ: dict[str, Callable[[np.ndarray], float]] = {
-    "initial contact": np.mean, "loading": np.max, "terminal stance": np.min, "swing": np.max
-}  # fmt: skip
 # Rule 2, as standard deviations of people [m], and of the thigh's length relative to the shank's; and of what the
 # skeleton's maker got wrong [m].
 _HIP_HEIGHT = (ANKLE_HEIGHT + LEG_SHARE) / (ANKLE_HEIGHT + LEG_SHARE + TRUNK_SHARE)
@@ -103,21 +97,14 @@ class SkeletonWalk:
 
 @dataclass(frozen=True, eq=False)
 class _Steps:
-    """A walk's steps, from foremost ankle to foremost ankle.
+    """A walk's steps, from foremost ankle to foremost ankle."""
 
-    Attributes:
-        upright: (frames, 3, 3) pelvis → world, upright on average.
-        phase, weight: (frames,) in steps; and 1 while walking, falling to 0 over a step.
-        contacts: frames of foremost ankles by side.
-        speed, length: [m/s], and of a step [m].
-    """
-
-    upright: np.ndarray
-    phase: np.ndarray
-    weight: np.ndarray
-    contacts: dict[str, np.ndarray]
-    speed: float
-    length: float
+    upright: np.ndarray  # (frames, 3, 3) pelvis → world, upright on average
+    phase: np.ndarray  # (frames,) in steps
+    weight: np.ndarray  # (frames,) 1 while walking, falling to 0 over a step
+    contacts: dict[str, np.ndarray]  # frames of foremost ankles by side
+    speed: float  # [m/s]
+    length: float  # of a step [m]
 
 
 def correct_legs(walk: SkeletonWalk) -> tuple[np.ndarray, LegCorrection] | None:
@@ -155,7 +142,7 @@ def _correction(nodes: np.ndarray, steps: _Steps, rise: float) -> LegCorrection:
         wanted = [
             (each[at] - mean - slope * (steps.speed - _COMFORTABLE)) / (sd * np.sqrt(2))
             for each in bent
-            for at, (mean, slope, sd) in _KNEE.items()
+            for at, (mean, slope, sd, *_) in _KNEE.items()
         ]
         (forward, up), apart = shifts.mean(axis=0), (shifts[0] - shifts[1]) / _SIDES_SD
         lengths = (shank - captured) / _SHANK_SD, np.log(thigh / shank) / _RATIO_SD
@@ -250,9 +237,9 @@ def _legs(nodes: np.ndarray, steps: _Steps) -> list[_Leg]:
 def _spans(contacts: np.ndarray, frames: int) -> dict[str, list[slice]]:
     """Parts of each stride from foremost ankle to foremost ankle, cut where the capture ends."""
     stride = float(np.median(np.diff(contacts))) if len(contacts) > 1 else 0.0
-    cut: dict[str, list[slice]] = {name: [] for name in _PARTS}
+    cut: dict[str, list[slice]] = {name: [] for name in _KNEE}
     for contact in contacts if stride else ():
-        for name, (first, last) in _PARTS.items():
+        for name, (*_, (first, last), _) in _KNEE.items():
             start, stop = round(contact + first * stride), round(contact + last * stride)
             if start >= 0 and stop <= frames:
                 cut[name].append(slice(start, stop))
@@ -263,7 +250,7 @@ def _knee_flexion(leg: _Leg, shift: np.ndarray, thigh: float, shank: float) -> d
     """Extreme knee flexion [degrees] in each part of the stride, mean over strides, with these lengths and shift."""
     distance = np.linalg.norm(leg.ankle - [shift[0], 0.0, shift[1]], axis=-1)
     bent = _flexion((distance**2 - thigh**2 - shank**2) / (2 * thigh * shank))
-    extremes = {name: [_READ[name](bent[span]) for span in spans] for name, spans in leg.spans.items()}
+    extremes = {name: [_KNEE[name][-1](bent[span]) for span in spans] for name, spans in leg.spans.items()}
     return {name: float(np.mean(values)) if values else _KNEE[name][0] for name, values in extremes.items()}
 
 

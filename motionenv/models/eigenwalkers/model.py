@@ -26,13 +26,10 @@ class Eigenwalkers(FourierModel):
 
     Args:
         n_components: N; None keeps the paper's 30, or one less than the number of people if that is fewer.
-        tol, max_iter: see `FourierModel`.
+        tol, max_iter: see `FourierModel`, also for the attributes.
 
     Attributes:
-        scores_: (R, N) [m] scores of the people it was fitted to.
-        people_: (R,) labels of these people.
-
-    `FourierModel` describes the other attributes.
+        scores_, people_: (R, N) [m] scores, and (R,) labels, of the people it was fitted to.
     """
 
     kind: ClassVar[str] = "eigenwalkers"

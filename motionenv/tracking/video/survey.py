@@ -1,7 +1,4 @@
-"""A first look at a film: what moves in it, whom to follow, and her pixels at a suitable size.
-
-The first look is small; the second is cropped to the person's way and large enough to see limbs.
-"""
+"""Two looks at a film: a small one at what moves in it, and one cropped to the way of whom to follow."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
