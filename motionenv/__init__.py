@@ -2,11 +2,14 @@
 
 From recordings to pictures to estimates, and the folder of each step:
 
-    mocap/                  read, retarget and write motion capture cycles/                 segment motion into gait
-    cycles models/                 learn gait models, synthesise motion body/, render/          the cylinder body;
-    pictures, depth, limb ids, video likelihoods/            how well a pose explains a picture tracking/, lifting/
-    particle filters; 3D walks from 2D points metrics/, envs/         errors and scores; Gymnasium environments cli/,
-    client/           command line; client of the HTTP service
+    mocap/                  read, retarget and write motion capture
+    cycles/                 segment motion into gait cycles
+    models/                 learn gait models, synthesise motion
+    body/, render/          the cylinder body; pictures, depth, limb ids, video
+    likelihoods/            how well a pose explains a picture
+    tracking/, lifting/     particle filters; 3D walks from 2D points
+    metrics/, envs/         errors and scores; Gymnasium environments
+    cli/, client/           command line; client of the HTTP service
 
     >>> import motionenv
     >>> motion = motionenv.synthesize("walk/fpca", seconds=2, fps=30, seed=1, speed=1.3)

@@ -2,10 +2,12 @@
 
 Importing this module registers them:
 
-    import gymnasium import motionenv.envs
+    import gymnasium
+    import motionenv.envs
 
-    gymnasium.register_envs(motionenv.envs)  # does nothing; tells linters that the import is needed env =
-    gymnasium.make("motionenv/WalkerTracking-v1") envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64)
+    gymnasium.register_envs(motionenv.envs)  # does nothing; tells linters that the import is needed
+    env = gymnasium.make("motionenv/WalkerTracking-v1")
+    envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64)
 
 Where only a string can be given, `"motionenv.envs:motionenv/WalkerTracking-v1"` imports the module too. After
 `import motionenv` alone `gymnasium.make` raises `NamespaceNotFound`, as that imports neither this module nor Gymnasium.

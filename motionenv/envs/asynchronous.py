@@ -1,7 +1,8 @@
 """Asynchronous stepping of a native vector environment, with the interface of EnvPool (Weng et al. 2022).
 
-    envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64, batch_size=32) envs.async_reset(seed=0) while
-    training:
+    envs = gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64, batch_size=32)
+    envs.async_reset(seed=0)
+    while training:
         observations, rewards, terminated, truncated, infos = envs.recv()  # of 32 of the 64 environments
         envs.send(policy(observations), infos["env_id"])  # they are stepped while the policy looks at the others
 

@@ -79,7 +79,6 @@ def shipped_band() -> Band:
 
 
 def _parsed(content: dict) -> Band:
-    """A band from its JSON."""
     if content["format"] != _FORMAT:
         raise ValueError
     mean, sd = ({k: np.array(v, dtype=np.float64) for k, v in content[name].items()} for name in ("mean", "sd"))

@@ -75,5 +75,4 @@ def _exchanged(marked: Sequence[Event], seen: Sequence[Event]) -> bool:
 
 
 def _same(a: Event, b: Event) -> bool:
-    """Whether two events are one."""
     return (a.kind, a.side) == (b.kind, b.side) and abs(a.time - b.time) < _SAME

@@ -132,7 +132,6 @@ def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) ->
 
 
 def _check(points, frequencies, drift) -> None:
-    """Validate the arguments of `fourier_points`."""
     if not isinstance(points, Points):
         raise MotionError(
             f"points must be Points, got {type(points).__name__}: read them with motionenv.read_points, or make them "

@@ -166,7 +166,6 @@ def lift(
 
 
 def _check(points, alpha, elevation, scale, camera) -> None:
-    """Validate the arguments of `lift`."""
     if not isinstance(points, Points):
         raise MotionError(f"points must be Points, got {type(points).__name__}: read them with motionenv.read_points")
     for name, given in (("alpha", alpha), ("elevation", elevation), ("scale", scale)):

@@ -320,7 +320,6 @@ def _misfit(problem: _Problem, state: _State, weights: np.ndarray, noise: np.nda
 
 
 def _result(problem, state, matrix, level, weights, iterations, converged, model, points, camera) -> WalkPosterior:
-    """Assemble the posterior at the solution."""
     order = np.r_[np.argsort(_BY_MARKER), 225 : len(matrix)]
     joint = cho_solve(cho_factor(matrix, lower=True), np.eye(len(matrix)))[np.ix_(order, order)]
     alpha, phase, turns = (float(a) for a in state.shared[:3])

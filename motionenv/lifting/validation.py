@@ -158,7 +158,6 @@ def _exchanged(points: Points, labels: np.ndarray) -> Points:
 
 
 def _columns(pairs: tuple[str, ...]) -> tuple[list[int], list[int]]:
-    """Indices of the left and of the right markers."""
     left, right = ([MARKERS.index(f"{side}_{name}") for name in pairs] for side in ("left", "right"))
     return left, right
 

@@ -57,7 +57,6 @@ def _hinged(r, w, j, pose, sign):
 
 @_inline
 def _root(w, j):
-    """Rotation of the torso."""
     sy, cy = w[(_SIN + 3) * LANES + j], w[(_COS + 3) * LANES + j]
     sx, cx = w[(_SIN + 4) * LANES + j], w[(_COS + 4) * LANES + j]
     sz, cz = w[(_SIN + 5) * LANES + j], w[(_COS + 5) * LANES + j]
@@ -74,7 +73,6 @@ def _segment(w, j, limb, p, r, q, t, shifts, height):
 
 @_inline
 def _arm(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
-    """Write upper arm, forearm and hand."""
     upper = _turned(torso, w, j, pose, -1.0, side, -side)
     lower = _hinged(upper, w, j, pose + 3, _HINGE_ARM)
     elbow = placed(p, upper, offsets[nodes[0]])
@@ -86,7 +84,6 @@ def _arm(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
 
 @_inline
 def _leg(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
-    """Write thigh, shin and foot."""
     upper = _turned(torso, w, j, pose, -1.0, side, -side)
     lower = _hinged(upper, w, j, pose + 3, _HINGE_LEG)
     knee = placed(p, upper, offsets[nodes[0]])
@@ -99,7 +96,6 @@ def _leg(w, j, limb, pose, side, p, torso, nodes, offsets, shifts, height):
 
 @part
 def _trunk(w, offsets, shifts, height):
-    """Write the limbs of torso and head."""
     for j in range(LANES):
         p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
         torso = _root(w, j)
@@ -117,7 +113,6 @@ def _trunk(w, offsets, shifts, height):
 
 @part
 def _arms(w, offsets, shifts, height):
-    """Write the limbs of both arms."""
     for j in range(LANES):
         p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
         torso = _root(w, j)
@@ -127,7 +122,6 @@ def _arms(w, offsets, shifts, height):
 
 @part
 def _legs(w, offsets, shifts, height):
-    """Write the limbs of both legs."""
     for j in range(LANES):
         p = (w[_POSE * LANES + j], w[(_POSE + 1) * LANES + j], w[(_POSE + 2) * LANES + j])
         torso = _root(w, j)

@@ -8,9 +8,12 @@ Don't override the methods implemented here: all models share them. Class attrib
         kind, card_ = "bounce", {"data": "none", "model licence": "MIT"}
 
         def make_motion(self, walker, request, rng):
-            body = self.body(request.height) poses = np.zeros((request.frames, 25)) seconds = np.arange(request.frames)
-            / request.fps poses[:, 0] = (request.speed or 1.0) * seconds poses[:, 2] = body.height * (0.53 + 0.02 *
-            np.cos(4 * np.pi * seconds)) return Motion(poses, body, request.fps, "bounce")
+            body = self.body(request.height)
+            poses = np.zeros((request.frames, 25))
+            seconds = np.arange(request.frames) / request.fps
+            poses[:, 0] = (request.speed or 1.0) * seconds
+            poses[:, 2] = body.height * (0.53 + 0.02 * np.cos(4 * np.pi * seconds))
+            return Motion(poses, body, request.fps, "bounce")
 """
 
 import warnings

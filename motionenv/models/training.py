@@ -138,7 +138,6 @@ def check_name(name: str) -> None:
 def _walk(
     path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None, fill: bool
 ) -> tuple[Motion, Markers]:
-    """One file as motion and markers."""
     capture = read(path, fps=fps, unit=unit, override=False)
     motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:

@@ -1,7 +1,8 @@
 """Numbers of a model as one block of bytes that a browser reads without a library.
 
-    uint32 little-endian   n, bytes of the header n bytes                the header, JSON in UTF-8, padded with spaces
-    so that what follows begins at a multiple of 8 float64 little-endian  all arrays, one after the other, rows first
+    uint32 little-endian   n, bytes of the header
+    n bytes                the header, JSON in UTF-8, padded with spaces so that what follows begins at a multiple of 8
+    float64 little-endian  all arrays, one after the other, rows first
 
 The header holds the description of `motionenv.parameters` and `arrays`: name → `shape` and `offset` [numbers].
 """

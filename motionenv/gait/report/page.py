@@ -110,7 +110,6 @@ def _table(session: Session) -> str:
 
 
 def _row(name: str, sides: dict[str, Parameter]) -> str:
-    """One row of the table."""
     unit = next(iter(sides.values())).unit
     label = name.removesuffix("_symmetry").removesuffix("_cv").replace("_", " ").capitalize()
     label += ", coefficient of variation" if name.endswith("_cv") else ""
@@ -137,7 +136,6 @@ def _trials(session: Session) -> str:
 
 
 def _trial(trial: Trial) -> str:
-    """One capture."""
     picture = path_from_above(
         trial.feet.pelvis[:, :2], trial.feet.fps, [(s.start, s.end, s.kind) for s in trial.stretches]
     )
@@ -169,5 +167,4 @@ def _methods(session: Session) -> str:
 
 
 def _count(n: int, one: str) -> str:
-    """A number with its noun."""
     return f"{n} {one if n == 1 else one + 's'}"

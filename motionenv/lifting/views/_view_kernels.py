@@ -71,7 +71,6 @@ def solve_many(u, b):
 
 @fast_part
 def _scale(factor, b):
-    """Multiply b by a factor in place."""
     for i in range(len(b)):
         b[i] *= factor
 

@@ -134,7 +134,6 @@ def find_view(
 
 
 def _is_unknown(value) -> bool:
-    """Whether `value` is the string "unknown"."""
     return isinstance(value, str) and value == "unknown"
 
 

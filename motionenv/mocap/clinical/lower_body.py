@@ -153,7 +153,6 @@ def _hip(positions, base, person: Measurements, known: Measurements, side: str, 
 
 
 def _leg(positions, base, hip, person: Measurements, side: str, calibration: Calibration, how: dict[str, str]) -> Leg:
-    """The segments below one hip."""
     own: Side = getattr(person, side)
     sign, radius = SIGN[side], person.marker_radius
     across = None if base is None else sign * base.rotation[..., 1]

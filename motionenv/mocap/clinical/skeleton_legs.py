@@ -224,7 +224,6 @@ class _Leg:
 
 
 def _legs(nodes: np.ndarray, steps: _Steps) -> list[_Leg]:
-    """Both legs of a walk."""
     legs = []
     for side in _SIDES:
         hip, knee, ankle = (nodes[:, _AT[f"{side}_{joint}"]] for joint in ("hip", "knee", "ankle"))

@@ -128,7 +128,6 @@ def _dataset(path, content: dict) -> tuple[list, dict, int]:
 
 
 def _images(path, images: list) -> dict:
-    """Frame of each image, by its id."""
     if len(images) > MOST_FRAMES:
         raise FormatError(path, f"holds {len(images)} images, more than {MOST_FRAMES}: cut the walk out", "images")
     for i, image in enumerate(images):

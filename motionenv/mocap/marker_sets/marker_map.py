@@ -4,13 +4,17 @@ A map is a small TOML file:
 
     name = "our laboratory"
 
-    [points] left_knee_lateral = "KneeL"              # one point left_hip = { HipL1 = 0.5, HipL2 = 0.5 }  # weighted
-    points; the weights sum to 1 left_asis = ["LASI", "LASIS"]            # the first of these that the file has
+    [points]
+    left_knee_lateral = "KneeL"              # one point
+    left_hip = { HipL1 = 0.5, HipL2 = 0.5 }  # weighted points; the weights sum to 1
+    left_asis = ["LASI", "LASIS"]            # the first of these that the file has
 
-    [sides]                                  # saves writing left and right: "{}" stands for the side's word left = "L"
+    [sides]                                  # saves writing left and right: "{}" stands for the side's word
+    left = "L"
     right = "R"
 
-    [sided] heel = "{}Heel"
+    [sided]
+    heel = "{}Heel"
 
 Names of points are compared without case, spaces, dots, dashes and underscores, and without a subject's name in front.
 """

@@ -2,10 +2,12 @@
 
 Everything is on one timeline, "time" in seconds since the first frame, in metres, z up:
 
-    world/markers, world/skeleton       the 15 markers, and the lines between them world/body/left_thigh, ...
-    the moving, coloured body, one mesh per segment world/camera, world/camera/picture  a camera and what it saw
-    joint_angles/left/knee_flexion ...  the pose vector's joint angles [degrees] clinical_angles/left/...
-    angles that were passed [degrees] events                              "left initial contact", ...
+    world/markers, world/skeleton       the 15 markers, and the lines between them
+    world/body/left_thigh, ...          the moving, coloured body, one mesh per segment
+    world/camera, world/camera/picture  a camera and what it saw
+    joint_angles/left/knee_flexion ...  the pose vector's joint angles [degrees]
+    clinical_angles/left/...            angles that were passed [degrees]
+    events                              "left initial contact", ...
 
 What is unknown isn't there: a limb without known pose disappears until it is known again.
 """

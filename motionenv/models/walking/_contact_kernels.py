@@ -154,7 +154,6 @@ def _slip(rows, samples, side, phase):
 
 @jit
 def _add(one, other, samples, out):
-    """Write the sum of two rows."""
     for t in range(samples):
         out[t] = one[t] + other[t]
 

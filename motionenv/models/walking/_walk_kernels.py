@@ -178,7 +178,6 @@ def _leg(w, j, pose, out, side, hip, knee, ankle):
 
 @_inline
 def _offset(offsets, node):
-    """A node's offset as a tuple."""
     return offsets[node, 0], offsets[node, 1], offsets[node, 2]
 
 

@@ -3,8 +3,10 @@
 A limb is the convex hull of two spheres: a tapered cylinder with rounded ends. With a the larger sphere's centre,
 a + e the other's, radii r_a >= r_b, s = r_a - r_b, and a ray o + t d relative to a, the cone that touches both is
 
-    k2 t² + 2 k1 t + k0 = 0,    D = e·e - s²,    m = e·o - s r_a k2 = D d·d - (e·d)² k1 = D o·d - m e·d k0 = D (o·o -
-    r_a²) - m²
+    k2 t² + 2 k1 t + k0 = 0,    D = e·e - s²,    m = e·o - s r_a
+    k2 = D d·d - (e·d)²
+    k1 = D o·d - m e·d
+    k0 = D (o·o - r_a²) - m²
 
 and the point at t lies between the tangent circles of cone and spheres if 0 < m + t e·d < D; otherwise the ray may hit
 one of the spheres. d has z = 1, so t is depth. Rays start at depth t0 just in front of the limb, and o is one float64
