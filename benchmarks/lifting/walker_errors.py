@@ -21,7 +21,6 @@ first interpretation; in the second it is the other way round (benchmarks/RESULT
 
 import numpy as np
 
-from motionenv._core.validation import checked_whole
 from motionenv.errors import MotionError
 from motionenv.metrics.points import mpjpe
 from motionenv.models.eigenwalkers.fourier_series import PARTS, positions_at
@@ -105,7 +104,8 @@ def cycle_mpjpe(estimate, truth, *, samples: int = 32) -> np.ndarray:
     for name, w in (("estimate", estimate), ("truth", truth)):
         if np.shape(w)[-3:] != (len(PARTS), len(MARKERS), 3):
             raise MotionError(f"{name} must hold coefficients (..., 5, 15, 3), got {np.shape(w)}")
-    samples = checked_whole(samples, "samples", 1, unit="phases")
+    if not isinstance(samples, int) or samples < 1:
+        raise MotionError(f"samples must be a whole number of 1 or more phases, got {samples!r}")
     phases = np.arange(samples) * (2 * np.pi / samples)
     return mpjpe(positions_at(estimate, phases), positions_at(truth, phases)).mean(axis=-1)
 
