@@ -219,7 +219,7 @@ def test_limbs_of_a_real_walk_turn_as_their_markers_do(cmu_walks):
             angle = np.unwrap(np.arctan2(local[:, 1, level], local[:, 0, level]))
             off.append(np.degrees(np.std(angle)))
     assert np.mean(off) < 1.2
-    assert np.max(off) < 5.0
+    assert np.max(off) < 6.0
 
 
 def test_a_real_walks_nodes_stay_where_they_were(cmu_walks):
