@@ -9,8 +9,9 @@ body's trunk, which stands upright, while the plane of ASIS and PSIS leans forwa
 mean, and the hip's flexion by that of the thigh against the vertical, in the norm hip flexion less pelvic tilt.
 
 Norms of step parameters: walk ratio 0.0040 to 0.0065 m/(steps/min) (Sekiya & Nagasaki 1998, Bogen et al. 2018), bob
-3 to 6 cm (Gard & Childress 2001), comfortable speed 1.2 to 1.43 m/s (Bohannon & Williams Andrews 2011). Nothing in the
-models is fitted to these rows but what `motionenv.models.people.population` says of pace and walk ratio.
+3 to 6 cm (Gard & Childress 2001), comfortable speed 1.2 to 1.43 m/s (Bohannon & Williams Andrews 2011). Pace
+and walk ratio are drawn from published distributions (`motionenv.models.people.population`); how far steps reach, and how
+much knees bend with speed (`motionenv.models.people.pace`), were set while looking at the rows of walk/fpca.
 """
 
 import argparse

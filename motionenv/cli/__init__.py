@@ -7,13 +7,14 @@ writes files atomically. User errors end in one line on stderr and exit code 2.
 """
 
 import sys
+import warnings
 from typing import Annotated
 
 import typer
 
 from motionenv import __version__
 from motionenv.cli import bench, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
-from motionenv.cli._shared import err
+from motionenv.cli._shared import err, note
 from motionenv.errors import MotionError
 
 __all__ = ["app", "main"]
@@ -47,6 +48,7 @@ app.add_typer(mocap_app, name="mocap")
 
 def main() -> None:
     """Run the command line; a MotionError becomes one line on stderr and exit code 2."""
+    warnings.showwarning = lambda message, *_: note(f"motionenv: {message}")
     try:
         app()
     except MotionError as error:
