@@ -10,8 +10,8 @@ mean, and the hip's flexion by that of the thigh against the vertical, in the no
 
 Norms of step parameters: walk ratio 0.0040 to 0.0065 m/(steps/min) (Sekiya & Nagasaki 1998, Bogen et al. 2018), bob
 3 to 6 cm (Gard & Childress 2001), comfortable speed 1.2 to 1.43 m/s (Bohannon & Williams Andrews 2011). Pace
-and walk ratio are drawn from published distributions (`motionenv.models.people.population`); how far steps reach, and how
-much knees bend with speed (`motionenv.models.people.pace`), were set while looking at the rows of walk/fpca.
+and walk ratio are drawn from published distributions (`motionenv.models.people.population`). How far steps reach and
+how knees bend with speed (`motionenv.models.people.pace`) were set while looking at the rows of walk/fpca.
 """
 
 import argparse
