@@ -290,7 +290,7 @@ def walk(start, stop, scores, floors, seconds, speeds, points, clock, terms, bod
     for i in range(start, stop):
         speed, offsets, height = speeds[i], bodies[0][i], bodies[1][i]
         body = (offsets, height)
-        most = samples / rate / (shortest if speed > 0.0 else seconds[i])  # strides
+        most = (samples + finer) / rate / (shortest if speed > 0.0 else seconds[i])  # strides
         _curves(scores[i], points[i], terms, curves[: int(most) + 5])
         floor, stride = floors[i], seconds[i]
         for _ in range(_PACINGS if speed > 0.0 else 0):

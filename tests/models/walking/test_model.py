@@ -228,6 +228,14 @@ def test_the_frame_rate_changes_how_often_not_what(model):
     np.testing.assert_allclose(coarse[5:-5], fine[20:-20:4], atol=0.02)
 
 
+@pytest.mark.parametrize("height", [0.5, 1.75])
+@pytest.mark.parametrize("speed", [0.9, 1.0, 1.1, 2.0])
+def test_a_frame_a_second_is_the_walk_at_a_higher_rate(model, speed, height):
+    """Feet are followed for a second past the last frame then, which needs more strides than the frames themselves."""
+    one, sixty = (model.synthesize(1, fps, seed=6, speed=speed, height=height, variation=0).poses for fps in (1, 60))
+    np.testing.assert_allclose(one[0], sixty[0], atol=0.005)
+
+
 def test_same_seed_same_bytes(model):
     again = motionenv.load("walk/fpca")
     a, b = (m.walks(3, 30, n=40, seed=7, speed=1.2).poses for m in (model, again))
