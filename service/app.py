@@ -55,7 +55,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     if service.settings.cors:
         app.add_middleware(
             CORSMiddleware, allow_origins=service.settings.cors, allow_methods=["*"], allow_headers=["*"],
-            expose_headers=["ETag", "Location", "Motion-Seed", "Retry-After", "X-Request-ID"],
+            expose_headers=["ETag", "Location", "Motion-Seed", "Motion-Warning", "Retry-After", "X-Request-ID"],
         )  # fmt: skip
     app.add_middleware(TrustedHostMiddleware, allowed_hosts=trusted_hosts(service.settings), www_redirect=False)
     app.add_middleware(ObservabilityMiddleware, settings=service.settings, metrics=service.metrics)

@@ -36,7 +36,8 @@ class Walk(TypedDict, total=False):
     seed: int
     deviations: Sequence[float]
     scores: Sequence[float]
-    speed: float
+    speed: float | Sequence[Sequence[float]]
+    path: Sequence[Sequence[float]]
     height: float
     phase: float
     variation: float
@@ -128,21 +129,21 @@ class Client:
         return self._connection.request("POST", "/v1/synthesis", json=body, headers={"Accept": accept}).content
 
     def save(
-        self, path: str | Path, model: str, seconds: float, fps: float, *, picture: Picture | None = None,
+        self, out: str | Path, model: str, seconds: float, fps: float, *, picture: Picture | None = None,
         **walk: Unpack[Walk],
     ) -> None:  # fmt: skip
         """Write a motion or a video of it to a file as it arrives, whole or not at all.
 
         Args:
-            path: of the file: .bvh, .c3d, .csv, .glb, .json, .mot, .npy, .npz, .trc, or .mp4, .gif, .webp, .png.
+            out: path of the file: .bvh, .c3d, .csv, .glb, .json, .mot, .npy, .npz, .trc, or .mp4, .gif, .webp, .png.
             model, seconds, fps, walk: as of `synthesize`.
             picture: how a film shows it.
 
         Raises:
             MotionError: the file can't be written.
         """
-        body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(path).suffix)
-        self._connection.save(path, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
+        body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
+        self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
 
     def tree_samples(
         self, history: Motion | np.ndarray | str | None = None, n: int = 1, *, model: str = "mixed/tree", **how: Any
@@ -296,7 +297,9 @@ class Client:
 
 
 def _walk(model: str, seconds: float, fps: float, walk: Mapping[str, Any], picture: Picture | None) -> dict[str, Any]:
-    given = {"seconds": seconds, "fps": fps, **walk}
+    given: dict[str, Any] = {"seconds": seconds, "fps": fps, **walk}
+    if np.ndim(given.get("speed", 0.0)) == 2:
+        given["speeds"] = given.pop("speed")
     body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
     return {"model": model, **body, "picture": dict(picture or {})}
 

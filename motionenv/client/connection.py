@@ -2,6 +2,7 @@
 
 import os
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -11,7 +12,7 @@ from typing import Any
 import httpx
 
 from motionenv._core.files import atomic_write
-from motionenv.errors import MotionError, ServiceError
+from motionenv.errors import ExtrapolationWarning, MotionError, ServiceError
 
 _CONNECT = 5.0  # [s]
 _RETRIED = (429, 503)  # refused before anything was done
@@ -86,6 +87,8 @@ class Connection:
         while True:
             response = self._http.send(self._http.build_request(method, path, **options), stream=True)
             if not response.is_error:
+                if told := response.headers.get("motion-warning"):
+                    warnings.warn(told, ExtrapolationWarning, stacklevel=2)
                 return response
             try:
                 response.read()

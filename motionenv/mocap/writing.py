@@ -22,17 +22,14 @@ _OF_MARKERS = (".c3d", ".trc")
 def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
     """Write a motion atomically, in the format of the suffix.
 
-    ==========  =====================================================================  ==========================
-    suffix      content                                                                gaps (NaN)
-    ==========  =====================================================================  ==========================
-    .bvh        the skeleton and its joint angles [cm, degrees], for animation tools   refused .c3d        the 15
-    markers [mm], events and angles, for gait analysis              residual -1 .csv        poses and markers [m, rad],
-    for statistics                             empty fields .glb        the moving, coloured cylinder body [m], for
-    viewers and web pages      refused .mot        coordinates of Rajagopal2015 [m, degrees], for OpenSim
-    refused .npz        everything, to the bit, for motionenv; batched sequences too           kept .rrd        markers,
-    body, angles and events over time, for the Rerun viewer       left out .trc        the 15 markers [mm], y up, for
-    OpenSim                                 blanks
-    ==========  =====================================================================  ==========================
+    - .npz: everything, to the bit, for motionenv; batched sequences and gaps (NaN) too.
+    - .csv: poses and markers [m, rad], for statistics; gaps are empty fields.
+    - .c3d: the 15 markers [mm], events and angles, for gait analysis; gaps have residual -1.
+    - .trc: the 15 markers [mm], y up, for OpenSim; gaps are blanks.
+    - .mot: coordinates of Rajagopal2015 [m, degrees], for OpenSim; refuses gaps.
+    - .bvh: the skeleton and its joint angles [cm, degrees], for animation tools; refuses gaps.
+    - .glb: the moving, coloured cylinder body [m], for viewers and web pages; refuses gaps.
+    - .rrd: markers, body, angles and events over time, for the Rerun viewer; leaves gaps out.
 
     Formats that refuse gaps in time take motions in which limbs are missing in every frame, and leave those out.
 

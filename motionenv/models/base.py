@@ -124,15 +124,19 @@ class GaitModel(StoredModel):
         """Range of speeds [m/s] that the model learned from; beyond it, `synthesize` warns. By default any."""
         return 0.0, np.inf
 
-    def _warn_beyond(self, speeds) -> None:
-        """Warn the caller's caller of the first of some speeds [m/s] that is beyond `learned_speeds`."""
+    def extrapolation(self, speeds) -> str | None:
+        """What to say of the first of some speeds [m/s] or None that is beyond `learned_speeds`; None if none is."""
         low, high = self.learned_speeds()
         beyond = [v for v in speeds if v is not None and not 0.99 * low <= v <= 1.01 * high]
-        if beyond:
-            told = (
-                f"speed {beyond[0]:g} m/s is beyond the walks that this model learned from, {low:.2f} to {high:.2f} m/s"
-            )
-            warnings.warn(f"{told}: step length and angles are extrapolated", ExtrapolationWarning, stacklevel=3)
+        if not beyond:
+            return None
+        learned = f"the walks that this model learned from, {low:.2f} to {high:.2f} m/s"
+        return f"speed {beyond[0]:g} m/s is beyond {learned}: step length and angles are extrapolated"
+
+    def _warn_beyond(self, speeds) -> None:
+        """Warn the caller's caller."""
+        if told := self.extrapolation(speeds):
+            warnings.warn(told, ExtrapolationWarning, stacklevel=3)
 
     def traits(self) -> "list[Trait]":
         """Directions in which walks change in ways that people name; empty without components or treadmill."""

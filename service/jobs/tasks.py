@@ -153,10 +153,7 @@ def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     asked = SynthesisRequest.model_validate(settings["request"])
     progress(0.0, "synthesizing the walk")
-    motion = motionenv.synthesize(
-        settings["model"], asked.seconds, asked.fps, seed=asked.seed, speed=asked.speed, height=asked.height,
-        phase=asked.phase, variation=asked.variation, deviations=asked.deviations, scores=asked.scores,
-    )  # fmt: skip
+    motion = asked.make(settings["model"], asked.seed)
     many = len(motion.poses)
     words = max(1, many // 100)  # frames between words
 

@@ -32,6 +32,7 @@ _TEXTS = (formats.CSV, formats.TRC, formats.MOT)
 _HEADERS = {
     "ETag": {"description": "Only with a seed: the same request gives the same bytes.", "schema": {"type": "string"}},
     "Motion-Seed": {"description": "The seed of the motion.", "schema": {"type": "integer"}},
+    "Motion-Warning": {"description": "Where the motion is beyond what was learned.", "schema": {"type": "string"}},
 }  # fmt: skip
 _content = lambda kinds, **schema: {kind: {"schema": {"type": "string", **schema}} for kind in kinds}
 #: OpenAPI of the responses.
@@ -46,10 +47,13 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 MotionRequest = SynthesisRequest | TreeSynthesisRequest
 
 
-async def answer(request: Request, asked: MotionRequest, make: Callable[[int], Motion], *, quick: bool) -> Response:
+async def answer(
+    request: Request, asked: MotionRequest, make: Callable[[int], Motion], *, quick: bool, warning: str | None = None
+) -> Response:
     """The motion `make(seed)`, of `asked.frames` frames, as a response in the format that the client accepts.
 
-    With `quick`, a short motion is made at once: it takes less time than passing it to a thread.
+    With `quick`, a short motion is made at once: it takes less time than passing it to a thread. A `warning` goes into
+    the header `Motion-Warning`.
 
     Raises:
         Problem: 406, unknown format; 422, too large.
@@ -63,6 +67,8 @@ async def answer(request: Request, asked: MotionRequest, make: Callable[[int], M
         etag = caching.make_etag(request.scope["path"], version, media_type, await request.body())
     seed = secrets.randbits(_SEED_BITS) if asked.seed is None else asked.seed
     headers = {"Motion-Seed": str(seed), **caching.cache_headers(etag)}
+    if warning:
+        headers["Motion-Warning"] = warning
     if caching.etag_matches(request, etag):
         return caching.not_modified(headers)
     if quick and media_type in _INSTANT and asked.frames <= _INLINE:

@@ -1,10 +1,10 @@
 """Motion from models: `POST /v1/synthesis`."""
 
+from functools import partial
+
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-import motionenv
-from motionenv.types import Motion
 from service.responses.motion_response import RESPONSES, answer
 from service.routes.json_route import JsonRoute
 from service.schemas.synthesis import SynthesisRequest
@@ -21,10 +21,6 @@ async def synthesis(request: Request, asked: SynthesisRequest) -> Response:
     """
     model = request.app.state.service.model_registry.get(asked.model)
 
-    def make(seed: int) -> Motion:
-        return motionenv.synthesize(
-            model, asked.seconds, asked.fps, seed=seed, speed=asked.speed, height=asked.height, phase=asked.phase,
-            variation=asked.variation, deviations=asked.deviations, scores=asked.scores,
-        )  # fmt: skip
-
-    return await answer(request, asked, make, quick=model.batch_size > 1)
+    quick = model.batch_size > 1 and asked.path is None and asked.speeds is None
+    warning = model.extrapolation([max(v for _, v in asked.speeds) if asked.speeds else asked.speed])
+    return await answer(request, asked, partial(asked.make, model), quick=quick, warning=warning)

@@ -4,12 +4,17 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from motionenv.types import SECONDS_MOST
+import motionenv
+from motionenv.types import SECONDS_MOST, Motion
 from service.schemas.common import BodyHeight, ModelName, Request, Seed, Variation, WalkingSpeed
 
 _PIXELS = 4096
 Deviation = Annotated[float, Field(ge=-5, le=5)]
 Score = Annotated[float, Field(ge=-1000, le=1000)]
+Metres = Annotated[float, Field(ge=-10_000, le=10_000)]
+Point2 = Annotated[list[Metres], Field(min_length=2, max_length=2)]
+#: A time [s] and a speed [m/s].
+SpeedRow = Annotated[list[Annotated[float, Field(ge=0, le=SECONDS_MOST)]], Field(min_length=2, max_length=2)]
 Colour = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=3, max_length=3)]
 
 
@@ -59,6 +64,15 @@ class SynthesisRequest(Request):
         "`deviations`.",
     )  # fmt: skip
     speed: WalkingSpeed | None = Field(None, description="Walking speed [m/s]; default: the walker's.", examples=[1.3])
+    speeds: list[SpeedRow] | None = Field(
+        None, min_length=1, max_length=1000, examples=[[[0, 0], [1, 1.3], [5, 1.3], [6, 0]]],
+        description="Instead of `speed`: rows of a time [s] and a speed [m/s], 0 to stand; straight lines between.",
+    )  # fmt: skip
+    path: list[Point2] | None = Field(
+        None, min_length=2, max_length=1000, examples=[[[0, 0], [3, 0], [4, 2]]],
+        description="Points (x, y) [m] that the walk goes through along a smooth curve, whose radius is 0.6 m at "
+        "least; it stops at the last one. Default: straight ahead along x.",
+    )  # fmt: skip
     height: BodyHeight | None = Field(None, description="Body height [m]; default: that of the model.")
     phase: float = Field(0.0, ge=-1000, le=1000, description="Phase of the first frame [cycles]; 0: left leg ahead.")
     variation: Variation = Field(1.0, description="Factor on the variation from cycle to cycle.")
@@ -66,17 +80,25 @@ class SynthesisRequest(Request):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        """At least one frame, and one definition of the walker."""
+        """At least one frame, and one definition of the walker and of the speed."""
         if round(self.seconds * self.fps) < 1:
             raise ValueError("seconds · fps must be at least one frame")
         if self.deviations is not None and self.scores is not None:
             raise ValueError("give either deviations or scores, not both")
+        if self.speed is not None and self.speeds is not None:
+            raise ValueError("give either speed or speeds, not both")
         return self
 
     @property
     def frames(self) -> int:
         """Number of frames of the motion."""
         return round(self.seconds * self.fps)
+
+    def make(self, model, seed: int | None) -> Motion:
+        """The walk of a fitted model, or of a model's name or file."""
+        how = self.model_dump(include={"deviations", "scores", "path", "height", "phase", "variation"})
+        speed = self.speeds or self.speed
+        return motionenv.synthesize(model, self.seconds, self.fps, seed=seed, speed=speed, **how)
 
 
 Row25 = Annotated[list[float | None], Field(min_length=25, max_length=25)]

@@ -5,6 +5,7 @@ import pytest
 
 import motionenv
 from motionenv import MotionError, ServiceError
+from motionenv.errors import ExtrapolationWarning
 
 
 def test_models_are_listed_and_described(client):
@@ -20,6 +21,14 @@ def test_a_walker_is_who_is_asked_for(client):
     how = {"deviations": np.array([1.0, -2.0]), "variation": np.float64(0), "seed": np.int64(4), "speed": None}
     motion = client.synthesize("walk/fpca", 2, 50, **how)
     np.testing.assert_array_equal(motion.poses, motionenv.synthesize("walk/fpca", 2, 50, **how).poses)
+
+
+def test_a_path_and_changing_speeds_are_those_of_python(client):
+    how = {"path": np.array([[0, 0], [2, 0.5], [3, 2]]), "speed": np.array([[0, 0], [1, 2.5]]), "seed": 4}
+    with pytest.warns(ExtrapolationWarning, match=r"speed 2\.5 m/s is beyond"):
+        motion = client.synthesize("walk/fpca", 2, 50, **how)
+    with pytest.warns(ExtrapolationWarning):
+        np.testing.assert_array_equal(motion.poses, motionenv.synthesize("walk/fpca", 2, 50, **how).poses)
 
 
 def test_without_a_seed_walkers_differ(client):

@@ -62,7 +62,7 @@ def test_pages_of_other_sites_are_told_what_they_may_read(tmp_path):
     mine, before, evil = answers(tmp_path / "a", asked, cors=("https://lab.example",))
     assert mine.headers["access-control-allow-origin"] == "https://lab.example"
     exposed = set(mine.headers["access-control-expose-headers"].split(", "))
-    assert {"ETag", "Location", "Motion-Seed", "Retry-After", "X-Request-ID"} == exposed
+    assert {"ETag", "Location", "Motion-Seed", "Motion-Warning", "Retry-After", "X-Request-ID"} == exposed
     assert (before.status_code, before.headers["access-control-allow-origin"]) == (200, "https://lab.example")
     assert "access-control-allow-origin" not in evil.headers
     (closed,) = answers(tmp_path / "b", asked[:1])

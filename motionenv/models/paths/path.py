@@ -89,6 +89,7 @@ class Path:
         if len(points) < 2 or not np.isfinite(points).all() or (steps == 0).any():
             raise MotionError("points must be at least two finite (x, y) [m], of which no two in a row are equal")
         chords = np.concatenate([[0.0], np.cumsum(steps)])
+        checked_number(chords[-1], "the way through the points", above=0, high=_LONGEST, unit="metres")
         fine = np.linspace(0.0, chords[-1], 4 * _count(chords[-1]))
         velocity = CubicSpline(chords, points, bc_type="natural")(fine, 1)
         pace = np.linalg.norm(velocity, axis=-1)

@@ -1,6 +1,7 @@
 """`POST /v1/synthesis`: every format read back, the same bytes each time, and limits before work."""
 
 import io
+import re
 
 import bvh
 import ezc3d
@@ -40,6 +41,39 @@ def test_json_is_the_motion_that_python_makes(server):
 
 def test_raw_poses_are_read_by_numpy(server):
     np.testing.assert_array_equal(np.load(io.BytesIO(post(server, "application/x-npy").content)), expected().poses)
+
+
+def test_walks_along_a_path_are_those_that_python_makes(server):
+    path, speeds = [[0, 0], [2, 0.5], [3, 2]], [[0.0, 0.0], [0.5, 1.3]]
+    made = post(server, seconds=3, path=path, speeds=speeds, speed=None)
+    asked = ASK | {"seconds": 3, "path": path, "speed": speeds}
+    motion = motionenv.synthesize("walk/fpca", asked.pop("seconds"), asked.pop("fps"), **asked)
+    np.testing.assert_array_equal(made.json()["poses"], motion.poses)
+    assert motion.poses[-1, 5] > 0.3  # it turned left
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"path": [[0, 0], [0, 0]]}, "no two in a row are equal"),
+        ({"path": [[0, 0], [1, 0], [0, 0.1]]}, "people need 0.6 m to walk"),
+        ({"path": [[x * 1e4, 0] for x in (1, -1, 1, -1)]}, "the way through the points must be"),
+        ({"speeds": [[1, 1], [0, 1]], "speed": None}, "increasing times"),
+        ({"speeds": [[0, 50]], "speed": None}, "speed must be a number .* to 3"),
+        ({"speeds": [[0, 1]]}, "either speed or speeds"),
+    ],
+)
+def test_paths_and_speeds_that_nobody_walks_are_refused_in_words(server, wrong, says):
+    answer = post(server, **wrong)
+    assert answer.status_code == 422
+    assert re.search(says, answer.text)
+
+
+def test_speeds_beyond_what_was_learned_are_told(server):
+    high = motionenv.load("walk/fpca").learned_speeds()[1]
+    assert "motion-warning" not in post(server, speed=high).headers
+    for asked in ({"speed": 2.5}, {"speed": None, "speeds": [[0, 0], [1, 2.5]]}):
+        assert post(server, **asked).headers["motion-warning"].startswith("speed 2.5 m/s is beyond the walks")
 
 
 @pytest.mark.parametrize("media_type", FILES)

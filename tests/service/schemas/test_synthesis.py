@@ -26,20 +26,13 @@ def inside(name: str) -> st.SearchStrategy:
     return st.floats(low, high) | st.sampled_from([low, high])
 
 
-def made(asked: SynthesisRequest) -> motionenv.Motion:
-    return motionenv.synthesize(
-        asked.model, asked.seconds, asked.fps, seed=asked.seed, speed=asked.speed, height=asked.height,
-        phase=asked.phase, variation=asked.variation, deviations=asked.deviations, scores=asked.scores,
-    )  # fmt: skip
-
-
 @settings(max_examples=50, deadline=None)  # the first example may compile
 @given(st.fixed_dictionaries({name: inside(name) for name in ("speed", "height", "phase", "variation", "fps")}),
        st.lists(st.floats(-5, 5), max_size=8), st.floats(0.02, 0.5), st.integers(0, 2**63 - 1))  # fmt: skip
 def test_what_is_taken_is_made(how, deviations, seconds, seed):
     seconds = max(seconds, 1 / how["fps"])
     asked = SynthesisRequest(**how, deviations=deviations, seconds=seconds, seed=seed)
-    motion = made(asked)
+    motion = asked.make(asked.model, seed)
     assert len(motion.poses) == asked.frames
     assert np.isfinite(motion.poses).all()
     assert motion.skeleton.height == asked.height
