@@ -2,18 +2,7 @@
 
 To add a model, subclass `GaitModel`, or `FixedModel` if there is nothing to learn, and define the abstract methods.
 Don't override the methods implemented here: all models share them. Class attributes declare what a model can do.
-`motionenv.models.registry` describes how to register it.
-
-    class Bounce(FixedModel):
-        kind, card_ = "bounce", {"data": "none", "model licence": "MIT"}
-
-        def make_motion(self, walker, request, rng):
-            body = self.body(request.height)
-            poses = np.zeros((request.frames, 25))
-            seconds = np.arange(request.frames) / request.fps
-            poses[:, 0] = (request.speed or 1.0) * seconds
-            poses[:, 2] = body.height * (0.53 + 0.02 * np.cos(4 * np.pi * seconds))
-            return Motion(poses, body, request.fps, "bounce")
+`motionenv.models.registry` describes how to register it; docs/models.md has an example.
 """
 
 import warnings

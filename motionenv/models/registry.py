@@ -2,11 +2,7 @@
 
 An entry whose name has a slash is a ready-made model. Its value is called without arguments and returns the model: a
 class that needs no fitting, a function, or a `ModelFile` that the package contains. An entry without a slash is a kind;
-its value is the class that reads files of that kind. In the pyproject.toml of a package:
-
-    [project.entry-points."motionenv.models"]
-    "toy/bounce" = "toy:Bounce"
-    bounce = "toy:Bounce"
+its value is the class that reads files of that kind. docs/models.md has an example.
 
 The value of a ready-made model may have two attributes: `card()`, which returns the model card without making the
 model, and `takes_long`, which makes the service build it in the background.
