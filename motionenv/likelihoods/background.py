@@ -60,8 +60,8 @@ class Background:
 
     It is the median, per pixel, of the last `frames` images in which the body didn't cover the pixel, according to
     `learn`. Without calls of `learn`, it is the median of all images, available after `least` images and correct where
-    a walker stood in fewer than half of them. Before that, and for a panning camera, it is each row's median colour:
-    correct for uniform walls and skies, otherwise poor, which the large residuals reveal.
+    a walker stood in fewer than half of them. Before that, for a panning camera, and in almost uniform rows, it is each
+    row's median colour: correct for uniform walls and skies, otherwise poor, which the large residuals reveal.
 
     Args:
         frames: number of images kept per pixel.
@@ -124,9 +124,11 @@ class Background:
             raise MotionError("no image has been observed yet: call observe(rgb) first")
         if self._told:
             return _plain_filled(np.where(self._count[..., None] > 0, self._median(), np.nan))
-        if self.still and self._count.max() >= self.least:
-            return self._median()
-        return np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
+        rows = np.broadcast_to(np.median(self._last, axis=1, keepdims=True), self._last.shape)
+        if not self.still or self._count.max() < self.least:
+            return rows
+        plain = np.median(np.abs(self._last - rows), axis=(1, 2)) <= _PLAIN
+        return np.where(plain[:, None, None], rows, self._median())
 
     def _empty(self, shape: tuple[int, ...]) -> None:
         self._samples = np.full((*shape, self.frames), _EMPTY, dtype=np.int16)

@@ -28,6 +28,7 @@ _BANK_FPS = 60.0
 _SPARE = 3.0  # [s] extra length of the gaits, so that the first image can have any phase
 _MOST_PICTURES = 8  # most images that are scored, equally spaced
 _LARGE = 0.15  # least area of a foreground component, relative to the largest, that counts as part of the body
+_EDGE = 0.7  # [pixels] standard deviation of a box's edges; of somebody small in the picture it moves the start far
 _SETTLED = 5  # iterations that place a walker at the outline
 _STEP = 0.25  # largest step of one iteration, relative to the distance from the camera
 _NEAREST = 1.0  # [m] least distance from the camera
@@ -108,7 +109,8 @@ def automatic_start(
     pictures = [(i / fps, seen) for i, seen in enumerate(_observed(likelihood, observations)) if i in chosen]
     boxes = bounding_boxes(pictures[0][1].foreground)
     bank = _build_bank(model, likelihood.skeleton, len(observations) / fps, rng)
-    walkers = _random_hypotheses(bank, likelihood, boxes[rng.integers(len(boxes), size=n)], size, rng)
+    boxes = boxes[rng.integers(len(boxes), size=n)] + _EDGE * rng.standard_normal((n, 4))
+    walkers = _random_hypotheses(bank, likelihood, boxes, size, rng)
     for i in range(_ROUNDS):
         some = pictures[:: max(1, len(pictures) >> i)]
         drawn = walkers.take(_tempered_draw(_scores(bank, walkers, some, size), _KEPT * n, n, rng))

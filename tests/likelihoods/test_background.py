@@ -130,6 +130,14 @@ def test_a_plain_wall_is_plain_behind_the_body_too():
     assert ((foreground_probability(picture, model.estimate()) > 0.5) != mask).mean() < 0.01
 
 
+def test_a_slow_walker_before_a_plain_wall_stays_foreground_in_the_median_of_all():
+    model = Background(least=8)
+    for i in range(12):
+        picture, _, mask = scene(20 + i // 3, seed=i, noise=2.0, plain=True)
+        model.observe(picture)
+    assert ((foreground_probability(picture, model.estimate()) > 0.5) != mask).mean() < 0.01
+
+
 def test_a_film_before_a_background_without_noise():
     """Rendered empty scenes have none, films do."""
     picture, background, mask = scene(30, noise=12.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+import motionenv
 from motionenv.body import from_height
 from motionenv.envs.walker import WalkerTracking
 from motionenv.errors import MotionError
@@ -293,6 +294,38 @@ def _walked(env, threads, layers):
         beliefs.append(tracker.step(mask=observation[..., 0]))
         observation, *_ = env.step(beliefs[-1].mean.astype(np.float32))
     return beliefs
+
+
+def test_what_a_search_found_may_be_nearer_or_farther_while_it_is_seen():
+    """Sizes of found walkers spread to those of people; who is given stays; nothing spreads while nobody is seen."""
+
+    def spread(heights, steps, seen):
+        prior = FPCAPrior(size=0.07)
+        pose = motionenv.synthesize("walk/fpca", 0.1, 30, seed=1, height=prior.skeleton.height).poses[0]
+        tracker = ParticleFilter(prior, Blind(view(0.0, distance=6.0), seen), 4000, seed=3)
+        at = Start.at(pose, spread=0.0)
+        tracker.start(Start(at.poses, at.log_weights, at.previous, at.spread, heights))
+        for _ in range(steps):
+            belief = tracker.step(mask=np.zeros((4, 4)))
+        return np.log(belief.state.sizes).std()
+
+    found = np.array([FPCAPrior().skeleton.height])
+    assert spread(found, 120, 0.0) == pytest.approx(0.07, rel=0.1)  # the prior's, by Metropolis' rule
+    assert spread(None, 120, 0.0) < 0.05
+    assert spread(found, 20, -100.0) < 0.6 * spread(found, 20, 0.0)
+
+
+class Blind:
+    """A picture in which all poses are as likely, by `level` more than that there is nobody."""
+
+    def __init__(self, camera, level):
+        self.camera, self.level = camera, level
+
+    def observe(self, mask):
+        pass
+
+    def log_likelihood(self, poses):
+        return np.where(np.abs(poses[:, 0]) < 1e3, self.level, 0.0)
 
 
 def test_a_hundred_thousand_particles_fit_in_a_gigabyte():

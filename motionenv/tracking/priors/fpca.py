@@ -175,6 +175,14 @@ class FPCAPrior:
         gait[:, [X, Y]] = poses[:, :2]
         return WalkState(poses, state.scores, rest, gait)
 
+    def resized(self, state: WalkState, sizes: np.ndarray, centre: np.ndarray) -> WalkState:
+        """The walkers of `state` with other `sizes` (N,), and as much farther from the point `centre` (2,) [m]."""
+        factors, gait, poses = sizes / state.sizes, state.gait.copy(), state.poses.copy()
+        gait[:, SIZE] = np.log(sizes)
+        gait[:, [X, Y]] = poses[:, :2] = centre + factors[:, None] * (poses[:, :2] - centre)
+        poses[:, 2] *= factors
+        return WalkState(poses, state.scores, state.rest, gait)
+
     def _advanced(self, state: WalkState, noise: np.ndarray, rng: np.random.Generator) -> WalkState:
         """The walkers after the `noise` of `_walk_kernel.add_noise`, moved by the flow of that time step."""
         key = rng.integers(2**64, dtype=np.uint64)

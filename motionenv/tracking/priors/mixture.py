@@ -7,7 +7,7 @@ which continue to evolve by the learned prior.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -80,6 +80,11 @@ class MixturePrior:
     def moved(self, state: MixtureState, poses: np.ndarray) -> MixtureState:
         """The bodies of `state` with other `poses` (N, 25) [m, rad], as far as the learned prior can represent them."""
         learned = self.learned.moved(state.learned, poses)
+        return MixtureState(learned, self.general.moved(state.general, learned.poses))
+
+    def resized(self, state: MixtureState, sizes: np.ndarray, centre: np.ndarray) -> MixtureState:
+        """As `FPCAPrior.resized`, of the learned prior."""
+        learned = cast(Any, self.learned).resized(state.learned, sizes, centre)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 
 

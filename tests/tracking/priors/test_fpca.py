@@ -7,6 +7,7 @@ from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.models.registry import load
 from motionenv.models.walking.model import Stride
+from motionenv.render.cameras import view
 from motionenv.tracking import FPCAPrior, Start
 from motionenv.tracking.priors._walk_kernel import HEADING, PACE, PHASE, X, Y
 from motionenv.tracking.priors.fpca import _PACE, _REST
@@ -181,3 +182,20 @@ def test_a_body_of_unknown_size_strides_and_stands_in_proportion(model):
             state = prior.propagate(state, rng)
         went.append([np.linalg.norm(state.poses[:, :2].mean(axis=0) - first), state.poses[:, 2].mean()])
     np.testing.assert_allclose(np.divide(went[1], went[0]), 0.85, rtol=0.04)
+
+
+def test_a_resized_body_stands_as_much_farther_away_and_looks_the_same(model):
+    prior, camera = FPCAPrior(model, size=0.06), view(0.5, distance=9.0)
+    rng = np.random.default_rng(0)
+    state = prior.propagate(prior.initial(Start.at(mean_walk(model, prior, 30)[0]), 50, rng), rng)
+    grown = prior.resized(state, state.sizes * 1.1, camera.centre[:2])
+    np.testing.assert_allclose(grown.sizes, 1.1 * state.sizes)
+    joints = [
+        camera.centre * [1, 1, 0] + sizes[:, None, None] * (markers(poses, prior.skeleton) - poses[:, None, :3])
+        + (poses[:, :3] - camera.centre * [1, 1, 0])[:, None]
+        for poses, sizes in ((state.poses, state.sizes), (grown.poses, grown.sizes))
+    ]  # fmt: skip
+    ground = camera.centre * [1, 1, 0]
+    np.testing.assert_allclose(joints[1] - ground, 1.1 * (joints[0] - ground), rtol=1e-9, atol=1e-9)
+    later, same = prior.propagate(grown, np.random.default_rng(1)), prior.propagate(state, np.random.default_rng(1))
+    np.testing.assert_allclose(later.sizes / same.sizes, 1.1, rtol=0.01)  # it stays as large
