@@ -23,7 +23,7 @@ _LEAST_TRAVEL = 0.1  # [heights/s] least of who walks; the slowest of the develo
 _SURE = 0.7  # least probability of walking of whom is chosen without being named; those films' wrong ones have less
 #: Weights of log(travel + 0.05), log(jitter + 0.02), log upright, (log upright - 1)², rhythm above 0, log seconds and
 #: log(height / the tallest's), and the constant: logistic regression with a Gaussian penalty.
-_WEIGHTS = np.array([2.46, -1.66, 5.12, -3.81, 2.98, 1.60, 4.52, -5.14])
+_WEIGHTS = np.array([2.32, -1.86, 5.71, -5.42, 2.31, 1.59, 4.69, -5.91])
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,12 @@
 """Background subtraction for a static camera: a background model of a whole video, and foreground probabilities.
 
-The background is what a pixel shows most steadily: the middle of the shortest interval of grey levels that holds half of
-the frames (Rousseeuw's shorth). Its noise is what changes within `_LAG` frames, which somebody who walks on hardly adds
-to, nor who comes nearer and covers a pixel for long. Noise of compression and sensors varies over the
-image (edges, leaves, screens), hence a deviation per pixel. A shadow darkens all colours of a pixel by the same factor,
-which a body seldom does (Horprasert, Harwood & Davis 1999): changes that a gain below one explains count as background,
-with a penalty.
+The background is what a pixel shows most steadily: the middle of the shortest interval of grey levels that holds half
+of the frames (Rousseeuw's shorth). Its noise is what changes from a frame to the `_LAG`th after it, which somebody who
+walks on hardly adds to, nor who comes nearer and covers a pixel for long. Noise of compression and sensors varies over
+the image (edges, leaves, screens), hence a deviation per pixel. A shadow darkens all colours of a pixel by the same
+factor, which a body seldom does (Horprasert, Harwood & Davis 1999): changes that a gain below one explains count as
+background, with a penalty. `_LAG` and `_MOST_NOISE` were chosen on the development films of
+`benchmarks/tracking/choosing.py`.
 """
 
 import numpy as np

@@ -111,8 +111,8 @@ def track_video(
             whole number that gives at most 31.
         seconds: most seconds of the video to use.
         background: video, or at least three images uint8 (T, h, w, 3) with the video's aspect ratio, of the same view
-            without the person. None uses the median over the video, which is correct where the person stands in fewer
-            than half of the frames.
+            without the person. None estimates it from the video, correctly where the person stands in fewer than half
+            of the frames.
         person: number of whom to follow in `find_people`; None, without `box` and `point`, is the likeliest walker.
         box: (x, y, width, height) [pixels of the film] around whom to follow, in some frame.
         point: (x, y) [pixels of the film] on whom to follow, in some frame.
