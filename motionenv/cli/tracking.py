@@ -17,7 +17,7 @@ _TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
 _SIZE, _ENLARGED = 128, 3  # image side of an environment [pixels], and its magnification in the film
 _FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
 _LOST = 3  # exit code of a track that was lost at times
-_WALKS = 0.5  # least probability of walking of whom --person all follows
+_WALKS = 0.7  # least probability of walking of whom --person all follows
 _SHOWN = 30  # particles shown in the film
 
 

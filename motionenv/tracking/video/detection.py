@@ -1,9 +1,9 @@
 """When a person is in a video, how tall, and a guess of an unknown camera.
 
-An unknown camera is assumed to be static, at eye height, with a common focal length, and to see a person of average
-height cross the image. A person of height H whose outline is h pixels high and ends in row b is at distance f H / h; a
-horizon in row r puts the camera e = H (b - r) / h above the ground. A level camera has its horizon in the image centre;
-if that implies an implausible camera height, the camera is tilted instead.
+An unknown camera is assumed to be static, with a common focal length, and to see a person of average height. A person
+of height H whose outline is h pixels high and ends in row b is at distance f H / h. A camera e above the ground whose
+horizon is in row r sees b = r + (e / H) h: where h varies, as somebody comes nearer, the boxes tell both r and e; where
+it doesn't, assumptions of both decide, a camera at eye height that is about level.
 """
 
 import numpy as np
@@ -13,8 +13,10 @@ from motionenv.render.cameras import look_at
 from motionenv.types import Camera, Skeleton
 
 _FOCAL = 1.0  # focal length relative to the longer image side; phones have 0.75, camcorders more
-_EYES = (0.8, 1.9)  # [m] plausible heights of a level camera
-_USUAL_EYES = 1.5  # [m] assumed height of a tilted camera
+_EYES = (1.5, 0.4)  # [m] mean and standard deviation of the camera's height
+_TILT = 0.15  # [rad] standard deviation of its tilt
+_GAIT = 0.04  # standard deviation of an outline's lower end, relative to its height; a film counts as _FRAMES of these
+_FRAMES, _ROUNDS = 10, 5  # and the number of rounds in which outliers lose their weight
 _LEAST_PERSON, _USUAL_PERSON, _MOST_PERSON = 1.0, 1.75, 2.3  # [m]
 _STEADY = 5  # least number of consecutive frames
 _WHOLE = 0.85  # least height of a complete outline, relative to the typical one
@@ -68,16 +70,30 @@ def side_camera(boxes: np.ndarray, skeleton: Skeleton, width: int, height: int) 
     boxes = boxes[np.isfinite(boxes).all(axis=-1)]
     if not len(boxes):
         raise MotionError("no person was detected, so the camera can't be guessed: give a camera")
-    tall, feet = np.median(boxes[:, 3] - boxes[:, 2] + 1), np.median(boxes[:, 3])
+    whole = (boxes[:, 2] > 1) & (boxes[:, 3] < height - 2)
+    boxes = boxes[whole] if whole.any() else boxes
+    tall = boxes[:, 3] - boxes[:, 2] + 1
     focal = _FOCAL * max(width, height)
-    distance = focal * skeleton.height / tall
+    distance = focal * skeleton.height / np.median(tall)
     middle = (height - 1) / 2
-    eyes = skeleton.height * (feet - middle) / tall
-    eyes = eyes if _EYES[0] <= eyes <= _EYES[1] else _USUAL_EYES
-    horizon = feet - eyes * tall / skeleton.height
-    drop = distance * (middle - horizon) / focal
+    horizon, eyes = _horizon(tall, boxes[:, 3], middle, focal, skeleton.height)
     fov = np.degrees(2 * np.arctan(0.5 * height / focal))
+    drop = distance * (middle - horizon) / focal
     return look_at((0, -distance, eyes), (0, 0, eyes - drop), width=width, height=height, fov_degrees=float(fov))
+
+
+def _horizon(tall: np.ndarray, feet: np.ndarray, middle: float, focal: float, stature: float) -> tuple[float, float]:
+    """Row of the horizon and height of the camera [m], from outlines' heights and lower ends (T,) [pixels].
+
+    The most probable ones, with weights of a Cauchy distribution; `middle` is the image centre's row.
+    """
+    likely, spread = np.array([middle, _EYES[0] / stature]), np.array([focal * _TILT, _EYES[1] / stature])
+    found, terms, weights = likely, np.stack([np.ones(len(tall)), tall], axis=1), np.ones(len(tall))
+    for _ in range(_ROUNDS):
+        scaled = terms * (weights * min(1, _FRAMES / len(tall)) / (_GAIT * tall) ** 2)[:, None]
+        found = np.linalg.solve(scaled.T @ terms + np.diag(spread**-2.0), scaled.T @ feet + likely / spread**2)
+        weights = 1 / (1 + ((feet - terms @ found) / (_GAIT * tall)) ** 2)
+    return float(found[0]), float(found[1] * stature)
 
 
 def resized(camera: Camera, width: int, height: int) -> Camera:

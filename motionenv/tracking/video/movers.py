@@ -14,12 +14,10 @@ import numpy as np
 _GAP = 1.0  # [s] longest gap in which a mover is behind something
 _LEAST = 12  # [pixels] least area of a component
 _OVERLAP = 0.3  # least overlap of a predicted box with a component, relative to the smaller of both
+_PART = 0.25  # weight of that overlap against that relative to the union of both, so that specks don't swap bodies
 _COVERED = 0.5  # least part of a predicted box inside another mover's component, to have merged with it
 _GROWN = (5, 0.15)  # least frames of a mover that can merge, and its least area relative to the component
-_UPRIGHT, _SMALL = (
-    1.5,
-    0.2,
-)  # height over width of a body, and area of a piece relative to the body's, beside each other
+_UPRIGHT, _SMALL = 1.5, 0.2  # height over width of a body, and area of a piece beside it relative to the body's
 _RECENT = 0.4  # [s] from which velocities are estimated
 _MARGIN = 0.15  # space kept around a mover's box, in its heights
 
@@ -119,7 +117,7 @@ def _assigned(expected: np.ndarray, boxes: np.ndarray) -> np.ndarray:
     common = common_areas(expected, boxes)
     share = common / np.minimum(areas(expected)[:, None], areas(boxes))
     union = areas(expected)[:, None] + areas(boxes) - common
-    for k, c in zip(*linear_sum_assignment(-(share + common / union)), strict=True):
+    for k, c in zip(*linear_sum_assignment(-(_PART * share + common / union)), strict=True):
         if share[k, c] > _OVERLAP:
             owner[c] = k
     whole = np.isin(np.arange(len(expected)), owner)
@@ -168,9 +166,13 @@ def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, 
 
 
 def _within(box: np.ndarray, outer: np.ndarray) -> np.ndarray:
-    """A box (4,) moved into another as far as it fits."""
+    """A box (4,) moved into another; into its middle where it's larger."""
     shift = np.maximum(outer[::2] - box[::2], 0) + np.minimum(outer[1::2] - box[1::2], 0)
-    return box + np.repeat(np.where(box[1::2] - box[::2] <= outer[1::2] - outer[::2], shift, 0.0), 2)
+    fits, middle = (
+        box[1::2] - box[::2] <= outer[1::2] - outer[::2],
+        (outer[::2] + outer[1::2] - box[::2] - box[1::2]) / 2,
+    )
+    return box + np.repeat(np.where(fits, shift, middle), 2)
 
 
 def _hull(boxes: np.ndarray) -> np.ndarray:

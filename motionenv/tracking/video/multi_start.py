@@ -36,8 +36,6 @@ class Attempt:
         particles: (T, particles, 25), equally weighted.
         effective: (T,) effective sample sizes.
         overlap: (T,) intersection over union of the expected silhouette and the foreground.
-        inside: (T,) share of the foreground that lies on the expected silhouette.
-        nobody: (T,) bool, whether the filter holds that nobody is visible.
         starts: start and restarts, by frame.
     """
 
@@ -45,8 +43,6 @@ class Attempt:
     particles: np.ndarray
     effective: np.ndarray
     overlap: np.ndarray
-    inside: np.ndarray
-    nobody: np.ndarray
     starts: Mapping[int, Start]
 
 
@@ -108,9 +104,7 @@ class MultiStart:
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
-        return Attempt(
-            record.poses, record.particles, record.effective, record.overlap, record.inside, record.nobody, starts
-        )
+        return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
     def _tracker(self, prior: Prior) -> ParticleFilter:
         return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
@@ -134,17 +128,14 @@ class _Record:
     def __init__(self, frames: int, likelihood: SilhouetteLikelihood, film: np.ndarray, rng: np.random.Generator):
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
         self.effective, self.overlap = np.empty(frames), np.empty(frames)
-        self.inside = np.empty(frames)
-        self.nobody = np.empty(frames, dtype=bool)
         self._likelihood, self._film, self._rng = likelihood, film, rng
 
     def keep(self, i: int, belief: Belief) -> float:
         """Store the posterior of frame `i`; returns the overlap."""
         self.poses[i], self.effective[i] = belief.mean, belief.effective
-        self.nobody[i] = belief.lost
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
         body, camera = self._likelihood.skeleton, self._likelihood.camera
-        self.overlap[i], self.inside[i] = overlap(self.poses[i], body, camera, self._film[i])
+        self.overlap[i] = overlap(self.poses[i], body, camera, self._film[i])
         return float(self.overlap[i])
 
 
@@ -153,16 +144,15 @@ def exchanged(start: Start) -> Start:
     return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
-def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> tuple[float, float]:
-    """Intersection of a pose's silhouette and a foreground, over their union and over the foreground.
+def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> float:
+    """Intersection over union of a pose's silhouette and a foreground.
 
     `pose` (25,) [m, rad] is of a `skeleton`; the `camera` is that of `foreground` (height, width), probabilities.
     """
     from motionenv.render import render
 
     body, seen = render(pose, skeleton, camera).limbs > 0, foreground > 0.5
-    both = (body & seen).sum()
-    return float(both / max((body | seen).sum(), 1)), float(both / max(seen.sum(), 1))
+    return float((body & seen).sum() / max((body | seen).sum(), 1))
 
 
 def _reflected(poses: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.video.candidates import Candidate, chosen
 from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
-from motionenv.tracking.video.multi_start import Attempt, MultiStart
+from motionenv.tracking.video.multi_start import MultiStart
 from motionenv.tracking.video.survey import Look, look, survey
 from motionenv.tracking.video.verdict import ABSENT, FOLLOWED, Lost, losses, verdict
 from motionenv.types import Camera, Motion, Skeleton
@@ -42,6 +42,7 @@ class VideoTrack:
         effective: (T,) effective sample sizes.
         overlap: (T,) intersection over union of the expected silhouette and the person's outline, from 0 to 1, also in
             lost frames.
+        expected: (T, 25) expected poses, also in lost frames.
         camera: given or guessed, for the video's own image size.
         guessed: whether the camera is a guess; lengths are then relative to the assumed height.
         reasons: (T,) why a frame isn't followed, numbers of `motionenv.tracking.video.verdict.REASONS`.
@@ -52,6 +53,7 @@ class VideoTrack:
     particles: np.ndarray
     effective: np.ndarray
     overlap: np.ndarray
+    expected: np.ndarray
     camera: Camera
     guessed: bool
     reasons: np.ndarray
@@ -109,8 +111,8 @@ def track_video(
             whole number that gives at most 31.
         seconds: most seconds of the video to use.
         background: video, or at least three images uint8 (T, h, w, 3) with the video's aspect ratio, of the same view
-            without the person. None uses the median over the video, which is correct where the person stands in fewer
-            than half of the frames.
+            without the person. None estimates it from the video, correctly where the person stands in fewer than half
+            of the frames.
         person: number of whom to follow in `find_people`; None, without `box` and `point`, is the likeliest walker.
         box: (x, y, width, height) [pixels of the film] around whom to follow, in some frame.
         point: (x, y) [pixels of the film] on whom to follow, in some frame.
@@ -146,10 +148,12 @@ def track_video(
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     reasons = np.full(len(seen.labels), ABSENT)
     outlined = who.mover.seen[first:last]
-    reasons[first:last] = verdict(best.poses, best.overlap, best.inside, best.nobody, outlined, seen.fps)
-    poses, shown, effective, overlap = _whole(best, reasons, first)
+    reasons[first:last] = verdict(best.poses, best.overlap, outlined, seen.fps)
+    held = reasons == FOLLOWED
+    poses, shown, effective = (_spread(x, held, first) for x in (best.poses, best.particles, best.effective))
+    overlap, expected = (_spread(x, reasons != ABSENT, first) for x in (best.overlap, best.poses))
     motion = Motion(poses, skeleton, seen.fps, f"{path}")
-    return VideoTrack(motion, shown, effective, overlap, full, camera is None, reasons, who)
+    return VideoTrack(motion, shown, effective, overlap, expected, full, camera is None, reasons, who)
 
 
 def find_people(
@@ -208,13 +212,9 @@ def _follower(
     return MultiStart(prior, back, likelihood, close.foreground, close.colours, begin, particles, layers, rng)
 
 
-def _whole(best: Attempt, reasons: np.ndarray, first: int) -> list[np.ndarray]:
-    """Poses, particles, effective sizes and overlap of all frames; NaN where nobody is followed."""
-    whole = []
-    for part in (best.poses, best.particles, best.effective, best.overlap):
-        values = np.full((len(reasons), *part.shape[1:]), np.nan)
-        values[first : first + len(part)] = part
-        if part is not best.overlap:
-            values[reasons != FOLLOWED] = np.nan
-        whole.append(values)
+def _spread(part: np.ndarray, where: np.ndarray, first: int) -> np.ndarray:
+    """Values of frames from `first` on, in an array of all frames (T, ...); NaN except `where` (T,)."""
+    whole = np.full((len(where), *part.shape[1:]), np.nan)
+    whole[first : first + len(part)] = part
+    whole[~where] = np.nan
     return whole

@@ -58,13 +58,17 @@ def test_travel_rhythm_and_shape_are_those_of_the_way(scene):
 
 
 def test_whom_you_name_is_followed(scene):
-    labels, movers, _ = scene
-    found = candidates(movers, labels, FPS)
+    labels, _, _ = scene
+    found = candidates(linked(labels, FPS), labels, FPS)
     for one in found:
         left, right, top, bottom = one.boxes[20]
         assert chosen(found, person=one.number) is one
         assert chosen(found, box=(left, top, right - left + 1, bottom - top + 1), at=1.0) is one
         assert chosen(found, point=((left + right) / 2, (top + bottom) / 2), at=1.0) is one
+    hidden = found[0].boxes[20].copy()
+    found[0].boxes[18:23] = found[0].mover.boxes[18:23] = np.nan
+    middle = (hidden[:2].mean(), hidden[2:].mean())
+    assert chosen(found, point=middle, at=1.0) is found[0]  # between where she was before and after
     for asked in ({"point": (199, 1), "at": 0.1}, {"box": (1, 1, 1, 1), "at": 2.9}):
         with pytest.raises(MotionError, match=f"nothing moves at {next(iter(asked))}; what moves: 1: walks"):
             chosen(found, **asked)

@@ -63,7 +63,7 @@ def test_walking_begins_where_the_outline_moves_on():
 
 @pytest.mark.parametrize("eyes", [1.0, 1.5, 3.0])
 def test_a_guess_puts_the_body_into_its_box_whatever_the_true_camera(eyes):
-    """A level camera within reach of eyes, else one that is tilted: who stands at the origin fills the box."""
+    """From one place height and tilt can't be told apart, but who stands at the origin fills the box."""
     body, camera = from_height(1.7), look_at((0, -6, eyes), (0, 0, 0.9), width=200, height=150, fov_degrees=40)
     pose = np.eye(25)[2] * 0.53 * 1.7
     boxes = detections((render(pose, body, camera, rgb=False).limbs > 0)[None].astype(float))
@@ -72,6 +72,20 @@ def test_a_guess_puts_the_body_into_its_box_whatever_the_true_camera(eyes):
     np.testing.assert_allclose(again[0, 2:], boxes[0, 2:], atol=3)
     assert guess.project(np.zeros(3))[0][0] == pytest.approx(99.5)
     assert 0.8 <= guess.centre[2] <= 1.9
+
+
+@pytest.mark.parametrize("eyes", [1.0, 2.4])
+def test_who_comes_nearer_shows_how_high_and_how_tilted_the_camera_is(eyes):
+    """Boxes of 1.7 m by the true camera, some of them cut off, give the camera where assumptions would be far off."""
+    camera = look_at((0, -6, eyes), (0, 0, 1.0), width=200, height=150, fov_degrees=2 * np.degrees(np.arctan(75 / 200)))
+    away = np.stack([np.zeros(40), np.linspace(-1, 5, 40)], axis=1)
+    feet, crown = (camera.project(np.column_stack([away, np.full(40, z)]))[0] for z in (0, 1.7))
+    boxes = np.column_stack([crown[:, 0] - 8, crown[:, 0] + 8, crown[:, 1] + 0.5, feet[:, 1] - 0.5])
+    boxes[:5, 3] -= 20  # behind a wall
+    guess = side_camera(boxes, from_height(1.7), 200, 150)
+    tilts = [np.degrees(np.arcsin(c.R[2, 2])) for c in (guess, camera)]
+    assert tilts[0] == pytest.approx(tilts[1], abs=2.0)
+    assert guess.centre[2] == pytest.approx(eyes, abs=0.2)
 
 
 def test_what_no_box_can_tell_is_refused():

@@ -31,12 +31,25 @@ def test_the_background_is_what_is_there_most_of_the_time_and_its_noise_is_found
     background = FilmBackground(film)
     free = np.ones((20, 30), dtype=bool)
     free[5:15, 10:20] = False
-    assert np.abs(background.median - plain)[free].max() < 8
-    assert np.abs(background.median - plain).max() < 16
+    assert np.abs(background.typical - plain)[free].max() < 8
+    assert np.abs(background.typical - plain).max() < 16
     left, right = background.noise[:, :10].mean(), background.noise[:, 20:].mean()
     # The median of the largest of three colours' deviations, which a Gaussian has 1.264 standard deviations away
     assert left == pytest.approx(4.0 * 1.264 * 1.4826, rel=0.1)
     assert right == pytest.approx(2 * left, rel=0.15)
+
+
+def test_who_comes_nearer_and_covers_a_pixel_for_long_is_seen_there():
+    """Where somebody stands in two of five frames, deviations from the median are as large as his contrast."""
+    rng = np.random.default_rng(2)
+    film = np.clip(120 + 4 * rng.standard_normal((60, 24, 24, 3)), 0, 255)
+    film[36:, 6:18, 6:18] += 40
+    film = np.clip(film, 0, 255).astype(np.uint8)
+    background = FilmBackground(film)
+    assert background.noise[8:16, 8:16].mean() < 1.5 * background.noise[:4].mean()
+    seen = background.foreground(film[50]) > 0.5
+    assert seen[7:17, 7:17].mean() > 0.95
+    assert seen[:4].mean() < 0.02
 
 
 def test_a_film_without_noise_still_has_some_and_shows_who_is_there():

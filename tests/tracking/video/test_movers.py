@@ -69,6 +69,23 @@ def test_two_side_by_side_are_not_one_body_but_legs_and_trunk_are():
     assert len(found(one, apart)[1]) == 2
 
 
+def test_specks_do_not_take_over_a_body():
+    """She covers a speck while another one shows between her legs: each speck lies wholly in her box."""
+    pictures = np.zeros((FRAMES, 60, 120))
+    for t in range(FRAMES):
+        left = round(10 + 1.5 * t)
+        pictures[t, 10:50, left : left + 14] = 1
+        pictures[t, 30:50, left + 3 : left + 11] = 0
+        if t < 22:
+            pictures[t, 15:23, 48:54] = 1
+        if 17 <= t < 25:
+            pictures[t, 35:43, left + 6 : left + 8] = 1
+    movers = linked(np.stack([components(p) for p in pictures]), FPS)
+    main = max(movers, key=lambda m: m.seen.sum())
+    assert main.seen.all()
+    np.testing.assert_array_equal(main.boxes[:, 2:], [[10, 49]] * FRAMES)
+
+
 def test_common_areas_are_counted_pixels():
     boxes = np.array([[0, 9, 0, 4], [5, 14, 2, 8], [30, 31, 0, 0]], dtype=float)
     masks = np.zeros((3, 10, 40), dtype=bool)

@@ -30,6 +30,7 @@ def test_a_film_with_its_camera(crossing):
     assert not track.guessed
     assert np.nanmean(np.linalg.norm(track.motion.poses[:, :2] - poses[:, :2], axis=-1)) < 0.3
     assert np.isnan(track.particles[~track.followed]).all()
+    np.testing.assert_array_equal(track.expected[track.followed], track.motion.poses[track.followed])
 
 
 def test_a_film_of_an_unknown_camera_by_seed_alone(crossing):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motionenv.tracking.video.verdict import FOLLOWED, HIDDEN, JUMP, MISFIT, NOBODY, TOO_LITTLE, losses, verdict
+from motionenv.tracking.video.verdict import FOLLOWED, HIDDEN, JUMP, MISFIT, TOO_LITTLE, losses, verdict
 
 FPS, FRAMES = 20.0, 60
 
@@ -10,8 +10,7 @@ FPS, FRAMES = 20.0, 60
 def judged(**faults) -> np.ndarray:
     """The verdict on a perfect track with other values given as {name: (slice, value)}."""
     values = {
-        "poses": np.zeros((FRAMES, 25)), "overlap": np.full(FRAMES, 0.8), "inside": np.full(FRAMES, 0.95),
-        "nobody": np.zeros(FRAMES, dtype=bool), "seen": np.ones(FRAMES, dtype=bool),
+        "poses": np.zeros((FRAMES, 25)), "overlap": np.full(FRAMES, 0.8), "seen": np.ones(FRAMES, dtype=bool),
     }  # fmt: skip
     for name, (where, value) in faults.items():
         values[name][where] = value
@@ -22,7 +21,7 @@ def test_a_perfect_track_is_followed_and_each_fault_has_its_reason():
     part = slice(20, 40)
     assert (judged() == FOLLOWED).all()
     for fault, reason in (
-        ({"overlap": (part, 0.2)}, MISFIT), ({"nobody": (part, True)}, NOBODY), ({"seen": (part, False)}, HIDDEN),
+        ({"overlap": (part, 0.2)}, MISFIT), ({"seen": (part, False)}, HIDDEN),
     ):  # fmt: skip
         found = judged(**fault)
         assert (found[22:38] == reason).all()
@@ -33,9 +32,13 @@ def test_a_perfect_track_is_followed_and_each_fault_has_its_reason():
     assert (found[:20] == FOLLOWED).all()
 
 
-def test_an_outline_with_holes_is_enough_if_it_lies_on_the_body():
-    assert (judged(overlap=(slice(None), 0.45)) == FOLLOWED).all()
-    assert (judged(overlap=(slice(None), 0.45), inside=(slice(None), 0.6)) == MISFIT).all()
+def test_one_bad_frame_is_no_loss_and_one_good_frame_no_find():
+    """The overlap is averaged over a quarter of a second, without frames that show nothing."""
+    assert (judged(overlap=(slice(30, 31), 0.0)) == FOLLOWED).all()
+    overlap = np.full(FRAMES, 0.7)
+    overlap[20:40], overlap[30] = 0.3, 0.9
+    assert (judged(overlap=(slice(None), overlap))[22:38] == MISFIT).all()
+    assert (np.flatnonzero(judged(seen=(slice(30, 33), False), overlap=(slice(30, 33), 0.0))) == [30, 31, 32]).all()
 
 
 def test_a_short_agreement_by_chance_is_none():
