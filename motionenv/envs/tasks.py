@@ -34,7 +34,7 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
         {**_SMALL, "motion": "walk/eigenwalkers", "camera": 25.0},
         {
             "Easy": {"observation": "mask", "start": "near"},
-            "Medium": {"observation": "mask", "start": "anywhere", "path": "turning", "occluders": 2},
+            "Medium": {"observation": "mask", "start": "near", "path": "turning", "occluders": 2},
             "Hard": {**_CLUTTER, "start": "anywhere", "path": "turning", "occluders": 2, "distractors": 1},
         },
     ),
@@ -42,8 +42,8 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
         {"horizon": 120},
         {**_SMALL, "motion": "walk/fpca", "distance": 3.0},
         {
-            "Easy": {"gaps": 0.1, "gap_seconds": 0.3},
-            "Medium": {"gaps": 0.5, "gap_seconds": 1.0, "noise": 0.02},
+            "Easy": {"gaps": 0.3, "gap_seconds": 0.5},
+            "Medium": {"gaps": 0.6, "gap_seconds": 1.2, "noise": 0.02},
             "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
         },
     ),
@@ -95,6 +95,4 @@ def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
         raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
     if capture and split != "ood":
         raise MotionError(f"motion capture is out of distribution: use it with split 'ood', got {split!r}")
-    if capture:
-        return {"split": "eval", **capture}
-    return {"split": "eval", **TASKS[task].ood} if split == "ood" else {"split": split}
+    return {"split": "eval", **(capture or TASKS[task].ood)} if split == "ood" else {"split": split}

@@ -44,9 +44,11 @@ def agent_of(name: str) -> Callable[[Any], Agent]:
     module, _, factory = name.partition(":")
     try:
         return getattr(import_module(module), factory)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ModuleNotFoundError, AttributeError, TypeError, ValueError) as error:
         raise MotionError(
-            f"agent must be one of {', '.join(AGENTS)}, or module:factory for factory(env), got {name!r} ({error})"
+            f"agent must be one of {', '.join(AGENTS)}, or module:factory, such as mine:Follower for a class Follower "
+            f"of mine.py in this folder, made from an environment; got {name!r}, and there is no "
+            f"{getattr(error, 'name', None) or 'such name'}"
         ) from None
 
 
