@@ -29,7 +29,7 @@ _SMALL = {"height": (1.2, 1.45), "speed": (1.5, 1.8)}
 _CLUTTER: dict[str, Any] = {"observation": "rgb", "background": "clutter", "noise": 6.0}
 #: Environments, what all levels of each have in common, what is out of distribution, and the levels.
 _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Any]]]] = {
-    "WalkerTracking": (
+    "WalkerTracking-v1": (
         {"estimate": "joints", "horizon": 90},
         {**_SMALL, "motion": "walk/eigenwalkers", "camera": 25.0},
         {
@@ -38,7 +38,7 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
             "Hard": {**_CLUTTER, "start": "anywhere", "path": "turning", "occluders": 2, "distractors": 1},
         },
     ),
-    "MarkerTracking": (
+    "MarkerTracking-v1": (
         {"horizon": 120},
         {**_SMALL, "motion": "walk/fpca", "distance": 3.0},
         {
@@ -47,7 +47,7 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
             "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
         },
     ),
-    "ActiveTracking": (
+    "ActiveTracking-v0": (
         {"horizon": 200},
         {"turn_seconds": 3.0, "dropout": 0.25, "noise": 0.07},
         {
@@ -56,7 +56,7 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
             "Hard": {"people": 6, "pillars": 14, "noise": 0.08, "turn_seconds": 4.0},
         },
     ),
-    "ArmTracking": (
+    "ArmTracking-v1": (
         {"estimate": "joints", "horizon": 90},
         {"height": (1.2, 1.45), "motion": "walk/fpca", "camera": 25.0},
         {
@@ -67,12 +67,11 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
     ),
 }
 
-_VERSION = {"ActiveTracking": "v0"}  # others have v1
 #: The tasks by id.
 TASKS = {
     f"motionenv/{family}-{level}-{version}": Task(f"motionenv/{family}-{version}", {**common, **changed}, ood)
-    for family, (common, ood, levels) in _FAMILIES.items()
-    for version in [_VERSION.get(family, "v1")]
+    for name, (common, ood, levels) in _FAMILIES.items()
+    for family, version in [name.split("-")]
     for level, changed in levels.items()
 }
 
