@@ -77,8 +77,9 @@ class Learned:
         began, (remembered, kept) = torch.from_numpy(np.asarray(began, bool)), self.state
         if remembered is not None:
             remembered[:, began] = 0.0
-        if kept is not None:
-            kept[began] = self.network.features.blank(len(began))[began]
+        fresh = self.network.features.blank(len(began))
+        if kept is not None and fresh is not None:
+            kept[began] = fresh[began]
 
     def act(self, observation) -> np.ndarray:
         """Estimate the joints."""
