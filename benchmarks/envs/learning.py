@@ -18,9 +18,8 @@ import numpy as np
 import torch
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks.envs.tasks.features import never_seen, recalled
 from benchmarks.envs.tasks.imitation import RATE, improve, slow_down, watched
-from benchmarks.envs.tasks.networks import Learned, Network, as_points
+from benchmarks.envs.tasks.networks import Learned, Network
 from motionenv.envs.agents.baselines import ConstantVelocity, MeanPose
 from motionenv.envs.agents.evaluation import evaluate
 
@@ -33,18 +32,17 @@ class LastSeen:
     """Baseline: each marker's last seen position, at the walker's mean depth."""
 
     def __init__(self, env):
-        self.env, self.last = env.unwrapped, never_seen(env.num_envs)
+        self.env, self.points = env.unwrapped, np.zeros((env.num_envs, 15, 2), np.float32)
 
     def reset(self, observation, began=None) -> None:
         """Forget the episodes that have ended."""
-        began = np.ones(len(self.last), bool) if began is None else np.asarray(began, bool)
-        self.last[torch.from_numpy(began)] = never_seen(1)
+        self.points[slice(None) if began is None else began] = 0.0, 0.9
 
     def act(self, observation) -> np.ndarray:
         """Estimate the joints."""
-        _, self.last = recalled(as_points(observation)[None], self.last)
-        points = self.last[:, :30].unflatten(-1, (15, 2)).numpy()
-        return self.env.action(np.insert(points, 1, 0.0, axis=-1))
+        seen = observation["seen"] > 0
+        self.points[seen] = observation["points"][seen]
+        return self.env.action(np.insert(self.points, 1, 0.0, axis=-1))
 
 
 def learn(network: Network, seconds: float, evaluate) -> list[tuple[float, int, float]]:

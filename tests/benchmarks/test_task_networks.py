@@ -7,7 +7,7 @@ import pytest
 import motionenv.envs  # noqa: F401 (registers the tasks)
 
 torch = pytest.importorskip("torch", reason="PyTorch is missing: pip install -e '.[agents]'")
-from benchmarks.envs.tasks.features import SIZE, UNSURE, moved, recalled  # noqa: E402
+from benchmarks.envs.tasks.features import SIZE, UNSURE, moved  # noqa: E402
 from benchmarks.envs.tasks.networks import Learned, Network  # noqa: E402
 
 
@@ -41,14 +41,3 @@ def test_what_moves_is_what_differs_from_the_mean_so_far():
     for t, found in enumerate(torch.cat([first, last])):
         off = np.abs(frames[t] - frames[: t + 1].mean(axis=0)).max(axis=1)
         np.testing.assert_allclose(found, np.clip(off / UNSURE - 1, 0, 1), atol=1e-4)
-
-
-def test_markers_are_recalled_where_they_were_last():
-    rng = np.random.default_rng(0)
-    points, seen = rng.normal(size=(40, 2, 15, 2)), rng.random((40, 2, 15)) < 0.2
-    given = torch.from_numpy(np.concatenate([points.reshape(40, 2, 30), seen], axis=-1).astype(np.float32))
-    known, _ = recalled(given, None)
-    for t, n, marker in zip(*np.nonzero(seen.cumsum(axis=0)), strict=True):
-        last = np.flatnonzero(seen[: t + 1, n, marker])[-1]
-        np.testing.assert_allclose(known[t, n, 2 * marker : 2 * marker + 2], points[last, n, marker], rtol=1e-6)
-        np.testing.assert_allclose(known[t, n, 30 + marker], min(1.0, 0.04 * (t - last)), atol=1e-6)

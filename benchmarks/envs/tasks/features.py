@@ -13,7 +13,6 @@ UNITS = 192
 SIZE, CROP = 64, 24  # of images, and of what is looked at closely [pixels]
 SOLID = 0.5  # pixels that a row of a silhouette has
 UNSURE = 30.0  # difference of a pixel from its mean that noise makes, of 255
-_AGE = 0.04  # what a frame adds to the age of a marker that isn't seen, up to 1
 _NOWHERE = 0.9  # [m] height of a marker that isn't seen
 
 #: Features (frames, n, size), first guesses of joints that broadcast to (frames, n, joints, 3) [m], what is remembered.
@@ -23,49 +22,26 @@ Noticed = tuple[torch.Tensor, torch.Tensor, torch.Tensor | None]
 class PointFeatures(nn.Module):
     """Markers (frames, n, 45): positions of those that are seen, and which are.
 
-    Args:
-        remembers: whether to remember where each was seen last, and how long ago.
+    Nothing is remembered here: a GRU finds out by itself where markers were, and better. Told of the last positions of
+    markers and their ages, it was off by 78 mm after 68 s of MarkerTracking-Medium, and by 59 mm without.
     """
 
-    def __init__(self, remembers: bool):
+    size, scale = UNITS, 1.0
+
+    def __init__(self):
         super().__init__()
-        self.remembers, self.size, self.scale = remembers, UNITS, 1.0
-        self.first = nn.Linear(60, UNITS)
+        self.first = nn.Linear(45, UNITS)
 
     def forward(self, seen: torch.Tensor, before: torch.Tensor | None) -> Noticed:
-        """As `Noticed`; what is remembered (n, 45) are the last positions, and ages."""
-        if self.remembers:
-            known, before = recalled(seen, before)
-        else:
-            known = recalled(seen.flatten(0, 1)[None], None)[0].reshape(seen.shape)
-        points = known[..., :30].unflatten(-1, (15, 2))
-        guess = torch.stack([points[..., 0], torch.zeros_like(points[..., 0]), points[..., 1]], dim=-1)
-        return torch.relu(self.first(torch.cat([known, seen[..., 30:]], dim=-1))), guess, before
+        """As `Noticed`: what is seen is corrected, what isn't is guessed."""
+        points, shown = seen[..., :30].unflatten(-1, (15, 2)), seen[..., 30:]
+        high = torch.where(shown > 0, points[..., 1], _NOWHERE)
+        guess = torch.stack([points[..., 0], torch.zeros_like(high), high], dim=-1)
+        return torch.relu(self.first(seen)), guess, before
 
     def blank(self, n: int) -> torch.Tensor | None:
         """What is remembered before the first frame."""
-        return never_seen(n) if self.remembers else None
-
-
-def never_seen(n: int) -> torch.Tensor:
-    """What is remembered (n, 45) of markers that haven't been seen yet."""
-    return torch.cat([torch.tensor([0.0, _NOWHERE]).repeat(15), torch.ones(15)]).repeat(n, 1)
-
-
-def recalled(seen: torch.Tensor, before: torch.Tensor | None) -> tuple[torch.Tensor, torch.Tensor]:
-    """Last seen positions (frames, n, 30) and ages (frames, n, 15) of markers, as one array, and its last row (n, 45).
-
-    Args:
-        seen: (frames, n, 45), as of `PointFeatures`.
-        before: (n, 45), the last row of earlier frames; None where there were none.
-    """
-    before, rows = never_seen(seen.shape[1]) if before is None else before, []
-    for points, shown in zip(seen[..., :30], seen[..., 30:] > 0, strict=True):
-        last = torch.where(shown.repeat_interleave(2, dim=-1), points, before[:, :30])
-        age = torch.where(shown, 0.0, (before[:, 30:] + _AGE).clamp(max=1.0))
-        before = torch.cat([last, age], dim=-1)
-        rows.append(before)
-    return torch.stack(rows), before
+        return None
 
 
 class SilhouetteFeatures(nn.Module):

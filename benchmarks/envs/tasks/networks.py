@@ -1,8 +1,8 @@
 """Small networks that estimate joints from observations, with and without memory.
 
-The memoryless network sees the last observation only. The recurrent one sees the same, and remembers with a GRU, as
-well as where each marker was last, or of colour images each pixel's mean, from which what moves stands out. The size is
-what learned best on split "train" of MarkerTracking-Easy.
+The memoryless network sees the last observation only. The recurrent one sees the same, and remembers with a GRU; of
+colour images it also remembers each pixel's mean, from which what moves stands out. The size is what learned best on
+split "train" of MarkerTracking-Easy.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ class Network(nn.Module):
         super().__init__()
         self.joints, space = env.single_action_space.shape[0], env.single_observation_space
         self.points = hasattr(space, "spaces")
-        self.features = PointFeatures(remembers) if self.points else PictureFeatures(space.shape[-1] == 3, remembers)
+        self.features = PointFeatures() if self.points else PictureFeatures(space.shape[-1] == 3, remembers)
         size = self.features.size
         self.memory = nn.GRU(size, UNITS) if remembers else None
         self.last = nn.Sequential(
@@ -48,13 +48,8 @@ class Network(nn.Module):
         """A vector environment's observation as `forward` takes it, without the axis of frames."""
         if not self.points:
             return torch.from_numpy(np.ascontiguousarray(np.moveaxis(observation, -1, 1)))
-        return as_points(observation)
-
-
-def as_points(observation) -> torch.Tensor:
-    """Markers (n, 45), as `PointFeatures` takes them: positions, and which are seen."""
-    points = observation["points"].reshape(len(observation["points"]), 30)
-    return torch.from_numpy(np.concatenate([points, observation["seen"].astype(np.float32)], axis=-1))
+        points = observation["points"].reshape(len(observation["points"]), 30)
+        return torch.from_numpy(np.concatenate([points, observation["seen"].astype(np.float32)], axis=-1))
 
 
 class Learned:
