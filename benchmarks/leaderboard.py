@@ -56,6 +56,7 @@ TRAINED: dict[str, Callable[[str, float], Callable]] = {
     "recurrent network": lambda task, minutes: partial(_played, imitate(task, True, minutes)),
     "PPO, γ = 0": lambda task, minutes: partial(_same, improve(task, minutes)),
 }
+_SLOW_LEARNER = "it learns far more slowly than imitation, and was run in MarkerTracking-Easy only."
 #: Why an agent has no result in a family: those that can't play it, and those that weren't run everywhere.
 REASONS = {
     ("blob", "Arm"): "an arm's silhouette stays where it is, so its place tells nothing.",
@@ -64,11 +65,9 @@ REASONS = {
     ("particle filter, mixed prior", "Marker"): "it follows people in pictures only.",
     ("particle filter", "Arm"): "it can't find an arm's first pose, and is told it in a row of its own.",
     ("particle filter, mixed prior", "Arm"): "its priors are of walking.",
-    ("particle filter, first pose given", "Walker"): "it finds walkers by itself.",
+    ("particle filter, first pose given", "Walker"): "it is for arms, whose first pose it can't find.",
     ("particle filter, first pose given", "Marker"): "it follows people in pictures only.",
-    ("PPO, γ = 0", "Walker"): "where imitation needs minutes PPO needs hours, so it was run on -Easy only.",
-    ("PPO, γ = 0", "Marker"): "where imitation needs minutes PPO needs hours, so it was run on -Easy only.",
-    ("PPO, γ = 0", "Arm"): "where imitation needs minutes PPO needs hours, so it was run in the other families only.",
+    **dict.fromkeys([("PPO, γ = 0", family) for family in FAMILIES], _SLOW_LEARNER),
 }
 NOT_RUN = "not run yet, for want of time; `motionenv bench leaderboard --agents` with its name adds it."
 
