@@ -1,10 +1,11 @@
 """Every baseline on every named task: benchmarks/LEADERBOARD.md.
 
-    motionenv bench leaderboard [--tasks Marker] [--agents recurrent] [--minutes 3] [--episodes 64]
+    motionenv bench leaderboard [--tasks Marker] [--agents recurrent] [--minutes 3] [--episodes 64] [--again]
 
 Each result is kept as a JSON file of `motionenv.envs.agents.score` in the folder `--results`; the table is made of all
-that lie there, so that it can be made in parts. Trained agents learn on split "train" for `--minutes` of one core's
-time each, and are scored once, on "eval" and "ood".
+that lie there, so that it can be made in parts: what lies there isn't run again, unless `--again` says so (`--agents
+filter --again` replaces the particle filters' rows). Trained agents learn on split "train" for `--minutes` of one
+core's time each, and are scored once, on "eval" and "ood".
 
 Needs PyTorch and Stable-Baselines3: pip install -e '.[agents,bench]'
 """
@@ -27,6 +28,7 @@ from motionenv.tracking import FPCAPrior, MixturePrior, VelocityPrior
 
 HERE = Path(__file__).parent
 SPLITS = ("eval", "ood")
+FAMILIES = ("Walker", "Marker", "Arm")
 EPISODES, SLOW = 64, 16  # of an evaluation, and of a particle filter's
 
 
@@ -54,6 +56,20 @@ TRAINED: dict[str, Callable[[str, float], Callable]] = {
     "recurrent network": lambda task, minutes: partial(_played, imitate(task, True, minutes)),
     "PPO, γ = 0": lambda task, minutes: partial(_same, improve(task, minutes)),
 }
+_SLOW_LEARNER = "it learns far more slowly than imitation, and was run in MarkerTracking-Easy only."
+#: Why an agent has no result in a family: those that can't play it, and those that weren't run everywhere.
+REASONS = {
+    ("blob", "Arm"): "an arm's silhouette stays where it is, so its place tells nothing.",
+    ("constant velocity", "Arm"): "an arm's silhouette stays where it is, so its place tells nothing.",
+    ("particle filter", "Marker"): "it follows people in pictures only.",
+    ("particle filter, mixed prior", "Marker"): "it follows people in pictures only.",
+    ("particle filter", "Arm"): "it can't find an arm's first pose, and is told it in a row of its own.",
+    ("particle filter, mixed prior", "Arm"): "its priors are of walking.",
+    ("particle filter, first pose given", "Walker"): "it is for arms, whose first pose it can't find.",
+    ("particle filter, first pose given", "Marker"): "it follows people in pictures only.",
+    **dict.fromkeys([("PPO, γ = 0", family) for family in FAMILIES], _SLOW_LEARNER),
+}
+NOT_RUN = "not run yet, for want of time; `motionenv bench leaderboard --agents` with its name adds it."
 
 
 def _played(network, env) -> Learned:
@@ -64,14 +80,16 @@ def _same(agent, _):
     return agent
 
 
-def results(folder: Path, tasks: list[str], agents: list[str], minutes: float, episodes: int) -> None:
-    """Score `agents` on `tasks`, and write each result to `folder`."""
+def results(
+    folder: Path, tasks: list[str], agents: list[str], minutes: float, episodes: int, again: bool = False
+) -> None:
+    """Score `agents` on `tasks`, and write each result to `folder`; those that lie there only if `again`."""
     for task in tasks:
         for name in agents:
             file = folder / f"{task.removeprefix('motionenv/')} {name}.json"
             if name in FIXED and not any(f"/{family}" in task for family in FIXED[name][1]):
                 continue
-            if file.exists():
+            if file.exists() and not again:
                 continue
             make = FIXED[name][0] if name in FIXED else TRAINED[name](task, minutes)
             n = min(SLOW, episodes) if "filter" in name else episodes
@@ -91,7 +109,7 @@ def table(folder: Path) -> str:
     """The leaderboard, of all results in `folder`."""
     found = {file.stem: json.loads(file.read_text(encoding="utf-8")) for file in sorted(folder.glob("*.json"))}
     lines = [INTRODUCTION]
-    for family in ("Walker", "Marker", "Arm"):
+    for family in FAMILIES:
         tasks = [task for task in TASKS if f"/{family}" in task]
         names = [name.removeprefix("motionenv/").removesuffix("-v1") for task in tasks for name in (task, "ood")]
         lines.append(f"\n## {family}Tracking\n\n| error per joint [mm] | {' | '.join(names)} |")
@@ -105,7 +123,7 @@ def table(folder: Path) -> str:
                 episodes = min(len(r["eval"]["errors"]) for r in row if r)
                 name += f", {episodes} episodes" if episodes < EPISODES else ""
                 lines.append(f"| {name} | {' | '.join(cells)} |")
-        lines += memory(found, tasks)
+        lines += ["", *memory(found, tasks), *missing(found, family, tasks)]
     return "\n".join(lines) + "\n"
 
 
@@ -118,7 +136,17 @@ def memory(found: dict, tasks: list[str]) -> list[str]:
             without, with_ = (np.array(r["eval"]["errors"]) for r in pair)
             gain, better = without.mean() / with_.mean(), 100 * (with_ < without).mean()
             lines.append(f"- {task}: memory divides the error by {gain:.2f}, and helps in {better:.0f} % of episodes.")
-    return ["", *lines] if lines else []
+    return lines
+
+
+def missing(found: dict, family: str, tasks: list[str]) -> list[str]:
+    """Which agents lack results on `tasks` of a `family`, and why."""
+    lines = []
+    for agent in (*FIXED, *TRAINED):
+        names = [task.removeprefix("motionenv/") for task in tasks]
+        if any(f"{name} {agent}" not in found for name in names):
+            lines.append(f"- {agent}: {REASONS.get((agent, family), NOT_RUN)}")
+    return lines
 
 
 INTRODUCTION = """# Leaderboard
@@ -128,8 +156,9 @@ bootstrap interval: 64 episodes, fewer where it says so. After each task, its sp
 another model, before another camera. Trained agents learned on split `train` for as many minutes of one core's time as
 stand after their names, and were scored once. Score your own agent with `motionenv evaluate AGENT --task ID`.
 
-A minute is too short for most: with six, the recurrent network of `motionenv bench envs.learning` reaches 24 mm in
-MarkerTracking. Dashes are agents that weren't run yet, or can't play the task."""
+Networks learn by imitation; the recurrent one sees fewer frames in the same time. Dashes, and agents that aren't there,
+have their reasons below each table. ActiveTracking, where what one does changes what one sees, has
+[a table of its own](RESULTS.md#envsactive)."""
 
 
 def main() -> None:
@@ -139,13 +168,14 @@ def main() -> None:
     parser.add_argument("--agents", default="", help="only those whose name contains this")
     parser.add_argument("--minutes", type=float, default=3.0, help="of one core's time, of each training")
     parser.add_argument("--episodes", type=int, default=EPISODES)
+    parser.add_argument("--again", action="store_true", help="also what has a result already")
     parser.add_argument("--results", type=Path, default=Path("leaderboard"), help="folder of results")
     parser.add_argument("--out", type=Path, default=HERE / "LEADERBOARD.md")
     asked = parser.parse_args()
     asked.results.mkdir(parents=True, exist_ok=True)
-    tasks = [task for task in TASKS if asked.tasks in task]
+    tasks = [task for task in TASKS if asked.tasks in task and any(f"/{family}" in task for family in FAMILIES)]
     agents = [name for name in (*FIXED, *TRAINED) if asked.agents in name]
-    results(asked.results, tasks, agents, asked.minutes, asked.episodes)
+    results(asked.results, tasks, agents, asked.minutes, asked.episodes, asked.again)
     asked.out.write_text(table(asked.results), encoding="utf-8")
     print(table(asked.results))
 

@@ -16,9 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.lifting import raw
-from benchmarks.lifting.raw import CASES, VIEWS, Case, camera_at, damaged, photographed, plain, steady_walk
-from benchmarks.lifting.walks import CURVED, cmu_folds, options, our_models
-from benchmarks.models.eigenwalkers import cmu_markers
+from benchmarks.lifting.raw import CASES, VIEWS, Case, camera_at, damaged, left_out, photographed, plain
+from benchmarks.lifting.walks import options
 from motionenv.errors import MotionError
 from motionenv.lifting import MISFIT_LIMIT, lift, project_markers
 from motionenv.mocap import read, to_markers
@@ -144,10 +143,8 @@ def clips(folder: Path, starts: tuple[str, ...], quick: bool) -> list[Result]:
 def main() -> None:
     """Print the tables."""
     args = options(__doc__).parse_args()
-    folds = cmu_folds(args.mocap)
-    models, views = our_models(folds), VIEWS[:: 6 if args.quick else 4]
-    captured = {m.name: m for m in cmu_markers(args.mocap)[0] if m.name != CURVED}
-    walks = [steady_walk(captured[max(fold.test, key=lambda w: w.strides).name]) for fold in folds]
+    views = VIEWS[:: 6 if args.quick else 4]
+    walks, models = left_out(args.mocap)
     table = [results(case, walks, models, views) for case in HOLDING]
     shares, limits, everybody = false_alarms(table)
     print("| people left out | misfit, median | largest | false alarms |\n|-|-|-|-|")

@@ -11,6 +11,7 @@ can't represent. "Inside band" is the share of joint coordinates inside their 90
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from motionenv.lifting import Lifted, lift, project_markers
 from motionenv.lifting.projection import turned_to_x
 from motionenv.metrics import mpjpe, pelvis_mpjpe
 from motionenv.models.eigenwalkers.extraction import steady_stretch
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.render.cameras import fit_view
 from motionenv.types import MARKERS, Markers, Points
 
@@ -148,13 +150,18 @@ def row(case: Case, walks, models, views) -> dict:
     }
 
 
+def left_out(mocap: Path) -> tuple[list[Markers], list[WalkerPrior]]:
+    """The longest walk of each person of the folder `mocap`, without starts and stops, and priors of all others."""
+    folds = cmu_folds(mocap)
+    captured = {m.name: m for m in cmu_markers(mocap)[0] if m.name != CURVED}
+    return [steady_walk(captured[max(fold.test, key=lambda w: w.strides).name]) for fold in folds], our_models(folds)
+
+
 def main() -> None:
     """Print the table."""
     args = options(__doc__).parse_args()
-    folds = cmu_folds(args.mocap)
-    models, views = our_models(folds), VIEWS[:: 6 if args.quick else 1]
-    captured = {m.name: m for m in cmu_markers(args.mocap)[0] if m.name != CURVED}
-    walks = [steady_walk(captured[max(fold.test, key=lambda w: w.strides).name]) for fold in folds]
+    views = VIEWS[:: 6 if args.quick else 1]
+    walks, models = left_out(args.mocap)
     head = "| picture | view, mean error [°] | largest | inside its 90 % band | joints [mm] | inside band "
     print(f"{head}| position [mm] |\n|-|-|-|-|-|-|-|")
     rows = []

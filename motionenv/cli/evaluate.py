@@ -36,9 +36,8 @@ def evaluate(
     if out is not None:
         check_folder(out)
     sys.path.insert(0, "")  # so that module:factory is found in this folder
-    capture = {"motion": str(motion) if motion else None, "file_fps": fps, "unit": unit}
-    given = {name: value for name, value in capture.items() if value is not None}
-    result = score(task, agent, episodes, split=split, **given)
+    capture = {"motion": motion and str(motion), "file_fps": fps, "unit": unit}
+    result = score(task, agent, episodes, split=split, **{k: v for k, v in capture.items() if v is not None})
     if out is not None:
         out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     low, high = (1000 * bound for bound in result["error_interval"])

@@ -29,25 +29,25 @@ _SMALL = {"height": (1.2, 1.45), "speed": (1.5, 1.8)}
 _CLUTTER: dict[str, Any] = {"observation": "rgb", "background": "clutter", "noise": 6.0}
 #: Environments, what all levels of each have in common, what is out of distribution, and the levels.
 _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Any]]]] = {
-    "WalkerTracking": (
+    "WalkerTracking-v1": (
         {"estimate": "joints", "horizon": 90},
         {**_SMALL, "motion": "walk/eigenwalkers", "camera": 25.0},
         {
             "Easy": {"observation": "mask", "start": "near"},
-            "Medium": {"observation": "mask", "start": "anywhere", "path": "turning", "occluders": 2},
+            "Medium": {"observation": "mask", "start": "near", "path": "turning", "occluders": 2},
             "Hard": {**_CLUTTER, "start": "anywhere", "path": "turning", "occluders": 2, "distractors": 1},
         },
     ),
-    "MarkerTracking": (
+    "MarkerTracking-v1": (
         {"horizon": 120},
         {**_SMALL, "motion": "walk/fpca", "distance": 3.0},
         {
-            "Easy": {"gaps": 0.1, "gap_seconds": 0.3},
-            "Medium": {"gaps": 0.5, "gap_seconds": 1.0, "noise": 0.02},
+            "Easy": {"gaps": 0.3, "gap_seconds": 0.5},
+            "Medium": {"gaps": 0.6, "gap_seconds": 1.2, "noise": 0.02},
             "Hard": {"gaps": 0.75, "gap_seconds": 1.5, "noise": 0.03, "dropout": 0.2, "distance": 5.0},
         },
     ),
-    "ActiveTracking": (
+    "ActiveTracking-v0": (
         {"horizon": 200},
         {"turn_seconds": 3.0, "dropout": 0.25, "noise": 0.07},
         {
@@ -56,7 +56,7 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
             "Hard": {"people": 6, "pillars": 14, "noise": 0.08, "turn_seconds": 4.0},
         },
     ),
-    "ArmTracking": (
+    "ArmTracking-v1": (
         {"estimate": "joints", "horizon": 90},
         {"height": (1.2, 1.45), "motion": "walk/fpca", "camera": 25.0},
         {
@@ -67,12 +67,11 @@ _FAMILIES: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, A
     ),
 }
 
-_VERSION = {"ActiveTracking": "v0"}  # others have v1
 #: The tasks by id.
 TASKS = {
     f"motionenv/{family}-{level}-{version}": Task(f"motionenv/{family}-{version}", {**common, **changed}, ood)
-    for family, (common, ood, levels) in _FAMILIES.items()
-    for version in [_VERSION.get(family, "v1")]
+    for name, (common, ood, levels) in _FAMILIES.items()
+    for family, version in [name.split("-")]
     for level, changed in levels.items()
 }
 
@@ -95,6 +94,4 @@ def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
         raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
     if capture and split != "ood":
         raise MotionError(f"motion capture is out of distribution: use it with split 'ood', got {split!r}")
-    if capture:
-        return {"split": "eval", **capture}
-    return {"split": "eval", **TASKS[task].ood} if split == "ood" else {"split": split}
+    return {"split": "eval", **(capture or TASKS[task].ood)} if split == "ood" else {"split": split}

@@ -37,7 +37,9 @@ def test_an_agent_of_ones_own_is_scored(tmp_path):
     ("words", "says"),
     [
         (("blob", "--task", "motionenv/Nothing-v1"), "task must be one of"),
-        (("nobody", "--task", "motionenv/MarkerTracking-Easy-v1"), "agent must be one of"),
+        (("nobody", "--task", "motionenv/MarkerTracking-Easy-v1"), "mine:Follower"),
+        (("nobody:Mine", "--task", "motionenv/MarkerTracking-Easy-v1"), "got 'nobody:Mine', and there is no nobody\n"),
+        (("json:Mine", "--task", "motionenv/MarkerTracking-Easy-v1"), "got 'json:Mine', and there is no Mine\n"),
         (("blob", "--task", "motionenv/MarkerTracking-Easy-v1", "--split", "test"), "split must be one of"),
         (("blob", "--task", "motionenv/MarkerTracking-Easy-v1", "--out", "no/where.json"), "there is no folder"),
         (("blob", "--task", "motionenv/MarkerTracking-Easy-v1", "--motion", "walks"), "use it with split 'ood'"),

@@ -11,6 +11,8 @@ import numpy as np
 import torch
 
 from benchmarks.envs.tasks.networks import Network
+from motionenv.body.joints_kernel import joints_of
+from motionenv.envs.simulation.picture_world import PictureWorld
 
 RATE, LEAST = 3e-3, 1e-5  # learning rate at first and at last, as a cosine over the time
 CHUNK = 30  # frames between updates
@@ -24,10 +26,40 @@ def watched(env, network: Network, scored) -> tuple[torch.Tensor, torch.Tensor]:
     inputs, truths, over = [], [], False
     while not over:
         inputs.append(network.inputs(observation))
-        truths.append([truth["joints"][scored] for truth in env.unwrapped.truth()])
+        truths.append(true_joints(env)[:, scored])
         observation, _, _, truncated, _ = env.step(nothing)
         over = truncated.all()
     return torch.stack(inputs), torch.from_numpy(np.array(truths, np.float32))
+
+
+def true_joints(env) -> np.ndarray:
+    """True joints (n, 15, 3) [m], as of `truth()`; of images all at once, as `truth()` takes as long as a step."""
+    world = env.unwrapped.world
+    if not isinstance(world, PictureWorld):
+        return np.array([truth["joints"] for truth in env.unwrapped.truth()])
+    joints = np.empty((world.n, 1, 15, 3))
+    joints_of(0, world.n, world.stage.now()[:, None], world.stage.offsets, joints)
+    return joints[:, 0]
+
+
+def improve(network: Network, optimiser: torch.optim.Optimizer, inputs: torch.Tensor, truths: torch.Tensor) -> float:
+    """Learn from what `watched` returned, some frames at a time; returns the last ones' mean error [m]."""
+    state = None
+    for first in range(0, len(inputs), CHUNK):
+        joints, state = network(inputs[first : first + CHUNK], state)
+        loss = torch.linalg.norm(joints - truths[first : first + CHUNK], dim=-1).mean()
+        optimiser.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+        optimiser.step()
+        state = tuple(None if part is None else part.detach() for part in state)
+    return loss.item()
+
+
+def slow_down(optimiser: torch.optim.Optimizer, done: float) -> None:
+    """Lower the learning rate as a cosine of the share of the time that is `done`."""
+    for group in optimiser.param_groups:
+        group["lr"] = RATE * 0.5 * (1 + np.cos(np.pi * done)) + LEAST
 
 
 def imitate(task: str, remembers: bool, minutes: float, seed: int = 0) -> Network:
@@ -49,21 +81,12 @@ def imitate(task: str, remembers: bool, minutes: float, seed: int = 0) -> Networ
     optimiser = torch.optim.Adam(network.parameters(), lr=RATE)
     began, frames, shown = time.process_time(), 0, 0.0
     while (done := (time.process_time() - began) / (60 * minutes)) < 1.0:
-        for group in optimiser.param_groups:
-            group["lr"] = RATE * 0.5 * (1 + np.cos(np.pi * done)) + LEAST
+        slow_down(optimiser, done)
         inputs, truths = watched(env, network, scored)
-        state = None
-        for first in range(0, len(inputs), CHUNK):
-            joints, state = network(inputs[first : first + CHUNK], state)
-            loss = torch.linalg.norm(joints - truths[first : first + CHUNK], dim=-1).mean()
-            optimiser.zero_grad()
-            loss.backward()
-            torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-            optimiser.step()
-            state = None if state is None else state.detach()
+        loss = improve(network, optimiser, inputs, truths)
         frames += inputs.shape[0] * n
         if done >= shown:
-            print(f"  {task} {60 * minutes * done:4.0f} s, {frames:9,} frames: {1000 * loss.item():.0f} mm", flush=True)
+            print(f"  {task} {60 * minutes * done:4.0f} s, {frames:9,} frames: {1000 * loss:.0f} mm", flush=True)
             shown += 0.25
     env.close()
     return network.eval()

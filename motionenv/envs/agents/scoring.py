@@ -3,6 +3,7 @@
 import platform
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from importlib import import_module
 from importlib.metadata import version
@@ -16,7 +17,7 @@ from motionenv.envs.agents.baselines import Blob, ConstantVelocity, MeanPose, Or
 from motionenv.envs.agents.evaluation import Agent, evaluate
 from motionenv.envs.agents.particle_filter import TrackingAgent
 from motionenv.envs.tasks import TASKS, settings
-from motionenv.errors import MotionError
+from motionenv.errors import ExtrapolationWarning, MotionError
 
 #: Shipped agents by name.
 AGENTS: dict[str, Callable[[Any], Agent]] = {
@@ -44,9 +45,11 @@ def agent_of(name: str) -> Callable[[Any], Agent]:
     module, _, factory = name.partition(":")
     try:
         return getattr(import_module(module), factory)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ModuleNotFoundError, AttributeError, TypeError, ValueError) as error:
         raise MotionError(
-            f"agent must be one of {', '.join(AGENTS)}, or module:factory for factory(env), got {name!r} ({error})"
+            f"agent must be one of {', '.join(AGENTS)}, or module:factory, such as mine:Follower for a class Follower "
+            f"of mine.py in this folder, made from an environment; got {name!r}, and there is no "
+            f"{getattr(error, 'name', None) or 'such name'}"
         ) from None
 
 
@@ -75,11 +78,12 @@ def score(
     n = min(episodes, _TOGETHER)
     env = gymnasium.make_vec(task, num_envs=n, vectorization_mode="vector_entry_point", **changed)
     player = make(env)
-    for first in range(0, episodes, n):
-        parts.append(evaluate(env, player, min(n, episodes - first), seed=FIRST_SEED + first))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)  # "ood" is beyond what was learned on purpose
+        for first in range(0, episodes, n):
+            parts.append(evaluate(env, player, min(n, episodes - first), seed=FIRST_SEED + first))
     env.close()
-    errors = np.concatenate([part.errors for part in parts])
-    returns = np.concatenate([part.returns for part in parts])
+    errors, returns = (np.concatenate([getattr(part, what) for part in parts]) for what in ("errors", "returns"))
     return {
         "task": task, "split": split, "agent": name, "settings": {**TASKS[task].settings, **changed},
         "seeds": list(range(FIRST_SEED, FIRST_SEED + episodes)),

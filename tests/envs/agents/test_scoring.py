@@ -8,8 +8,8 @@ import pytest
 
 from motionenv.envs.agents import Blob, evaluate, score
 from motionenv.envs.agents.scoring import AGENTS, FIRST_SEED, agent_of, interval
-from motionenv.envs.tasks import TASKS
-from motionenv.errors import MotionError
+from motionenv.envs.tasks import TASKS, settings
+from motionenv.errors import ExtrapolationWarning, MotionError
 
 MARKERS = "motionenv/MarkerTracking-Medium-v1"
 
@@ -39,6 +39,15 @@ def test_other_people_are_another_split():
     assert other["settings"]["motion"] == "walk/fpca"
     assert other["errors"] != usual["errors"]
     assert other["seeds"] == usual["seeds"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_people_who_are_out_of_distribution_on_purpose_warn_nobody():
+    task = "motionenv/WalkerTracking-Easy-v1"
+    env = gymnasium.make_vec(task, num_envs=4, **settings(task, "ood"))
+    with pytest.warns(ExtrapolationWarning, match="beyond"):
+        env.reset(seed=FIRST_SEED)
+    score(task, "mean-pose", 4, split="ood")
 
 
 def test_the_interval_is_that_of_a_mean():
