@@ -12,6 +12,9 @@ Norms of step parameters: walk ratio 0.0040 to 0.0065 m/(steps/min) (Sekiya & Na
 3 to 6 cm (Gard & Childress 2001), comfortable speed 1.2 to 1.43 m/s (Bohannon & Williams Andrews 2011). Pace
 and walk ratio are drawn from published distributions (`motionenv.models.people.population`). How far steps reach and
 how knees bend with speed (`motionenv.models.people.pace`) were set while looking at the rows of walk/fpca.
+
+A last table says where the knee's flexion comes from: the average walker's at the pace of those captured and at 1.3
+m/s, and that of people drawn at the same speeds.
 """
 
 import argparse
@@ -136,6 +139,25 @@ def row(parameters: dict[str, np.ndarray], label: str, wanted: float | None) -> 
     )
 
 
+def knee_shape(knee: np.ndarray) -> str:
+    """Cells of a knee's curve (101,) [degrees]: at contact, most in loading, least in stance, most in swing."""
+    return " | ".join(f"{v:.1f}°" for v in (knee[0], knee[5:30].max(), knee[25:60].min(), knee[55:95].max()))
+
+
+def print_knees(name: str, people: int) -> None:
+    """Print the average walker's knee at its own pace and at 1.3 m/s, and that of as many `people` drawn there."""
+    model = motionenv.load(name)
+    average = model.walker(deviations=[])
+    own = measured(model.synthesize(SECONDS, FPS, walker=average, variation=0.0))
+    speeds = (own[1]["speed"], SPEEDS[2])
+    print("\n| knee | speed [m/s] | contact | loading | stance | swing |\n|-|-|-|-|-|-|")
+    for speed in speeds:
+        walk = model.synthesize(SECONDS, FPS, walker=average, variation=0.0, speed=speed)
+        print(f"| average walker | {speed:.2f} | {knee_shape(measured(walk)[0][:, 1])} |")
+        mean = drawn(name, people, speed)[0][..., 1].mean(axis=0)
+        print(f"| {people} drawn people | {speed:.2f} | {knee_shape(mean)} |")
+
+
 def figure(curves: np.ndarray, path: Path) -> None:
     """Curves of drawn people over the norm's band, one panel for each angle."""
     percent, mean, deviation = norms()
@@ -181,6 +203,7 @@ def main() -> None:
     print(row(parameters, f"their own, ± {parameters['speed'].std():.2f}", None))
     for speed in SPEEDS:
         print(row(drawn(asked.model, max(asked.people // 5, 1), speed)[1], f"{speed:g}", speed))
+    print_knees(asked.model, max(asked.people // 5, 1))
     if asked.figure:
         figure(curves, asked.figure)
 

@@ -3,9 +3,9 @@
 - Stature: US soldiers, 4,082 men and 1,986 women (ANSUR II: Gordon et al. 2014, NATICK/TR-15/007).
 - Proportions: sitting height, biacromial and bicristal breadth relative to stature, from the same survey. Averages are
   those of the model that walks; men and women differ from them in opposite directions.
-- Comfortable speed: Bohannon & Williams Andrews 2011 (23,111 people): 1.2 to 1.43 m/s from 20 to 70 years.
-- Walk ratio, step length over cadence: 0.0055 m/(steps/min) in 8,429 adults in daily life (65.6 cm at 118.9 steps/min,
-  Obuchi et al. 2020), 0.0060 in the laboratory (Bogen et al. 2018); it grows with stature (Sekiya & Nagasaki 1998).
+- Comfortable speed: adults under 70 in Bohannon & Williams Andrews 2011 (23,111 people; men of 40-49 1.43 m/s).
+- Walk ratio, step length over cadence: 0.0055 m/(steps/min) in daily life (Obuchi et al. 2020, not checked again); it
+  grows with stature (Sekiya & Nagasaki 1998), and in people also below 1.03 m/s (Murakami & Otaka 2017), not in ours.
 """
 
 from dataclasses import dataclass
