@@ -164,21 +164,14 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         return self._observed(), float(rewards[0]), False, truncated, {"error": error, "lost": lost}
 
     def truth(self) -> dict[str, Any]:
-        """Ground truth of the last observed frame; see the environment's docstring for its entries.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
-        """
+        """Ground truth of the last observed frame, as the environment's docstring says; ResetNeeded before `reset`."""
         self.check_begun("truth")
         return self.world.truth(0)
 
     def render(self) -> np.ndarray | None:
         """The last estimated frame with the estimate overlaid, uint8 (H, W, 3); after `reset`, frame 0 alone.
 
-        None without a render mode, and for "human", where `reset` and `step` show it.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
+        None without a render mode, and for "human", where `reset` and `step` show it. ResetNeeded before `reset`.
         """
         if self.render_mode is None and self.spec is not None:
             gymnasium.logger.warn(

@@ -201,20 +201,12 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
         return infos
 
     def truth(self) -> list[dict[str, Any]]:
-        """Ground truth of the last observed frame of each sub-environment.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
-        """
+        """Ground truth of the last observed frame of each sub-environment; ResetNeeded before `reset`."""
         self._check_begun("truth")
         return [self.world.truth(slot) for slot in range(self.num_envs)]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """An image per sub-environment, as in `TrackingEnv.render`; None without a render mode.
-
-        Raises:
-            ResetNeeded: before the first `reset`.
-        """
+        """An image per sub-environment, as in `TrackingEnv.render`; None without a render mode."""
         if self.render_mode is None:
             return None
         self._check_begun("picture")

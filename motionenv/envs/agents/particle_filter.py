@@ -8,6 +8,7 @@ import numpy as np
 from motionenv._core.validation import random_generator
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.agents.action_adapter import Actions
+from motionenv.envs.agents.baselines import walking_poses
 from motionenv.errors import MotionError
 from motionenv.likelihoods.protocols import CameraLikelihood, Likelihood, accepted
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
@@ -19,6 +20,8 @@ from motionenv.types import Camera, Skeleton
 
 _SEARCHED = 4000  # hypotheses of an automatic start
 _NEAR = 2.5  # [m] farthest from where they were lost that people are found again
+_AHEAD = 5.0  # [m] from the camera, where somebody is expected who isn't in the picture yet
+_ANYWHERE = np.concatenate([np.full(2, 2.0), np.zeros(3), [2.0], np.full(19, 0.1)])  # [m, rad] and his spread
 _SIZE = 0.07  # standard deviation of the log of a body's size
 _LOOKS = 1, 4, 12, 36  # numbers of frames after which the automatic start is made again, from all of them
 
@@ -174,10 +177,9 @@ class _Track:
             self.belief = self.filter.step(**observation)
             return self.belief
         self._waiting.append(observation)
-        seen = len(self._waiting)
-        again = self._waiting if seen in _LOOKS else [observation]  # once more from the first, now knowing more
-        if seen in _LOOKS:
-            start = self._searched(again)
+        seen, again = len(self._waiting), [observation]
+        if seen in _LOOKS and (start := self._first()) is not None:
+            again = self._waiting or again  # once more from the first, now knowing more
             if hasattr(self.likelihood, "forget"):
                 self.likelihood.forget()  # what was learned beside a body elsewhere
             self.filter.start(start)
@@ -187,6 +189,23 @@ class _Track:
             self.belief = self.filter.step(**frame)
         assert self.belief is not None
         return self.belief
+
+    def _first(self) -> Start | None:
+        """A start from the pictures so far; None where they show less than before.
+
+        While nobody has come into view, he may be anywhere before the camera, and the next picture is the first one.
+        """
+        assert self._waiting is not None
+        try:
+            return self._searched(self._waiting)
+        except MotionError:
+            if len(self._waiting) > 1:
+                return None
+        self._waiting.clear()
+        camera = cast(CameraLikelihood, self.likelihood).camera
+        pose = walking_poses(1)[0].copy()
+        pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
+        return Start.at(pose, spread=_ANYWHERE)
 
     def _searched(self, observations: list) -> Start:
         """A start from the pictures of successive frames."""

@@ -24,10 +24,7 @@ def parts(motion: Motion) -> Iterator[bytes]:
     """The bytes of a TRC file of the 15 markers of `motionenv.types.MARKERS`, a few hundred frames at a time.
 
     The walk (frames, 25) is turned by the quarter turns that bring it to face x most, as in the .mot file of the same
-    motion; gaps become blanks.
-
-    Raises:
-        MotionError: not one sequence.
+    motion; gaps become blanks. A MotionError if it isn't one sequence.
     """
     check_sequence(motion, "TRC", gaps=True)
     turned = facing_x(motion)

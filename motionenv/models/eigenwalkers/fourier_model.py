@@ -257,11 +257,7 @@ class FourierModel(GaitModel):
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
-        """Restore a model from `arrays` and `meta` as returned by `to_arrays`, without people's labels and scores.
-
-        Raises:
-            ModelError: arrays of inconsistent shapes.
-        """
+        """As `ModelFile.from_arrays`, without people's labels and scores."""
         model = cls(**meta["settings"])
         n = len(arrays["components_"])
         shapes = dict.fromkeys(cls._stored, (n,)) | cls._shapes | {"components_": (n, *COEFFICIENTS)}

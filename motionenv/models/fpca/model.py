@@ -200,11 +200,7 @@ class FunctionalPCA(StoredModel):
 
     @classmethod
     def from_arrays(cls, arrays, meta) -> "FunctionalPCA":
-        """Restore a model from `arrays` and `meta` as returned by `to_arrays`, without the data of its fitted cycles.
-
-        Raises:
-            ModelError: arrays of inconsistent shapes.
-        """
+        """As `ModelFile.from_arrays`, from `arrays` and `meta`, without the data of its fitted cycles."""
         model = cls(**meta["settings"])
         model._check_settings()
         model.channels_, model.subjects_ = tuple(meta["channels"]), tuple(meta["subjects"])

@@ -301,11 +301,7 @@ class MotionTree(GaitModel):
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "MotionTree":
-        """Restore a tree from `arrays` and `meta` as returned by `to_arrays`; keeps the arrays without a copy.
-
-        Raises:
-            ModelError: arrays of inconsistent shapes.
-        """
+        """As `ModelFile.from_arrays`, from `arrays`, which are kept without a copy, and `meta`."""
         tree = cls(splits=meta["splits"], part=meta["part"])
         unpack(tree, arrays, meta)
         tree.activities = tuple(sorted(set(tree.database_.activities)))

@@ -54,11 +54,7 @@ class StoredModel(ABC):
     @classmethod
     @abstractmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
-        """Restore a model from `arrays` and `meta` as returned by `to_arrays`.
-
-        Raises:
-            ModelError: arrays of inconsistent shapes.
-        """
+        """Restore a model from `arrays` and `meta` of `to_arrays`; a ModelError if shapes are inconsistent."""
 
     def save(self, path, card: dict | None = None) -> None:
         """Write the fitted model to `path` (.npz) with a model `card`, by default `card_`.

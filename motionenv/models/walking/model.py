@@ -343,11 +343,7 @@ class WalkingModel(GaitModel):
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "WalkingModel":
-        """Restore a model from `arrays` and `meta` as returned by `to_arrays`.
-
-        Raises:
-            ModelError: arrays of inconsistent shapes.
-        """
+        """Restore a model from `arrays` and `meta` of `to_arrays`; a ModelError if shapes are inconsistent."""
         parts = {name.removeprefix("fpca_"): value for name, value in arrays.items() if name.startswith("fpca_")}
         fpca = FunctionalPCA.from_arrays(parts, meta["fpca"])
         model = cls(fpca.n_components, fpca.n_harmonics)

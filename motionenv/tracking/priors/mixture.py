@@ -83,7 +83,7 @@ class MixturePrior:
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 
     def resized(self, state: MixtureState, sizes: np.ndarray, centre: np.ndarray) -> MixtureState:
-        """As `FPCAPrior.resized`, of the learned prior."""
+        """The bodies of `state` with other `sizes` (N,), as much farther from `centre` (2,), as of `FPCAPrior`."""
         learned = cast(Any, self.learned).resized(state.learned, sizes, centre)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 

@@ -46,16 +46,17 @@ def test_plays_vectors_in_every_mode(mode):
     assert scores.errors.max() < 0.08
 
 
-def test_finds_the_start_itself():
-    env = WalkerTracking(**{**SMALL, "horizon": 20})
+@pytest.mark.parametrize("hidden", [0, 5])
+def test_finds_the_start_itself_once_somebody_is_in_the_picture(hidden):
+    env = WalkerTracking(**{**SMALL, "horizon": 20 + hidden})
     agent = TrackingAgent(env, n=300, seed=0)
     observation, _ = env.reset(seed=1)
     agent.reset(observation)
     errors = []
-    for _ in range(20):
-        observation, _, _, _, info = env.step(agent.act(observation))
+    for frame in range(20 + hidden):
+        observation, _, _, _, info = env.step(agent.act(observation if frame >= hidden else 0 * observation))
         errors.append(info["error"])
-    assert np.mean(errors[10:]) < 0.12
+    assert np.mean(errors[hidden + 10 :]) < 0.12
     assert len(agent.beliefs) == 1
     assert not agent.beliefs[0].lost
 
