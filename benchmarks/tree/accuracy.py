@@ -12,6 +12,7 @@ reveal a sampler that truncates the tail.
 import numpy as np
 
 from benchmarks.tree.capture import capture, held_out, histories, options
+from benchmarks.tree.probabilities import log_prob
 from motionenv.models.motion_tree.model import MotionTree
 
 TEMPERATURES = (0.002, 0.05, 0.2, 1.0)
@@ -59,7 +60,7 @@ def row(known: dict[str, MotionTree], probes: np.ndarray, temperature: float, dr
         for splits, model in known.items():
             mine = p if splits == "sign" else brute_force(of_tree[splits], probe, temperature)
             for leaf in ("uniform", "kernel"):
-                log = model.descent_.log_prob(probe[None], everything[None], temperature, leaf, model.index_.blocks)
+                log = log_prob(model.descent_, probe[None], everything[None], temperature, leaf, model.index_.blocks)
                 found.append(variation(mine, np.exp(log[0])))
         log = tree.index_.log_kernel(probe[None], everything[None], temperature)[0]
         found.append(variation(p, np.exp(log - tree.index_.log_normaliser(probe[None], temperature))))

@@ -29,6 +29,7 @@ _SPARE = 3.0  # [s] extra length of the gaits, so that the first image can have 
 _MOST_PICTURES = 8  # most images that are scored, equally spaced
 _LARGE = 0.15  # least area of a foreground component, relative to the largest, that counts as part of the body
 _EDGE = 0.7  # [pixels] standard deviation of a box's edges; of somebody small in the picture it moves the start far
+_EXTREME = 5.0  # standard deviations of the largest and the smallest body
 _SETTLED = 5  # iterations that place a walker at the outline
 _STEP = 0.25  # largest step of one iteration, relative to the distance from the camera
 _NEAREST = 1.0  # [m] least distance from the camera
@@ -165,7 +166,10 @@ def _random_hypotheses(
     n = len(boxes)
     moment = 0.1 + rng.random(n) * (_SPARE - 1.0)
     heading = 2 * np.pi * (np.arange(n) + rng.random(n)) / n
-    gait, sizes = rng.integers(len(bank.cycles), size=n), np.exp(size * rng.standard_normal(n)) if size else np.ones(n)
+    gait, sizes = rng.integers(len(bank.cycles), size=n), np.ones(n)
+    if size:
+        sizes = np.where(rng.random(n) < 0.5, np.exp(size * rng.standard_normal(n)), _sizes(likelihood, boxes))
+        sizes = np.clip(sizes, *np.exp([-_EXTREME * size, _EXTREME * size]))
     walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes, np.exp(_PACE * rng.standard_normal(n)))
     camera = likelihood.camera
     place = _initial_positions(camera, likelihood.skeleton, boxes)
@@ -175,6 +179,15 @@ def _random_hypotheses(
         place = place + sizes[:, None] * _placement_shift(camera, limb_segments(seen, likelihood.skeleton), boxes)
     away = (place - camera.centre[:2]) @ _horizontal_unit(camera.R[2, :2])
     return replace(walkers, place=place + np.maximum(_NEAREST - away, 0.0)[:, None] * _horizontal_unit(camera.R[2, :2]))
+
+
+def _sizes(likelihood: CameraLikelihood, boxes: np.ndarray) -> np.ndarray:
+    """Body sizes (n,) of who fills boxes with his feet on the ground; infinite for feet above the horizon."""
+    camera = likelihood.camera
+    feet = np.stack([boxes[:, :2].mean(axis=1), boxes[:, 3] + 0.5, np.ones(len(boxes))])
+    down = -np.linalg.solve(camera.K, feet).T @ camera.R[:, 2]
+    depth = np.where(down > 0, camera.centre[2] / np.maximum(down, 1e-9), np.inf)
+    return (boxes[:, 3] - boxes[:, 2] + 1) * depth / (abs(camera.K[1, 1]) * likelihood.skeleton.height)
 
 
 def _initial_positions(camera: Camera, skeleton: Skeleton, boxes: np.ndarray) -> np.ndarray:

@@ -84,8 +84,8 @@ class ParticleFilter:
     particles, but the result is no longer the exact posterior.
 
     **Occlusion.** In the fraction `hidden` of frames the person is occluded, and the image doesn't depend on the pose:
-    p(J | φ) = (1 - hidden) p(J | φ, seen) + hidden p(J | nobody). An occluder therefore leaves the prediction
-    unchanged.
+    p(J | φ) = (1 - hidden) [p(J | φ, seen) - p(J | nobody)]₊ + hidden p(J | nobody). An occluder therefore leaves the
+    prediction unchanged, and a body that explains no more than nobody, such as one out of the picture, isn't seen.
 
     **Lost track.** A frame that is more probably occluded than seen counts as lost. After a quarter of a second, noise
     is increased; after half a second, `restart` is called. If no particle can be scored (NaN or minus infinity), noise
@@ -221,7 +221,11 @@ class ParticleFilter:
             )
         scores = np.asarray(self.likelihood.log_likelihood(self._looks()), dtype=np.float64)
         scores = np.where(np.isnan(scores) | (scores == np.inf), -np.inf, scores)
-        return np.logaddexp(np.log1p(-self.hidden) + scores, self._floor) if np.isfinite(self._floor) else scores
+        if not np.isfinite(self._floor):
+            return scores
+        nobody = self._floor - np.log(self.hidden)
+        gain = np.maximum(scores - nobody, 1e-300)
+        return np.logaddexp(np.log1p(-self.hidden) + nobody + gain + np.log(-np.expm1(-gain)), self._floor)
 
     def _looks(self) -> np.ndarray:
         """The particles' poses (N, 25), at the distance at which bodies of the likelihood's skeleton look like them."""

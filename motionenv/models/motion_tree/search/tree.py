@@ -148,26 +148,6 @@ class CoefficientTree:
         in_chunks(work, len(probes))
         return positions, log_probability
 
-    def log_prob(self, probes, positions, beta: float, leaf: str, blocks) -> np.ndarray:
-        """Log-probabilities (B, k) with which `draw` draws the windows at `positions` (B, k); -inf if it never does.
-
-        Takes `probes`, `beta`, `leaf` and `blocks` as `draw` does, and raises its errors.
-        """
-        probes, beta, blocks = self._checked(probes, beta, leaf, blocks)
-        positions = self._checked_positions(positions)
-        if positions.ndim != 2 or len(positions) != len(probes):
-            raise MotionError(f"positions must have shape ({len(probes)}, k), a row per probe, got {positions.shape}")
-        out = np.empty(positions.shape)
-
-        def work(start, stop):
-            kernels.log_probability_of_all(
-                self.nodes, self.starts, self.members, blocks, probes[start:stop], positions[start:stop], beta,
-                leaf == "kernel", self.largest, out[start:stop],
-            )  # fmt: skip
-
-        in_chunks(work, len(probes))
-        return out
-
     def _checked(self, probes, beta, leaf, blocks) -> tuple[np.ndarray, float, np.ndarray]:
         if leaf not in LEAVES:
             raise MotionError(f'leaf must be "uniform" or "kernel", got {leaf!r}')

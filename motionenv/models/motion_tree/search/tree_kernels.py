@@ -188,7 +188,7 @@ def _choose(starts, members, blocks, leaf, probe, beta, kernel, state, weights):
         return members[first], 1.0
     if not kernel:
         return members[first + int(uniform(state) * size)], 1.0 / size
-    total = _weigh(blocks, members[first : first + size], probe, beta, weights)
+    total = weigh(blocks, members[first : first + size], probe, beta, weights)
     aim, j, reached = uniform(state) * total, 0, weights[0]
     while reached <= aim:  # terminates: aim is below the total, which is this same sum
         j += 1
@@ -197,21 +197,7 @@ def _choose(starts, members, blocks, leaf, probe, beta, kernel, state, weights):
 
 
 @kernel
-def log_probability_of(nodes, starts, members, blocks, probe, position, beta, kernel, weights):
-    """Log-probability with which `draw` draws the window at `position`; `draw` describes the other arguments."""
-    leaf, log_probability = path_of(nodes, blocks, position, probe, 1.0 / math.sqrt(beta))
-    first, size = starts[leaf], starts[leaf + 1] - starts[leaf]
-    if size == 1:
-        return log_probability
-    if not kernel:
-        return log_probability - math.log(size)
-    among = members[first : first + size]
-    total = _weigh(blocks, among, probe, beta, weights)
-    return log_probability + math.log(weights[np.searchsorted(among, position)] / total)
-
-
-@kernel
-def _weigh(blocks, among, probe, beta, weights):
+def weigh(blocks, among, probe, beta, weights):
     """Write exp(-|z_i - z|² / 2β) of the windows at positions `among`, relative to the largest; return the sum."""
     least, total = np.inf, 0.0
     for j in range(len(among)):
@@ -258,14 +244,3 @@ def draw_all(nodes, starts, members, blocks, probes, beta, kernel, key, number, 
                 restart(states[g], key_of(key, j), number + np.uint64(k))
                 who[g, 0], who[g, 1], place[g], begun = k, j, top, begun + 1
                 product[g], sum_[g] = 1.0, 0.0
-
-
-@kernel
-def log_probability_of_all(nodes, starts, members, blocks, probes, positions, beta, kernel, size, out):
-    """Fill `out` (B, k) for probes (B, b) and positions (B, k)."""
-    weights = np.empty(size)
-    for k in range(len(probes)):
-        for j in range(positions.shape[1]):
-            out[k, j] = log_probability_of(
-                nodes, starts, members, blocks, probes[k], positions[k, j], beta, kernel, weights
-            )

@@ -8,11 +8,12 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import chisquare, norm
 
+from benchmarks.tree.probabilities import log_prob, log_probability_of
 from motionenv._core.compilation import kernel
 from motionenv._core.random import key_of, restart
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.search.tree import LEAVES, SPLITS, CoefficientTree
-from motionenv.models.motion_tree.search.tree_kernels import draw, log_probability_of
+from motionenv.models.motion_tree.search.tree_kernels import draw
 
 BOTH = pytest.mark.parametrize("splits", SPLITS)
 EITHER_LEAF = pytest.mark.parametrize("leaf", LEAVES)
@@ -88,7 +89,7 @@ def example(n=300, b=6, seed=0):
 
 
 def all_log_prob(tree, blocks, probes, beta, leaf):
-    return tree.log_prob(probes, np.tile(np.arange(len(tree)), (len(probes), 1)), beta, leaf, blocks)
+    return log_prob(tree, probes, np.tile(np.arange(len(tree)), (len(probes), 1)), beta, leaf, blocks)
 
 
 @BOTH
@@ -132,7 +133,7 @@ def test_draws_follow_the_literal_probabilities(splits, leaf, beta):
         bins = np.minimum(np.arange(len(z)), max(1, (expected >= 10).sum() - 1))
         seen, expected = np.bincount(bins, seen[order]), np.bincount(bins, expected[order])
         assert chisquare(seen, expected * seen.sum() / expected.sum()).pvalue > 1e-4
-    assert_allclose(log_probability, tree.log_prob(probes, drawn, beta, leaf, blocks), rtol=1e-9, atol=1e-9)
+    assert_allclose(log_probability, log_prob(tree, probes, drawn, beta, leaf, blocks), rtol=1e-9, atol=1e-9)
 
 
 @BOTH
@@ -143,7 +144,7 @@ def test_a_large_tree_has_probability_one_and_says_what_it_draws(splits, leaf):
     assert_allclose(np.exp(all_log_prob(tree, blocks, probes, 0.3, leaf)).sum(1), 1.0, rtol=1e-9)
     drawn, log_probability = tree.draw(probes, 50, 0.3, 5, leaf, blocks)
     assert (drawn.dtype, log_probability.dtype) == (np.int32, np.float64)
-    assert_allclose(log_probability, tree.log_prob(probes, drawn, 0.3, leaf, blocks), rtol=1e-9)
+    assert_allclose(log_probability, log_prob(tree, probes, drawn, 0.3, leaf, blocks), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("n", "b"), [(1024, 7), (1000, 7), (5000, 12)])
@@ -182,7 +183,7 @@ def test_at_low_temperature_the_search_follows_the_probe(splits, leaf):
 def test_what_is_never_drawn_has_probability_zero(leaf):
     z = np.array([[-3.0], [3.0], [90.0]], np.float32)
     tree = CoefficientTree.build(blocks_of(z), 3, "sign")
-    found = tree.log_prob([[3.0]], [[0, 1, 2]], 0.1, leaf, blocks_of(z))[0]
+    found = log_prob(tree, [[3.0]], [[0, 1, 2]], 0.1, leaf, blocks_of(z))[0]
     certain = [-np.inf, 0.0, -np.inf] if leaf == "kernel" else [-np.inf, -np.log(2), -np.log(2)]
     assert_allclose(found, certain, atol=1e-12)
 
@@ -208,16 +209,16 @@ def test_depth_is_not_bound_to_a_word():
     tree = CoefficientTree.build(blocks, 100, "sign")
     assert_array_equal(tree.leaf_of(np.arange(100)), np.arange(100))
     probe = np.full((1, 100), 5.0, np.float32)
-    assert_allclose(tree.log_prob(probe, [[0]], 1.0, "uniform", blocks)[0, 0], norm.logcdf(-5), rtol=1e-5)
+    assert_allclose(log_prob(tree, probe, [[0]], 1.0, "uniform", blocks)[0, 0], norm.logcdf(-5), rtol=1e-5)
     drawn, log_probability = tree.draw(-z[-1:], 3, 0.02, 0, "uniform", blocks)
-    assert_allclose(log_probability, tree.log_prob(-z[-1:], drawn, 0.02, "uniform", blocks), rtol=1e-9)
+    assert_allclose(log_probability, log_prob(tree, -z[-1:], drawn, 0.02, "uniform", blocks), rtol=1e-9)
 
 
 def test_a_product_of_unlikely_branches_does_not_underflow():
     z, blocks, _ = example(n=3000, b=40)
     tree = CoefficientTree.build(blocks, len(z), "sign")
     far = -7.5 * np.sign(z[:1])
-    found = tree.log_prob(far, [[0]], 1.0, "uniform", blocks)[0, 0]
+    found = log_prob(tree, far, [[0]], 1.0, "uniform", blocks)[0, 0]
     levels = round(found / norm.logcdf(-7.5))
     assert levels >= 8
     assert_allclose(found, levels * norm.logcdf(-7.5), rtol=1e-5)
@@ -290,23 +291,6 @@ def test_a_draw_that_makes_no_sense_is_refused(change, says):
     right = {"probes": probes, "count": 1, "beta": 0.1, "key": 1, "leaf": "uniform", "blocks": blocks}
     with pytest.raises(MotionError, match=says):
         tree.draw(**(right | change))
-
-
-@pytest.mark.parametrize(
-    ("positions", "says"),
-    [
-        ([[300]] * 4, "positions must be from 0 to 299, got 300 to 300"),
-        ([[-1]] * 4, "positions must be from 0 to 299, got -1"),
-        ([[0.5]] * 4, "positions must be whole numbers, got float64"),
-        ([0, 1, 2, 3], r"positions must have shape \(4, k\)"),
-        ([[0]], r"positions must have shape \(4, k\)"),
-    ],
-)
-def test_windows_that_are_not_there_are_refused(positions, says):
-    _, blocks, probes = example()
-    tree = CoefficientTree.build(blocks, 300, "sign")
-    with pytest.raises(MotionError, match=says):
-        tree.log_prob(probes, positions, 0.1, "uniform", blocks)
 
 
 @pytest.mark.parametrize(
