@@ -132,15 +132,12 @@ class Client:
         self, out: str | Path, model: str, seconds: float, fps: float, *, picture: Picture | None = None,
         **walk: Unpack[Walk],
     ) -> None:  # fmt: skip
-        """Write a motion or a video of it to a file as it arrives, whole or not at all.
+        """Write a motion or a video of it to a file as it arrives, whole or not at all; a MotionError if it can't be.
 
         Args:
             out: path of the file: .bvh, .c3d, .csv, .glb, .json, .mot, .npy, .npz, .trc, or .mp4, .gif, .webp, .png.
             model, seconds, fps, walk: as of `synthesize`.
             picture: how a film shows it.
-
-        Raises:
-            MotionError: the file can't be written.
         """
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
         self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})

@@ -32,10 +32,7 @@ _TOGETHER = 500  # frames converted to text at a time
 
 
 def parts(motion: Motion) -> Iterator[bytes]:
-    """The bytes of a table of poses (frames, 25) and markers, a few hundred rows at a time; gaps are empty fields.
-
-    A MotionError if it isn't one sequence.
-    """
+    """The bytes of a table of one sequence's poses (frames, 25) and markers, a few hundred rows at a time."""
     check_sequence(motion, "CSV", gaps=True)
     return _parts(motion)
 

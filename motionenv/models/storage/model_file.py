@@ -57,11 +57,7 @@ class StoredModel(ABC):
         """Restore a model from `arrays` and `meta` of `to_arrays`; a ModelError if shapes are inconsistent."""
 
     def save(self, path, card: dict | None = None) -> None:
-        """Write the fitted model to `path` (.npz) with a model `card`, by default `card_`.
-
-        Raises:
-            MotionError: the file can't be written.
-        """
+        """Write the fitted model to `path` (.npz) with a `card`, by default `card_`; a MotionError if it can't be."""
         arrays, meta = self.to_arrays()
         save_model(path, self.kind, arrays, {**meta, "card": card or self.card_}, mapped=self.mapped)
 
