@@ -3,11 +3,11 @@
     motionenv bench models.speeds --mocap FOLDER [--model walk/fpca]
 
 The people are those of santos25, whom no model has seen: markers from pelvis to shank of one leg, four straight walks
-each, at the pace that they liked; their statures aren't told. Speed is that of the pelvis' marker over the middle half
-of a walk, since people start and stop in it; stride time is that between extremes of the leg's angles. Drawn people
-walk at the same speeds, one for each walk. Cells are medians, 10th and 90th percentiles. Slopes are of logarithms on that of
-the speed, with the 95 % interval of 1,000 draws of people with replacement: who is faster by 1 % takes steps that are
-longer by the first slope in percent.
+each, at the pace that they liked; their statures aren't told. Speed is that of the pelvis' marker over the middle
+half of a walk, since people start and stop in it; stride time is that between extremes of the leg's angles. Drawn
+people walk at the same speeds, one for each walk. Cells are medians, 10th and 90th percentiles. Slopes are of
+logarithms on that of the speed, with the 95 % interval of 1,000 draws of people with replacement: who is faster by 1
+% takes steps that are longer by the first slope in percent.
 """
 
 import argparse
