@@ -25,6 +25,7 @@ def configure() -> None:
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(logging.INFO)
+    logging.captureWarnings(True)  # Python prints them as text
 
 
 def _stamped(_logger: object, _method: str, event: structlog.types.EventDict) -> structlog.types.EventDict:
