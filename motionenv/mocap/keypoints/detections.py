@@ -1,7 +1,7 @@
 """People in JSON: what detectors write for each frame of a film, and annotated data sets.
 
-COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are told apart by
-their keys; `layouts.toml` shows each layout with its source.
+COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are told apart
+by their keys; `layouts.toml` shows each layout with its source.
 """
 
 import json
@@ -26,7 +26,6 @@ _LARGEST = 1e9  # pixels
 _KEYS = tomllib.loads(files(__package__).joinpath("layouts.toml").read_text(encoding="utf-8"))
 
 
-
 def read(path, person: int | None = None) -> np.ndarray:
     """Read the keypoints of one person in every frame, (frames, n, 3): x, y and score; NaN is missing.
 
@@ -41,28 +40,21 @@ def read(path, person: int | None = None) -> np.ndarray:
     Raises:
         FormatError: not JSON, an unknown layout, damaged, no person, or several; names field and value.
     """
-    most = 1.0
-    if Path(path).is_dir():
-        entries = _folder(path)
-    else:
-        content = _parsed(path)
-        if isinstance(content, dict) and content.keys() & {"images", "annotations"}:
-            entries, most = _dataset(path, content), 2.0
-        else:
-            entries = _frames(path, content)
-    numbers = _numbered(path, [frame for frame, _ in entries])
+    content = _folder(path) if Path(path).is_dir() else _parsed(path)
+    annotated = isinstance(content, dict) and "annotations" in content
+    people = _everybody(path, _dataset(path, content) if annotated else content)
+    numbers = _numbered(path, [frame for frame, _ in people])
     found = []
-    for number, (frame, entry) in zip(numbers, entries, strict=True):
+    for number, (frame, entry) in zip(numbers, people, strict=True):
         if entry is not None:
-            keypoints = _keypoints(path, entry, f"frame {frame}") / [1, 1, most]
+            keypoints = _keypoints(path, entry, f"frame {frame}") / [1, 1, 2 if annotated else 1]
             found.append((number, keypoints, _identity(path, entry, f"frame {frame}")))
-            if len(keypoints) != len(found[0][1]):
-                problem = f"has {len(keypoints)} keypoints, others have {len(found[0][1])}: keep one detector's"
-                raise FormatError(path, problem, f"frame {frame}")
-    if not found:
-        raise FormatError(path, f"has no person among {len(entries)} entries: there is nothing to read")
+    counts = sorted({len(keypoints) for _, keypoints, _ in found})
+    if len(counts) != 1:
+        mixed = f"has people with {' and '.join(map(str, counts))} keypoints: keep one detector's"
+        raise FormatError(path, mixed if counts else "has no person: there is nothing to read")
     track = chosen(path, followed(path, found), person)
-    out = np.full((max(numbers) + 1, *found[0][1].shape), np.nan)
+    out = np.full((max(numbers) + 1, counts[0], 3), np.nan)
     out[track.frames] = track.keypoints
     return out
 
@@ -87,34 +79,31 @@ def _parsed(path) -> Any:
         raise FormatError(path, f"isn't readable JSON: {error}") from None
 
 
-def _folder(path) -> list[tuple]:
-    """(file name, person) of everybody in a folder of files, and (file name, None) of files without people."""
-    files = {_number(path, file.name): file for file in Path(path).glob("*.json")}
-    if not 0 < len(files) <= MOST_FRAMES:
-        raise FormatError(path, f"must hold 1 to {MOST_FRAMES} .json files, one per frame, got {len(files)}")
-    if len(files) < len(list(Path(path).glob("*.json"))):
-        raise FormatError(path, "has two files with the same frame number: keep one camera's files in a folder")
-    return [(file.name, person) for file in files.values() for person in _people(file, _parsed(file)) or [None]]
+def _folder(path) -> list[dict]:
+    """The frames of a folder of files."""
+    found = list(Path(path).glob("*.json"))
+    named = {_number(path, file.name): file for file in found}
+    if not found or len(named) < len(found):
+        problem = "must hold .json files with a frame number each, of one camera"
+        raise FormatError(path, f"{problem}, got {len(found)} files with {len(named)} numbers")
+    return [{"frame": number, "people": _people(file, _parsed(file))} for number, file in named.items()]
 
 
-def _frames(path, content) -> list[tuple]:
-    """(frame, person) of everybody in a file, and (frame, None) of frames without people."""
+def _everybody(path, content) -> list[tuple]:
+    """(frame, person) of everybody, and (frame, None) of frames without people."""
     if isinstance(content, dict):
-        content = _first(content, "frames") or content
+        content = _first(content, "frames")
     if not isinstance(content, list):
-        problem = "must be a list of detections or frames, or a COCO data set; of files of one frame, give the folder"
-        raise FormatError(path, f"{problem}, got {_short(content)}")
+        raise FormatError(path, "must be a list of detections or frames, or a data set; of files per frame, the folder")
     out = []
     for i, entry in enumerate(content):
-        if not isinstance(entry, list | dict):
-            raise FormatError(path, f"must be an object with image_id and keypoints, got {_short(entry)}", f"result {i}")
         frame = _first(entry, "frame") if isinstance(entry, dict) else i
-        if isinstance(frame, bool) or not isinstance(frame, int | str):
-            problem = f"image_id must be a whole number or a file name, got {_short(frame)}"
+        if not isinstance(entry, list | dict) or type(frame) not in (int, str):
+            problem = f"must have people, and image_id as a whole number or a file name, got {_short(frame)}"
             raise FormatError(path, problem, f"result {i}")
-        if _PERSON == (entry.get("category_id", _PERSON) if isinstance(entry, dict) else _PERSON):
-            people = [entry] if isinstance(entry, dict) and "image_id" in entry else _people(path, entry)
-            out += [(frame, person) for person in people or [None]]
+        alone = isinstance(entry, dict) and "image_id" in entry
+        if not alone or entry.get("category_id", _PERSON) == _PERSON:
+            out += [(frame, person) for person in ([entry] if alone else _people(path, entry)) or [None]]
     return out
 
 
@@ -133,37 +122,28 @@ def _is_landmarks(value) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(p, dict) and "x" in p for p in value)
 
 
-def _dataset(path, content: dict) -> list[tuple]:
-    """Like `_frames`, for a data set, in which each image is a frame."""
+def _dataset(path, content: dict) -> list[dict]:
+    """The frames of a data set: its images."""
     for key in ("images", "annotations"):
         if not isinstance(content.get(key), list):
             raise FormatError(path, f'must have a list "{key}", got {_short(content.get(key))}')
-    frame_of = _images(path, content["images"])
-    categories = content.get("categories")
-    named = [c for c in categories if isinstance(c, dict)] if isinstance(categories, list) else []
-    people = [c.get("id") for c in named if c.get("name") == "person"] or [_PERSON]
-    out: list[tuple] = [(frame, None) for frame in frame_of.values()]
-    for i, entry in enumerate(content["annotations"]):
-        image = entry.get("image_id") if isinstance(entry, dict) else None
-        if not isinstance(image, int | str) or image not in frame_of:
-            raise FormatError(path, f'no image has the id {_short(image)}: add it to "images"', f"annotations[{i}]")
-        if entry.get("category_id", people[0]) in people:
-            out.append((frame_of[image], entry))
-    return out
-
-
-def _images(path, images: list) -> dict:
-    """The frame of each image's id, in the order of file names."""
-    if len(images) > MOST_FRAMES:
-        raise FormatError(path, f"holds {len(images)} images, more than {MOST_FRAMES}: cut the walk out", "images")
-    for i, image in enumerate(images):
+    for i, image in enumerate(content["images"]):
         if not isinstance(image, dict) or not isinstance(image.get("id"), int | str):
             raise FormatError(path, f'needs an "id", got {_short(image)}', f"images[{i}]")
-    order = sorted(images, key=lambda image: _natural(str(image.get("file_name", image["id"]))))
-    frame_of = {image["id"]: i for i, image in enumerate(order)}
-    if len(frame_of) != len(images):
+    order = sorted(content["images"], key=lambda image: _natural(str(image.get("file_name", image["id"]))))
+    frames: dict[Any, dict] = {image["id"]: {"frame": i, "people": []} for i, image in enumerate(order)}
+    if len(frames) != len(order):
         raise FormatError(path, "two images have the same id: give each its own", "images")
-    return frame_of
+    categories = content.get("categories")
+    named = [c for c in categories if isinstance(c, dict)] if isinstance(categories, list) else []
+    persons = [c.get("id") for c in named if c.get("name") == "person"] or [_PERSON]
+    for i, entry in enumerate(content["annotations"]):
+        image = entry.get("image_id") if isinstance(entry, dict) else None
+        if not isinstance(image, int | str) or image not in frames:
+            raise FormatError(path, f'no image has the id {_short(image)}: add it to "images"', f"annotations[{i}]")
+        if entry.get("category_id", persons[0]) in persons:
+            frames[image]["people"].append(entry)
+    return list(frames.values())
 
 
 def _keypoints(path, entry, where: str) -> np.ndarray:
@@ -174,7 +154,7 @@ def _keypoints(path, entry, where: str) -> np.ndarray:
         columns = np.empty(0)
     if columns.ndim != 2 or not columns.size or columns.dtype.kind not in "if" or (np.abs(columns) > _LARGEST).any():
         got = _short(_first(entry, "points") if isinstance(entry, dict) else entry)
-        raise FormatError(path, f"keypoints must be numbers of pixels and scores, x, y and score of each, got {got}", where)
+        raise FormatError(path, f"keypoints must be numbers of pixels and scores, three for each, got {got}", where)
     out = columns.T.astype(np.float64)
     out[np.isnan(out).any(axis=1), 2] = 0.0
     return out
@@ -186,7 +166,7 @@ def _columns(entry) -> list:
     if _is_landmarks(values):
         values = {key: [point.get(key) for point in values] for key in values[0]}
     if isinstance(values, dict):
-        x, y, score = values["x"], values.get("y"), _first(values, "score")
+        x, y, score = values.get("x"), values.get("y"), _first(values, "score")
     elif isinstance(entry, dict) and "keypoint_scores" in entry:
         (x, y), score = zip(*values, strict=True), entry["keypoint_scores"]
     else:
