@@ -268,6 +268,8 @@ class Points(_Record):
         unit: "m" or "px".
         truth: the 3D walk (frames, 15, 3) in the image, if known.
         name: label of the source.
+        confidence: (frames, 15) from 0 to 1, what the detector said of each point; NaN or 0 for missing points. None
+            if nothing was said.
     """
 
     positions: np.ndarray
@@ -275,6 +277,7 @@ class Points(_Record):
     unit: str
     truth: Markers | None = None
     name: str = ""
+    confidence: np.ndarray | None = None
 
     def __post_init__(self):
         positions = frozen(self.positions, (None, len(MARKERS), 2), "Points.positions")
@@ -285,6 +288,11 @@ class Points(_Record):
             raise MotionError(f"Points.unit must be m (metres, upwards) or px (pixels, downwards), got {self.unit!r}")
         if self.truth is not None and self.truth.positions.shape != (*positions.shape[:2], 3):
             raise MotionError(f"Points.truth must have shape {positions.shape[:2]}, got {self.truth.positions.shape}")
+        if self.confidence is not None:
+            confidence = frozen(self.confidence, positions.shape[:2], "Points.confidence")
+            if ((confidence < 0) | (confidence > 1)).any():
+                raise MotionError("Points.confidence must be from 0 to 1, or NaN for missing points")
+            self._set(confidence=confidence)
 
     @property
     def upward(self) -> np.ndarray:

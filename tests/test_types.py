@@ -7,7 +7,7 @@ import pytest
 
 from motionenv.body import from_height
 from motionenv.errors import FormatError, MotionError
-from motionenv.types import ANGLES, MARKERS, POSE, Camera, Cycles, Markers, Motion
+from motionenv.types import ANGLES, MARKERS, POSE, Camera, Cycles, Markers, Motion, Points
 
 K = np.array([[100.0, 0, 31.5], [0, 100, 23.5], [0, 0, 1]])
 
@@ -93,3 +93,13 @@ def test_seconds_and_angles():
     assert made.seconds == pytest.approx(0.1)
     assert made.angles.shape == (3, 19)
     assert made.angles[0, 0] == 6
+
+
+def test_confidence_is_one_number_per_point_from_0_to_1():
+    positions = np.zeros((4, 15, 2))
+    given = np.linspace(0, 1, 60).reshape(4, 15)
+    given[0, 0] = np.nan
+    np.testing.assert_array_equal(Points(positions, 30, "px", confidence=given).confidence, given)
+    for wrong, match in ((given[:, :3], "must have shape"), (2 * given, "from 0 to 1"), (given - 1, "from 0 to 1")):
+        with pytest.raises(MotionError, match=match):
+            Points(positions, 30, "px", confidence=wrong)

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
-from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_view
+from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_size, parsed_view
 from motionenv.errors import MotionError
 
 _POINTS = {".json", ".csv"}
@@ -16,7 +16,7 @@ _PICTURES = {".png", ".pdf", ".svg"}
 
 
 def lift(
-    points: Annotated[Path, typer.Argument(help="2D points (COCO .json, or a .csv table), or 3D motion capture.")],
+    points: Annotated[Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), or 3D capture.")],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
@@ -24,7 +24,9 @@ def lift(
     project: Annotated[str | None, typer.Option(help="For 3D capture: the view to project it to.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Plot of the estimate (.png, .pdf, .svg).")] = None,
     prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
-    person: Annotated[int | None, typer.Option(help="Index of the person in a COCO file.")] = None,
+    person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
+    format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
+    size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
@@ -44,7 +46,8 @@ def lift(
         if path is not None:
             check_folder(path)
     alpha = None if view == "unknown" else parsed_view(view)
-    loaded = _read(points, project, elevation, fps, unit, person)
+    of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
+    loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting"):
         lifted = lift_points(loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale)
         motion = lifted.motion()
@@ -60,19 +63,19 @@ def lift(
         typer.echo(f"{plot}  points and depth, with 90 % bands")
 
 
-def _read(path: Path, project: str | None, elevation: str, fps, unit, person):
+def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detector: dict):
     """Points from a file of points, or from capture by projection."""
     from motionenv.lifting import project_markers
     from motionenv.mocap import read, to_markers
     from motionenv.mocap.keypoints.points2d import read_points
     from motionenv.types import Motion
 
-    if path.suffix.lower() in _POINTS:
+    if path.suffix.lower() in _POINTS or path.is_dir() or (path.suffix.lower() == ".trc" and project is None):
         if project is not None:
             raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
-        return read_points(path, fps=fps, unit=unit, person=person)
-    if person is not None:
-        raise MotionError(f"--person is only for COCO files; {path.name} has one walker: omit it")
+        return read_points(path, fps=fps, unit=unit, **of_detector)
+    if given := [f"--{name}" for name, value in of_detector.items() if value is not None]:
+        raise MotionError(f"{given[0]} is only for detectors' files; {path.name} has one walker: omit it")
     if project is None:
         raise MotionError(f"{path.name} is 3D capture: give the view to project it to, such as --project 30")
     capture = read(path, fps=fps, unit=unit)

@@ -1,5 +1,7 @@
 """Input checks of lifting (amount of data, unit, periodicity), and correction of swapped left and right labels."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from motionenv.body.kinematics import markers
@@ -149,12 +151,14 @@ def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | Non
 
 def _exchanged(points: Points, labels: np.ndarray) -> Points:
     """Points with left and right exchanged where `labels` (frames, 2) of arms and legs are True."""
-    positions = points.positions.copy()
+    order = np.tile(np.arange(len(MARKERS)), (len(labels), 1))
     for g, pairs in enumerate(GROUPS.values()):
         left, right = _columns(pairs)
         rows = np.flatnonzero(labels[:, g])[:, None]
-        positions[rows, left], positions[rows, right] = points.positions[rows, right], points.positions[rows, left]
-    return Points(positions, points.fps, points.unit, points.truth, points.name)
+        order[rows, left], order[rows, right] = right, left
+    rows = np.arange(len(order))[:, None]
+    confidence = None if points.confidence is None else points.confidence[rows, order]
+    return replace(points, positions=points.positions[rows, order], confidence=confidence)
 
 
 def _columns(pairs: tuple[str, ...]) -> tuple[list[int], list[int]]:

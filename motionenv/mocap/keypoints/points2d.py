@@ -1,4 +1,4 @@
-"""2D points of one walker: COCO keypoints in JSON, and tables (CSV) of the 15 markers.
+"""2D points of one walker: keypoints of detectors, and tables (CSV) of the 15 markers.
 
 A table has one row per frame, and each column's unit at the end of its name:
 
@@ -7,14 +7,10 @@ A table has one row per frame, and each column's unit at the end of its name:
     head_x_px, head_y_px ... right_ankle_y_px         or pixels, y downwards
 
 Empty fields and skipped frames are gaps; markers without columns are missing.
-
-COCO's keypoints are converted to markers: shoulders, elbows, wrists, hips, knees and ankles directly; the pelvis is
-midway between the hips; the sternum is 0.105 of the way from the centre of the shoulders to that of the hips (the mean
-over CMU's walkers ± 0.014); the head is the centre of the ears, or the only visible ear, which suits side views, where
-both coincide. The nose, a decimetre in front, isn't used: a gap is less harmful than a jump.
 """
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -22,28 +18,51 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints import coco
+from motionenv.mocap.keypoints import detections
+from motionenv.mocap.keypoints.skeletons import KeypointSet, keypoint_set
+from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
 from motionenv.types import MARKERS, Points
 
-_STERNUM = 0.105  # fraction of the way from the centre of the shoulders to that of the hips
 _JITTER = 0.25  # [frames] tolerance of a frame's time
+_NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
+_TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels, as those of Sports2D
+_WRITTEN = {"hip": "mid_hip", "c_hip": "mid_hip", "head": "head_top"}  # names in TRC files of Sports2D and Pose2Sim
 
 
 def read_points(
-    path, *, fps: float | None = None, unit: str | None = None, person: int | None = None, confidence: float = 0.3
+    path,
+    *,
+    format: str | None = None,
+    fps: float | None = None,
+    unit: str | None = None,
+    person: int | None = None,
+    confidence: float = 0.3,
+    size: tuple[int, int] | None = None,
 ) -> Points:
-    """Read the 2D points of a walker: COCO keypoints (.json) or a table (.csv).
+    """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
 
-    Points are in pixels or, for any length unit, in metres, and named after the file.
+    Keypoints come as JSON of COCO, OpenPose, MMPose, Ultralytics, AlphaPose or MediaPipe, in one file (.json) or a
+    folder of files, one per frame (layouts: `motionenv.mocap.keypoints.detections`), or as TRC in pixels of Sports2D.
+    They become markers by `motionenv.mocap.keypoints.skeletons`. Points are in pixels or, for any length unit, in
+    metres, and named after the file.
+
+    Their `confidence` is the detector's score. It ranks points of one detector, but has another meaning in each: the
+    height of a peak in a heat map (OpenPose, HRNet), of a distribution over pixel rows and columns (RTMPose, where it
+    may exceed 1, which counts as 1), the probability of not being hidden (MediaPipe), an annotator's visibility.
+    Tables and TRC have none.
 
     Args:
-        path, person: the file, and which of several people; see `motionenv.mocap.keypoints.coco.read`.
-        fps: frame rate [Hz]; required for COCO files, overrides the times of a table.
+        path: the file or folder.
+        format: the kind of keypoints, such as "halpe-26" (`skeletons.KEYPOINT_SETS`); None recognises it by number and
+            place. COCO's 17 can't be mistaken for Human3.6M's 17 by people who stand or walk.
+        fps: frame rate [Hz]; required for JSON, overrides that of a table or TRC.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
-            COCO's points are in pixels.
-        confidence: least score of a visible COCO keypoint; visibility 1 and 2 count as visible, 0 doesn't.
+            Keypoints are in pixels.
+        person: which of several people; see `motionenv.mocap.keypoints.detections.read`.
+        confidence: least score of a visible keypoint.
+        size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's.
 
     Raises:
         FormatError: damaged, another format, or several people; names field, value and what was expected.
@@ -54,20 +73,25 @@ def read_points(
     if not 0 <= confidence <= 1:
         raise MotionError(f"confidence must be a score from 0 to 1, got {confidence!r}")
     scale = 1.0 if unit in (None, "px") else metres_per(unit)
-    suffix = Path(path).suffix.lower()
-    if suffix == ".json":
+    suffix, scores = Path(path).suffix.lower(), None
+    if suffix == ".json" or Path(path).is_dir():
         if fps is None:
-            raise FormatError(path, "COCO keypoints have no frame rate: pass fps= (--fps)")
-        positions, found = _from_keypoints(coco.read(path, person), confidence), "px"
-    elif suffix == ".csv":
-        if person is not None:
-            raise MotionError(f"person is only for COCO files; a table has one walker: omit it, got {person!r}")
-        positions, fps, found = _read_table(path, fps)
+            raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
+        keypoints = _in_pixels(path, detections.read(path, person), size)
+        positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
+        found = "px"
+    elif suffix not in (".csv", ".trc"):
+        raise FormatError(
+            path, f"must be keypoints (.json, .trc or a folder) or a table (.csv), got {suffix or 'no suffix'!r}"
+        )
+    elif (person, format, size) != (None, None, None):
+        raise MotionError(f"person, format and size are only for keypoints in JSON; {suffix} has one walker: omit them")
     else:
-        raise FormatError(path, f"must be COCO keypoints (.json) or a table (.csv), got {suffix or 'no suffix'!r}")
+        positions, fps, found = (_read_trc if suffix == ".trc" else _read_table)(path, fps)
+    name = Path(path).stem
     if unit is None or unit == "px":
-        return Points(positions, fps, unit or found, name=Path(path).stem)
-    return Points(positions * scale, fps, "m", name=Path(path).stem)
+        return Points(positions, fps, unit or found, name=name, confidence=scores)
+    return Points(positions * scale, fps, "m", name=name, confidence=scores)
 
 
 def write_points(points: Points, path) -> None:
@@ -87,19 +111,34 @@ def write_points(points: Points, path) -> None:
         rows.writerows([value if value == value else "" for value in row] for row in table.tolist())
 
 
-def _from_keypoints(keypoints: np.ndarray, confidence: float) -> np.ndarray:
-    """Positions (frames, 15, 2) of the markers from COCO's keypoints (frames, 17, 3)."""
-    third = keypoints[..., 2]
-    seen = (third >= confidence) & (third > 0)
-    at = dict(
-        zip(coco.KEYPOINTS, np.moveaxis(np.where(seen[..., None], keypoints[..., :2], np.nan), 1, 0), strict=True)
-    )
-    middle = lambda what: 0.5 * (at[f"left_{what}"] + at[f"right_{what}"])
-    left, right = at["left_ear"], at["right_ear"]
-    head = np.where(np.isnan(left), right, np.where(np.isnan(right), left, middle("ear")))
-    pelvis, shoulders = middle("hip"), middle("shoulder")
-    made = {"head": head, "pelvis": pelvis, "sternum": shoulders + _STERNUM * (pelvis - shoulders)}
-    return np.stack([made[name] if name in made else at[name] for name in MARKERS], axis=1)
+def _in_pixels(path, keypoints: np.ndarray, size) -> np.ndarray:
+    """Keypoints (frames, n, 3) in pixels, of coordinates in pixels or, with `size`, relative to the picture."""
+    seen = keypoints[keypoints[..., 2] > 0]
+    relative = len(seen) > 0 and float(np.abs(seen[:, :2]).max()) <= _NORMALISED
+    if relative and size is None:
+        raise FormatError(path, "has coordinates relative to the picture: pass size=(width, height) (--size 1920x1080)")
+    if size is None:
+        return keypoints
+    if not relative:
+        raise FormatError(path, f"has coordinates in pixels, not relative to the picture: omit size, got {size!r}")
+    if np.shape(size) != (2,) or not all(isinstance(side, int) and side > 0 for side in size):
+        raise MotionError(f"size must be width and height of the picture in pixels, got {size!r}")
+    return keypoints * [*size, 1]
+
+
+def _read_trc(path, fps: float | None) -> tuple[np.ndarray, float, str]:
+    """Positions (frames, 15, 2), frame rate and unit of a TRC file whose z is 0, as Sports2D writes it."""
+    markers = trc.read(path, fps, unit=1.0, up="z")
+    if np.nan_to_num(markers.positions[..., 2]).any():
+        raise FormatError(path, "has 3D points: project them with --project, or read them with motionenv.read")
+    names = [re.sub(r"(?<=[a-z])(?=[A-Z])", "_", re.sub("^([LR])(?=[A-Z])", r"\1_", name)) for name in markers.names]
+    names = [re.sub("^l_", "left_", re.sub("^r_", "right_", name.lower())) for name in names]
+    known = KeypointSet("trc", tuple(_WRITTEN.get(name, name) for name in names), len(names))
+    seen = np.where(np.isnan(markers.positions[..., :1]), np.nan, 1.0)
+    positions, _ = known.markers(np.concatenate([markers.positions[..., :2], seen], axis=-1), 0.0)
+    if np.isnan(positions).all():
+        raise FormatError(path, f"has no keypoints with known names, such as RKnee, got {', '.join(markers.names[:5])}")
+    return positions, markers.fps, "px" if np.nanmax(positions) - np.nanmin(positions) > _TALLEST else "m"
 
 
 def _read_table(path, fps: float | None) -> tuple[np.ndarray, float, str]:
@@ -111,8 +150,8 @@ def _read_table(path, fps: float | None) -> tuple[np.ndarray, float, str]:
         raise FormatError(path, f"isn't a CSV file: {error}") from None
     header, rows = [word.strip() for word in rows[0][1]], rows[1:]
     unit, columns = _columns(path, header)
-    if not 2 <= len(rows) <= coco.MOST_FRAMES:
-        raise FormatError(path, f"must hold 2 to {coco.MOST_FRAMES} frames, got {len(rows)}")
+    if not 2 <= len(rows) <= detections.MOST_FRAMES:
+        raise FormatError(path, f"must hold 2 to {detections.MOST_FRAMES} frames, got {len(rows)}")
     values = np.array([_row(path, i, row, header) for i, row in rows])
     if np.isnan(values[:, 0]).any():
         raise FormatError(
@@ -161,9 +200,9 @@ def _clock(path, column: str, values: np.ndarray, fps: float | None) -> tuple[np
         raise FormatError(path, "has frames but no times: pass fps= (--fps)")
     step = 1.0 if column == "frame" else float(np.median(steps))
     frames = np.concatenate([[0.0], np.cumsum(np.rint(steps / step))])
-    if not frames[-1] < coco.MOST_FRAMES:
+    if not frames[-1] < detections.MOST_FRAMES:
         raise FormatError(
-            path, f"spans {frames[-1]:.3g} frames, more than {coco.MOST_FRAMES}: cut the walk out", column
+            path, f"spans {frames[-1]:.3g} frames, more than {detections.MOST_FRAMES}: cut the walk out", column
         )
     took = (values[-1] - values[0]) / max(frames[-1], 1.0)
     if not np.abs(values - values[0] - frames * took).max() <= (1e-6 if column == "frame" else _JITTER * took):

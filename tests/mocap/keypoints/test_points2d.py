@@ -1,4 +1,4 @@
-"""2D points in files: tables that come back to the last digit, COCO keypoints by their definition, damaged files."""
+"""2D points in files: tables that come back to the last digit, keypoints by their definition, TRC, damaged files."""
 
 import json
 from contextlib import suppress
@@ -9,11 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.coco import KEYPOINTS
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.mocap.keypoints.points2d import read_points, write_points
 from motionenv.types import MARKERS, Points
-from tests.mocap.keypoints.detections import person, results, saved
+from tests.mocap.keypoints.people_json import expected, person, results, saved, walker
 
+KEYPOINTS = KEYPOINT_SETS["coco-17"].keypoints
 RATES = st.one_of(
     st.sampled_from([24.0, 25.0, 29.97, 30.0, 59.94, 60.0, 100.0, 119.88, 120.0, 30000 / 1001, 24000 / 1001]),
     st.floats(5, 500).map(lambda f: float(f"{f:.6g}")),
@@ -82,7 +83,7 @@ def test_coco_keypoints_become_markers(tmp_path):
         np.testing.assert_array_equal(first[name], where[name])
     np.testing.assert_allclose(first["head"], 0.5 * (where["left_ear"] + where["right_ear"]))
     np.testing.assert_allclose(first["pelvis"], hips)
-    np.testing.assert_allclose(first["sternum"], 0.895 * shoulders + 0.105 * hips)
+    np.testing.assert_allclose(first["sternum"], 0.885 * shoulders + 0.115 * hips)
 
 
 def test_the_sternum_of_coco_is_where_cmu_walkers_have_theirs(mocap):
@@ -90,7 +91,7 @@ def test_the_sternum_of_coco_is_where_cmu_walkers_have_theirs(mocap):
 
     p = to_markers(read(mocap / "cmu_asfamc" / "07" / "07_01.amc", fps=120)).positions
     shoulders, hips = (0.5 * (p[:, at(f"left_{n}")] + p[:, at(f"right_{n}")]) for n in ("shoulder", "hip"))
-    off = np.linalg.norm(shoulders + 0.105 * (hips - shoulders) - p[:, at("sternum")], axis=-1)
+    off = np.linalg.norm(shoulders + 0.115 * (hips - shoulders) - p[:, at("sternum")], axis=-1)
     assert np.median(off) < 0.03
 
 
@@ -184,9 +185,105 @@ def test_settings_are_checked(tmp_path):
         read_points(path, fps=30, confidence=2)
     with pytest.raises(FormatError, match="can't be read"):
         read_points(tmp_path / "none.json", fps=30)
-    with pytest.raises(FormatError, match="must be COCO"):
+    with pytest.raises(FormatError, match="must be keypoints"):
         read_points(saved(tmp_path, "x", "a.txt"), fps=30)
     with pytest.raises(MotionError, match="two frames"):
         write_points(some_points(frames=1), tmp_path / "b.csv")
     with pytest.raises(FormatError, match="regular"):
         read_points(saved(tmp_path, "frame,head_x_m,head_y_m\n0,1,2\n1,1,2\n2.5,1,2\n", "a.csv"), fps=30)
+
+
+def test_scores_become_confidence(tmp_path):
+    content = results(4)
+    content[2]["keypoints"][2 :: 3] = [1.3] * 17
+    content[2]["keypoints"][3 * KEYPOINTS.index("left_knee") + 2] = 0.5
+    points = read_points(saved(tmp_path, content), fps=25)
+    np.testing.assert_allclose(np.delete(points.confidence, 2, axis=0), 0.9)
+    assert points.confidence[2, at("left_knee")] == 0.5
+    assert points.confidence[2, at("right_knee")] == 1.0
+    hidden = read_points(saved(tmp_path, content), fps=25, confidence=0.6)
+    assert hidden.confidence[2, at("left_knee")] == 0
+    write_points(points, tmp_path / "b.csv")
+    assert read_points(tmp_path / "b.csv").confidence is None
+
+
+def test_coordinates_relative_to_the_picture_need_its_size(tmp_path):
+    whole = walker("mediapipe-33")
+    small = whole / [640, 480, 1]
+    frames = [
+        {"frame": i, "landmarks": [{"x": x, "y": y, "z": 0.0, "visibility": v} for x, y, v in k]}
+        for i, k in enumerate(small.tolist())
+    ]
+    path = saved(tmp_path, frames)
+    points = read_points(path, fps=25, size=(640, 480))
+    np.testing.assert_allclose(points.positions, expected("mediapipe-33"))
+    with pytest.raises(FormatError, match=r"pass size=\(width, height\) \(--size"):
+        read_points(path, fps=25)
+    with pytest.raises(MotionError, match="size must be width and height"):
+        read_points(path, fps=25, size=640)
+    with pytest.raises(FormatError, match="omit size"):
+        read_points(saved(tmp_path, results()), fps=25, size=(640, 480))
+
+
+def test_the_format_can_be_said(tmp_path):
+    content = [{"image_id": i, "keypoints": k.ravel().tolist()} for i, k in enumerate(walker("human36m-17"))]
+    path = saved(tmp_path, content)
+    right = read_points(path, fps=25)
+    np.testing.assert_allclose(right.positions, expected("human36m-17"))
+    np.testing.assert_array_equal(read_points(path, fps=25, format="human36m-17").positions, right.positions)
+    assert not np.allclose(read_points(path, fps=25, format="coco-17").positions, right.positions, equal_nan=True)
+    with pytest.raises(FormatError, match="expected 26"):
+        read_points(path, fps=25, format="halpe-26")
+
+
+def sports2d(keypoints, path, z=0.0, fps=60) -> str:
+    """A TRC as `make_trc_with_trc_data` of Sports2D writes it: its names, pixels with y downwards, "m" as their unit."""
+    names = {"mid_hip": "Hip", "head_top": "Head", "neck": "Neck", "nose": "Nose"}
+    sides = {"left": "L", "right": "R"}
+    known = KEYPOINT_SETS["halpe-26"].keypoints
+    keep = [i for i, name in enumerate(known) if not name.endswith(("eye", "ear"))]
+    labels = [names.get(n) or sides[n.split("_")[0]] + "".join(w.title() for w in n.split("_")[1:]) for n in known]
+    head = ["PathFileType\t4\t(X/Y/Z)\t" + path.name,
+            "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+            f"{fps}\t{fps}\t{len(keypoints)}\t{len(keep)}\tm\t{fps}\t0\t{len(keypoints)}",
+            "Frame#\tTime\t" + "\t\t\t".join(labels[i] for i in keep) + "\t\t",
+            "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(keep) + 1))]  # fmt: skip
+    rows = [
+        f"{t}\t{t / fps}\t" + "\t".join("\t\t" if np.isnan(x) else f"{x}\t{y}\t{z}" for x, y, _ in k[keep])
+        for t, k in enumerate(keypoints)
+    ]
+    path.write_text("\n".join([*head, *rows]) + "\n")
+    return str(path)
+
+
+def test_trc_files_in_pixels_of_sports2d(tmp_path):
+    keypoints = walker("halpe-26")
+    keypoints[3:6, 9] = np.nan
+    points = read_points(sports2d(keypoints, tmp_path / "walk_px_person00.trc"))
+    truth = expected("halpe-26")
+    truth[3:6, at("left_wrist")] = np.nan
+    np.testing.assert_allclose(points.positions, truth, atol=1e-9)
+    assert (points.unit, points.fps, points.name, points.confidence) == ("px", 60, "walk_px_person00", None)
+    metres = keypoints * [0.004, -0.004, 1] + [0, 2, 0]
+    points = read_points(sports2d(metres, tmp_path / "walk_m_person00.trc"))
+    np.testing.assert_allclose(points.positions, truth * [0.004, -0.004] + [0, 2], atol=1e-9)
+    assert points.unit == "m"
+    with pytest.raises(FormatError, match="has 3D points"):
+        read_points(sports2d(keypoints, tmp_path / "b.trc", z=0.5))
+    with pytest.raises(MotionError, match="omit them"):
+        read_points(tmp_path / "walk_px_person00.trc", person=1)
+
+
+def test_real_3d_files_of_pose2sim_are_not_taken_for_pictures(mocap):
+    with pytest.raises(FormatError, match="has 3D points"):
+        read_points(mocap / "pose2sim" / "from_history" / "S00_P00_T01_BalancingTrial_0-100.trc")
+
+
+def test_trc_files_of_other_points_are_refused(tmp_path):
+    path = sports2d(walker("halpe-26"), tmp_path / "c.trc")
+    text = (tmp_path / "c.trc").read_text()
+    for name in KEYPOINT_SETS["halpe-26"].keypoints:
+        text = text.replace("".join(word.title() for word in name.split("_")[1:]) or name.title(), "P")
+    (tmp_path / "c.trc").write_text(text)
+    with pytest.raises(FormatError, match="no keypoints with known names"):
+        read_points(path)

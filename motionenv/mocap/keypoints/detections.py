@@ -1,0 +1,225 @@
+"""People in JSON: what detectors write for each frame of a film, and annotated data sets.
+
+COCO's results and data sets, AlphaPose, OpenPose, Pose2Sim's RTMLib, MMPose, Ultralytics and MediaPipe are told apart
+by their keys; `layouts.toml` shows each layout with its source.
+"""
+
+import json
+import re
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motionenv.errors import FormatError
+from motionenv.mocap.keypoints.people import chosen, followed
+from motionenv.mocap.readers.text import read_bytes
+
+#: Most frames of a film: an hour at 28 per second.
+MOST_FRAMES = 100_000
+
+_PERSON = 1  # COCO's category
+_SPARSE = 50  # ratio of the range of image ids to the number of images above which ids can't be frame numbers
+_LARGEST = 1e9  # pixels
+_KEYS = tomllib.loads(files(__package__).joinpath("layouts.toml").read_text(encoding="utf-8"))
+
+
+def read(path, person: int | None = None) -> np.ndarray:
+    """Read the keypoints of one person in every frame, (frames, n, 3): x, y and score; NaN is missing.
+
+    Image ids are frame numbers or file names that contain one, as are the names of a folder's files; missing numbers
+    are frames without detections. In a data set each image is one frame, in the order of file names, and visibility
+    0, 1 and 2 becomes a score of 0, 0.5 and 1. Without scores they are 1.
+
+    A person is tracked from frame to frame by the position of the keypoints, or by identities if every detection has
+    one; frames without that person are NaN. `person` 0 has the longest and most confident track. None raises an error
+    that lists the people if another track is at least a quarter as long as the first.
+
+    Raises:
+        FormatError: not JSON, an unknown layout, damaged, no person, or several; names field and value.
+    """
+    content = _folder(path) if Path(path).is_dir() else _parsed(path)
+    annotated = isinstance(content, dict) and "annotations" in content
+    people = _everybody(path, _dataset(path, content) if annotated else content)
+    numbers = _numbered(path, [frame for frame, _ in people])
+    found = []
+    for number, (frame, entry) in zip(numbers, people, strict=True):
+        if entry is not None:
+            keypoints = _keypoints(path, entry, f"frame {frame}") / [1, 1, 2 if annotated else 1]
+            found.append((number, keypoints, _identity(path, entry, f"frame {frame}")))
+    counts = sorted({len(keypoints) for _, keypoints, _ in found})
+    if len(counts) != 1:
+        mixed = f"has people with {' and '.join(map(str, counts))} keypoints: keep one detector's"
+        raise FormatError(path, mixed if counts else "has no person: there is nothing to read")
+    track = chosen(path, followed(path, found), person)
+    out = np.full((max(numbers) + 1, counts[0], 3), np.nan)
+    out[track.frames] = track.keypoints
+    return out
+
+
+def _parsed(path) -> Any:
+    """The file's JSON; NaN, which Pose2Sim writes, is a gap."""
+
+    def refuse(word: str) -> float:
+        if word == "NaN":
+            return np.nan
+        raise ValueError(f"{word} isn't a JSON number: remove such detections")
+
+    raw = read_bytes(path)
+    try:
+        return json.loads(raw.decode("utf-8-sig"), parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}"
+        raise FormatError(path, f"isn't complete JSON: {error.msg}", where) from None
+    except RecursionError:
+        raise FormatError(path, "is nested too deeply to be keypoints") from None
+    except ValueError as error:  # not UTF-8, Infinity, numbers of thousands of digits
+        raise FormatError(path, f"isn't readable JSON: {error}") from None
+
+
+def _folder(path) -> list[dict]:
+    """The frames of a folder of files."""
+    found = list(Path(path).glob("*.json"))
+    named = {_number(path, file.name): file for file in found}
+    if not found or len(named) < len(found):
+        problem = "must hold .json files with a frame number each, of one camera"
+        raise FormatError(path, f"{problem}, got {len(found)} files with {len(named)} numbers")
+    return [{"frame": number, "people": _people(file, _parsed(file))} for number, file in named.items()]
+
+
+def _everybody(path, content) -> list[tuple]:
+    """(frame, person) of everybody, and (frame, None) of frames without people."""
+    if isinstance(content, dict):
+        content = _first(content, "frames")
+    if not isinstance(content, list):
+        raise FormatError(path, "must be a list of detections or frames, or a data set; of files per frame, the folder")
+    out = []
+    for i, entry in enumerate(content):
+        frame = _first(entry, "frame") if isinstance(entry, dict) else i
+        if not isinstance(entry, list | dict) or type(frame) not in (int, str):
+            problem = f"must have people, and image_id as a whole number or a file name, got {_short(frame)}"
+            raise FormatError(path, problem, f"result {i}")
+        alone = isinstance(entry, dict) and "image_id" in entry
+        if not alone or entry.get("category_id", _PERSON) == _PERSON:
+            out += [(frame, person) for person in ([entry] if alone else _people(path, entry)) or [None]]
+    return out
+
+
+def _people(path, entry) -> list:
+    """Everybody in one frame: objects with keypoints, or lists of landmarks."""
+    if isinstance(entry, dict):
+        points = _first(entry, "points")
+        several = isinstance(points, list) and all(map(_is_landmarks, points))
+        entry = _first(entry, "people") if points is None else points if several else [entry]
+    if not isinstance(entry, list) or not all(isinstance(person, list | dict) for person in entry):
+        raise FormatError(path, f"must list the people of a frame, got {_short(entry)}")
+    return [entry] if _is_landmarks(entry) else entry
+
+
+def _is_landmarks(value) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(p, dict) and "x" in p for p in value)
+
+
+def _dataset(path, content: dict) -> list[dict]:
+    """The frames of a data set: its images."""
+    for key in ("images", "annotations"):
+        if not isinstance(content.get(key), list):
+            raise FormatError(path, f'must have a list "{key}", got {_short(content.get(key))}')
+    for i, image in enumerate(content["images"]):
+        if not isinstance(image, dict) or not isinstance(image.get("id"), int | str):
+            raise FormatError(path, f'needs an "id", got {_short(image)}', f"images[{i}]")
+    order = sorted(content["images"], key=lambda image: _natural(str(image.get("file_name", image["id"]))))
+    frames: dict[Any, dict] = {image["id"]: {"frame": i, "people": []} for i, image in enumerate(order)}
+    if len(frames) != len(order):
+        raise FormatError(path, "two images have the same id: give each its own", "images")
+    categories = content.get("categories")
+    named = [c for c in categories if isinstance(c, dict)] if isinstance(categories, list) else []
+    persons = [c.get("id") for c in named if c.get("name") == "person"] or [_PERSON]
+    for i, entry in enumerate(content["annotations"]):
+        image = entry.get("image_id") if isinstance(entry, dict) else None
+        if not isinstance(image, int | str) or image not in frames:
+            raise FormatError(path, f'no image has the id {_short(image)}: add it to "images"', f"annotations[{i}]")
+        if entry.get("category_id", persons[0]) in persons:
+            frames[image]["people"].append(entry)
+    return list(frames.values())
+
+
+def _keypoints(path, entry, where: str) -> np.ndarray:
+    """The keypoints (n, 3) of one person; scores are 0 where x, y or the score is NaN."""
+    try:
+        columns = np.array(_columns(entry))
+    except (TypeError, ValueError):  # no lists, or of several lengths
+        columns = np.empty(0)
+    if columns.ndim != 2 or not columns.size or columns.dtype.kind not in "if" or (np.abs(columns) > _LARGEST).any():
+        got = _short(_first(entry, "points") if isinstance(entry, dict) else entry)
+        raise FormatError(path, f"keypoints must be numbers of pixels and scores, three for each, got {got}", where)
+    out = columns.T.astype(np.float64)
+    out[np.isnan(out).any(axis=1), 2] = 0.0
+    return out
+
+
+def _columns(entry) -> list:
+    """Lists of x, y and score, of a person in any layout."""
+    values = _first(entry, "points") if isinstance(entry, dict) else entry
+    if _is_landmarks(values):
+        values = {key: [point.get(key) for point in values] for key in values[0]}
+    if isinstance(values, dict):
+        x, y, score = values.get("x"), values.get("y"), _first(values, "score")
+    elif isinstance(entry, dict) and "keypoint_scores" in entry:
+        (x, y), score = zip(*values, strict=True), entry["keypoint_scores"]
+    else:
+        x, y, score = values[0::3], values[1::3], values[2::3]
+    return [x, y, [1.0] * len(x) if score is None else score]
+
+
+def _identity(path, entry, where: str) -> int | str | None:
+    """Who it is; OpenPose's -1 and AlphaPose's 0 mean that nobody was tracked."""
+    value = _first(entry, "identity") if isinstance(entry, dict) else None
+    if isinstance(value, list) and len(value) == 1:
+        value = value[0]
+    if value is not None and not isinstance(value, int | float | str):
+        raise FormatError(path, f"track_id must be a whole number or a name, got {_short(value)}", where)
+    return None if value == -1 or (value == 0 and "idx" in entry) else value
+
+
+def _first(entry: dict, what: str):
+    """The value of the first key for `what` that is there and isn't null."""
+    return next((entry[key] for key in _KEYS[what] if entry.get(key) is not None), None)
+
+
+def _numbered(path, frames: list) -> list[int]:
+    """Frames from 0, from numbers or names."""
+    numbers = [_number(path, frame) for frame in frames]
+    first, different = min(numbers, default=0), len(set(numbers))
+    span = max(numbers, default=0) - first + 1
+    if span > max(_SPARSE * different, 1000) or span > MOST_FRAMES:
+        raise FormatError(
+            path,
+            f"the {different} image_ids span {span} numbers: they aren't frame numbers, or are more than "
+            f"{MOST_FRAMES}; renumber them 0, 1, 2, ..., or cut the walk out",
+            "image_id",
+        )
+    return [number - first for number in numbers]
+
+
+def _number(path, image) -> int:
+    """Frame number: an image id, or the last digits of a file name."""
+    digits = re.findall(r"\d{1,18}", image.rpartition(".")[0] or image) if isinstance(image, str) else [image]
+    if not digits:
+        raise FormatError(path, f"must be the number of a frame or hold one, got {_short(image)}", "image_id")
+    return int(digits[-1])
+
+
+def _natural(name: str) -> list:
+    """Sort key that orders the numbers in names numerically."""
+    return [(0, int(word), "") if word.isdigit() else (1, 0, word) for word in re.findall(r"[0-9]{1,18}|[^0-9]+", name)]
+
+
+def _short(value) -> str:
+    """A value of a file, abbreviated to a line."""
+    if isinstance(value, list | dict):
+        return f"a {'list' if isinstance(value, list) else 'JSON object'} of {len(value)}"
+    text = repr(value) if not isinstance(value, int) or abs(value) < 10**20 else "a very large number"
+    return text if len(text) <= 60 else f"{text[:57]}..."
