@@ -1,0 +1,295 @@
+"""Maximum a posteriori positions of the markers in all frames, from rays, proposed postures and what bodies do.
+
+Gauss-Newton on all frames at once, in units of the body's size, in a frame whose z axis points up:
+
+    rays        a marker lies on the ray on which it was seen; errors have heavy tails
+    posture     the markers lie about the pelvis as proposed, and move as proposed
+    limbs       their lengths are constant, and the same on both sides
+    pelvis      accelerates as people do
+    feet        one that stands is on the floor, and stays
+
+The scale of the world is not known here: lengths are in body units, as the proposed postures are.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import ndimage
+
+from motionenv.lifting.free.block_system import solve
+from motionenv.types import MARKERS
+
+_M = {name: i for i, name in enumerate(MARKERS)}
+_PELVIS = _M["pelvis"]
+_ANKLES = np.array([_M["left_ankle"], _M["right_ankle"]])
+#: Segments (a, b) of constant length; those of the two sides share a length.
+_PAIRS = (("pelvis", "{}_hip"), ("sternum", "{}_shoulder"), ("{}_shoulder", "{}_elbow"), ("{}_elbow", "{}_wrist"),
+          ("{}_hip", "{}_knee"), ("{}_knee", "{}_ankle"), ("pelvis", "{}_shoulder"))  # fmt: skip
+_LIMBS = [
+    ("pelvis", "sternum"), ("sternum", "head"),
+    *((a.format(side), b.format(side)) for a, b in _PAIRS for side in ("left", "right")),
+    ("left_hip", "right_hip"), ("left_shoulder", "right_shoulder"),
+]  # fmt: skip
+_A = np.array([_M[a] for a, _ in _LIMBS])
+_B = np.array([_M[b] for _, b in _LIMBS])
+_SHARED = np.array([0, 1, *np.repeat(np.arange(2, 9), 2), 9, 10])  # index of the length
+_NOISE, _LEAST_JUMPS = 0.03, 30  # noise if fewer third differences than these are known
+#: What the network's errors, which last for seconds, add to the posterior deviations, relative to those that it states:
+#: 90 % bands then hold 88 % on people left out who differ in style, proportions and joints as in training.
+_UNSEEN = np.where([name.endswith("hip") for name in MARKERS], 0.45, 0.75)
+#: Noise is taken to be larger in the first rounds, so that outliers don't decide where the fit goes.
+_FIRST_NOISE, _COOLING = 0.2, 0.5
+_TAIL = 12.0  # squared error at which Geman and McClure's loss gives a ray a quarter of its weight
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Weights of the terms; lengths are in body units (0.43 m for an adult), times in seconds.
+
+    They were chosen on CMU people whom network and models hadn't seen: `python -m benchmarks.free_walking.tune`.
+    """
+
+    posture: float = 2.0  # factor on the proposed deviations: their errors last several frames
+    velocity: float = 0.35  # of a marker about the pelvis, relative to what is proposed [1/s]
+    limb: float = 0.03
+    acceleration: tuple[float, float, float] = (6.0, 6.0, 12.0)  # of the pelvis [1/s²]
+    floor: float = 0.06
+    sliding: float = 0.5  # of a foot that stands [1/s]
+    least_ray: float = 0.004  # least error of a ray, relative to the body's apparent size
+    rounds: int = 7
+
+
+DEFAULTS = Settings()
+
+
+@dataclass
+class Fit:
+    """What the frames tell.
+
+    Attributes:
+        places: (frames, 15, 3) positions from the origin of the rays' frame [body units].
+        deviations: (frames, 15, 3) standard deviations about the pelvis [body units].
+        contact: (frames, 2) probability that the left and right foot stand.
+        floor: height of a standing ankle [body units].
+        noise: standard deviation of a ray's error, relative to the body's apparent size.
+        weights: (frames, 15) of the rays' robust loss, 0 for missing ones.
+        limbs: (11,) lengths [body units].
+    """
+
+    places: np.ndarray
+    contact: np.ndarray
+    floor: float
+    noise: float
+    weights: np.ndarray
+    limbs: np.ndarray
+    deviations: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+def smooth(
+    rays: np.ndarray, origins: np.ndarray, precision: np.ndarray, posture: np.ndarray, spread: np.ndarray, fps: float,
+    settings: Settings,
+) -> Fit:  # fmt: skip
+    """Fit all frames.
+
+    Args:
+        rays: (frames, 15, 3) unit vectors towards the markers; NaN where a marker isn't seen.
+        origins: (frames, 3) of the rays [body units].
+        precision: (frames, 15) relative precision of the rays: 1 where nothing is known about it.
+        posture: (frames, 15, 3) proposed positions relative to the pelvis [body units].
+        spread: (frames, 15) their standard deviations [body units].
+        fps: frame rate [Hz].
+        settings: weights of the terms.
+    """
+    seen = np.isfinite(rays[..., 0])
+    across = _across(np.where(seen[..., None], rays, 0.0))
+    size = _apparent(rays, posture, seen, fps)
+    noise = max(_noise(rays, size), settings.least_ray)
+    fit = Fit(posture.copy(), np.zeros((len(rays), 2)), 0.0, noise, seen * precision, _lengths(posture))
+    whole = fit.limbs.sum()
+    distance = np.repeat((1 / size)[:, None], len(MARKERS), axis=1)
+    for round_ in range(settings.rounds + 1):
+        system = _System(len(rays))
+        scale = max(fit.noise, _FIRST_NOISE * _COOLING**round_) * size[:, None] * distance
+        system.rays(across, fit.weights / scale**2, origins)
+        system.posture(posture, 1 / (settings.posture * spread) ** 2)
+        system.velocity(posture, fps / settings.velocity / np.sqrt(fps))
+        system.pelvis(fps**1.5 / np.array(settings.acceleration))
+        if round_ > 0:
+            system.limbs(fit.places, fit.limbs, 1 / settings.limb)
+        if round_ > 1:
+            system.feet(fit.contact, fit.floor, 1 / settings.floor, np.sqrt(fps) / settings.sliding)
+        last = round_ == settings.rounds
+        fit.places, covariance = system.solve(last)
+        if covariance is not None:
+            fit.deviations = np.sqrt(_about(covariance) + (_UNSEEN * spread)[..., None] ** 2)
+            break
+        distance = np.linalg.norm(fit.places - origins[:, None], axis=-1)
+        off = np.einsum("tmab,tmb->tma", across, fit.places - origins[:, None]) / (distance * size[:, None])[..., None]
+        expected = max(fit.noise, _FIRST_NOISE * _COOLING**round_)
+        error = (off**2).sum(axis=-1) * precision / expected**2
+        fit.weights = seen * precision / (1 + error / _TAIL) ** 2
+        fit.limbs = _lengths(fit.places)
+        fit.limbs *= whole / fit.limbs.sum()  # proportions only: else the body shrinks or grows from round to round
+        fit.contact, fit.floor = contacts(fit.places, fps)
+    return fit
+
+
+def contacts(places: np.ndarray, fps: float) -> tuple[np.ndarray, float]:
+    """Probability (frames, 2) that a foot stands, and the height of a standing ankle, both from ankles [body units]."""
+    ankles = places[:, _ANKLES]
+    velocity = np.gradient(ankles, axis=0) * fps if len(ankles) > 1 else np.zeros_like(ankles)
+    speed = np.linalg.norm(velocity, axis=-1)
+    height = ankles[..., 2]
+    floor = float(np.quantile(height.min(axis=1), 0.15))
+    for _ in range(3):
+        chance = 1 / (1 + np.exp((height - floor - 0.16) / 0.04)) / (1 + np.exp((speed - 1.8) / 0.4))
+        if chance.sum() < 1:
+            break
+        floor = float((chance * height).sum() / chance.sum())
+    return chance, floor
+
+
+def _about(covariance: np.ndarray) -> np.ndarray:
+    """Variances (frames, 15, 3) of positions about the pelvis, from covariances (frames, 45, 45)."""
+    count = len(MARKERS)
+    blocks = covariance.reshape(-1, count, 3, count, 3)
+    own = np.einsum("tmama->tma", blocks)
+    shared = np.einsum("tmaa->tma", blocks[:, :, :, _PELVIS])
+    return np.maximum(own + own[:, [_PELVIS]] - 2 * shared, 0.0)
+
+
+def _lengths(places: np.ndarray) -> np.ndarray:
+    """Limb lengths (11,), the median over frames and the mean of the two sides."""
+    each = np.median(np.linalg.norm(places[:, _A] - places[:, _B], axis=-1), axis=0)
+    return np.bincount(_SHARED, each) / np.bincount(_SHARED)
+
+
+def _across(rays: np.ndarray) -> np.ndarray:
+    """Projections (frames, 15, 3, 3) across the rays; zero rays give the identity."""
+    return np.eye(3) - rays[..., :, None] * rays[..., None, :]
+
+
+def _apparent(rays, posture, seen, fps: float) -> np.ndarray:
+    """The body unit's apparent size (frames,) [rad]: how wide the rays spread relative to the posture, over 0.5 s."""
+    middle = np.nan_to_num(rays).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)[:, None]
+    norm = np.linalg.norm(middle, axis=1, keepdims=True)
+    view = np.divide(middle, norm, out=np.zeros_like(middle), where=norm > 0)
+    flat = _across(view[:, None])[:, 0]
+    wide = np.einsum("tab,tmb->tma", flat, np.where(seen[..., None], rays, 0.0) - middle[:, None] * seen[..., None])
+    bodies = np.einsum("tab,tmb->tma", flat, posture)
+    bodies = (bodies - bodies.mean(axis=1, keepdims=True)) * seen[..., None]
+    enough = seen.sum(axis=1) >= 4
+    size = np.sqrt((wide**2).sum(axis=(1, 2)) / np.maximum((bodies**2).sum(axis=(1, 2)), 1e-9))
+    frames = np.arange(len(rays))
+    size = np.interp(frames, frames[enough], size[enough])
+    return ndimage.median_filter(size, max(1, round(fps / 2)), mode="nearest")
+
+
+def _noise(rays: np.ndarray, size: np.ndarray) -> float:
+    """Standard deviation of a ray's error, relative to the apparent size, from third differences over time.
+
+    Residuals of the fit would tell too little of it: positions that are free to follow noise leave none.
+    """
+    jumps = np.diff(rays, n=3, axis=0) / size[3:, None, None]
+    square = (jumps**2).sum(axis=-1)
+    known = square[np.isfinite(square)]
+    if len(known) < _LEAST_JUMPS:
+        return _NOISE
+    return float(np.sqrt(np.median(known) / 1.386 / 20))  # median of chi² of 2 degrees of freedom; 1 + 9 + 9 + 1
+
+
+class _System:
+    """The normal equations of all terms."""
+
+    def __init__(self, frames: int):
+        count = len(MARKERS)
+        self.own = np.zeros((frames, count, 3, count, 3))
+        self.next = np.zeros((max(frames - 1, 0), count, 3, count, 3))
+        self.second = np.zeros((max(frames - 2, 0), count, 3, count, 3))
+        self.right = np.zeros((frames, count, 3))
+
+    def rays(self, across, weights, origins) -> None:
+        """Squared distances from the rays."""
+        each = across * weights[..., None, None]
+        index = np.arange(len(MARKERS))
+        self.own[:, index, :, index] += each.swapaxes(0, 1)
+        self.right += np.einsum("tmab,tb->tma", each, origins)
+
+    def posture(self, posture, precision) -> None:
+        """Positions about the pelvis; precision (frames, 15)."""
+        self._add(self.own, _about_pelvis(precision))
+        self.right += _about_pelvis(precision) @ posture
+
+    def velocity(self, posture, weight: float) -> None:
+        """Changes of the positions about the pelvis from frame to frame."""
+        if len(posture) < 2:
+            return
+        graph = _about_pelvis(np.full((1, len(MARKERS)), weight**2))[0]
+        change = graph @ np.diff(posture, axis=0)
+        for part, sign in ((slice(None, -1), -1), (slice(1, None), 1)):
+            self._add(self.own[part], graph)
+            self.right[part] += sign * change
+        self._add(self.next, -graph)
+
+    def pelvis(self, weights: np.ndarray) -> None:
+        """Second differences of the pelvis; weights (3,)."""
+        p, square = _PELVIS, weights**2
+        if len(self.second) == 0:
+            return
+        for axis in range(3):
+            own, next_ = self.own[:, p, axis, p, axis], self.next[:, p, axis, p, axis]
+            own[:-2] += square[axis]
+            own[1:-1] += 4 * square[axis]
+            own[2:] += square[axis]
+            next_[:-1] -= 2 * square[axis]
+            next_[1:] -= 2 * square[axis]
+            self.second[:, p, axis, p, axis] += square[axis]
+
+    def limbs(self, places, lengths, weight: float) -> None:
+        """Lengths of limbs, in their present directions."""
+        way = places[:, _A] - places[:, _B]
+        way = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
+        square = weight**2 * way[..., :, None] * way[..., None, :]
+        pull = weight**2 * lengths[_SHARED][:, None] * way
+        for k, (a, b) in enumerate(zip(_A, _B, strict=True)):
+            self.own[:, a, :, a] += square[:, k]
+            self.own[:, b, :, b] += square[:, k]
+            self.own[:, a, :, b] -= square[:, k]
+            self.own[:, b, :, a] -= square[:, k]
+            self.right[:, a] += pull[:, k]
+            self.right[:, b] -= pull[:, k]
+
+    def feet(self, contact, floor: float, height: float, sliding: float) -> None:
+        """Standing ankles at the floor's height, and without horizontal motion."""
+        both = contact[1:] * contact[:-1] * sliding**2
+        for side, ankle in enumerate(_ANKLES):
+            self.own[:, ankle, 2, ankle, 2] += contact[:, side] * height**2
+            self.right[:, ankle, 2] += contact[:, side] * height**2 * floor
+            for axis in (0, 1):
+                self.own[:-1, ankle, axis, ankle, axis] += both[:, side]
+                self.own[1:, ankle, axis, ankle, axis] += both[:, side]
+                self.next[:, ankle, axis, ankle, axis] -= both[:, side]
+
+    def solve(self, covariance: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """Positions (frames, 15, 3), and on request each frame's covariance (frames, 45, 45)."""
+        n = 3 * len(MARKERS)
+        own, next_, second = (blocks.reshape(-1, n, n) for blocks in (self.own, self.next, self.second))
+        places, spread = solve(own, next_, second, self.right.reshape(-1, n), covariance)
+        return places.reshape(self.right.shape), spread
+
+    @staticmethod
+    def _add(blocks: np.ndarray, graph: np.ndarray) -> None:
+        """Add a coupling of markers (..., 15, 15) that is the same along each axis."""
+        for axis in range(3):
+            blocks[:, :, axis, :, axis] += graph
+
+
+def _about_pelvis(precision: np.ndarray) -> np.ndarray:
+    """Coupling (frames, 15, 15) of markers with the pelvis by precision (frames, 15)."""
+    precision = precision.copy()
+    precision[:, _PELVIS] = 0.0
+    graph = precision[:, :, None] * np.eye(len(MARKERS))
+    graph[:, :, _PELVIS] -= precision
+    graph[:, _PELVIS, :] -= precision
+    graph[:, _PELVIS, _PELVIS] += precision.sum(axis=1)
+    return graph

@@ -1,0 +1,134 @@
+"""People who turn, stop and hurry before cameras that stand and move, and what isn't anybody walking."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import from_height, markers
+from motionenv.lifting import fit_freely, lift
+from motionenv.lifting.free.lifter import heading_of, limb_lengths
+from motionenv.lifting.free.swaps import exchanged
+from motionenv.metrics import aligned_mpjpe, mpjpe, pelvis_mpjpe
+from motionenv.models.paths import Path
+from motionenv.models.synthesis import synthesize
+from motionenv.render.cameras import fit_view, look_at
+from motionenv.types import MARKERS, POSE, Markers, Motion, Points
+
+FPS = 30.0
+CIRCLE = Path.arc(1.6, 60.0)
+AT = {name: i for i, name in enumerate(POSE)}
+
+
+def walking(seconds: float = 6.0, **asked) -> np.ndarray:
+    motion = synthesize("walk/fpca", seconds, FPS, seed=4, **asked)
+    return markers(motion.poses, motion.skeleton)
+
+
+def seen(places: np.ndarray, camera, noise: float = 0.0) -> Points:
+    pixels = camera.project(places)[0] + noise * np.random.default_rng(0).standard_normal((*places.shape[:2], 2))
+    return Points(pixels, FPS, "px", truth=Markers(MARKERS, places, FPS))
+
+
+@pytest.fixture(scope="module")
+def circling():
+    places = walking(path=CIRCLE, speed=1.1)
+    return places, fit_view(places, 0.4, width=640, height=480, elevation=0.12)
+
+
+def test_somebody_who_walks_in_a_circle_is_lifted(circling):
+    places, camera = circling
+    lifted = lift(seen(places, camera, 1.0), camera=camera)
+    assert lifted.posterior is None
+    assert lifted.plausible
+    assert pelvis_mpjpe(lifted.positions, places).mean() < 0.045
+    assert mpjpe(lifted.positions, places).mean() < 0.15
+    off = lifted.heading - heading_of(places, FPS)
+    assert np.degrees(np.abs((off + np.pi) % (2 * np.pi) - np.pi)).mean() < 8
+    about = lambda p: p - p[:, [2]]
+    assert np.mean(np.abs(about(lifted.positions) - about(places)) < lifted.band) > 0.8
+    true = limb_lengths(places)
+    assert lifted.limb_lengths == pytest.approx(true, rel=0.2)
+    assert 0.5 < lifted.contact.mean() < 0.75
+    assert lifted.confidence.shape == (len(places), 15)
+    motion = lifted.motion()
+    assert mpjpe(markers(motion.poses, motion.skeleton), lifted.positions).mean() < 0.03
+
+
+def test_stops_and_starts(circling):
+    places = walking(path=CIRCLE, speed=[[0, 1.2], [2, 0], [3, 0], [5, 1.3]])
+    camera = circling[1]
+    lifted = lift(seen(places, camera), camera=camera)
+    assert pelvis_mpjpe(lifted.positions, places).mean() < 0.05
+    speed = np.linalg.norm(np.diff(lifted.positions[:, 2, :2], axis=0), axis=1) * FPS
+    assert speed[65:85].mean() < 0.4 < speed[:20].mean()
+
+
+def test_a_camera_that_moves_sees_the_same_world(circling):
+    places, _ = circling
+    cameras = [look_at((5 + 0.01 * i, 0.5, 1.4), (0, 1.5, 0.9)) for i in range(len(places))]
+    pixels = np.stack([camera.project(place)[0] for camera, place in zip(cameras, places, strict=True)])
+    lifted = lift(Points(pixels, FPS, "px"), camera=cameras)
+    assert pelvis_mpjpe(lifted.positions, places).mean() < 0.06
+    assert mpjpe(lifted.positions, places).mean() < 0.25
+
+
+def test_nothing_known_of_the_camera_costs_size_and_place_only(circling):
+    places, camera = circling
+    points = seen(places, camera)
+    level = lift(points, elevation=0.12)
+    assert aligned_mpjpe(level.positions, places).mean() < 0.045
+    guessed = lift(points, camera=camera.K, elevation=None)
+    assert aligned_mpjpe(guessed.positions, places).mean() < 0.05
+    assert guessed.free.unit_deviation > lift(points, camera=camera).free.unit_deviation
+
+
+def test_exchanged_sides_are_found(circling):
+    places, camera = circling
+    labels = np.zeros((len(places), 2), dtype=bool)
+    labels[40:60, 1] = labels[100:104] = True
+    points = seen(places, camera, 1.0)
+    mixed = Points(exchanged(points.positions, labels), FPS, "px")
+    lifted = lift(mixed, camera=camera)
+    assert (lifted.swapped == labels).mean() > 0.97
+    assert pelvis_mpjpe(lifted.positions, places).mean() < 0.05
+
+
+def test_long_sequences_are_fitted_in_overlapping_stretches():
+    places = walking(50.0, speed=1.0, path=CIRCLE)
+    camera = fit_view(places, 0.4, width=640, height=480, elevation=0.12)
+    found = fit_freely(seen(places, camera), camera)
+    assert np.linalg.norm(np.diff(found.positions, axis=0), axis=-1).max() < 0.35
+    assert pelvis_mpjpe(found.positions, places).mean() < 0.06
+
+
+def sitting() -> np.ndarray:
+    poses = np.zeros((90, len(POSE)))
+    for side in ("left", "right"):
+        poses[:, AT[f"{side}_hip_flexion"]] = poses[:, AT[f"{side}_knee_flexion"]] = 1.5
+    poses[:, 2] = 0.5
+    return markers(poses, from_height(1.75))
+
+
+def on_all_fours() -> np.ndarray:
+    t = np.arange(90) / FPS
+    poses = np.zeros((90, len(POSE)))
+    poses[:, AT["root_tilt"]], poses[:, 0], poses[:, 2] = 1.4, 1.2 * t, 0.7
+    for side, phase in (("left", 0.0), ("right", np.pi)):
+        swing = 2 * np.pi * 1.5 * t + phase
+        poses[:, AT[f"{side}_hip_flexion"]] = 1.4 + 0.4 * np.sin(swing)
+        poses[:, AT[f"{side}_shoulder_flexion"]] = 1.4 - 0.4 * np.sin(swing)
+    return markers(Motion(poses, from_height(1.75), FPS).poses, from_height(1.75))
+
+
+@pytest.mark.parametrize("what", ["all fours", "sitting", "noise"])
+def test_what_is_not_walking_is_told_and_has_no_bands(what, circling):
+    rng = np.random.default_rng(1)
+    places = {
+        "all fours": on_all_fours(),
+        "sitting": sitting(),
+        "noise": np.array([0, 0, 1.0]) + 0.3 * rng.standard_normal((90, 15, 3)),
+    }[what]
+    camera = fit_view(places, 0.5, width=640, height=480, elevation=0.1)
+    lifted = lift(seen(places, camera), camera=camera)
+    assert not lifted.plausible
+    assert lifted.unlike.mean() > 0.5
+    assert np.isnan(lifted.band[lifted.unlike]).all()

@@ -1,0 +1,86 @@
+"""The fit of all frames: exact where the rays are, faithful to bodies where they are not."""
+
+import numpy as np
+import pytest
+
+from motionenv.body import markers
+from motionenv.lifting.free.proposal import BODY_UNIT
+from motionenv.lifting.free.smoother import DEFAULTS, contacts, smooth
+from motionenv.models.synthesis import synthesize
+from motionenv.types import MARKERS
+
+FPS = 30.0
+MOTION = synthesize("walk/fpca", 3, FPS, seed=2)
+WORLD = markers(MOTION.poses, MOTION.skeleton)
+PLACES = (WORLD - [1.5, -5.0, 1.2]) / BODY_UNIT
+RAYS = PLACES / np.linalg.norm(PLACES, axis=-1, keepdims=True)
+POSTURE = PLACES - PLACES[:, [2]]
+SPREAD = np.full(RAYS.shape[:2], 0.1)
+STILL = np.zeros((len(RAYS), 3))
+
+
+def fitted(rays=RAYS, posture=POSTURE, precision=None):
+    return smooth(
+        rays, STILL, np.ones(SPREAD.shape) if precision is None else precision, posture, SPREAD, FPS, DEFAULTS
+    )
+
+
+def error(fit) -> float:
+    """Mean distance [mm] about the pelvis."""
+    about = (fit.places - fit.places[:, [2]] - POSTURE) * BODY_UNIT
+    return 1000 * float(np.linalg.norm(about, axis=-1).mean())
+
+
+def test_exact_rays_and_postures_give_the_motion():
+    fit = fitted()
+    assert error(fit) < 8
+    assert np.linalg.norm((fit.places - PLACES) * BODY_UNIT, axis=-1).max() < 0.06
+    assert (fit.deviations > 0).all()
+
+
+def test_rays_correct_proposals_and_proposals_fill_gaps():
+    rng = np.random.default_rng(0)
+    offset = POSTURE + 0.15 * rng.standard_normal((1, 15, 3)) * (np.arange(15) != 2)[:, None]
+    before = 1000 * BODY_UNIT * np.linalg.norm(offset - POSTURE, axis=-1).mean()
+    assert error(fitted(posture=offset)) < 0.6 * before
+    gaps = RAYS.copy()
+    gaps[30:50, MARKERS.index("left_wrist")] = np.nan
+    assert error(fitted(rays=gaps)) < 10
+
+
+def test_outliers_and_little_confidence_count_little():
+    rng = np.random.default_rng(1)
+    wild = RAYS.copy()
+    where = rng.uniform(size=RAYS.shape[:2]) < 0.05
+    wild[where] += 0.1 * rng.standard_normal((where.sum(), 3))
+    wild /= np.linalg.norm(wild, axis=-1, keepdims=True)
+    assert error(fitted(rays=wild)) < 15
+    fit = fitted(rays=wild)
+    assert fit.weights[where].mean() < 0.3 * fit.weights[~where].mean()
+    told = fitted(rays=wild, precision=np.where(where, 0.01, 1.0))
+    assert error(told) <= error(fit)
+
+
+def test_limbs_keep_their_lengths():
+    rng = np.random.default_rng(2)
+    noisy = RAYS + 0.004 * rng.standard_normal(RAYS.shape)
+    fit = fitted(rays=noisy / np.linalg.norm(noisy, axis=-1, keepdims=True))
+    knee, ankle = MARKERS.index("left_knee"), MARKERS.index("left_ankle")
+    lengths = np.linalg.norm(fit.places[:, knee] - fit.places[:, ankle], axis=-1)
+    assert lengths.std() / lengths.mean() < 0.04
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 8])
+def test_few_frames_will_do(frames):
+    part = slice(0, frames)
+    fit = smooth(RAYS[part], STILL[part], np.ones((frames, 15)), POSTURE[part], SPREAD[part], FPS, DEFAULTS)
+    assert np.isfinite(fit.places).all()
+
+
+def test_feet_stand_where_they_are_slow_and_low():
+    chance, floor = contacts(PLACES, FPS)
+    ankles = PLACES[:, [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")]]
+    speed = np.linalg.norm(np.gradient(ankles, axis=0), axis=-1) * FPS * BODY_UNIT
+    assert speed[chance > 0.5].mean() < 0.5 * speed[chance < 0.5].mean()
+    assert 0.5 < chance.mean(axis=0).max() < 0.8  # people stand on each foot for about 60 % of a stride
+    assert floor * BODY_UNIT + 1.2 == pytest.approx(np.quantile(WORLD[:, [13, 14], 2], 0.2), abs=0.03)
