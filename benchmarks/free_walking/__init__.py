@@ -1,0 +1,1 @@
+"""Lifting of people who move freely: training of its network, and its benchmark."""

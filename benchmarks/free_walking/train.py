@@ -1,0 +1,181 @@
+"""Train the lifting network.
+
+Run: python -m benchmarks.free_walking.train clips.npy --minutes 40 --out motionenv.lifting.free.posture_network.npz
+
+Clips come from `benchmarks.free_walking.clips`. In each step they are seen by new cameras, with noise, biased joints,
+outliers and gaps. The same seed gives the same sequence of batches; their number depends on the machine's speed.
+"""
+
+import argparse
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from motionenv.lifting.free.posture_network import DILATIONS, LEAST, features
+from motionenv.types import MARKERS
+
+_PELVIS = MARKERS.index("pelvis")
+_BATCH = 64
+_OTHER = [MARKERS.index(n.replace("left_", "right_") if "left_" in n else n.replace("right_", "left_"))
+          for n in MARKERS]  # fmt: skip
+_ARMS = [i for i, n in enumerate(MARKERS) if n.endswith(("shoulder", "elbow", "wrist"))]
+_LEGS = [i for i, n in enumerate(MARKERS) if n.endswith(("hip", "knee", "ankle"))]
+
+
+class Network(torch.nn.Module):
+    """`motionenv.lifting.free.posture_network.PostureNetwork` in PyTorch."""
+
+    def __init__(self, inputs: int, channels: int = 192):
+        super().__init__()
+        conv = torch.nn.Conv1d
+        self.first = conv(inputs, channels, 3, padding=1)
+        self.wide = torch.nn.ModuleList([conv(channels, channels, 3, padding=d, dilation=d) for d in DILATIONS])
+        self.narrow = torch.nn.ModuleList([conv(channels, channels, 1) for _ in DILATIONS])
+        self.last = conv(channels, 4 * len(MARKERS), 1)
+
+    def forward(self, values):
+        """Postures (clips, frames, 15, 3) and deviations (clips, frames, 15)."""
+        hidden = torch.nn.functional.silu(self.first(values.transpose(1, 2)))
+        for wide, narrow in zip(self.wide, self.narrow, strict=True):
+            hidden = hidden + narrow(torch.nn.functional.silu(wide(hidden)))
+        out = self.last(hidden).transpose(1, 2)
+        count = 3 * len(MARKERS)
+        return out[..., :count].unflatten(-1, (-1, 3)), torch.nn.functional.softplus(out[..., count:]) + LEAST
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Weights as the library stores them."""
+        layers = {"in": self.first, "out": self.last}
+        layers |= {f"wide{i}": layer for i, layer in enumerate(self.wide)}
+        layers |= {f"narrow{i}": layer for i, layer in enumerate(self.narrow)}
+        out = {}
+        for name, layer in layers.items():
+            out[name] = layer.weight.detach().numpy().astype(np.float16)
+            out[f"{name}_bias"] = layer.bias.detach().numpy().astype(np.float16)
+        return out
+
+
+def batch(clips: np.ndarray, rng: np.random.Generator, size: int = _BATCH, damage: bool = True):
+    """Features, target postures, which frames count, and sizes [m] of `size` clips before random cameras."""
+    places = clips[rng.integers(len(clips), size=size)].astype(np.float64)
+    there = np.isfinite(places[..., 0, 0])
+    camera = _cameras(places, there, rng)
+    off = places - camera[:, None, None]
+    level = np.hypot(off[..., 0], off[..., 1])
+    near = np.nanmin(level, axis=(1, 2)) < 1.0
+    middle = np.nanmean(off[:, :, _PELVIS, :2], axis=1)
+    towards = np.arctan2(middle[:, 1], middle[:, 0])
+    azimuth = np.arctan2(off[..., 1], off[..., 0]) - towards[:, None, None]
+    directions = np.stack([(azimuth + math.pi) % (2 * math.pi) - math.pi, np.arctan2(off[..., 2], level)], axis=-1)
+    seen = np.repeat(there[..., None], len(MARKERS), axis=2)
+    if damage:
+        directions, seen = _damaged(directions, seen, 1.7 / np.hypot(*middle.T), rng)
+    made = features(directions, seen)
+    posture = places - places[:, :, [_PELVIS]]
+    angle = -(made.azimuth + towards)
+    c, s = np.cos(angle)[:, None, None], np.sin(angle)[:, None, None]
+    x, y, z = np.moveaxis(posture, -1, 0)
+    target = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    spread = np.sqrt(((target - target.mean(axis=2, keepdims=True)) ** 2).sum(axis=(2, 3)) / len(MARKERS))
+    sizes = np.nanmean(spread, axis=1)
+    target = np.nan_to_num(target / sizes[:, None, None, None])
+    return made.values, target.astype(np.float32), there & ~near[:, None], sizes
+
+
+def _cameras(places, there, rng) -> np.ndarray:
+    """Camera positions (size, 3) [m] around the clips."""
+    middle = np.nanmean(places[:, :, _PELVIS, :2], axis=1)
+    size = len(places)
+    angle, distance = rng.uniform(0, 2 * math.pi, size), np.exp(rng.uniform(math.log(2.5), math.log(15), size))
+    height = np.where(rng.uniform(size=size) < 0.8, rng.uniform(0.3, 2.5, size), rng.uniform(0, 0.6, size) * distance)
+    return np.column_stack([middle + distance[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]), height])
+
+
+def _damaged(directions, seen, person, rng):
+    """Directions with errors of a camera and a detector, and what is still seen; `person` is a body's angle [rad]."""
+    size, frames, count = seen.shape
+    each = person[:, None, None, None]
+    some = lambda share: rng.uniform(size=(size, 1, 1, 1)) < share
+    middle = np.nanmean(np.where(seen[..., None], directions, np.nan), axis=(1, 2), keepdims=True)
+    focal = np.exp(0.1 * rng.normal(size=(size, 1, 1, 1)) * some(0.3))
+    directions = middle * [1, 0] * focal + (directions - middle * [1, 0]) * focal
+    directions = directions + [0, 0.03] * rng.normal(size=(size, 1, 1, 1)) * some(0.3)  # pitch
+    noise = rng.uniform(size=(size, 1, 1, 1)) ** 2 * 0.03 * each
+    directions = directions + noise * rng.standard_normal(directions.shape)
+    bias = 0.015 * each * rng.uniform(size=(size, 1, 1, 1))
+    directions = directions + bias * rng.standard_normal((size, 1, count, 2))
+    wild = rng.uniform(size=seen.shape) < 0.02 * rng.uniform(size=(size, 1, 1))
+    directions = directions + 0.25 * each * wild[..., None] * rng.standard_normal(directions.shape)
+    seen = seen & ~(rng.uniform(size=seen.shape) < (0.5 * rng.uniform(size=(size, 1, 1)) ** 2) * some(0.6)[..., 0])
+    time_ = np.arange(frames)
+    for _ in range(5):  # bursts of one joint
+        begin, length = rng.integers(frames, size=size), rng.integers(3, 18, size)
+        gone = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & some(0.5)[:, 0, :, 0]
+        seen[np.arange(size), :, rng.integers(count, size=size)] &= ~gone
+    for group in (_ARMS, _LEGS, _ARMS + _LEGS):  # left and right confused for a while
+        begin, length = rng.integers(frames, size=size), rng.integers(1, 20, size)
+        mixed = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & some(0.12)[:, 0, :, 0]
+        exchanged = np.arange(count)
+        exchanged[group] = [_OTHER[i] for i in group]
+        directions = np.where(mixed[..., None, None], directions[:, :, exchanged], directions)
+        seen = np.where(mixed[..., None], seen[:, :, exchanged], seen)
+    never = rng.integers(count, size=size)
+    seen[np.arange(size), :, never] &= ~some(0.15)[:, 0, :, 0]
+    begin, length = rng.integers(frames, size=size), rng.integers(2, 10, size)
+    gone = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & some(0.2)[:, 0, :, 0]
+    return directions, seen & ~gone[..., None]
+
+
+def loss_of(posture, deviation, target, counts):
+    """Laplace's negative log-likelihood, distance and velocity, averaged over what counts."""
+    weight = counts[..., None] / (counts.sum() * posture.shape[2])
+    apart = ((posture - target) ** 2).sum(-1).clamp(min=1e-8).sqrt()
+    likely = ((apart / deviation + 2 * torch.log(deviation)) * weight).sum()
+    speed = ((posture[:, 1:] - posture[:, :-1]) - (target[:, 1:] - target[:, :-1])).norm(dim=-1)
+    both = weight[:, 1:] * counts[:, :-1, None]
+    return likely + 4 * (apart * weight).sum() + 2 * (speed * both).sum(), apart
+
+
+def main() -> None:
+    """Train on clips, report errors on the last 300 of them, and write the weights."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("clips", type=Path, nargs="+")
+    parser.add_argument("--minutes", type=float, default=40.0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, required=True)
+    asked = parser.parse_args()
+    torch.set_num_threads(1)
+    torch.manual_seed(asked.seed)
+    clips = np.concatenate([np.load(path) for path in asked.clips])
+    order = np.random.default_rng(asked.seed).permutation(len(clips))
+    held, train = clips[order[:300]], clips[order[300:]]
+    rng = np.random.default_rng(asked.seed)
+    network = Network(batch(train, rng, 1)[0].shape[-1])
+    optimiser = torch.optim.AdamW(network.parameters(), 1e-3, weight_decay=1e-4)
+    begun, step, errors = time.time(), 0, []
+    while (share := (time.time() - begun) / (60 * asked.minutes)) < 1:
+        for group in optimiser.param_groups:
+            group["lr"] = 1.5e-3 * min(1.0, (step + 1) / 200) * 0.5 * (1 + math.cos(math.pi * share)) + 1e-5
+        values, target, counts, sizes = batch(train, rng)
+        loss, apart = loss_of(*network(torch.from_numpy(values)), torch.from_numpy(target), torch.from_numpy(counts))
+        optimiser.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+        optimiser.step()
+        step += 1
+        errors.append(1000 * float((apart.detach().numpy().mean(-1) * sizes[:, None])[counts].mean()))
+        if step % 500 == 0:
+            print(f"{step} steps, {60 * asked.minutes * share:.0f} s: {np.mean(errors[-500:]):.1f} mm", flush=True)
+    for damage in (False, True):
+        values, target, counts, sizes = batch(held, np.random.default_rng(5), 600, damage)
+        with torch.no_grad():
+            posture, _ = network(torch.from_numpy(values))
+        apart = np.linalg.norm(posture.numpy() - target, axis=-1).mean(-1) * sizes[:, None]
+        print(f"{'damaged' if damage else 'clean'}: {1000 * apart[counts].mean():.1f} mm on clips left out")
+    np.savez(asked.out, **network.arrays())
+
+
+if __name__ == "__main__":
+    main()
