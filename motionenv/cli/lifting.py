@@ -10,19 +10,26 @@ import typer
 from motionenv._core.files import atomic_write
 from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_size, parsed_view
 from motionenv.errors import MotionError
+from motionenv.types import MARKERS
 
 _POINTS = {".json", ".csv"}
+_PELVIS = MARKERS.index("pelvis")
 _PICTURES = {".png", ".pdf", ".svg"}
 
 
 def lift(
-    points: Annotated[Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), or 3D capture.")],
+    points: Annotated[
+        Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), or 3D capture.")
+    ],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
     scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,
     project: Annotated[str | None, typer.Option(help="For 3D capture: the view to project it to.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Plot of the estimate (.png, .pdf, .svg).")] = None,
+    camera: Annotated[Path | None, typer.Option(help="Calibrated camera (.json, .toml); by default guessed.")] = None,
+    which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
+    method: Annotated[str, typer.Option(help="steady: a straight walk; free: any; auto: the evidence tells.")] = "auto",
     prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
     person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
@@ -30,10 +37,11 @@ def lift(
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
-    """Lift a walk from the 2D points of one camera to 3D, from any view.
+    """Lift people who walk, turn or run from the 2D points of one camera to 3D.
 
-    Capture (.amc, .bvh, .c3d, .trc) is projected first, and the result compared with it.
-    Example: motionenv lift points.csv --view unknown --out walk.npz --plot walk.png
+    Points in metres, or with --view or --scale, show a straight walk. Capture (.amc, .bvh, .c3d, .trc) is projected
+    first, and the result compared with it.
+    Example: motionenv lift keypoints.json --fps 30 --camera camera.toml --out walk.bvh --plot walk.png
     """
     from motionenv.lifting import lift as lift_points
     from motionenv.mocap import write
@@ -47,9 +55,12 @@ def lift(
             check_folder(path)
     alpha = None if view == "unknown" else parsed_view(view)
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
+    known = _camera(camera, which)
     loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting"):
-        lifted = lift_points(loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale)
+        lifted = lift_points(
+            loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale, method=method, **known
+        )
         motion = lifted.motion()
     write(motion, out)
     typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:.2f} s at {motion.fps:g} fps")
@@ -61,6 +72,17 @@ def lift(
         with atomic_write(plot) as temporary:
             lifted_walk(lifted).savefig(temporary, dpi=130)
         typer.echo(f"{plot}  points and depth, with 90 % bands")
+
+
+def _camera(path: Path | None, which: str | None) -> dict:
+    """The arguments `camera` and `distortion` of `lift`."""
+    from motionenv.render.camera_files import read_camera, read_distortion
+
+    if path is None:
+        if which is not None:
+            raise MotionError("--which needs --camera")
+        return {}
+    return {"camera": read_camera(path, which), "distortion": read_distortion(path, which)}
 
 
 def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detector: dict):
@@ -100,17 +122,35 @@ def _parsed_elevation(text: str) -> float | None:
 
 def _report(lifted) -> list[str]:
     """Summary of the result."""
-    from motionenv.lifting import MISFIT_LIMIT
-    from motionenv.lifting.posterior import BAND
     from motionenv.metrics import pelvis_mpjpe
 
-    found, points = lifted.posterior, lifted.points
-    degrees = math.degrees(found.alpha)
+    lines = _free_motion(lifted) if lifted.posterior is None else _steady_walk(lifted)
+    lines.append(f"joints ± {1000 * float(np.nanmean(lifted.band)):.0f} mm per axis (90 %), on average")
+    if not lifted.plausible:
+        lines.append(
+            f"warning: this is unlike the people learned from (misfit {lifted.misfit:.1f}), so uncertainties don't "
+            "hold: check that it shows somebody who walks or runs, and the view, scale or camera if you gave one"
+        )
+    if lifted.swapped.any():
+        lines.append(
+            f"left and right were swapped in {int(lifted.swapped.any(axis=1).sum())} frames, which was corrected"
+        )
+    if lifted.points.truth is not None:
+        errors = 1000 * pelvis_mpjpe(lifted.positions, lifted.points.truth.positions)
+        if (known := np.isfinite(errors)).any():
+            lines.append(f"error against the truth: {errors[known].mean():.0f} mm per known joint, pelvis-aligned")
+    return lines
+
+
+def _steady_walk(lifted) -> list[str]:
+    """View and pace of a straight walk."""
+    from motionenv.lifting.posterior import BAND
+
+    found = lifted.posterior
     sure = BAND * math.degrees(found.standard_deviation("alpha"))
     lines = [
-        f"view {degrees:.1f} ± {sure:.1f} degrees (90 %), elevation {math.degrees(found.elevation):.1f}; "
-        f"{found.frequency:.3f} strides per second, {lifted.walker.speed:.2f} m/s",
-        f"joints ± {1000 * float(lifted.band.mean()):.0f} mm per axis (90 %), on average",
+        f"a straight walk; view {math.degrees(found.alpha):.1f} ± {sure:.1f} degrees (90 %), elevation "
+        f"{math.degrees(found.elevation):.1f}; {found.frequency:.3f} strides per second, {lifted.walker.speed:.2f} m/s"
     ]
     for other in lifted.others:
         lines.append(f"or: view {math.degrees(other.alpha):.0f} degrees, with probability {other.probability:.0%}")
@@ -119,18 +159,21 @@ def _report(lifted) -> list[str]:
             f"warning: the points contradict --view and fit {math.degrees(lifted.contradiction.alpha):.0f} degrees: "
             "correct --view, or the left and right labels"
         )
-    if not lifted.plausible:
+    return lines
+
+
+def _free_motion(lifted) -> list[str]:
+    """Directions, pace and doubtful stretches of a motion."""
+    fps, size = lifted.points.fps, lifted.free.unit_deviation
+    way = np.diff(lifted.positions[:, _PELVIS, :2], axis=0)
+    heading = np.degrees(lifted.heading)
+    lines = [
+        f"free motion; the body turns by {np.ptp(heading):.0f} degrees, mean speed "
+        f"{np.linalg.norm(way, axis=1).mean() * fps if len(way) else 0:.2f} m/s; all sizes ± {1.645 * size:.0%}"
+    ]
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], lifted.unlike, [0]])))
+    for first, end in edges.reshape(-1, 2):
         lines.append(
-            f"warning: this walk is unlike those of the prior (misfit {lifted.misfit:.1f}, usually below "
-            f"{MISFIT_LIMIT:g}), so the uncertainties above are invalid: check that it goes straight ahead at a steady "
-            "pace, and the view, scale or camera if you gave one"
+            f"{first / fps:.1f} to {end / fps:.1f} s: postures unlike people who walk, turn or run; no bands there"
         )
-    if lifted.swapped.any():
-        lines.append(
-            f"left and right were swapped in {int(lifted.swapped.any(axis=1).sum())} frames, which was corrected"
-        )
-    if points.truth is not None:
-        errors = 1000 * pelvis_mpjpe(found.positions, points.truth.positions)
-        if (known := np.isfinite(errors)).any():
-            lines.append(f"error against the truth: {errors[known].mean():.0f} mm per known joint, pelvis-aligned")
     return lines

@@ -16,28 +16,48 @@ if TYPE_CHECKING:  # imported on use: together they take longer than most reques
 
 @dataclass(frozen=True, eq=False)
 class LiftedPoints:
-    """A walk in three dimensions: what the service tells of a `motionenv.lifting.Lifted`.
+    """Motion in three dimensions: what the service tells of a `motionenv.lifting.Lifted`.
 
     Attributes:
-        markers: (frames, 15, 3) [m], x forward, y left, z up.
-        band: (frames, 15, 3) [m]: positions ± this hold 90 % of the truths, of a plausible walk.
-        poses: (frames, 25) [m, rad] of the body that walks so.
+        markers: (frames, 15, 3) [m], z up; a steady walk goes along x.
+        band: (frames, 15, 3) [m]: positions ± this hold 90 % of the truths; NaN in frames `unlike`.
+        heading: (frames,) [rad] where the body faces, from x towards y.
+        contact: (frames, 2) probability that the left and right foot stand.
+        poses: (frames, 25) [m, rad] of the body that moves so.
         height: of that body [m].
+        misfit: how unlike the people learned from this is.
+        plausible: whether it is like them.
+        unlike: (frames,) whether a frame shows something else than walking, turning or running.
+        swapped: (frames, 2) where left and right of arms and of legs were exchanged.
+        steady: view and pace of a straight, steady walk; None for other motion.
+    """
+
+    markers: Markers
+    band: np.ndarray
+    heading: np.ndarray
+    contact: np.ndarray
+    poses: np.ndarray
+    height: float
+    misfit: float
+    plausible: bool
+    unlike: np.ndarray
+    swapped: np.ndarray
+    steady: "SteadyWalk | None"
+
+
+@dataclass(frozen=True)
+class SteadyWalk:
+    """View and pace of a straight, steady walk.
+
+    Attributes:
         alpha, alpha_deviation: view angle [rad] and its standard deviation.
         elevation: by how much the camera looks down [rad].
         others: other views that the points leave possible, most probable first.
         contradiction: the view that the points suggest, where the given one is impossible.
         frequency: strides per second [Hz].
         speed: [m/s].
-        misfit: how unlike the walks of the prior it is.
-        plausible: whether it is like them.
-        swapped: (frames, 2) where left and right of arms and of legs were exchanged.
     """
 
-    markers: Markers
-    band: np.ndarray
-    poses: np.ndarray
-    height: float
     alpha: float
     alpha_deviation: float
     elevation: float
@@ -45,9 +65,6 @@ class LiftedPoints:
     contradiction: "OtherView | None"
     frequency: float
     speed: float
-    misfit: float
-    plausible: bool
-    swapped: np.ndarray
 
 
 def samples(response: Mapping[str, Any]) -> "Samples":
@@ -59,15 +76,25 @@ def samples(response: Mapping[str, Any]) -> "Samples":
 
 
 def lifted(response: Mapping[str, Any]) -> LiftedPoints:
-    """The walk in a `LiftResponse` of the service."""
-    contradiction = response["contradiction"]
+    """The motion in a `LiftResponse` of the service."""
     return LiftedPoints(
         markers=Markers(tuple(response["markers"]), np.array(response["positions"]), response["fps"]),
-        band=np.array(response["band"]), poses=np.array(response["poses"]), alpha=math.radians(response["view"]),
-        alpha_deviation=math.radians(response["view_deviation"]), elevation=math.radians(response["elevation"]),
-        others=tuple(map(_view, response["others"])),
-        contradiction=None if contradiction is None else _view(contradiction), swapped=np.array(response["swapped"]),
-        **{name: response[name] for name in ("height", "frequency", "speed", "misfit", "plausible")},
+        band=np.array(response["band"], dtype=float), heading=np.radians(response["heading"]),
+        contact=np.array(response["contact"]), poses=np.array(response["poses"]), height=response["height"],
+        misfit=response["misfit"], plausible=response["plausible"], unlike=np.array(response["unlike"]),
+        swapped=np.array(response["swapped"]), steady=_steady(response["steady"]),
+    )  # fmt: skip
+
+
+def _steady(response: Mapping[str, Any] | None) -> SteadyWalk | None:
+    if response is None:
+        return None
+    contradiction = response["contradiction"]
+    return SteadyWalk(
+        alpha=math.radians(response["view"]), alpha_deviation=math.radians(response["view_deviation"]),
+        elevation=math.radians(response["elevation"]), others=tuple(map(_view, response["others"])),
+        contradiction=None if contradiction is None else _view(contradiction), frequency=response["frequency"],
+        speed=response["speed"],
     )  # fmt: skip
 
 

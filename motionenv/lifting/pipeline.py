@@ -1,18 +1,24 @@
-"""The lifting pipeline from 2D points to a 3D walk, as `motionenv lift` runs it."""
+"""The lifting pipeline from 2D points to motion in 3D, as `motionenv lift` runs it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from numbers import Real
 
 import numpy as np
+from scipy import ndimage
+from scipy.stats import chi
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
+from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading_of, limb_lengths
+from motionenv.lifting.free.proposal import BODY_UNIT
+from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
 from motionenv.lifting.refinement import Start, refine
-from motionenv.lifting.validation import check_points, check_series, unswapped
+from motionenv.lifting.validation import LONGEST, check_points, check_series, check_strides, swapped_back, unswapped
 from motionenv.lifting.views.unknown_view import ELEVATIONS, Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait
@@ -25,9 +31,11 @@ _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
 #: Log-odds above which the points contradict a given view. On six CMU walks the true view has less than 1, a view 10
 #: degrees off 9 to 160, 30 degrees off more than 100, and swapped sides (view angles from 10 degrees) at least 68.
 _CONTRADICTED = 50.0
-#: Misfit above which a walk is outside the prior's population: the 99 % quantile of people left out.
-#: `motionenv bench lifting.misfit` chooses it on ten people for the eleventh: 1.7 % are false alarms.
-MISFIT_LIMIT = 1.2
+#: By how much the mean heading of a second may change before a steady walk isn't tried. With a guessed camera, straight
+#: walks seem to turn by up to 40 degrees; turning ones that are tried are told by what they leave unexplained.
+_STRAIGHT = math.radians(60)
+_UNEXPLAINED = 0.02  # [m] most that a steady walker may leave unexplained of the motion
+_CLOSE = 0.05  # [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,70 +49,125 @@ class OtherView:
 
 @dataclass(frozen=True, eq=False)
 class Lifted:
-    """A 3D walk with its uncertainty.
+    """A person's motion in 3D with its uncertainty.
+
+    A straight, steady walk is a Fourier walker with a view (`posterior`, paper B); any other motion is fitted frame by
+    frame (`free`). One of the two is None.
 
     Attributes:
-        posterior: walker, view and path, with their covariance.
-        series: the 2D Fourier series from which refinement started.
-        others: alternative views, most probable first.
-        swapped: (frames, 2) where left and right of arms and legs were swapped in the input.
         points: the lifted points, with swaps corrected.
+        swapped: (frames, 2) where left and right of arms and legs were swapped in the input.
+        posterior: walker, view and path, with their covariance.
+        series: the 2D Fourier series from which the posterior's refinement started.
+        others: alternative views, most probable first.
         contradiction: set if the given view contradicts the points: the view that fits them. Either the given view is
             wrong, or, if the two have opposite signs, left and right are swapped throughout. `band` is then invalid.
+        free: positions, contacts and weights of a motion that isn't a steady walk.
 
     Bands and deviations were calibrated on held-out people of the CMU data. Data sets that define joint centres in
     another way bias them: the view by some degrees.
     """
 
-    posterior: WalkPosterior
-    series: Series
-    others: tuple[OtherView, ...]
-    swapped: np.ndarray
     points: Points
-    contradiction: OtherView | None
+    swapped: np.ndarray
+    posterior: WalkPosterior | None = None
+    series: Series | None = None
+    others: tuple[OtherView, ...] = ()
+    contradiction: OtherView | None = None
+    free: FreeFit | None = None
 
     @property
     def misfit(self) -> float:
-        """`WalkPosterior.misfit`: how far the walk is from the prior's people; above `MISFIT_LIMIT` too far."""
-        return self.posterior.misfit
+        """How far the motion is from the people learned from: `WalkPosterior.misfit`, or `FreeFit.misfit`."""
+        return self._fit.misfit
 
     @property
     def plausible(self) -> bool:
-        """Whether the fit converged to a walk like those that the prior was fitted to; else `band` is invalid."""
-        return self.posterior.converged and self.misfit <= MISFIT_LIMIT
+        """Whether this is a motion like those learned from; else `band` is invalid."""
+        return self._fit.plausible
 
-    @cached_property
-    def walker(self) -> FourierWalker:
-        """The walk as a Fourier series, with phase 0 as defined in `fourier_series`, not at the first frame."""
-        found = self.posterior
-        stride = gait(found.coefficients).stride_length
-        return FourierWalker(found.coefficients, found.frequency, stride * found.frequency, name=self.points.name)
+    @property
+    def positions(self) -> np.ndarray:
+        """Marker positions (frames, 15, 3) [m] in the frame of `WalkPosterior.positions` or `FreeFit.positions`."""
+        return self._fit.positions
+
+    @property
+    def unlike(self) -> np.ndarray:
+        """Frames (frames,) that show something else than what was learned from: sitting, an animal, noise."""
+        if self.free is not None:
+            return self.free.surprise > SURPRISE
+        return np.full(len(self.positions), not self.plausible)
 
     @property
     def band(self) -> np.ndarray:
-        """(frames, 15, 3) [m]: `positions` ± band covers 90 % of true positions, for people like those in the prior."""
-        return BAND * self.posterior.deviations
+        """(frames, 15, 3) [m]: `positions` about the pelvis ± band cover 90 % of true ones; NaN in frames `unlike`."""
+        return np.where(self.unlike[:, None, None], np.nan, BAND * self._fit.deviations)
+
+    @property
+    def heading(self) -> np.ndarray:
+        """Direction in which the body faces (frames,) [rad], about z from x."""
+        if self.posterior is not None:
+            return np.full(len(self.positions), self.posterior.heading)
+        return heading_of(self.positions, self.points.fps)
+
+    @property
+    def contact(self) -> np.ndarray:
+        """Probability (frames, 2) that the left and right foot stand."""
+        if self.free is not None:
+            return self.free.contact
+        return contacts(self.markers().positions / BODY_UNIT, self.points.fps)[0]
+
+    @property
+    def confidence(self) -> np.ndarray:
+        """Probability (frames, 15) that a marker is within 50 mm of its true place about the pelvis."""
+        deviation = np.sqrt((self._fit.deviations**2).mean(axis=-1))
+        return chi.cdf(_CLOSE / np.maximum(deviation, 1e-9), 3)
+
+    @property
+    def limb_lengths(self) -> dict[str, float]:
+        """Lengths [m] of the person's limbs, the median over time and the mean of both sides."""
+        return limb_lengths(self.positions)
+
+    @cached_property
+    def walker(self) -> FourierWalker:
+        """The walk as a Fourier series, with phase 0 as defined in `fourier_series`, not at the first frame.
+
+        Raises:
+            MotionError: the motion isn't a steady walk.
+        """
+        found = self.posterior
+        if found is None:
+            raise MotionError("only a straight, steady walk is a Fourier walker: use markers() or motion()")
+        stride = gait(found.coefficients).stride_length
+        return FourierWalker(found.coefficients, found.frequency, stride * found.frequency, name=self.points.name)
 
     def markers(self) -> Markers:
         """The 15 markers (frames, 15, 3) [m], one frame per frame of the points.
 
-        Without a camera the walker starts at the origin and walks along x; the distance follows from the stance foot,
-        because an orthographic image does not show it. With a camera, positions are in the camera's world.
+        With a camera, positions are in the camera's world. Without one, a steady walker starts at the origin and goes
+        along x; the distance follows from the stance foot, because an orthographic image does not show it.
         """
         found = self.posterior
-        if found.camera is not None:
-            return Markers(MARKERS, found.positions, self.points.fps, name=self.points.name)
+        if found is None or found.camera is not None:
+            return Markers(MARKERS, self.positions, self.points.fps, name=self.points.name)
         positions = gait(found.coefficients).positions(found.phases)
         return Markers(MARKERS, positions, self.points.fps, name=self.points.name)
 
     def motion(self) -> Motion:
-        """Joint angles of the cylinder body that follow `markers`, with the walker's limb lengths."""
+        """Joint angles of the cylinder body that follow `markers`, with the person's limb lengths."""
         found = self.posterior
-        if found.camera is None:
+        if found is not None and found.camera is None:
             return gait(found.coefficients).motion(found.phases, self.points.fps, name=self.points.name)
-        nodes = np.concatenate([found.positions, found.positions[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
+        places = self.positions
+        nodes = np.concatenate([places, places[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
         skeleton = fit_skeleton(nodes)
         return Motion(fit_poses(nodes, skeleton, self.points.fps), skeleton, self.points.fps, self.points.name)
+
+    @property
+    def _fit(self) -> WalkPosterior | FreeFit:
+        fit = self.free if self.posterior is None else self.posterior
+        assert fit is not None
+        return fit
 
 
 def lift(
@@ -114,37 +177,79 @@ def lift(
     prior: WalkerPrior | str = "walk/prior",
     elevation: float | None = 0.0,
     scale: float | None = None,
-    camera: Camera | None = None,
+    camera: Camera | Sequence[Camera] | np.ndarray | None = None,
+    distortion: Sequence[float] | None = None,
     robust: bool = True,
+    method: str = "auto",
 ) -> Lifted:
-    """Reconstruct the 3D walk and the view from the 2D points of one camera, with uncertainties.
+    """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
-    The prior fills missing points and missing markers. Orthographic points determine all angles except those that a
-    symmetric walker leaves ambiguous (see `Lifted.others`). Swapping left and right throughout is equivalent to a view
-    from the other side; it is detected only if `alpha` is given (see `Lifted.contradiction`).
+    Points in pixels may show anybody who walks, turns, stops, steps aside or runs: they are fitted freely, and if that
+    shows a straight walk, by the steady walker too, which is kept if it explains the points. Points in metres, and
+    those whose view or scale is given, are orthographic, and lifted as a steady walk.
+
+    Missing points and markers are filled. Orthographic points determine all angles except those that a symmetric walker
+    leaves ambiguous (see `Lifted.others`). Swapping left and right throughout is equivalent to a view from the other
+    side; it is detected only if `alpha` is given (see `Lifted.contradiction`).
 
     Args:
-        points: one person walking straight ahead at a steady pace, at least 1.5 strides.
-        alpha: view angle [rad], see `motionenv.lifting.view_geometry`; None estimates it over the full circle.
-        prior: a `WalkerPrior`, or its name or path.
-        elevation: angle [rad] by which the camera looks down; None estimates it. Ignored if `camera` is given.
-        scale: pixels per metre at the walker; None estimates it. Must be None for points in metres.
-        camera: pinhole camera with its pose in a world whose ground is z = 0; enables perspective.
-        robust: whether to weight outliers down.
+        points: one person.
+        alpha: view angle [rad] of a steady walk, see `motionenv.lifting.view_geometry`; None estimates it.
+        prior: a `WalkerPrior`, or its name or path, for steady walks.
+        elevation: angle [rad] by which the camera looks down; None estimates it. Ignored if `camera` has a pose.
+        scale: pixels per metre at a steady walker; None estimates it. Must be None for points in metres.
+        camera: pinhole camera with its pose in a world whose ground is z = 0, or one for each frame if it moves; its
+            intrinsics (3, 3) [pixels] if the pose isn't known. None guesses intrinsics from the points.
+        distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
+        robust: whether outliers of a steady walk are weighted down.
+        method: "steady", "free", or "auto" as told above.
 
     Raises:
-        MotionError: incompatible units, arguments or points; a motion that is not periodic.
-        GapError: fewer than 1.5 strides, or too few points.
+        MotionError: incompatible units, arguments or points; for a steady walk, a motion that is not periodic.
+        GapError: too few points, or for a steady walk fewer than 1.5 strides.
     """
     model = load(prior) if isinstance(prior, str) else prior
     if not isinstance(model, WalkerPrior):
         raise MotionError(f"prior must be a WalkerPrior such as walk/prior, got {type(model).__name__}")
+    if method not in ("auto", "steady", "free"):
+        raise MotionError(f'method must be "auto", "steady" or "free", got {method!r}')
     _check(points, alpha, elevation, scale, camera)
+    parallel = points.unit == "m" or alpha is not None or scale is not None
+    if method == "free" and parallel:
+        raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
     check_points(points, scale)
+    if method == "steady" or (method == "auto" and parallel):
+        return _steady(model, points, alpha, elevation, scale, camera, robust)
+    free = fit_freely(points, camera, distortion=distortion, elevation=elevation)
+    lifted = Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
+    if method == "auto" and distortion is None and _may_be_steady(lifted, camera):
+        try:
+            steady = _steady(model, points, alpha, elevation, scale, camera, robust)
+        except MotionError:  # not periodic, or too short: it stays free
+            return lifted
+        if steady.plausible and steady.posterior.deviation.mean() < _UNEXPLAINED:
+            return steady
+    return lifted
+
+
+def _may_be_steady(lifted: Lifted, camera) -> bool:
+    """Whether a person goes straight ahead, before one standing camera, for as long as a steady walk may last."""
+    if len(lifted.positions) > LONGEST or not (camera is None or isinstance(camera, Camera)):
+        return False
+    fps = lifted.points.fps
+    mean = ndimage.uniform_filter1d(lifted.heading, max(1, round(fps)), mode="nearest")
+    return float(np.ptp(mean)) < _STRAIGHT
+
+
+def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, camera, robust: bool) -> Lifted:
+    """Lift a straight and steady walk: Fourier series, view, and refinement on the points."""
+    check_strides(points)
     points, swapped = unswapped(points)
     series = fourier_points(points)
     check_series(series)
     if camera is not None:
+        if not isinstance(camera, Camera):
+            raise MotionError('a steady walk needs one standing camera with its pose: omit camera, or method="steady"')
         elevation = float(-np.arcsin(np.clip(camera.R[2, 2], -1, 1)))
     best_views = partial(
         find_view,
@@ -162,7 +267,7 @@ def lift(
     if points.unit == "m" or camera is not None:
         unknown = [name for name in unknown if name != "scale"]
     found = refine(model, points, _start(model, views, series), camera=camera, unknown=tuple(unknown), robust=robust)
-    return Lifted(found, series, _others(views), swapped, points, _contradiction(views, free))
+    return Lifted(points, swapped, found, series, _others(views), _contradiction(views, free))
 
 
 def _check(points, alpha, elevation, scale, camera) -> None:
@@ -171,8 +276,8 @@ def _check(points, alpha, elevation, scale, camera) -> None:
     for name, given in (("alpha", alpha), ("elevation", elevation), ("scale", scale)):
         if given is not None and not (isinstance(given, Real) and math.isfinite(given)):
             raise MotionError(f"{name} must be a finite number, or None if it is unknown; got {given!r}")
-    if camera is not None and not isinstance(camera, Camera):
-        raise MotionError(f"camera must be a Camera or None, got {type(camera).__name__}")
+    if not (camera is None or isinstance(camera, Camera | np.ndarray | list | tuple)):
+        raise MotionError(f"camera must be a Camera, one per frame, intrinsics or None, got {type(camera).__name__}")
     if elevation is not None and not ELEVATIONS[0] <= elevation <= ELEVATIONS[1]:
         low, high = np.degrees(ELEVATIONS)
         raise MotionError(f"elevation must be from {low:g} to {high:g} degrees, got {np.degrees(elevation):g}")

@@ -23,18 +23,18 @@ _PELVIS = MARKERS.index("pelvis")
 
 
 def lifted_walk(lifted: Lifted) -> "Figure":
-    """The walk `lifted` beside its points, and beside the truth where that is known.
+    """The motion `lifted` beside its points, and beside the truth where that is known.
 
-    Shows five postures of one cycle as the camera saw them (points black) and with the unseen depth across; below, the
-    depth of single markers over time with 90 % bands. Estimates blue, truth orange and dashed, about the pelvis.
+    Shows five postures of one cycle, or second, as the camera saw them (points black) and with the unseen depth across;
+    below, the depth of single markers over time with 90 % bands. Estimates blue, truth orange and dashed, about the
+    pelvis.
     """
     figure, axes = new_figure(3, _POSTURES, (11.0, 8.0), sharex=False)
-    found = lifted.posterior
-    view = axes_of(found.alpha + found.heading, found.elevation)
-    own = _about_pelvis(found.positions) @ view.T
+    view, scale, seconds = _seen(lifted)
+    own = _about_pelvis(lifted.positions) @ view.T
     truth = lifted.points.truth
     true = None if truth is None else _about_pelvis(truth.positions) @ view.T
-    frames = np.linspace(0, min(lifted.points.fps / found.frequency, len(own) - 1), _POSTURES, endpoint=False)
+    frames = np.linspace(0, min(lifted.points.fps * seconds, len(own) - 1), _POSTURES, endpoint=False)
     for column, frame in enumerate(frames.astype(int)):
         for row, plane in enumerate(([0, 1], [2, 1])):
             panel = axes[row, column]
@@ -42,12 +42,27 @@ def lifted_walk(lifted: Lifted) -> "Figure":
             if true is not None:
                 _stick(panel, true[frame][:, plane], ORANGE, "--")
             panel.set(aspect="equal", xlim=(-0.8, 0.8), xlabel=("across [m]", "depth [m]")[row])
-        _points(axes[0, column], lifted, own, frame)
+        _points(axes[0, column], lifted.points.upward[frame] / scale[frame], own[frame])
         axes[0, column].set_title(f"{frame / lifted.points.fps:.2f} s", fontsize="medium")
     axes[0, 0].set_ylabel("as seen: up [m]")
     axes[1, 0].set_ylabel("as not seen: up [m]")
     _over_time(axes[2], lifted, own, true, view)
     return figure
+
+
+def _seen(lifted: Lifted) -> tuple[np.ndarray, np.ndarray, float]:
+    """The picture's axes across, up and away (3, 3), its units per metre (frames,), and a cycle's duration [s]."""
+    if lifted.posterior is not None:
+        found = lifted.posterior
+        scale = found.scale if lifted.points.unit == "px" else 1.0
+        axes = axes_of(found.alpha + found.heading, found.elevation)
+        return axes, np.full(len(lifted.positions), scale), 1 / found.frequency
+    free = lifted.free
+    assert free is not None
+    ways = lifted.positions[:, _PELVIS] - free.origin
+    away = ways.mean(axis=0) / np.linalg.norm(ways.mean(axis=0))
+    across = np.cross(away, [0.0, 0.0, 1.0]) / np.linalg.norm(away[:2])
+    return np.stack([across, np.cross(across, away), away]), free.focal / (ways @ away), 1.0
 
 
 def new_figure(
@@ -81,10 +96,9 @@ def _stick(panel, points: np.ndarray, colour: str, style: str) -> None:
         panel.plot(*points[[a, b]].T, style, color=colour, linewidth=1.2)
 
 
-def _points(panel, lifted: Lifted, own: np.ndarray, frame: int) -> None:
-    """The points themselves, in metres, moved to where the estimate's are on average."""
-    points = lifted.points.upward[frame] / (lifted.posterior.scale if lifted.points.unit == "px" else 1.0)
-    panel.plot(*(points - np.nanmedian(points - own[frame, :, :2], axis=0)).T, ".", color="black", markersize=3)
+def _points(panel, points: np.ndarray, own: np.ndarray) -> None:
+    """One frame's points (15, 2) [m], moved to where the estimate's (15, 3) are on average."""
+    panel.plot(*(points - np.nanmedian(points - own[:, :2], axis=0)).T, ".", color="black", markersize=3)
 
 
 def _over_time(panels, lifted: Lifted, own: np.ndarray, true, view: np.ndarray) -> None:

@@ -8,13 +8,13 @@ from motionenv.body.kinematics import markers
 from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting.fourier_fit import LEAST_CYCLES, Series, fourier_points
+from motionenv.lifting.free.swaps import GROUPS, exchanged
 from motionenv.types import MARKERS, Points
 
-#: Marker pairs whose sides a detector swaps together: the columns of the result of `swapped_frames`.
-GROUPS = {"arms": ("shoulder", "elbow", "wrist"), "legs": ("hip", "knee", "ankle")}
-
 _MARKERS, _FRAMES = 4, 8  # least number of markers, each in at least so many frames
-_LONGEST = 3600  # [frames] beyond this, finding swapped sides takes too long
+LONGEST = 3600  # [frames] of a steady walk: beyond this, finding swapped sides takes too long
+LEAST_SECONDS, LEAST_RATE = 0.5, 8.0  # [s], [Hz] of any motion
+_SMALLEST = 8  # [pixels]
 _UPRIGHT = 0.3  # [m] vertical extent of the markers on a standing body that is needed to estimate the unit
 _FASTEST = 2.0  # strides per second
 #: Apparent size relative to a body of 1.75 m: from a child seen steeply from above to a tall adult.
@@ -35,16 +35,13 @@ def check_points(points: Points, scale: float | None = None) -> None:
     The unit is checked by regressing the markers' mean heights on those of a standing body.
 
     Raises:
-        GapError: too few frames or markers.
-        MotionError: too many frames, a wrong unit, an inverted vertical axis, or a scale that implies an impossible
-            body height.
+        GapError: too few frames or markers, or less than `LEAST_SECONDS`.
+        MotionError: fewer than `LEAST_RATE` frames per second, a wrong unit, an inverted vertical axis, or a scale that
+            implies an impossible body height.
     """
-    who = points.name or "this walk"
-    if len(points.positions) > _LONGEST:
-        raise MotionError(
-            f"{who} has {len(points.positions)} frames; at most {_LONGEST} are allowed: cut out some strides, or lower "
-            "the frame rate"
-        )
+    who = points.name or "this sequence"
+    if points.fps < LEAST_RATE:
+        raise MotionError(f"{who} has {points.fps:g} frames per second; at least {LEAST_RATE:g} are needed")
     seen = np.isfinite(points.positions).all(axis=-1)
     enough = seen.sum(axis=0) >= _FRAMES
     if enough.sum() < _MARKERS:
@@ -53,13 +50,37 @@ def check_points(points: Points, scale: float | None = None) -> None:
             f"{who} shows {enough.sum()} of the 15 markers in {_FRAMES} frames or more ({names}); {_MARKERS} are "
             "needed: lower the confidence threshold, or use another sequence"
         )
-    seconds = (np.flatnonzero(seen.any(axis=1))[[0, -1]] @ [-1, 1] + 1) / points.fps
+    if (seconds := _seconds(seen, points.fps)) < LEAST_SECONDS:
+        raise GapError(
+            f"{who} shows {seconds:.2f} s; at least {LEAST_SECONDS:g} s are needed: use a longer sequence, or correct "
+            f"fps={points.fps:g}"
+        )
+    _check_unit(points, enough, who, scale)
+    rows = points.positions[seen.any(axis=1), :, 1]
+    tall = float(np.median(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
+    if points.unit == "px" and tall < _SMALLEST:
+        raise MotionError(f"{who} is {tall:.2g} pixels tall; at least {_SMALLEST} are needed: use a larger picture")
+
+
+def check_strides(points: Points) -> None:
+    """Reject `points` in which nobody can have walked enough strides (`GapError`), or too many (`MotionError`)."""
+    who = points.name or "this walk"
+    if len(points.positions) > LONGEST:
+        raise MotionError(
+            f"{who} has {len(points.positions)} frames; at most {LONGEST} are allowed: cut out some strides, or lower "
+            "the frame rate"
+        )
+    seconds = _seconds(np.isfinite(points.positions).all(axis=-1), points.fps)
     if seconds * _FASTEST < LEAST_CYCLES:
         raise GapError(
             f"{who} shows {seconds:.2f} s, too short for {LEAST_CYCLES:g} strides at any pace: use a longer sequence, "
             f"or correct fps={points.fps:g}"
         )
-    _check_unit(points, enough, who, scale)
+
+
+def _seconds(seen: np.ndarray, fps: float) -> float:
+    """Time from the first frame in which anything is `seen` (frames, 15) to the last [s]."""
+    return float((np.flatnonzero(seen.any(axis=1))[[0, -1]] @ [-1, 1] + 1) / fps)
 
 
 def check_series(series: Series) -> None:
@@ -119,7 +140,13 @@ def swapped_frames(points: Points) -> np.ndarray:
 def unswapped(points: Points) -> tuple[Points, np.ndarray]:
     """`points` with left and right labelled as in most frames, and `swapped_frames`, with its limits and errors."""
     labels = swapped_frames(points)
-    return _exchanged(points, labels), labels
+    return swapped_back(points, labels), labels
+
+
+def swapped_back(points: Points, labels: np.ndarray) -> Points:
+    """`points` with left and right of arms and legs exchanged where `labels` (frames, 2) are True."""
+    confidence = None if points.confidence is None else exchanged(points.confidence, labels)
+    return replace(points, positions=exchanged(points.positions, labels), confidence=confidence)
 
 
 def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | None) -> None:
@@ -147,18 +174,6 @@ def _check_unit(points: Points, enough: np.ndarray, who: str, known: float | Non
         short = {"centimetres": '"cm"', "millimetres": '"mm"'}.get(like[0] if like else "", '"px" or the actual unit')
         looks = f"looks like {like[0]}" if like else "isn't the height of a person"
         raise MotionError(f"{who} is {1.75 * scale:.3g} m tall, which {looks}: set unit={short}")
-
-
-def _exchanged(points: Points, labels: np.ndarray) -> Points:
-    """Points with left and right exchanged where `labels` (frames, 2) of arms and legs are True."""
-    order = np.tile(np.arange(len(MARKERS)), (len(labels), 1))
-    for g, pairs in enumerate(GROUPS.values()):
-        left, right = _columns(pairs)
-        rows = np.flatnonzero(labels[:, g])[:, None]
-        order[rows, left], order[rows, right] = right, left
-    rows = np.arange(len(order))[:, None]
-    confidence = None if points.confidence is None else points.confidence[rows, order]
-    return replace(points, positions=points.positions[rows, order], confidence=confidence)
 
 
 def _columns(pairs: tuple[str, ...]) -> tuple[list[int], list[int]]:
@@ -191,7 +206,7 @@ def _alternating_fit(points: Points, labels: np.ndarray) -> tuple[float, np.ndar
     least = 1.001 * LEAST_CYCLES * points.fps / len(points.positions)
     low, high = min(max(0.5, least), 0.99 * _FASTEST), _FASTEST
     for _ in range(_ROUNDS):
-        series = fourier_points(_exchanged(points, labels), frequencies=(low, high))
+        series = fourier_points(swapped_back(points, labels), frequencies=(low, high))
         low, high = max(0.85 * series.frequency, low), min(1.15 * series.frequency, _FASTEST)
         found = [_labels(points, series, pairs, labels[:, g]) for g, pairs in enumerate(GROUPS.values())]
         before, labels = labels, np.stack([path for path, _ in found], axis=1)

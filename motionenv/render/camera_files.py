@@ -14,14 +14,40 @@ def read_camera(path, name: str | None = None) -> Camera:
     """Read a camera, by `name` if there are several: a TOML table's name, or its `name` entry.
 
     - `.json`: an object with K (3 × 3), R (3 × 3), t (3) [m], width and height, as in `motionenv.types.Camera`.
-    - `.toml`: a table per camera with size, matrix, rotation (a rotation vector) and translation [m]. Lens distortion
-      is ignored.
+    - `.toml`: a table per camera with size, matrix, rotation (a rotation vector) and translation [m]; for the lens see
+      `read_distortion`.
 
     Raises:
         FormatError: not such a file.
         MotionError: no camera of that name, or several and no name.
     """
     path = Path(path)
+    table = _table(path, name)
+    try:
+        if path.suffix.lower() == ".json":
+            return Camera(table["K"], table["R"], table["t"], table["width"], table["height"])
+        return _of_table(table)
+    except KeyError as error:
+        raise FormatError(path, f"lacks {error.args[0]!r}") from None
+    except (TypeError, IndexError, ValueError) as error:
+        raise FormatError(path, f"isn't a valid camera: {error}") from error
+
+
+def read_distortion(path, name: str | None = None) -> list[float] | None:
+    """OpenCV's coefficients of a camera's lens: `distortions` of a TOML table or JSON object; None if it has none.
+
+    Raises:
+        FormatError: not such a file, or a fisheye lens, whose model is another.
+        MotionError: as in `read_camera`.
+    """
+    table = _table(Path(path), name)
+    if table.get("fisheye"):
+        raise FormatError(path, "has a fisheye lens: undistort points or pictures first, and set fisheye = false")
+    return table.get("distortions")
+
+
+def _table(path: Path, name: str | None) -> dict:
+    """What a file says of one camera."""
     if path.suffix.lower() not in (".json", ".toml"):
         raise FormatError(path, "isn't a camera file: the suffix must be .json or .toml")
     try:
@@ -31,15 +57,7 @@ def read_camera(path, name: str | None = None) -> Camera:
         raise FormatError(path, f"can't be read as a camera: {getattr(error, 'strerror', None) or error}") from error
     if not isinstance(found, dict):
         raise FormatError(path, "must hold an object with K, R, t, width and height")
-    table = found if path.suffix.lower() == ".json" else _chosen(path, found, name)
-    try:
-        if table is found:
-            return Camera(found["K"], found["R"], found["t"], found["width"], found["height"])
-        return _of_table(table)
-    except KeyError as error:
-        raise FormatError(path, f"lacks {error.args[0]!r}") from None
-    except (TypeError, IndexError, ValueError) as error:
-        raise FormatError(path, f"isn't a valid camera: {error}") from error
+    return found if path.suffix.lower() == ".json" else _chosen(path, found, name)
 
 
 def _chosen(path: Path, tables: dict, name: str | None) -> dict:

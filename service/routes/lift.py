@@ -43,16 +43,26 @@ def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
 
 
 def to_response(found: Lifted) -> dict:
-    """A lifted walk as `LiftResponse`."""
-    refined, motion = found.posterior, found.motion()
+    """Lifted motion as `LiftResponse`."""
+    motion = found.motion()
+    return {
+        "steady": None if found.posterior is None else _steady(found),
+        "misfit": found.misfit, "plausible": found.plausible, "unlike": found.unlike, "fps": motion.fps,
+        "markers": MARKERS, "positions": found.markers().positions, "band": found.band,
+        "heading": np.degrees(found.heading), "contact": found.contact,
+        "pose": POSE, "poses": motion.poses, "height": motion.skeleton.height, "swapped": found.swapped,
+    }  # fmt: skip
+
+
+def _steady(found: Lifted) -> dict:
+    """View and pace of a straight, steady walk."""
+    refined = found.posterior
+    assert refined is not None
     return {
         "view": math.degrees(refined.alpha), "view_deviation": math.degrees(refined.standard_deviation("alpha")),
         "elevation": math.degrees(refined.elevation), "others": [_view(other) for other in found.others],
         "contradiction": None if found.contradiction is None else _view(found.contradiction),
-        "frequency": refined.frequency, "speed": found.walker.speed, "misfit": found.misfit,
-        "plausible": found.plausible, "fps": motion.fps,
-        "markers": MARKERS, "positions": found.markers().positions, "band": found.band,
-        "pose": POSE, "poses": motion.poses, "height": motion.skeleton.height, "swapped": found.swapped,
+        "frequency": refined.frequency, "speed": found.walker.speed,
     }  # fmt: skip
 
 

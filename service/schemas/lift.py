@@ -17,7 +17,7 @@ class LiftRequest(Request):
     """2D points of one walker, seen by one camera."""
 
     points: list[Frame] = Field(
-        min_length=10, max_length=20_000,
+        min_length=8, max_length=20_000,
         description="(frames, 15, 2): head, sternum, pelvis, then left and right shoulder, elbow, wrist, hip, knee and "
         "ankle, in the order of `markers` in the answer; null for missing points.",
     )  # fmt: skip
@@ -46,8 +46,8 @@ class View(BaseModel):
     probability: float = Field(ge=0, le=1, description="Probability relative to all views, the best one included.")
 
 
-class LiftResponse(BaseModel):
-    """A walk in three dimensions, with uncertainties."""
+class SteadyWalk(BaseModel):
+    """What a straight, steady walk has besides."""
 
     view: float = Field(description="α [degrees].")
     view_deviation: float = Field(description="Standard deviation of the view [degrees].")
@@ -56,12 +56,23 @@ class LiftResponse(BaseModel):
     contradiction: View | None = Field(description="The view that the points suggest, if they contradict a given one.")
     frequency: float = Field(description="Strides per second [Hz].")
     speed: float = Field(description="Walking speed [m/s].")
-    misfit: float = Field(description="Rms deviation from the walks of the prior [standard deviations].")
-    plausible: bool = Field(description="Whether the walk is like those of the prior, so that bands hold.")
+
+
+class LiftResponse(BaseModel):
+    """Motion in three dimensions, with uncertainties."""
+
+    steady: SteadyWalk | None = Field(description="View and pace if this is a straight, steady walk.")
+    misfit: float = Field(description="How unlike the people learned from this is.")
+    plausible: bool = Field(description="Whether it is like them, so that bands hold.")
+    unlike: list[bool] = Field(description="(frames,): whether a frame shows something else, such as sitting or noise.")
     fps: float = Field(description="Frames per second.")
     markers: list[str] = Field(description="Names of the 15 markers.")
-    positions: list[list[list[float]]] = Field(description="(frames, 15, 3) [m], x forward, y left, z up.")
-    band: list[list[list[float]]] = Field(description="(frames, 15, 3) [m]: half width of 90 % bands around positions.")
+    positions: list[list[list[float]]] = Field(description="(frames, 15, 3) [m], z up; a steady walk goes along x.")
+    band: list[list[list[float | None]]] = Field(
+        description="(frames, 15, 3) [m]: half width of 90 % bands around positions; null in frames `unlike`."
+    )
+    heading: list[float] = Field(description="(frames,) [degrees]: where the body faces, from x towards y.")
+    contact: list[list[float]] = Field(description="(frames, 2): probability that the left and right foot stand.")
     pose: list[str] = Field(description="Names of the entries of a pose.")
     poses: list[list[float]] = Field(description="(frames, 25) [m, rad]: poses of the body.")
     height: float = Field(description="Body height [m].")

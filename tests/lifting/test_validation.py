@@ -11,6 +11,7 @@ from motionenv.lifting.validation import (
     alternation,
     check_points,
     check_series,
+    check_strides,
     swapped_frames,
     unswapped,
 )
@@ -146,7 +147,11 @@ def test_too_little_is_refused(views):
         with pytest.raises(GapError, match=f"{kept} of the 15 markers"):
             check_points(Points(positions, 30, "m"))
     with pytest.raises(GapError, match="too short"):
-        check_points(Points(points.positions[:20], 30, "m"))
+        check_strides(Points(points.positions[:20], 30, "m"))
+    with pytest.raises(GapError, match=r"0\.33 s; at least 0\.5 s"):
+        check_points(Points(points.positions[:10], 30, "m"))
+    with pytest.raises(MotionError, match="5 frames per second; at least 8"):
+        check_points(Points(points.positions, 5, "m"))
 
 
 def test_what_is_no_walk_is_refused(mocap, views):

@@ -25,7 +25,7 @@ def test_the_walk_is_the_one_that_python_lifts(server, points):
     found = motionenv.lift(points)
     np.testing.assert_allclose(told["positions"], found.markers().positions, atol=1e-9)
     np.testing.assert_allclose(told["poses"], found.motion().poses, atol=1e-9)
-    assert told["view"] == pytest.approx(math.degrees(found.posterior.alpha), abs=1e-9)
+    assert told["steady"]["view"] == pytest.approx(math.degrees(found.posterior.alpha), abs=1e-9)
 
 
 def test_the_view_is_found_with_points_missing(server, points):
@@ -34,7 +34,7 @@ def test_the_view_is_found_with_points_missing(server, points):
     body = asked(motionenv.Points(positions, points.fps, points.unit))
     body["points"][5] = [None] * 15
     told = server.http.post("/v1/lift", json=body).json()
-    views = [told["view"], *(other["view"] for other in told["others"])]
+    views = [told["steady"]["view"], *(other["view"] for other in told["steady"]["others"])]
     assert min(abs((v - 40 + 180) % 360 - 180) for v in views) < 5
     assert told["plausible"]
 
