@@ -40,7 +40,7 @@ def read(path, person: int | None = None) -> np.ndarray:
     Raises:
         FormatError: not JSON, an unknown layout, damaged, no person, or several; names field and value.
     """
-    content = _folder(path) if Path(path).is_dir() else _parsed(path)
+    content: Any = _folder(path) if Path(path).is_dir() else _parsed(path)
     annotated = isinstance(content, dict) and "annotations" in content
     people = _everybody(path, _dataset(path, content) if annotated else content)
     numbers = _numbered(path, [frame for frame, _ in people])
@@ -55,7 +55,7 @@ def read(path, person: int | None = None) -> np.ndarray:
         raise FormatError(path, mixed if counts else "has no person: there is nothing to read")
     track = chosen(path, followed(path, found), person)
     out = np.full((max(numbers) + 1, counts[0], 3), np.nan)
-    out[track.frames] = track.keypoints
+    out[list(track)] = list(track.values())
     return out
 
 
@@ -95,15 +95,16 @@ def _everybody(path, content) -> list[tuple]:
         content = _first(content, "frames")
     if not isinstance(content, list):
         raise FormatError(path, "must be a list of detections or frames, or a data set; of files per frame, the folder")
-    out = []
+    out: list[tuple] = []
     for i, entry in enumerate(content):
         frame = _first(entry, "frame") if isinstance(entry, dict) else i
         if not isinstance(entry, list | dict) or type(frame) not in (int, str):
             problem = f"must have people, and image_id as a whole number or a file name, got {_short(frame)}"
             raise FormatError(path, problem, f"result {i}")
-        alone = isinstance(entry, dict) and "image_id" in entry
-        if not alone or entry.get("category_id", _PERSON) == _PERSON:
-            out += [(frame, person) for person in ([entry] if alone else _people(path, entry)) or [None]]
+        if isinstance(entry, list) or "image_id" not in entry:
+            out += [(frame, person) for person in _people(path, entry) or [None]]
+        elif entry.get("category_id", _PERSON) == _PERSON:
+            out.append((frame, entry))
     return out
 
 
@@ -127,13 +128,7 @@ def _dataset(path, content: dict) -> list[dict]:
     for key in ("images", "annotations"):
         if not isinstance(content.get(key), list):
             raise FormatError(path, f'must have a list "{key}", got {_short(content.get(key))}')
-    for i, image in enumerate(content["images"]):
-        if not isinstance(image, dict) or not isinstance(image.get("id"), int | str):
-            raise FormatError(path, f'needs an "id", got {_short(image)}', f"images[{i}]")
-    order = sorted(content["images"], key=lambda image: _natural(str(image.get("file_name", image["id"]))))
-    frames: dict[Any, dict] = {image["id"]: {"frame": i, "people": []} for i, image in enumerate(order)}
-    if len(frames) != len(order):
-        raise FormatError(path, "two images have the same id: give each its own", "images")
+    frames = _images(path, content["images"])
     categories = content.get("categories")
     named = [c for c in categories if isinstance(c, dict)] if isinstance(categories, list) else []
     persons = [c.get("id") for c in named if c.get("name") == "person"] or [_PERSON]
@@ -144,6 +139,18 @@ def _dataset(path, content: dict) -> list[dict]:
         if entry.get("category_id", persons[0]) in persons:
             frames[image]["people"].append(entry)
     return list(frames.values())
+
+
+def _images(path, images: list) -> dict[Any, dict]:
+    """A frame without people for the id of each image, in the order of file names."""
+    for i, image in enumerate(images):
+        if not isinstance(image, dict) or not isinstance(image.get("id"), int | str):
+            raise FormatError(path, f'needs an "id", got {_short(image)}', f"images[{i}]")
+    order = sorted(images, key=lambda image: _natural(str(image.get("file_name", image["id"]))))
+    frames = {image["id"]: {"frame": i, "people": []} for i, image in enumerate(order)}
+    if len(frames) != len(order):
+        raise FormatError(path, "two images have the same id: give each its own", "images")
+    return frames
 
 
 def _keypoints(path, entry, where: str) -> np.ndarray:
@@ -162,6 +169,7 @@ def _keypoints(path, entry, where: str) -> np.ndarray:
 
 def _columns(entry) -> list:
     """Lists of x, y and score, of a person in any layout."""
+    x: Any
     values = _first(entry, "points") if isinstance(entry, dict) else entry
     if _is_landmarks(values):
         values = {key: [point.get(key) for point in values] for key in values[0]}
@@ -174,7 +182,7 @@ def _columns(entry) -> list:
     return [x, y, [1.0] * len(x) if score is None else score]
 
 
-def _identity(path, entry, where: str) -> int | str | None:
+def _identity(path, entry, where: str) -> float | str | None:
     """Who it is; OpenPose's -1 and AlphaPose's 0 mean that nobody was tracked."""
     value = _first(entry, "identity") if isinstance(entry, dict) else None
     if isinstance(value, list) and len(value) == 1:
@@ -195,12 +203,8 @@ def _numbered(path, frames: list) -> list[int]:
     first, different = min(numbers, default=0), len(set(numbers))
     span = max(numbers, default=0) - first + 1
     if span > max(_SPARSE * different, 1000) or span > MOST_FRAMES:
-        raise FormatError(
-            path,
-            f"the {different} image_ids span {span} numbers: they aren't frame numbers, or are more than "
-            f"{MOST_FRAMES}; renumber them 0, 1, 2, ..., or cut the walk out",
-            "image_id",
-        )
+        problem = f"the {different} frames span {span} numbers, which aren't frame numbers, or more than {MOST_FRAMES}"
+        raise FormatError(path, f"{problem}; renumber them 0, 1, 2, ..., or cut the walk out", "image_id")
     return [number - first for number in numbers]
 
 

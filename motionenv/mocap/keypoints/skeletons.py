@@ -23,15 +23,15 @@ class KeypointSet:
 
     Attributes:
         name: such as "halpe-26".
-        keypoints: names in file order; further ones in a file, of hands and face, aren't used.
-        count: how many a file has for a person.
-        least_spread: uncertainty of limb joints if it isn't that of annotated pictures, relative to body height.
+        keypoints: names in file order.
+        count: how many a file has for a person; hands and face may follow.
+        joint_spread: of the joints of limbs, where it isn't that of annotated pictures; see `spread`.
     """
 
     name: str
     keypoints: tuple[str, ...]
     count: int
-    least_spread: float | None = None
+    joint_spread: float | None = None
 
     def ways(self, marker: str) -> list[dict]:
         """Combinations {"of": {keypoint: weight}, "spread": ...} that give a marker, in order of preference."""
@@ -41,7 +41,7 @@ class KeypointSet:
     def spread(self) -> np.ndarray:
         """Distance (15,) of what `markers` gives from the CMU set's, relative to body height; NaN: no such marker."""
         found = np.array([next((way["spread"] for way in self.ways(name)), np.nan) for name in MARKERS])
-        return found if self.least_spread is None else np.where(np.arange(len(MARKERS)) > 2, self.least_spread, found)
+        return found if self.joint_spread is None else np.where(np.arange(len(MARKERS)) > 2, self.joint_spread, found)
 
     def markers(self, keypoints: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions (frames, 15, 2) and confidences (frames, 15) of the markers.
@@ -66,7 +66,7 @@ class KeypointSet:
 
 def _known(name: str, row: dict) -> KeypointSet:
     keypoints = tuple(row["keypoints"].split())
-    return KeypointSet(name, keypoints, row.get("count", len(keypoints)), row.get("spread"))
+    return KeypointSet(name, keypoints, row.get("count", len(keypoints)), row.get("joint_spread"))
 
 
 #: The definitions by name.

@@ -136,8 +136,25 @@ def test_damaged_json_says_what_is_wrong(tmp_path, damage):
             st.lists(inner, max_size=3)
             | st.dictionaries(
                 st.sampled_from(
-                    ["image_id", "keypoints", "images", "annotations", "categories", "id", "category_id", "track_id",
-                     "frame", "instances", "people", "landmarks", "x", "y", "visible", "keypoint_scores", "idx"]
+                    [
+                        "image_id",
+                        "keypoints",
+                        "images",
+                        "annotations",
+                        "categories",
+                        "id",
+                        "category_id",
+                        "track_id",
+                        "frame",
+                        "instances",
+                        "people",
+                        "landmarks",
+                        "x",
+                        "y",
+                        "visible",
+                        "keypoint_scores",
+                        "idx",
+                    ]
                 ),
                 inner,
             )

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.mocap.keypoints.points2d import read_points, write_points
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS, Points
 from tests.mocap.keypoints.people_json import expected, person, results, saved, walker
 
@@ -195,7 +195,7 @@ def test_settings_are_checked(tmp_path):
 
 def test_scores_become_confidence(tmp_path):
     content = results(4)
-    content[2]["keypoints"][2 :: 3] = [1.3] * 17
+    content[2]["keypoints"][2::3] = [1.3] * 17
     content[2]["keypoints"][3 * KEYPOINTS.index("left_knee") + 2] = 0.5
     points = read_points(saved(tmp_path, content), fps=25)
     np.testing.assert_allclose(np.delete(points.confidence, 2, axis=0), 0.9)
@@ -237,7 +237,7 @@ def test_the_format_can_be_said(tmp_path):
 
 
 def sports2d(keypoints, path, z=0.0, fps=60) -> str:
-    """A TRC as `make_trc_with_trc_data` of Sports2D writes it: its names, pixels with y downwards, "m" as their unit."""
+    """A TRC as `make_trc_with_trc_data` of Sports2D writes it: pixels, y downwards, with "m" as their unit."""
     names = {"mid_hip": "Hip", "head_top": "Head", "neck": "Neck", "nose": "Nose"}
     sides = {"left": "L", "right": "R"}
     known = KEYPOINT_SETS["halpe-26"].keypoints

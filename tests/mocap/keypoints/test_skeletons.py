@@ -1,4 +1,4 @@
-"""Definitions of keypoints: the tables' orders, what becomes of them, which one fits, what was learned from the CMU set."""
+"""Definitions of keypoints: the tables' orders, what becomes of them, which one fits, what the CMU set taught."""
 
 import numpy as np
 import pytest
