@@ -10,7 +10,6 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
-import re
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.keypoints.detections import MOST_FRAMES, read
-from motionenv.mocap.keypoints.skeletons import KeypointSet, keypoint_set
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
@@ -27,6 +26,11 @@ from motionenv.types import MARKERS, Points
 
 _JITTER = 0.25  # [frames] tolerance of a frame's time
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
+_WRITTEN = {
+    name.replace("left_", "l").replace("right_", "r").replace("_", ""): name
+    for name in KEYPOINT_SETS["halpe-26"].keypoints
+}
+_WRITTEN |= {"hip": "mid_hip", "chip": "mid_hip", "head": "head_top"}  # in TRC files of Sports2D and Pose2Sim
 _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels, as those of Sports2D
 
 
@@ -122,20 +126,13 @@ def _read_trc(path, fps: float | None) -> tuple[np.ndarray, float, str]:
     points = trc.read(path, fps, unit=1.0, up="z")
     if np.nan_to_num(points.positions[..., 2]).any():
         raise FormatError(path, "has 3D points: project them with --project, or read them with motionenv.read")
-    known = KeypointSet("trc", tuple(map(_keypoint, points.names)), len(points.names))
+    known = KeypointSet("trc", tuple(_WRITTEN.get(name.lower(), name) for name in points.names))
     seen = np.where(np.isnan(points.positions[..., :1]), np.nan, 1.0)
     positions, _ = known.markers(np.concatenate([points.positions[..., :2], seen], axis=-1), 0.0)
     if np.isnan(positions).all():
         raise FormatError(path, f"has no keypoints with known names, such as RKnee, got {', '.join(points.names[:5])}")
     tall = np.nanmax(positions[..., 1]) - np.nanmin(positions[..., 1])
     return positions, points.fps, "px" if tall > _TALLEST else "m"
-
-
-def _keypoint(written: str) -> str:
-    """The name in `skeletons.toml` of a point that Sports2D or Pose2Sim calls RKnee, Hip or LBigToe."""
-    words = re.findall("[A-Z][a-z]*|[a-z]+", written)
-    name = "_".join([{"L": "left", "R": "right"}.get(words[0], words[0]), *words[1:]]).lower() if words else written
-    return {"hip": "mid_hip", "c_hip": "mid_hip", "head": "head_top"}.get(name, name)
 
 
 def _read_table(path, fps: float | None) -> tuple[np.ndarray, float, str]:
@@ -164,20 +161,16 @@ def _columns(path, header: list[str]) -> tuple[str, np.ndarray]:
     """The unit, and the marker coordinate (0..29) of each column after the first one."""
     if header[0] not in ("time_s", "frame"):
         raise FormatError(path, f"the first column must be time_s or frame, got {header[0]!r}", "line 1")
-    if len(set(header)) != len(header):
-        raise FormatError(path, f"has the column {next(h for h in header if header.count(h) > 1)!r} twice", "line 1")
-    if any(name.endswith(("_z_m", "_z_px")) for name in header):
-        raise FormatError(path, "has columns of z: these are 3D points, project them first", "line 1")
     known = {f"{name}_{axis}": 2 * i + j for i, name in enumerate(MARKERS) for j, axis in enumerate("xy")}
     split = [name.rpartition("_") for name in header[1:]]
     for coordinate, _, unit in split:
         if coordinate not in known or unit not in ("m", "px"):
-            problem = f"columns must have names like left_knee_x_m or left_knee_x_px, got {f'{coordinate}_{unit}'!r}"
+            problem = f"columns must be like left_knee_x_m or left_knee_x_px, 2D, got {f'{coordinate}_{unit}'!r}"
             raise FormatError(path, problem, "line 1")
     units = {unit for _, _, unit in split}
     which = np.array([known[coordinate] for coordinate, _, _ in split], dtype=np.intp)
-    if len(units) != 1 or set(which ^ 1) != set(which):
-        raise FormatError(path, "must have x and y of each of its markers, all in m or all in px", "line 1")
+    if len(units) != 1 or sorted(which ^ 1) != sorted(set(which)):
+        raise FormatError(path, "must have x and y of each of its markers once, all in m or all in px", "line 1")
     return units.pop(), which
 
 

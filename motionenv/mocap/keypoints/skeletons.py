@@ -23,14 +23,12 @@ class KeypointSet:
 
     Attributes:
         name: such as "halpe-26".
-        keypoints: names in file order.
-        count: how many a file has for a person; hands and face may follow.
+        keypoints: names in file order; "" for those of hands and face.
         joint_spread: of the joints of limbs, where it isn't that of annotated pictures; see `spread`.
     """
 
     name: str
     keypoints: tuple[str, ...]
-    count: int
     joint_spread: float | None = None
 
     def ways(self, marker: str) -> list[dict]:
@@ -41,13 +39,13 @@ class KeypointSet:
     def spread(self) -> np.ndarray:
         """Distance (15,) of what `markers` gives from the CMU set's, relative to body height; NaN: no such marker."""
         found = np.array([next((way["spread"] for way in self.ways(name)), np.nan) for name in MARKERS])
-        return found if self.joint_spread is None else np.where(np.arange(len(MARKERS)) > 2, self.joint_spread, found)
+        return found if self.joint_spread is None else np.where(["_" in m for m in MARKERS], self.joint_spread, found)
 
     def markers(self, keypoints: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions (frames, 15, 2) and confidences (frames, 15) of the markers.
 
         Args:
-            keypoints: (frames, count, 3): x, y and score; NaN where unknown.
+            keypoints: (frames, n, 3): x, y and score; NaN where unknown.
             least: score from which a keypoint is visible.
 
         A marker is as sure as the least sure of its keypoints; scores above 1 count as 1. Gaps are NaN and 0.
@@ -64,13 +62,11 @@ class KeypointSet:
         return out[..., :2], np.nan_to_num(np.minimum(out[..., 2], 1.0))
 
 
-def _known(name: str, row: dict) -> KeypointSet:
-    keypoints = tuple(row["keypoints"].split())
-    return KeypointSet(name, keypoints, row.get("count", len(keypoints)), row.get("joint_spread"))
-
-
 #: The definitions by name.
-KEYPOINT_SETS = {name: _known(name, row) for name, row in _TABLE["skeletons"].items()}
+KEYPOINT_SETS = {
+    name: KeypointSet(name, (*row["keypoints"].split(), *[""] * row.get("more", 0)), row.get("joint_spread"))
+    for name, row in _TABLE["skeletons"].items()
+}
 
 
 def keypoint_set(path, keypoints: np.ndarray, name: str | None = None) -> KeypointSet:
@@ -85,9 +81,9 @@ def keypoint_set(path, keypoints: np.ndarray, name: str | None = None) -> Keypoi
     """
     if name is not None and name not in KEYPOINT_SETS:
         raise MotionError(f"format must be one of {', '.join(KEYPOINT_SETS)}, got {name!r}")
-    fitting = [k for k in KEYPOINT_SETS.values() if k.count == keypoints.shape[1] and name in (None, k.name)]
+    fitting = [k for k in KEYPOINT_SETS.values() if len(k.keypoints) == keypoints.shape[1] and name in (None, k.name)]
     if not fitting:
-        known = ", ".join(f"{k.count} ({k.name})" for k in KEYPOINT_SETS.values() if name in (None, k.name))
+        known = ", ".join(f"{len(k.keypoints)} ({k.name})" for k in KEYPOINT_SETS.values() if name in (None, k.name))
         raise FormatError(path, f"has {keypoints.shape[1]} keypoints for a person, expected {known}")
     upright = [_uprightness(known, keypoints) for known in fitting]
     return fitting[int(np.argmax(upright))] if max(upright) > upright[0] + _CLEARER else fitting[0]

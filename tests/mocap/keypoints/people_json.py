@@ -38,7 +38,7 @@ def walker(name="coco-17", frames=20, shift=0.0, score=0.9) -> np.ndarray:
     at |= {"left_ear": head + np.array([3, 0]), "right_ear": head - [3, 0], "neck": neck, "head_top": top}
     at |= {"upper_neck": 2 * head - top, "mid_hip": (at["left_hip"] + at["right_hip"]) / 2, "thorax": at["sternum"]}
     known = KEYPOINT_SETS[name]
-    names = [*known.keypoints, *["hand"] * (known.count - len(known.keypoints))]
+    names = known.keypoints
     others = {key: at[f"{key.split('_')[0]}_ankle"] + [20, 10] for key in names if "toe" in key or "heel" in key}
     face = head + np.array([20, 0])
     xy = np.stack([at.get(key, others.get(key, face)) for key in names], axis=1)
