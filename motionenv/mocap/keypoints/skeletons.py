@@ -12,8 +12,7 @@ from motionenv.errors import FormatError, MotionError
 from motionenv.types import MARKERS, POSE
 
 _TABLE = tomllib.loads(files(__package__).joinpath("skeletons.toml").read_text(encoding="utf-8"))
-_HEIGHTS = markers(np.zeros(len(POSE)), from_height())[:, 2]  # of the markers of somebody who stands
-_CLEARER = 0.1  # how much better a rarer definition must correlate with these heights than the usual one
+_CLEARER = 0.1  # how much more upright people must be by a rarer definition than by the usual one
 _TRACE = 0.05  # score of keypoints that tell definitions apart
 
 
@@ -85,6 +84,8 @@ def keypoint_set(path, keypoints: np.ndarray, name: str | None = None) -> Keypoi
     if not fitting:
         known = ", ".join(f"{len(k.keypoints)} ({k.name})" for k in KEYPOINT_SETS.values() if name in (None, k.name))
         raise FormatError(path, f"has {keypoints.shape[1]} keypoints for a person, expected {known}")
+    if len(fitting) == 1:
+        return fitting[0]
     upright = [_uprightness(known, keypoints) for known in fitting]
     return fitting[int(np.argmax(upright))] if max(upright) > upright[0] + _CLEARER else fitting[0]
 
@@ -96,4 +97,5 @@ def _uprightness(known: KeypointSet, keypoints: np.ndarray) -> float:
     heights = -np.nanmedian(y[:, seen], axis=0)
     if seen.sum() < 3 or np.ptp(heights) == 0:
         return -1.0
-    return float(np.corrcoef(heights, _HEIGHTS[seen])[0, 1])
+    standing = markers(np.zeros(len(POSE)), from_height())[seen, 2]
+    return float(np.corrcoef(heights, standing)[0, 1])
