@@ -1,5 +1,7 @@
 """Several people in a film, kept apart: tracks of detections over time, and the choice of one of them."""
 
+from typing import Any
+
 import numpy as np
 
 from motionenv.errors import FormatError
@@ -27,18 +29,15 @@ def followed(path, found: list[tuple]) -> list[Track]:
     frame, crowd = max(by_frame.items(), key=lambda item: len(item[1]))
     if len(crowd) > _MOST_PEOPLE:
         raise FormatError(path, f"frame {frame} shows {len(crowd)} people: keep only the walker's detections")
-    if all(identity is not None for _, _, identity in found):
-        tracks = _named(path, by_frame)
-    else:
-        tracks = []
-        for frame, people in by_frame.items():
-            _link(
-                [t for t in tracks if frame - next(reversed(t)) <= _LOST],
-                tracks,
-                frame,
-                [keypoints for keypoints, _ in people],
-            )
-    return sorted(tracks, key=weight, reverse=True)
+    known = all(identity is not None for _, _, identity in found)
+    tracks: dict[Any, Track] = {}
+    for frame, people in by_frame.items():
+        names = [identity for _, identity in people] if known else _linked(tracks, frame, people)
+        for (keypoints, _), name in zip(people, names, strict=True):
+            if frame in tracks.setdefault(name, {}):
+                raise FormatError(path, f"track_id {name!r} occurs twice in frame {frame}: keep one of them")
+            tracks[name][frame] = keypoints
+    return sorted(tracks.values(), key=weight, reverse=True)
 
 
 def weight(track: Track) -> float:
@@ -62,25 +61,20 @@ def chosen(path, tracks: list[Track], person: int | None) -> Track:
     raise FormatError(path, f"{asked}: select one with person= (--person). Longest tracks: {who}")
 
 
-def _named(path, by_frame: dict[int, list]) -> list[Track]:
-    tracks: dict[int | str, Track] = {}
-    for frame, people in by_frame.items():
-        for keypoints, name in people:
-            if frame in tracks.setdefault(name, {}):
-                raise FormatError(path, f"track_id {name!r} occurs twice in frame {frame}: keep one of them")
-            tracks[name][frame] = keypoints
-    return list(tracks.values())
-
-
-def _link(alive: list[Track], tracks: list[Track], frame: int, people: list[np.ndarray]) -> None:
-    """Assign each of `people` to the nearest active track, closest pairs first, or to a new one."""
-    pairs = [(_apart(t[next(reversed(t))], p), i, j) for i, t in enumerate(alive) for j, p in enumerate(people)]
-    new = set(range(len(people)))
-    for apart, i, j in sorted(pairs):
-        if apart <= _STRIDE and frame not in alive[i] and j in new:
-            alive[i][frame] = people[j]
-            new.remove(j)
-    tracks += [{frame: people[j]} for j in sorted(new)]
+def _linked(tracks: dict[Any, Track], frame: int, people: list[tuple]) -> list:
+    """The nearest active track of each of `people`, closest pairs first, or the name of a new one."""
+    last = {name: next(reversed(track)) for name, track in tracks.items()}
+    pairs = [
+        (_apart(tracks[name][last[name]], keypoints), name, j)
+        for name in tracks
+        if frame - last[name] <= _LOST
+        for j, (keypoints, _) in enumerate(people)
+    ]
+    names: dict[int, Any] = {}
+    for apart, name, j in sorted(pairs):
+        if apart <= _STRIDE and j not in names and name not in names.values():
+            names[j] = name
+    return [names.get(j, (frame, j)) for j in range(len(people))]
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> float:

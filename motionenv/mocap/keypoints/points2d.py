@@ -17,7 +17,8 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.detections import MOST_FRAMES, read
+from motionenv.mocap.keypoints.detections import MOST_FRAMES
+from motionenv.mocap.keypoints.detections import read as read_detections
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
@@ -79,7 +80,7 @@ def read_points(
     if suffix == ".json" or Path(path).is_dir():
         if fps is None:
             raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
-        keypoints = _in_pixels(path, read(path, person), size)
+        keypoints = _in_pixels(path, read_detections(path, person), size)
         positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
         found = "px"
     elif suffix not in (".csv", ".trc"):

@@ -49,3 +49,17 @@ def test_points_nobody_sees_do_not_make_people():
     for wrong in (2, -1, "0"):
         with pytest.raises(FormatError, match="there is no person"):
             chosen("a.json", tracks, wrong)
+
+
+def test_people_who_come_and_go_never_share_a_track():
+    """Up to four people in four places, each there at random for spells shorter than what ends a track."""
+    rng = np.random.default_rng(3)
+    places = [walker(frames=80, shift=700 * i, score=0.5 + 0.1 * i) for i in range(4)]
+    there = rng.random((80, 4)) < 0.6
+    found = [(i, places[p][i], None) for i in range(80) for p in rng.permutation(4) if there[i, p]]
+    tracks = followed("a.json", found)
+    assert sorted(map(len, tracks)) == sorted(there.sum(axis=0))
+    for track in tracks:
+        place = round(10 * (next(iter(track.values()))[0, 2] - 0.5))
+        assert list(track) == np.flatnonzero(there[:, place]).tolist()
+        np.testing.assert_array_equal(list(track.values()), places[place][there[:, place]])
