@@ -34,9 +34,8 @@ def read(path, person: int | None = None) -> np.ndarray:
     are frames without detections. In a data set each image is one frame, in the order of file names, and visibility
     0, 1 and 2 becomes a score of 0, 0.5 and 1. Without scores they are 1.
 
-    A person is tracked from frame to frame by the position of the keypoints, or by identities if every detection has
-    one; frames without that person are NaN. `person` 0 has the longest and most confident track. None raises an error
-    that lists the people if another track is at least a quarter as long as the first.
+    People are kept apart by `motionenv.mocap.keypoints.people`; frames without the chosen one are NaN. `person` 0 has
+    the longest and most confident track; None is an error if another is at least a quarter as long.
 
     Raises:
         FormatError: not JSON, an unknown layout, damaged, no person, or several; names field and value.

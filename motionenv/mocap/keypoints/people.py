@@ -31,12 +31,15 @@ def followed(path, found: list[tuple]) -> list[Track]:
         raise FormatError(path, f"frame {frame} shows {len(crowd)} people: keep only the walker's detections")
     known = all(identity is not None for _, _, identity in found)
     tracks: dict[Any, Track] = {}
+    active: dict[Any, tuple[int, np.ndarray]] = {}
     for frame, people in by_frame.items():
-        names = [identity for _, identity in people] if known else _linked(tracks, frame, people)
+        active = {name: last for name, last in active.items() if frame - last[0] <= _LOST}
+        names = [identity for _, identity in people] if known else _linked(active, frame, people)
         for (keypoints, _), name in zip(people, names, strict=True):
             if frame in tracks.setdefault(name, {}):
                 raise FormatError(path, f"track_id {name!r} occurs twice in frame {frame}: keep one of them")
             tracks[name][frame] = keypoints
+            active[name] = frame, keypoints
     return sorted(tracks.values(), key=weight, reverse=True)
 
 
@@ -61,15 +64,9 @@ def chosen(path, tracks: list[Track], person: int | None) -> Track:
     raise FormatError(path, f"{asked}: select one with person= (--person). Longest tracks: {who}")
 
 
-def _linked(tracks: dict[Any, Track], frame: int, people: list[tuple]) -> list:
+def _linked(active: dict, frame: int, people: list[tuple]) -> list:
     """The nearest active track of each of `people`, closest pairs first, or the name of a new one."""
-    last = {name: next(reversed(track)) for name, track in tracks.items()}
-    pairs = [
-        (_apart(tracks[name][last[name]], keypoints), name, j)
-        for name in tracks
-        if frame - last[name] <= _LOST
-        for j, (keypoints, _) in enumerate(people)
-    ]
+    pairs = [(_apart(last, new), name, j) for name, (_, last) in active.items() for j, (new, _) in enumerate(people)]
     names: dict[int, Any] = {}
     for apart, name, j in sorted(pairs):
         if apart <= _STRIDE and j not in names and name not in names.values():
