@@ -187,7 +187,7 @@ def _numbered(path, frames: list) -> list[int]:
     first, different = min(numbers, default=0), len(set(numbers))
     span = max(numbers, default=0) - first + 1
     if span > max(_SPARSE * different, 1000) or span > MOST_FRAMES:
-        problem = f"the {different} frames span {span} numbers, which aren't frame numbers, or more than {MOST_FRAMES}"
+        problem = f"the {different} frames span {_short(span)} numbers, which aren't frame numbers, or more than {MOST_FRAMES}"
         raise FormatError(path, f"{problem}; renumber them 0, 1, 2, ..., or cut the walk out", "image_id")
     return [number - first for number in numbers]
 
