@@ -8,9 +8,11 @@ import pytest
 import motionenv
 from motionenv.body import markers
 from motionenv.lifting import project_markers
+from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.mocap.keypoints.points2d import write_points
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.models.synthesis import synthesize
-from motionenv.types import MARKERS, Markers
+from motionenv.types import MARKERS, Markers, Points
 
 COCO = ("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
         "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle")  # fmt: skip
@@ -50,6 +52,29 @@ def test_coco_keypoints_in_pixels(run, walked, tmp_path):
     assert (tmp_path / "walk.bvh").stat().st_size > 1000
 
 
+def test_a_folder_of_a_detector_with_its_errors(run, walked, tmp_path):
+    """OpenPose's BODY_25 relative to the picture, one file per frame, of a walker seen by a detector that errs."""
+    pixels = 300 * project_markers(walked[1], np.radians(60)).positions * [1, -1] + [900, 700]
+    seen = DetectorErrors().apply(Points(pixels, 30, "px"), rng=1)
+    names = KEYPOINT_SETS["body-25"].keypoints
+    (tmp_path / "json").mkdir()
+    for i, (frame, sure) in enumerate(zip(seen.positions / [1920, 1080], seen.confidence, strict=True)):
+        at = dict(zip(MARKERS, np.column_stack([np.nan_to_num(frame), sure]).tolist(), strict=True))
+        at |= {"left_ear": at["head"], "right_ear": at["head"]}
+        flat = [value for name in names for value in at.get(name, [0.0, 0.0, 0.0])]
+        people = [{"person_id": [-1], "pose_keypoints_2d": flat}]
+        (tmp_path / "json" / f"cam_{i:012d}_keypoints.json").write_text(json.dumps({"people": people}))
+    common = ("lift", "json", "--fps", "30", "--elevation", "unknown", "--out", "walk.bvh")
+    result = run(*common, "--format", "body-25", "--size", "1920x1080")
+    assert result.code == 0, result.err
+    assert float(result.out.split("view ")[1].split(" ")[0]) == pytest.approx(60, abs=15)
+    wrong = {(): "--size", ("--size", "1920"): "WIDTHxHEIGHT", ("--size", "1920x1080", "--format", "coco"): "body-25"}
+    for args, says in wrong.items():
+        result = run(*common, *args)
+        assert result.code == 2
+        assert says in result.err
+
+
 def test_capture_is_projected_and_compared(run, walked, tmp_path):
     motionenv.write(walked[0], tmp_path / "walk.c3d")
     result = run("lift", "walk.c3d", "--project", "30", "--view", "unknown", "--out", "again.glb")
@@ -73,10 +98,13 @@ def test_capture_is_projected_and_compared(run, walked, tmp_path):
         (("points.csv", "--out", "again.npz", "--person", "1"), "person"),
         (("none.json", "--out", "again.npz", "--fps", "30"), "motionenv: none.json: can't be read"),
         (("walk.npz", "--out", "again.npz", "--person", "1"), "--person"),
+        (("walk.npz", "--out", "again.npz", "--size", "640x480"), "--size"),
+        (("walk.trc", "--out", "again.npz"), "--project"),
     ],
 )
 def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, walked, tmp_path, args, says):
     motionenv.write(walked[0], tmp_path / "walk.npz")
+    motionenv.write(walked[0], tmp_path / "walk.trc")
     write_points(project_markers(walked[1], 0.5), tmp_path / "points.csv")
     (tmp_path / "people.json").write_text("[]")
     before = set(tmp_path.iterdir())

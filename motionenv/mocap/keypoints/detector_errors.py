@@ -58,14 +58,14 @@ class DetectorErrors:
         for field in fields(self):
             checked_number(getattr(self, field.name), f"DetectorErrors.{field.name}", 0, most.get(field.name, np.inf))
 
-    def apply(self, points: Points, rng, height=None) -> Points:
+    def apply(self, points: Points, rng, height: float | None = None) -> Points:
         """The points as a detector would give them, with its confidence; gaps stay gaps. The same seed, the same bytes.
 
         Args:
             points: where the markers are, in metres or pixels.
             rng: a numpy Generator or a seed.
-            height: of the standing person in the picture, in the unit of the points: a number, or one per frame
-                (frames,). None: from the distance of head and ankles.
+            height: of the standing person in the picture, in the unit of the points; None takes it in each frame from
+                the distance of head and ankles.
 
         Raises:
             MotionError: no height above 0, or none given and head and ankles are never seen together.
@@ -143,21 +143,14 @@ def _episodes(rng, frames: int, share: np.ndarray, duration: float) -> np.ndarra
     return on
 
 
-def _heights(positions: np.ndarray, height) -> np.ndarray:
+def _heights(positions: np.ndarray, height: float | None) -> np.ndarray:
     """The person's height (frames,) in the unit of the positions (frames, 15, 2)."""
-    if height is None:
-        below = np.abs(positions[:, [_LEFT[-1], _RIGHT[-1]], 1] - positions[:, [_HEAD], 1])
-        height = _filled(below.max(axis=1), np.nan) / _REACH
-    try:
-        heights = np.broadcast_to(np.asarray(height, dtype=np.float64), len(positions))
-    except (TypeError, ValueError):
-        heights = np.zeros(1)
-    if not ((heights > 0) & np.isfinite(heights)).all():
-        raise MotionError(
-            "height must be the person's height in the picture, one number or one per frame, above 0, in the unit of "
-            "the points; without it, head and both ankles must be seen together in some frame"
-        )
-    return heights
+    if height is not None:
+        return np.full(len(positions), checked_number(height, "height", above=0))
+    below = np.abs(positions[:, [_LEFT[-1], _RIGHT[-1]], 1] - positions[:, [_HEAD], 1]).max(axis=1)
+    if not (below > 0).any():
+        raise MotionError("points must show head and both ankles in some frame: pass height=, that of the person")
+    return _filled(np.where(below > 0, below, np.nan), np.nan) / _REACH
 
 
 def _filled(values: np.ndarray, otherwise: float) -> np.ndarray:

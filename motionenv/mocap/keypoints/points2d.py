@@ -10,7 +10,6 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
-import re
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +17,9 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints import detections
-from motionenv.mocap.keypoints.skeletons import KeypointSet, keypoint_set
+from motionenv.mocap.keypoints.detections import MOST_FRAMES
+from motionenv.mocap.keypoints.detections import read as read_detections
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
@@ -27,8 +27,12 @@ from motionenv.types import MARKERS, Points
 
 _JITTER = 0.25  # [frames] tolerance of a frame's time
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
+_WRITTEN = {
+    name.replace("left_", "l").replace("right_", "r").replace("_", ""): name
+    for name in KEYPOINT_SETS["halpe-26"].keypoints
+}
+_WRITTEN |= {"hip": "mid_hip", "chip": "mid_hip", "head": "head_top"}  # in TRC files of Sports2D and Pose2Sim
 _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels, as those of Sports2D
-_WRITTEN = {"hip": "mid_hip", "c_hip": "mid_hip", "head": "head_top"}  # names in TRC files of Sports2D and Pose2Sim
 
 
 def read_points(
@@ -48,15 +52,14 @@ def read_points(
     They become markers by `motionenv.mocap.keypoints.skeletons`. Points are in pixels or, for any length unit, in
     metres, and named after the file.
 
-    Their `confidence` is the detector's score. It ranks points of one detector, but has another meaning in each: the
-    height of a peak in a heat map (OpenPose, HRNet), of a distribution over pixel rows and columns (RTMPose, where it
-    may exceed 1, which counts as 1), the probability of not being hidden (MediaPipe), an annotator's visibility.
-    Tables and TRC have none.
+    `confidence` of the points is the detector's score, at most 1. It ranks one detector's points and means something
+    else in each: the height of a peak in a heat map (OpenPose, HRNet) or along the picture's axes (RTMPose), the
+    probability of being visible (MediaPipe), an annotator's visibility. Tables and TRC have none.
 
     Args:
         path: the file or folder.
-        format: the kind of keypoints, such as "halpe-26" (`skeletons.KEYPOINT_SETS`); None recognises it by number and
-            place. COCO's 17 can't be mistaken for Human3.6M's 17 by people who stand or walk.
+        format: the kind of keypoints, such as "halpe-26" (`skeletons.KEYPOINT_SETS`); None recognises it by number, and
+            by the places that keypoints of upright people have.
         fps: frame rate [Hz]; required for JSON, overrides that of a table or TRC.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
@@ -77,25 +80,22 @@ def read_points(
     if suffix == ".json" or Path(path).is_dir():
         if fps is None:
             raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
-        keypoints = _in_pixels(path, detections.read(path, person), size)
+        keypoints = _in_pixels(path, read_detections(path, person), size)
         positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
         found = "px"
     elif suffix not in (".csv", ".trc"):
-        raise FormatError(
-            path, f"must be keypoints (.json, .trc or a folder) or a table (.csv), got {suffix or 'no suffix'!r}"
-        )
+        got = suffix or "no suffix"
+        raise FormatError(path, f"must be keypoints (.json, .trc or a folder) or a table (.csv), got {got!r}")
     elif (person, format, size) != (None, None, None):
         raise MotionError(f"person, format and size are only for keypoints in JSON; {suffix} has one walker: omit them")
     else:
         positions, fps, found = (_read_trc if suffix == ".trc" else _read_table)(path, fps)
-    name = Path(path).stem
-    if unit is None or unit == "px":
-        return Points(positions, fps, unit or found, name=name, confidence=scores)
-    return Points(positions * scale, fps, "m", name=name, confidence=scores)
+    shown = "px" if (unit or found) == "px" else "m"
+    return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
 
 
 def write_points(points: Points, path) -> None:
-    """Write points to a table (CSV) at `path`, atomically; `read_points` restores them exactly, but not their truth.
+    """Write points to a table (CSV) at `path`, atomically; `read_points` restores the positions exactly.
 
     Raises:
         MotionError: fewer than two frames, or the file can't be written.
@@ -113,32 +113,27 @@ def write_points(points: Points, path) -> None:
 
 def _in_pixels(path, keypoints: np.ndarray, size) -> np.ndarray:
     """Keypoints (frames, n, 3) in pixels, of coordinates in pixels or, with `size`, relative to the picture."""
-    seen = keypoints[keypoints[..., 2] > 0]
-    relative = len(seen) > 0 and float(np.abs(seen[:, :2]).max()) <= _NORMALISED
-    if relative and size is None:
-        raise FormatError(path, "has coordinates relative to the picture: pass size=(width, height) (--size 1920x1080)")
-    if size is None:
-        return keypoints
-    if not relative:
-        raise FormatError(path, f"has coordinates in pixels, not relative to the picture: omit size, got {size!r}")
-    if np.shape(size) != (2,) or not all(isinstance(side, int) and side > 0 for side in size):
+    largest = np.abs(keypoints[keypoints[..., 2] > 0, :2]).max(initial=0.0)
+    if (largest <= _NORMALISED) != (size is not None) and largest > 0:
+        problem = "relative to the picture: pass size=(width, height) (--size 1920x1080)"
+        raise FormatError(path, f"has coordinates {problem if size is None else 'in pixels: omit size'}")
+    if size is not None and (np.shape(size) != (2,) or not all(isinstance(side, int) and side > 0 for side in size)):
         raise MotionError(f"size must be width and height of the picture in pixels, got {size!r}")
-    return keypoints * [*size, 1]
+    return keypoints * [*(size or (1, 1)), 1]
 
 
 def _read_trc(path, fps: float | None) -> tuple[np.ndarray, float, str]:
     """Positions (frames, 15, 2), frame rate and unit of a TRC file whose z is 0, as Sports2D writes it."""
-    markers = trc.read(path, fps, unit=1.0, up="z")
-    if np.nan_to_num(markers.positions[..., 2]).any():
+    points = trc.read(path, fps, unit=1.0, up="z")
+    if np.nan_to_num(points.positions[..., 2]).any():
         raise FormatError(path, "has 3D points: project them with --project, or read them with motionenv.read")
-    names = [re.sub(r"(?<=[a-z])(?=[A-Z])", "_", re.sub("^([LR])(?=[A-Z])", r"\1_", name)) for name in markers.names]
-    names = [re.sub("^l_", "left_", re.sub("^r_", "right_", name.lower())) for name in names]
-    known = KeypointSet("trc", tuple(_WRITTEN.get(name, name) for name in names), len(names))
-    seen = np.where(np.isnan(markers.positions[..., :1]), np.nan, 1.0)
-    positions, _ = known.markers(np.concatenate([markers.positions[..., :2], seen], axis=-1), 0.0)
+    known = KeypointSet("trc", tuple(_WRITTEN.get(name.lower(), name) for name in points.names))
+    seen = np.where(np.isnan(points.positions[..., :1]), np.nan, 1.0)
+    positions, _ = known.markers(np.concatenate([points.positions[..., :2], seen], axis=-1), 0.0)
     if np.isnan(positions).all():
-        raise FormatError(path, f"has no keypoints with known names, such as RKnee, got {', '.join(markers.names[:5])}")
-    return positions, markers.fps, "px" if np.nanmax(positions) - np.nanmin(positions) > _TALLEST else "m"
+        raise FormatError(path, f"has no keypoints with known names, such as RKnee, got {', '.join(points.names[:5])}")
+    tall = np.nanmax(positions[..., 1]) - np.nanmin(positions[..., 1])
+    return positions, points.fps, "px" if tall > _TALLEST else "m"
 
 
 def _read_table(path, fps: float | None) -> tuple[np.ndarray, float, str]:
@@ -150,13 +145,12 @@ def _read_table(path, fps: float | None) -> tuple[np.ndarray, float, str]:
         raise FormatError(path, f"isn't a CSV file: {error}") from None
     header, rows = [word.strip() for word in rows[0][1]], rows[1:]
     unit, columns = _columns(path, header)
-    if not 2 <= len(rows) <= detections.MOST_FRAMES:
-        raise FormatError(path, f"must hold 2 to {detections.MOST_FRAMES} frames, got {len(rows)}")
+    if not 2 <= len(rows) <= MOST_FRAMES:
+        raise FormatError(path, f"must hold 2 to {MOST_FRAMES} frames, got {len(rows)}")
     values = np.array([_row(path, i, row, header) for i, row in rows])
     if np.isnan(values[:, 0]).any():
-        raise FormatError(
-            path, f"{header[0]} must be there in every row", f"line {rows[np.isnan(values[:, 0]).argmax()][0]}"
-        )
+        line = rows[np.isnan(values[:, 0]).argmax()][0]
+        raise FormatError(path, f"{header[0]} must be there in every row", f"line {line}")
     frames, fps = _clock(path, header[0], values[:, 0], fps)
     positions = np.full((frames[-1] + 1, len(MARKERS), 2), np.nan)
     positions.reshape(len(positions), -1)[frames[:, None], columns] = values[:, 1:]
@@ -168,20 +162,16 @@ def _columns(path, header: list[str]) -> tuple[str, np.ndarray]:
     """The unit, and the marker coordinate (0..29) of each column after the first one."""
     if header[0] not in ("time_s", "frame"):
         raise FormatError(path, f"the first column must be time_s or frame, got {header[0]!r}", "line 1")
-    if len(set(header)) != len(header):
-        raise FormatError(path, f"has the column {next(h for h in header if header.count(h) > 1)!r} twice", "line 1")
-    if any(name.endswith(("_z_m", "_z_px")) for name in header):
-        raise FormatError(path, "has columns of z: these are 3D points, project them first", "line 1")
     known = {f"{name}_{axis}": 2 * i + j for i, name in enumerate(MARKERS) for j, axis in enumerate("xy")}
     split = [name.rpartition("_") for name in header[1:]]
     for coordinate, _, unit in split:
         if coordinate not in known or unit not in ("m", "px"):
-            problem = f"columns must have names like left_knee_x_m or left_knee_x_px, got {f'{coordinate}_{unit}'!r}"
+            problem = f"columns must be like left_knee_x_m or left_knee_x_px, 2D, got {f'{coordinate}_{unit}'!r}"
             raise FormatError(path, problem, "line 1")
     units = {unit for _, _, unit in split}
     which = np.array([known[coordinate] for coordinate, _, _ in split], dtype=np.intp)
-    if len(units) != 1 or set(which ^ 1) != set(which):
-        raise FormatError(path, "must have x and y of each of its markers, all in m or all in px", "line 1")
+    if len(units) != 1 or sorted(which ^ 1) != sorted(set(which)):
+        raise FormatError(path, "must have x and y of each of its markers once, all in m or all in px", "line 1")
     return units.pop(), which
 
 
@@ -200,10 +190,8 @@ def _clock(path, column: str, values: np.ndarray, fps: float | None) -> tuple[np
         raise FormatError(path, "has frames but no times: pass fps= (--fps)")
     step = 1.0 if column == "frame" else float(np.median(steps))
     frames = np.concatenate([[0.0], np.cumsum(np.rint(steps / step))])
-    if not frames[-1] < detections.MOST_FRAMES:
-        raise FormatError(
-            path, f"spans {frames[-1]:.3g} frames, more than {detections.MOST_FRAMES}: cut the walk out", column
-        )
+    if not frames[-1] < MOST_FRAMES:
+        raise FormatError(path, f"spans {frames[-1]:.3g} frames, more than {MOST_FRAMES}: cut the walk out", column)
     took = (values[-1] - values[0]) / max(frames[-1], 1.0)
     if not np.abs(values - values[0] - frames * took).max() <= (1e-6 if column == "frame" else _JITTER * took):
         raise FormatError(path, f"{column} isn't regular: resample to a constant frame rate", column)

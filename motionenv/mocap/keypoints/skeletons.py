@@ -12,8 +12,7 @@ from motionenv.errors import FormatError, MotionError
 from motionenv.types import MARKERS, POSE
 
 _TABLE = tomllib.loads(files(__package__).joinpath("skeletons.toml").read_text(encoding="utf-8"))
-_HEIGHTS = markers(np.zeros(len(POSE)), from_height())[:, 2]  # of the markers of somebody who stands
-_CLEARER = 0.1  # how much better a rarer definition must correlate with these heights than the usual one
+_CLEARER = 0.1  # how much more upright people must be by a rarer definition than by the usual one
 _TRACE = 0.05  # score of keypoints that tell definitions apart
 
 
@@ -23,15 +22,13 @@ class KeypointSet:
 
     Attributes:
         name: such as "halpe-26".
-        keypoints: names in file order; further ones in a file, of hands and face, aren't used.
-        count: how many a file has for a person.
-        least_spread: uncertainty of limb joints if it isn't that of annotated pictures, relative to body height.
+        keypoints: names in file order; "" for those of hands and face.
+        joint_spread: of the joints of limbs, where it isn't that of annotated pictures; see `spread`.
     """
 
     name: str
     keypoints: tuple[str, ...]
-    count: int
-    least_spread: float | None = None
+    joint_spread: float | None = None
 
     def ways(self, marker: str) -> list[dict]:
         """Combinations {"of": {keypoint: weight}, "spread": ...} that give a marker, in order of preference."""
@@ -41,13 +38,13 @@ class KeypointSet:
     def spread(self) -> np.ndarray:
         """Distance (15,) of what `markers` gives from the CMU set's, relative to body height; NaN: no such marker."""
         found = np.array([next((way["spread"] for way in self.ways(name)), np.nan) for name in MARKERS])
-        return found if self.least_spread is None else np.where(np.arange(len(MARKERS)) > 2, self.least_spread, found)
+        return found if self.joint_spread is None else np.where(["_" in m for m in MARKERS], self.joint_spread, found)
 
     def markers(self, keypoints: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions (frames, 15, 2) and confidences (frames, 15) of the markers.
 
         Args:
-            keypoints: (frames, count, 3): x, y and score; NaN where unknown.
+            keypoints: (frames, n, 3): x, y and score; NaN where unknown.
             least: score from which a keypoint is visible.
 
         A marker is as sure as the least sure of its keypoints; scores above 1 count as 1. Gaps are NaN and 0.
@@ -64,13 +61,11 @@ class KeypointSet:
         return out[..., :2], np.nan_to_num(np.minimum(out[..., 2], 1.0))
 
 
-def _known(name: str, row: dict) -> KeypointSet:
-    keypoints = tuple(row["keypoints"].split())
-    return KeypointSet(name, keypoints, row.get("count", len(keypoints)), row.get("spread"))
-
-
 #: The definitions by name.
-KEYPOINT_SETS = {name: _known(name, row) for name, row in _TABLE["skeletons"].items()}
+KEYPOINT_SETS = {
+    name: KeypointSet(name, (*row["keypoints"].split(), *[""] * row.get("more", 0)), row.get("joint_spread"))
+    for name, row in _TABLE["skeletons"].items()
+}
 
 
 def keypoint_set(path, keypoints: np.ndarray, name: str | None = None) -> KeypointSet:
@@ -85,10 +80,12 @@ def keypoint_set(path, keypoints: np.ndarray, name: str | None = None) -> Keypoi
     """
     if name is not None and name not in KEYPOINT_SETS:
         raise MotionError(f"format must be one of {', '.join(KEYPOINT_SETS)}, got {name!r}")
-    fitting = [k for k in KEYPOINT_SETS.values() if k.count == keypoints.shape[1] and name in (None, k.name)]
+    fitting = [k for k in KEYPOINT_SETS.values() if len(k.keypoints) == keypoints.shape[1] and name in (None, k.name)]
     if not fitting:
-        known = ", ".join(f"{k.count} ({k.name})" for k in KEYPOINT_SETS.values() if name in (None, k.name))
+        known = ", ".join(f"{len(k.keypoints)} ({k.name})" for k in KEYPOINT_SETS.values() if name in (None, k.name))
         raise FormatError(path, f"has {keypoints.shape[1]} keypoints for a person, expected {known}")
+    if len(fitting) == 1:
+        return fitting[0]
     upright = [_uprightness(known, keypoints) for known in fitting]
     return fitting[int(np.argmax(upright))] if max(upright) > upright[0] + _CLEARER else fitting[0]
 
@@ -100,4 +97,5 @@ def _uprightness(known: KeypointSet, keypoints: np.ndarray) -> float:
     heights = -np.nanmedian(y[:, seen], axis=0)
     if seen.sum() < 3 or np.ptp(heights) == 0:
         return -1.0
-    return float(np.corrcoef(heights, _HEIGHTS[seen])[0, 1])
+    standing = markers(np.zeros(len(POSE)), from_height())[seen, 2]
+    return float(np.corrcoef(heights, standing)[0, 1])

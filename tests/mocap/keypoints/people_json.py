@@ -35,12 +35,13 @@ def walker(name="coco-17", frames=20, shift=0.0, score=0.9) -> np.ndarray:
     at = dict(zip(MARKERS, np.moveaxis(seen, 1, 0), strict=True))
     head, neck = at["head"], (at["left_shoulder"] + at["right_shoulder"]) / 2
     top = (head - 0.4 * neck) / 0.6
-    at |= {"left_ear": head + [3, 0], "right_ear": head - [3, 0], "neck": neck, "head_top": top}
+    at |= {"left_ear": head + np.array([3, 0]), "right_ear": head - [3, 0], "neck": neck, "head_top": top}
     at |= {"upper_neck": 2 * head - top, "mid_hip": (at["left_hip"] + at["right_hip"]) / 2, "thorax": at["sternum"]}
     known = KEYPOINT_SETS[name]
-    names = [*known.keypoints, *["hand"] * (known.count - len(known.keypoints))]
+    names = known.keypoints
     others = {key: at[f"{key.split('_')[0]}_ankle"] + [20, 10] for key in names if "toe" in key or "heel" in key}
-    xy = np.stack([at.get(key, others.get(key, head + [20, 0])) for key in names], axis=1)
+    face = head + np.array([20, 0])
+    xy = np.stack([at.get(key, others.get(key, face)) for key in names], axis=1)
     return np.concatenate([xy, np.full((*xy.shape[:2], 1), score)], axis=-1)
 
 

@@ -134,7 +134,7 @@ def test_gaps_of_the_points_stay_and_truth_and_unit_too():
     assert np.isnan(seen.positions[10:20, KNEE]).all()
     assert (seen.unit, seen.name, seen.fps) == ("m", "walk", FPS)
     assert np.nanstd(seen.positions - metres.positions) < 0.1
-    given = DetectorErrors(missing=0).apply(metres, 0, height=np.full(80, 1.75))
+    given = DetectorErrors(missing=0).apply(metres, 0, height=1.75)
     np.testing.assert_allclose(given.positions, seen.positions, atol=1e-2)
 
 
@@ -144,9 +144,24 @@ def test_what_is_impossible_is_named():
     with pytest.raises(MotionError, match=r"DetectorErrors\.memory"):
         DetectorErrors(memory=-1)
     for height in (0, [1, 2], "tall", np.nan):
-        with pytest.raises(MotionError, match="height must be"):
+        with pytest.raises(MotionError, match="height must"):
             DetectorErrors().apply(standing(5), 0, height=height)
     with pytest.raises(MotionError, match="head and both ankles"):
         DetectorErrors().apply(Points(np.full((5, 15, 2), np.nan), 30, "px"), 0)
     with pytest.raises(MotionError, match="seed"):
         DetectorErrors().apply(standing(5), "x")
+
+
+def test_the_tables_derivations_hold():
+    """What `detector_errors.toml` derives from published figures, derived again."""
+    area = np.mean([np.sqrt(share * 1.8) / 1.75 for share in (0.35, 0.23)])
+    assert area == pytest.approx(0.41, abs=0.01)
+    # The scale at which 10 of 83 good or jittering keypoints exceed an OKS of 0.85: P(d > r) = (1 + r² / (ν τ²))^(-ν/2)
+    reach = np.sqrt(-2 * np.log(0.85)) * 2 * 0.41
+    assert reach / np.sqrt(4 * ((0.10 / 0.83) ** (-2 / 4) - 1)) == pytest.approx(0.17, abs=0.005)
+    assert np.hypot(DetectorErrors().bias, DetectorErrors().jitter) == pytest.approx(0.17, abs=0.001)
+    # Second differences of first-order autoregression have a variance of 6 - 8 ρ + 2 ρ² times its own
+    for mean, acceleration, seconds in ((6.67, 2.91, 0.2), (4.59, 1.01, 0.8), (5.14, 0.90, 1.3), (9.42, 1.54, 1.5)):
+        ratio = acceleration**2 / (mean**2 / 2)
+        keep = (8 - np.sqrt(64 - 8 * (6 - ratio))) / 4
+        assert -1 / 50 / np.log(keep) == pytest.approx(seconds, abs=0.05)

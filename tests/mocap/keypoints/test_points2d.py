@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.mocap.keypoints.points2d import read_points, write_points
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS, Points
 from tests.mocap.keypoints.people_json import expected, person, results, saved, walker
 
@@ -132,11 +132,11 @@ WRONG = {
     "empty": ("", "empty"),
     "no column": ("a,b\n1,2\n", "first column"),
     "typo": ("time_s,haed_x_m,haed_y_m\n0,1,2\n1,1,2\n", "haed_x_m"),
-    "3D": ("time_s,head_x_m,head_y_m,head_z_m\n0,1,2,3\n", "3D"),
+    "3D": ("time_s,head_x_m,head_y_m,head_z_m\n0,1,2,3\n", "2D, got 'head_z_m'"),
     "half": ("time_s,head_x_m\n0,1\n1,2\n", "x and y of each"),
     "units": ("time_s,head_x_m,head_y_px\n0,1,2\n1,2,3\n", "all in m or all in px"),
     "nothing": ("time_s\n0\n1\n", "all in m or all in px"),
-    "twice": ("time_s,head_x_m,head_x_m\n0,1,2\n", "twice"),
+    "twice": ("time_s,head_x_m,head_x_m\n0,1,2\n", "markers once"),
     "one row": (HEAD + "0,1,2\n", "2 to"),
     "word": (HEAD + "0,1,2\n1,x,2\n", "line 3: head_x_m must be a number, got 'x'"),
     "infinite": (HEAD + "0,1,2\n1,inf,2\n", "finite"),
@@ -195,7 +195,7 @@ def test_settings_are_checked(tmp_path):
 
 def test_scores_become_confidence(tmp_path):
     content = results(4)
-    content[2]["keypoints"][2 :: 3] = [1.3] * 17
+    content[2]["keypoints"][2::3] = [1.3] * 17
     content[2]["keypoints"][3 * KEYPOINTS.index("left_knee") + 2] = 0.5
     points = read_points(saved(tmp_path, content), fps=25)
     np.testing.assert_allclose(np.delete(points.confidence, 2, axis=0), 0.9)
@@ -237,7 +237,7 @@ def test_the_format_can_be_said(tmp_path):
 
 
 def sports2d(keypoints, path, z=0.0, fps=60) -> str:
-    """A TRC as `make_trc_with_trc_data` of Sports2D writes it: its names, pixels with y downwards, "m" as their unit."""
+    """A TRC as `make_trc_with_trc_data` of Sports2D writes it: pixels, y downwards, with "m" as their unit."""
     names = {"mid_hip": "Hip", "head_top": "Head", "neck": "Neck", "nose": "Nose"}
     sides = {"left": "L", "right": "R"}
     known = KEYPOINT_SETS["halpe-26"].keypoints
