@@ -41,13 +41,6 @@ async def model(request: Request, group: Group, name: Name) -> Response:
     return _answer(request, told)
 
 
-@router.get("/v1/models/{group}/{name}/ready", summary="Whether a model is in memory", responses=_REFUSALS)
-async def model_ready(request: Request, group: Group, name: Name) -> Response:
-    """503 until it is."""
-    request.app.state.service.model_registry.get(f"{group}/{name}")
-    return Response(b'{"ready":true}', media_type="application/json")
-
-
 def _answer(request: Request, told: BaseModel) -> Response:
     body = told.model_dump_json()
     headers = caching.cache_headers(caching.make_etag(body), control=REVALIDATED)
