@@ -18,6 +18,7 @@ import logging
 import os
 import re
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -35,10 +36,11 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
-from motionenv._core._progress import progress
-
 LIMIT = 400 * 2**20  # bytes of kernels on disk; one version of this library takes about 40 MB
 _IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE)
+
+_REPORT = 5.0  # [s] between reports
+_began = _said = 0.0  # [s] of `time.monotonic()`: the first report and the last
 
 logger = logging.getLogger(__name__)
 
@@ -174,11 +176,10 @@ class _KernelCache(_Cache):
         except OSError:  # a folder that can't be read; `save_overload` says so
             found = None
         if found is None:
-            _begin(self._dispatcher)
+            _report(self._dispatcher.py_func.__name__)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        progress.end()
         if isinstance(self._opened, NullCache):  # it could not be written before
             return
         folder = Path(self.cache_path)
@@ -276,25 +277,11 @@ class _PartCompiler(Compiler):
         return super().define_pipelines()
 
 
-class _PartCache(NullCache):
-    """No cache: parts lie in the files of kernels. It hears of what is compiled."""
-
-    def __init__(self, dispatcher: Dispatcher):
-        self._dispatcher = dispatcher
-
-    def load_overload(self, sig: Any, target_context: Any) -> None:
-        _begin(self._dispatcher)
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        progress.end()
-
-
 class _Part(_Compiled):
     """A function that only kernels call."""
 
     def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
         super().__init__(py_func, locals, targetoptions, pipeline_class=_PartCompiler)
-        self._cache = _PartCache(self)
 
     def add_overload(self, cres: Any) -> None:
         """Make a part known to those that call it, which numba does in the step that `_PartCompiler` leaves out.
@@ -345,18 +332,11 @@ def _size(folder: Path) -> int:
     return sum(file.stat().st_size for file in folder.iterdir())
 
 
-def _begin(dispatcher: Any) -> None:
-    """Say that a kernel, or one that it calls, is about to be compiled."""
-    progress.begin(dispatcher.py_func.__name__, lambda: len(_reached(dispatcher, set())))
-
-
-def _reached(dispatcher: Any, found: set) -> set:
-    """A kernel and all kernels and parts that it calls."""
-    if dispatcher not in found and isinstance(dispatcher, _Compiled):
-        found.add(dispatcher)
-        function = dispatcher.py_func
-        for name in function.__code__.co_names:
-            called = function.__globals__.get(name)
-            if isinstance(called, Dispatcher):
-                _reached(called, found)
-    return found
+def _report(name: str) -> None:
+    """Say which kernel is being compiled: the first at once, and then one every few seconds."""
+    global _began, _said
+    now = time.monotonic()
+    if now - _said < _REPORT:
+        return
+    _began, _said = _began or now, now
+    logger.warning("compiling kernels, once for this version and machine: %s, %.0f s", name, now - _began)

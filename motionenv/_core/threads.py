@@ -56,11 +56,8 @@ class Workers:
             self._pool.shutdown()
         self._pool = None
 
-    def __getstate__(self):
-        return {"threads": self.threads, "name": self.name}
-
-    def __setstate__(self, state):
-        self.__init__(**state)  # type: ignore[misc]
+    def __reduce__(self):
+        return Workers, (self.threads, self.name)
 
 
 #: Where one pool is enough: for calls that make something at once.

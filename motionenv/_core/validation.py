@@ -70,11 +70,6 @@ def checked_fps(fps: Any, name: str = "fps") -> float:
     return checked_number(fps, name, above=0, unit="frames per second")
 
 
-def checked_seed(seed: Any, name: str = "seed") -> int:
-    """A seed that is a whole number from 0; otherwise a MotionError about `name`."""
-    return checked_whole(seed, name, 0)
-
-
 def random_generator(seed: Any) -> np.random.Generator:
     """The generator of a seed, None, a whole number from 0 or several; a Generator as it is; else a MotionError."""
     try:

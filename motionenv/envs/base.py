@@ -4,9 +4,6 @@ An episode has horizon + 1 frames. `reset` returns the observation of frame 0. T
 the last observed frame; it is scored against that frame's ground truth, and the next frame is observed. The episode is
 truncated when frame `horizon` has been observed, and is never terminated: who loses the track pays for every frame.
 
-Except in ActiveTracking, actions never change what is seen: these are estimation problems, each action is judged by its
-own reward, and a discount of γ = 0 is right.
-
 A world holds n episodes in arrays. The single environment is a world with n = 1, so the vector environment returns the
 same as single ones with the same seeds.
 """

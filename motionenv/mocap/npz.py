@@ -5,7 +5,6 @@ import struct
 import zlib
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +18,9 @@ _FORMAT, _VERSION = "motionenv motion", 1
 _SKELETONS = 64  # most skeletons whose archive members are cached
 _FIELDS = {"format", "version", "pose", "poses", "offsets", "radii", "height", "fps", "name"}
 _OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
+
+#: A file in a zip archive: its name, its bytes, and their checksum.
+_Member = tuple[bytes, bytes, int]
 
 
 def write(motion: Motion, path) -> None:
@@ -51,23 +53,16 @@ def _of_motion(motion: Motion) -> dict[str, np.ndarray]:
 
 
 @lru_cache(maxsize=_SKELETONS)
-def _kept_members(offsets: bytes, radii: bytes, height: float) -> list["_Member"]:
+def _kept_members(offsets: bytes, radii: bytes, height: float) -> list[_Member]:
     """Archive members that are equal in all files of one body."""
     body = Skeleton(np.frombuffer(offsets).reshape(-1, 3), np.frombuffer(radii).reshape(-1, 2), height)
     return [_member(name, array) for name, array in {**_constant(), **_of_skeleton(body)}.items()]
 
 
-class _Member(NamedTuple):
-    """A file in a zip archive: its name, its bytes, and their checksum."""
-
-    name: bytes
-    data: bytes
-    crc: int
-
-
 def _member(name: str, array: np.ndarray) -> _Member:
+    """An array as a file in a zip archive."""
     data = _npy_header(array.shape, array.dtype.str) + array.tobytes()
-    return _Member(f"{name}.npy".encode(), data, zlib.crc32(data))
+    return f"{name}.npy".encode(), data, zlib.crc32(data)
 
 
 @lru_cache(maxsize=256)

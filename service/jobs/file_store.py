@@ -10,7 +10,6 @@ from pathlib import Path
 
 from service.jobs.store import Full, full_disk_errors
 
-_CHUNK = 1 << 20
 _BALLAST = 4 << 20  # bytes to free on a full disk, so that jobs can still be cancelled and removed
 _STALE = 3600.0  # [s] after which an unfinished upload is abandoned
 
@@ -115,9 +114,7 @@ class Incoming:
 
 def sha256(path: Path) -> str:
     """SHA-256 of a file, which is synced to disk."""
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            digest.update(chunk)
+        digest = hashlib.file_digest(file, "sha256")
         os.fsync(file.fileno())
     return digest.hexdigest()

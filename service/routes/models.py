@@ -12,7 +12,7 @@ from service.responses import caching
 from service.schemas.models import ModelDescription, ModelList
 
 router = APIRouter(tags=["models"])
-_REVALIDATED = "private, no-cache"
+REVALIDATED = "private, no-cache"
 _UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "It is the one of `If-None-Match`."}}
 _REFUSALS = documented(401, 404, 422, 429, 500, 503, 504)
 
@@ -23,11 +23,10 @@ Name = Annotated[str, Path(pattern="^[a-z0-9][a-z0-9-]*$", max_length=63, exampl
 @router.get("/v1/models", summary="All models", responses={200: {"model": ModelList}, **_UNCHANGED, **_REFUSALS})
 async def models(request: Request) -> Response:
     """The ready-made models, and those that were fitted here."""
-    model_registry = request.app.state.service.model_registry
-    listed = await request.app.state.service.worker_pool.run(
-        lambda: ModelList(models=[summary(name, *model_registry.find(name)) for name in model_registry.names()])
-    )
-    return _answer(request, listed)
+    service = request.app.state.service
+    known = service.model_registry
+    listed = lambda: ModelList(models=[summary(name, *known.find(name)) for name in known.names()])
+    return _answer(request, await service.worker_pool.run(listed))
 
 
 @router.get(
@@ -37,24 +36,14 @@ async def models(request: Request) -> Response:
 )
 async def model(request: Request, group: Group, name: Name) -> Response:
     """Its card, its size, the components that `deviations` and `scores` are along, and what may be asked of it."""
-    return _answer(request, await _described(request, f"{group}/{name}"))
-
-
-@router.get("/v1/models/{group}/{name}/ready", summary="Whether a model is in memory", responses=_REFUSALS)
-async def model_ready(request: Request, group: Group, name: Name) -> Response:
-    """503 until it is."""
-    request.app.state.service.model_registry.get(f"{group}/{name}")
-    return Response(b'{"ready":true}', media_type="application/json")
-
-
-async def _described(request: Request, name: str) -> ModelDescription:
-    model_registry = request.app.state.service.model_registry
-    return await request.app.state.service.worker_pool.run(lambda: description(name, *model_registry.find(name)))
+    service, whole = request.app.state.service, f"{group}/{name}"
+    told = await service.worker_pool.run(lambda: description(whole, *service.model_registry.find(whole)))
+    return _answer(request, told)
 
 
 def _answer(request: Request, told: BaseModel) -> Response:
     body = told.model_dump_json()
-    headers = caching.cache_headers(caching.make_etag(body), control=_REVALIDATED)
+    headers = caching.cache_headers(caching.make_etag(body), control=REVALIDATED)
     if caching.etag_matches(request, headers["ETag"]):
         return caching.not_modified(headers)
     return Response(body, headers=headers, media_type="application/json")

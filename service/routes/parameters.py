@@ -1,17 +1,18 @@
 """Numbers of a model, with which the page makes its walks itself: `GET /v1/models/{group}/{name}/parameters`."""
 
-import hashlib
 import threading
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 import motionenv
 from motionenv import MotionError
 from service.errors import Problem, documented
 from service.formats.parameters import MEDIA_TYPE, packed
+from service.responses import caching
+from service.routes.models import REVALIDATED, Group, Name
 
 router = APIRouter(prefix="/v1", tags=["models"])
 _KEPT = 16  # models whose parameters stay in memory
@@ -32,11 +33,7 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     response_class=Response,
     responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
 )
-async def parameters(
-    request: Request,
-    group: Annotated[str, Path(pattern="^[a-z0-9]+$", max_length=63, examples=["walk"])],
-    name: Annotated[str, Path(pattern="^[a-z0-9][a-z0-9-]*$", max_length=63, examples=["fpca"])],
-) -> Response:
+async def parameters(request: Request, group: Group, name: Name) -> Response:
     """What is needed to make the model's walks anywhere, as the page does.
 
     With sliders at `d` standard deviations, scores are `mean_scores + d · deviations`, and the cycle is
@@ -48,9 +45,9 @@ async def parameters(
         body, tag = await service.worker_pool.run(lambda: _packed(model))
     except MotionError as error:
         raise Problem(422, str(error), field="/name") from None
-    headers = {"ETag": tag, "Cache-Control": "private, no-cache"}
-    if tag in request.headers.get("if-none-match", ""):
-        return Response(status_code=304, headers=headers)
+    headers = caching.cache_headers(tag, control=REVALIDATED)
+    if caching.etag_matches(request, tag):
+        return caching.not_modified(headers)
     return Response(body, headers=headers, media_type=MEDIA_TYPE)
 
 
@@ -63,4 +60,4 @@ def prepare(model_registry: Any) -> None:
 @lru_cache(maxsize=_KEPT)
 def _packed(model: Any) -> tuple[bytes, str]:
     body = packed(*motionenv.parameters(model))
-    return body, f'"{hashlib.blake2b(body, digest_size=12).hexdigest()}"'
+    return body, caching.make_etag(body)

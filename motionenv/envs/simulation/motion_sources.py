@@ -16,7 +16,7 @@ from typing import Protocol
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps, checked_number, checked_range, checked_seed, checked_whole
+from motionenv._core.validation import checked_fps, checked_number, checked_range, checked_whole
 from motionenv.body.gaps import PARTS, check_shown
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
@@ -263,7 +263,7 @@ def _check_reading(file_fps: float | None, unit: str | None) -> None:
 
 def _check_seeded(seed, speed: tuple[float, float] | None, height: tuple[float, float] | None) -> None:
     """Validate the arguments of a seeded motion."""
-    checked_seed(seed, "motion_seed")
+    checked_whole(seed, "motion_seed", 0)
     for name, wanted in (("speed", speed), ("height", height)):
         if wanted is not None and wanted[0] != wanted[1]:
             raise MotionError(f"{name} must be a single value with motion_seed, such as "

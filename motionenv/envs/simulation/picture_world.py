@@ -56,10 +56,7 @@ class PictureWorld:
 
     def advance(self, slots: np.ndarray) -> None:
         """As `World.advance`, for `slots`."""
-        if len(slots) == self.n:
-            self.time += 1
-        else:
-            self.time[slots] += 1
+        self.time[slots] += 1
 
     def truth(self, slot: int) -> dict[str, Any]:
         """As `Stage.truth`, of `slot`."""

@@ -9,6 +9,8 @@ from html import escape
 
 import numpy as np
 
+from motionenv.gait.normalised import mean_and_sd
+
 #: Colours of the sides; the report's style sheet uses the same.
 COLOURS = {"left": "#b42318", "right": "#175cd3"}
 
@@ -76,7 +78,7 @@ def angle_panel(panel: Panel) -> str:
         parts.append(_line(across(percent), down(mean), "reference"))
     for side, curves in panel.curves.items():
         thin = [_line(across(percent), down(curve), f"stride {side}") for curve in curves] if len(curves) > 1 else []
-        parts += [*thin, _line(across(percent), down(_mean(curves)), f"mean {side}")]
+        parts += [*thin, _line(across(percent), down(mean_and_sd(curves)[0]), f"mean {side}")]
     label = panel.name.replace("_", " ")
     return (
         f'<svg class="panel" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
@@ -169,13 +171,6 @@ def _stance(toe_off: Mapping[str, float], across) -> str:
         f'<path class="toe-off {side}" d="M{float(across(at)):.1f} {_TOP}v{height}"/>' for side, at in known.items()
     ]
     return shade + "".join(lines)
-
-
-def _mean(curves: np.ndarray) -> np.ndarray:
-    """Mean over strides (101,), NaN where no stride knows the value."""
-    known = np.isfinite(curves)
-    count = known.sum(0)
-    return np.where(count > 0, np.where(known, curves, 0.0).sum(0) / np.maximum(count, 1), np.nan)
 
 
 def _line(x: np.ndarray, y: np.ndarray, kind: str) -> str:

@@ -27,14 +27,12 @@ class PyrenderRenderer:
         self._state = _State(self.scene)
         weakref.finalize(self, _close, self._state).atexit = False
 
-    def render(
-        self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True, masks: bool = True
-    ) -> Frame:
+    def render(self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True) -> Frame:
         """Render poses.
 
         Args:
             poses, skeleton, cameras: as of `motionenv.render.render`.
-            rgb, masks: whether to render colours, and depth and ids; otherwise the latter's arrays have length 0.
+            rgb: whether to render colours too.
 
         Raises:
             MotionError: see `motionenv.render.request.batch`.
@@ -42,20 +40,16 @@ class PyrenderRenderer:
         """
         work = batch(poses, skeleton, cameras)
         frame = work.empty(rgb)
-        flat = work.flat(frame)
         _opengl.load()
-        _opengl.thread.run(self._state.draw, work, skeleton, flat, masks)
-        return frame if masks else Frame(frame.rgb, frame.depth[:0], frame.limbs[:0])
+        _opengl.thread.run(self._state.draw, work, skeleton, work.flat(frame))
+        return frame
 
     def close(self) -> None:
         """Delete the context; the next image creates a new one."""
         _close(self._state)
 
-    def __getstate__(self):
-        return {"scene": self.scene}
-
-    def __setstate__(self, state):
-        self.__init__(state["scene"])  # type: ignore[misc]
+    def __reduce__(self):
+        return PyrenderRenderer, (self.scene,)
 
 
 class _State:
@@ -67,7 +61,7 @@ class _State:
         self._skeleton: tuple | None = None
         self._gl: Any = None
 
-    def draw(self, work, skeleton: Skeleton, flat: Frame, masks: bool) -> None:
+    def draw(self, work, skeleton: Skeleton, flat: Frame) -> None:
         """Render `work` into `flat`."""
         from motionenv.render.opengl._scene import GlScene
 
@@ -79,8 +73,7 @@ class _State:
             self._skeleton, self._gl = key, GlScene(skeleton, self.scene)
         for i, (pose, camera) in enumerate(zip(work.poses, (work.cameras[k] for k in work.which), strict=True)):
             self._gl.pose(pose)
-            if masks:
-                flat.depth[i], flat.limbs[i] = self._masks(camera)
+            flat.depth[i], flat.limbs[i] = self._masks(camera)
             if flat.rgb is not None:
                 flat.rgb[i] = self._picture(camera)
 

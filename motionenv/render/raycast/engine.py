@@ -6,6 +6,7 @@ The result is bit-identical for every call, order and number of threads.
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -112,11 +113,8 @@ class Raycaster:
                 kept.popitem(last=False)
         return made
 
-    def __getstate__(self):
-        return {"scene": self.scene, "threads": self.threads}
-
-    def __setstate__(self, state):
-        self.__init__(state["scene"], threads=state["threads"])  # type: ignore[misc]
+    def __reduce__(self):
+        return partial(Raycaster, self.scene, threads=self.threads), ()
 
 
 def _pieces(work: Batch, most: int) -> Iterator[tuple[Camera, np.ndarray]]:

@@ -63,10 +63,9 @@ def test_sizes_and_skeletons_may_change(renderer, walking):
 
 
 @pytest.mark.usefixtures("opengl")
-def test_without_colour_or_masks_and_empty(renderer, walking):
+def test_without_colour_and_empty(renderer, walking):
     pose = walking(1)
     assert renderer.render(pose, SKELETON, CAMERA, rgb=False).rgb is None
-    assert renderer.render(pose, SKELETON, CAMERA, masks=False).limbs.size == 0
     assert renderer.render(pose[:0], SKELETON, CAMERA).rgb.shape == (0, 48, 48, 3)
 
 
