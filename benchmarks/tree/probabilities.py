@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from motionenv.models.motion_tree.search.tree import CoefficientTree
-from motionenv.models.motion_tree.search.tree_kernels import path_of, weigh
+from motionenv.models.motion_tree.search.tree_kernels import tail, weigh
 
 
 def log_prob(tree: CoefficientTree, probes, positions, beta: float, leaf: str, blocks) -> np.ndarray:
@@ -17,6 +17,20 @@ def log_prob(tree: CoefficientTree, probes, positions, beta: float, leaf: str, b
         tree.nodes, tree.starts, tree.members, blocks, probes, positions, beta, leaf == "kernel", tree.largest, out
     )
     return out
+
+
+@njit
+def path_of(nodes, blocks, position, probe, sharpness):
+    """The leaf of the window at `position`, and the log-probability that the search reaches it."""
+    place, log_probability = 0 if len(nodes) else -1, 0.0
+    while place >= 0:
+        node = nodes[place]
+        x = (np.float64(probe[node.level]) - node.threshold) * sharpness
+        against = tail(abs(x))
+        right = blocks[position >> 5, node.level, position & 31] >= node.threshold
+        log_probability += math.log(1.0 - against if right == (x >= 0.0) else against)
+        place = node.right if right else node.left
+    return ~place, log_probability
 
 
 @njit

@@ -1,10 +1,14 @@
-"""Writing files whole or not at all."""
+"""Writing files whole or not at all, and sizes of arrays before they are unpacked."""
 
+import math
 import os
 import tempfile
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+import numpy as np
 
 from motionenv.errors import MotionError
 
@@ -41,3 +45,18 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def unpacked_size(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, np.dtype]:
+    """Bytes of memory that the array in a `member` of an NPZ `archive` takes, by its header alone, and its type.
+
+    Raises:
+        ValueError: packed by other methods than NumPy's, of which each raises errors of its own.
+    """
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError("unknown compression method")
+    with archive.open(member) as file:
+        version = np.lib.format.read_magic(file)
+        reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = reader(file)
+    return max(member.file_size, math.prod(map(abs, shape)) * dtype.itemsize), dtype

@@ -1,8 +1,11 @@
-"""Files are written whole or not at all."""
+"""Files are written whole or not at all, and sizes of arrays are known before they are unpacked."""
 
+import zipfile
+
+import numpy as np
 import pytest
 
-from motionenv._core.files import atomic_write
+from motionenv._core.files import atomic_write, unpacked_size
 from motionenv.errors import MotionError
 
 
@@ -44,3 +47,21 @@ def test_permissions_are_those_of_a_new_file(tmp_path):
     with atomic_write(tmp_path / "ours") as part:
         part.touch()
     assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+@pytest.mark.parametrize("array", [np.zeros((40, 7)), np.zeros((3, 0, 5)), np.float32(2), np.array(["left", "right"])])
+def test_sizes_of_packed_arrays_are_known_before_they_are_unpacked(tmp_path, save, array):
+    save(tmp_path / "some.npz", array=array)
+    with zipfile.ZipFile(tmp_path / "some.npz") as archive:
+        (member,) = archive.infolist()
+        size, dtype = unpacked_size(archive, member)
+    assert dtype == np.asarray(array).dtype
+    assert np.asarray(array).nbytes <= size <= np.asarray(array).nbytes + 128  # NumPy's header
+
+
+def test_arrays_packed_otherwise_have_no_known_size(tmp_path):
+    with zipfile.ZipFile(tmp_path / "some.npz", "w", zipfile.ZIP_BZIP2) as archive:
+        archive.writestr("array.npy", b"anything")
+        with pytest.raises(ValueError, match="unknown compression method"):
+            unpacked_size(archive, archive.getinfo("array.npy"))

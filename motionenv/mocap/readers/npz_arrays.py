@@ -8,6 +8,7 @@ from collections.abc import Container
 
 import numpy as np
 
+from motionenv._core.files import unpacked_size
 from motionenv.errors import FormatError
 
 #: Most array data of a file [bytes]: 12 hours of motion at 120 frames per second.
@@ -40,13 +41,8 @@ def _check_sizes(path, archive: zipfile.ZipFile, wanted: Container[str]):
     for member in archive.infolist():
         if member.filename.removesuffix(".npy") not in wanted:
             continue
-        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # other kinds raise their own errors
-            raise FormatError(path, "is damaged, or packed by something other than NumPy", member.filename)
-        with archive.open(member) as file:
-            version = np.lib.format.read_magic(file)
-            reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            shape, _, dtype = reader(file)
-        total += abs(int(np.prod([*shape, dtype.itemsize], dtype=object)))
+        size, dtype = unpacked_size(archive, member)
+        total += size
         if dtype.hasobject:
             raise FormatError(path, "has Python objects, which are never loaded", member.filename)
         if total > LIMIT:

@@ -4,19 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from motionenv.body.skeleton import (
-    ANKLE_HEIGHT,
-    CLOTHES,
-    COLOURS,
-    EDGES,
-    LEG_SHARE,
-    LIMB_NODES,
-    LIMB_SEGMENT,
-    LIMB_SHIFTS,
-    TRUNK_SHARE,
-    from_height,
-    limb_radii,
-)
+from motionenv.body import skeleton
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import ROLL
@@ -55,7 +43,7 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     walkable = gait_model(model)
     treadmill = walkable.treadmill()
     if treadmill is None:
-        body = walkable.body() or from_height()
+        body = walkable.body() or skeleton.from_height()
         offsets, height, numbers = body.offsets / body.height, body.height, dict[str, np.ndarray]()
     else:
         offsets, height, numbers = treadmill.offsets, treadmill.height, treadmill.arrays
@@ -69,7 +57,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         "traits": [{name: getattr(trait, name) for name in _SHOWN} for trait in found],
         "activities": list(walkable.activities),
     }  # fmt: skip
-    shape = {"offsets": np.asarray(offsets), "limb_shifts": LIMB_SHIFTS, "limb_radii": limb_radii(1.0)}
+    radii = skeleton.limb_radii(1.0)
+    shape = {"offsets": np.asarray(offsets), "limb_shifts": skeleton.LIMB_SHIFTS, "limb_radii": radii}
     return shape | numbers, description
 
 
@@ -82,17 +71,17 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
         "treadmill": None if treadmill is None else treadmill.frame,
         "steerable": model.steerable,
         "height": height,
-        "ankle_height": ANKLE_HEIGHT,
-        "leg_share": LEG_SHARE,
-        "trunk_share": TRUNK_SHARE,
+        "ankle_height": skeleton.ANKLE_HEIGHT,
+        "leg_share": skeleton.LEG_SHARE,
+        "trunk_share": skeleton.TRUNK_SHARE,
         "contact": CONTACT._asdict(),
         "reach": REACH,
         "roll": ROLL,
-        "limb_segments": LIMB_SEGMENT.tolist(),
-        "limb_nodes": LIMB_NODES.tolist(),
-        "clothes": CLOTHES,
-        "colours": COLOURS,
-        "edges": EDGES,
+        "limb_segments": skeleton.LIMB_SEGMENT.tolist(),
+        "limb_nodes": skeleton.LIMB_NODES.tolist(),
+        "clothes": skeleton.CLOTHES,
+        "colours": skeleton.COLOURS,
+        "edges": skeleton.EDGES,
         "markers": MARKERS,
         "pose": POSE,
     }

@@ -5,7 +5,6 @@ Equal arrays and headers give equal bytes on every machine.
 """
 
 import json
-import math
 import tokenize
 import zipfile
 import zlib
@@ -18,7 +17,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from motionenv import __version__
-from motionenv._core.files import atomic_write
+from motionenv._core.files import atomic_write, unpacked_size
 from motionenv.errors import ModelError
 from motionenv.models.storage import mapped_npz
 
@@ -166,15 +165,7 @@ def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
 
 def _check_sizes(path, archive: zipfile.ZipFile, members: list[zipfile.ZipInfo]) -> None:
     """Check, before anything is unpacked, that the arrays of `members` fit in `LIMIT`."""
-    total = 0
-    for info in members:
-        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # the only methods that NumPy uses
-            raise ModelError(f"{path} is not a model file (unknown compression method): fetch or fit it again")
-        with archive.open(info) as stream:
-            version = np.lib.format.read_magic(stream)
-            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            shape, _, dtype = read(stream)
-        total += max(info.file_size, math.prod(shape) * dtype.itemsize)
+    total = sum(unpacked_size(archive, info)[0] for info in members)
     if total > LIMIT:
         raise ModelError(
             f"{path} would take {total / 2**20:.0f} MB of memory, more than the limit of {LIMIT / 2**20:.0f} MB: "

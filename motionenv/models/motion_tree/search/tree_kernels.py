@@ -151,20 +151,6 @@ def _step(node, probe, sharpness, state):
 
 
 @kernel
-def path_of(nodes, blocks, position, probe, sharpness):
-    """The leaf of the window at `position`, and the log-probability that the search reaches it."""
-    place, log_probability = 0 if len(nodes) else -1, 0.0
-    while place >= 0:
-        node = nodes[place]
-        x = (np.float64(probe[node.level]) - node.threshold) * sharpness
-        against = tail(abs(x))
-        right = blocks[position >> 5, node.level, position & 31] >= node.threshold
-        log_probability += math.log(1.0 - against if right == (x >= 0.0) else against)
-        place = node.right if right else node.left
-    return ~place, log_probability
-
-
-@kernel
 def draw(nodes, starts, members, blocks, probe, beta, kernel, state, weights):
     """One draw for one probe (b,) of standardised coefficients, float32: a window's position, and its log-probability.
 
