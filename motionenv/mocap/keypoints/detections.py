@@ -95,6 +95,8 @@ def _everybody(path, content) -> list[tuple]:
     out: list[tuple] = []
     for i, entry in enumerate(content):
         frame = _first(entry, "frame") if isinstance(entry, dict) else i
+        if frame is None and _first(entry, "people") is not None:
+            frame = i
         if not isinstance(entry, list | dict) or type(frame) not in (int, str):
             problem = f"must have people, and image_id as a whole number or a file name, got {_short(frame)}"
             raise FormatError(path, problem, f"result {i}")
@@ -187,7 +189,7 @@ def _numbered(path, frames: list) -> list[int]:
     first, different = min(numbers, default=0), len(set(numbers))
     span = max(numbers, default=0) - first + 1
     if span > max(_SPARSE * different, 1000) or span > MOST_FRAMES:
-        problem = f"the {different} frames span {_short(span)} numbers, which aren't frame numbers, or more than {MOST_FRAMES}"
+        problem = f"the {different} frames span {_short(span)} numbers: no frame numbers, or more than {MOST_FRAMES}"
         raise FormatError(path, f"{problem}; renumber them 0, 1, 2, ..., or cut the walk out", "image_id")
     return [number - first for number in numbers]
 

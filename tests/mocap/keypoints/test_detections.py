@@ -215,6 +215,7 @@ LAYOUTS = {
          "idx": [0.0]} for i, p in enumerate(films) for k in p
     ],
     "Ultralytics": lambda films: [ultralytics(p) for p in films],
+    "Ultralytics API": lambda films: {"images": [{"results": ultralytics(p), "shape": [480, 640]} for p in films]},
     "MediaPipe": lambda films: [{"frame": i, "landmarks": [mediapipe(k) for k in p]} for i, p in enumerate(films)],
     "landmarks": lambda films: {"fps": 25, "frames": [{"frame": i, "pose_landmarks": mediapipe(p[0])}
                                                       for i, p in enumerate(films)]},
@@ -295,8 +296,9 @@ def test_points_that_are_nan_have_no_score(tmp_path):
 @given(st.data())
 def test_damage_to_any_layout_gives_a_format_error_or_keypoints(tmp_path_factory, data):
     films = [[k] for k in walker(frames=3)]
-    dataset = {"images": [{"id": 4, "file_name": "a.png"}], "categories": [{"id": 1, "name": "person"}],
-               "annotations": [{"image_id": 4, "category_id": 1, "keypoints": films[0][0].ravel().tolist()}]}  # fmt: skip
+    annotations = [{"image_id": 4, "category_id": 1, "keypoints": films[0][0].ravel().tolist()}]
+    images, categories = [{"id": 4, "file_name": "a.png"}], [{"id": 1, "name": "person"}]
+    dataset = {"images": images, "categories": categories, "annotations": annotations}
     layouts = [*(LAYOUTS[name](films) for name in LAYOUTS), dataset]
     content = data.draw(st.sampled_from(layouts))
     for _ in range(data.draw(st.integers(1, 3))):  # replace a part of the tree by something else
