@@ -227,7 +227,8 @@ def lift(
             steady = _steady(model, points, alpha, elevation, scale, camera, robust)
         except MotionError:  # not periodic, or too short: it stays free
             return lifted
-        if steady.plausible and steady.posterior.deviation.mean() < _UNEXPLAINED:
+        found = steady.posterior
+        if found is not None and found.plausible and found.deviation.mean() < _UNEXPLAINED:
             return steady
     return lifted
 

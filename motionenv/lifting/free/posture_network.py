@@ -43,7 +43,7 @@ def features(directions: np.ndarray, seen: np.ndarray) -> Features:
     weight = seen[..., None].astype(float)
     count = np.maximum(weight.sum(axis=-2), 1.0)
     centre = (np.where(seen[..., None], directions, 0.0)).sum(axis=-2) / count
-    any_seen = seen.any(axis=-1)[..., None].astype(float)
+    any_seen = seen.any(axis=-1, keepdims=True).astype(float)
     frames = np.maximum(any_seen.sum(axis=-2, keepdims=True), 1.0)
     middle = (centre * any_seen).sum(axis=-2, keepdims=True) / frames
     off = np.where(seen[..., None], directions - centre[..., None, :], 0.0)
@@ -83,9 +83,9 @@ class PostureNetwork:
         reach = dilation * (taps // 2)
         padded = np.pad(values, ((0, 0), (reach, reach), (0, 0)))
         frames = values.shape[1]
-        out = np.broadcast_to(bias, (*values.shape[:2], len(bias)))
+        out = np.tile(bias, (*values.shape[:2], 1))
         for k in range(taps):
-            out = out + padded[:, k * dilation : k * dilation + frames] @ kernel[:, :, k].T
+            out += padded[:, k * dilation : k * dilation + frames] @ kernel[:, :, k].T
         return out
 
 
