@@ -159,10 +159,9 @@ class FPCAPrior:
         gait[:, PHASE] = (which + rng.random(n)) / _PHASES
         state = self._with_poses(gait, scores, np.zeros((n, 25)))
         gait[:, PACE] = self._paces(state, start, row, rng)
-        state = self.moved(state, poses)
-        state.gait[:, TURN] = TURN_RATE * rng.standard_normal(n)
-        state.gait[:, EASE] = np.maximum(_EASE + _EASE_WIDE * rng.standard_normal(n), 1.0)
-        return state
+        gait[:, TURN] = TURN_RATE * rng.standard_normal(n)
+        gait[:, EASE] = np.maximum(_EASE + _EASE_WIDE * rng.standard_normal(n), 1.0)  # who is searched for walks
+        return self.moved(self._with_poses(gait, scores, np.zeros((n, 25))), poses)
 
     def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
         """The walkers of `state` one frame later, with noise of `rng`."""
