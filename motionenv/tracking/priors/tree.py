@@ -70,7 +70,7 @@ class TreePrior:
         temperature: β of the draws; near 0 the nearest window is chosen.
         method: "tree", the paper's search, or "exact", which is several times slower.
         leaf: how "tree" chooses a window in the leaf: "uniform" or "kernel".
-        noise: η, relative to the mean prediction error of windows.
+        noise: η, relative to the mean prediction error of windows, and turning beyond them, relative to people's.
         skeleton: the body; None uses the database's.
         fps: frame rate [Hz]; must be 30.
 
@@ -108,7 +108,7 @@ class TreePrior:
         self._temperature, self._method, self._leaf = float(temperature), method, leaf
         self._noise = noise * tree.forecast_.deviation[self._entries]
         self._weights, self._offset = _filter(tree)
-        self._turning = TURN_RATE if 5 in self._entries else 0.0
+        self._turning = noise * TURN_RATE if 5 in self._entries else 0.0
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> TreeState:
         """Draw `n` bodies with `rng` in the poses of `start`, with the histories of windows that end similarly."""
