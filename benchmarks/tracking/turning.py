@@ -98,7 +98,9 @@ class Scene(SilhouetteLikelihood):
         super().observe(rgb=rgb, background=self.scene)
 
 
-def played(name: str, course: str, split: str, films: int, strips: Path | None, known: bool) -> Iterator[dict[str, float]]:
+def played(
+    name: str, course: str, split: str, films: int, strips: Path | None, known: bool
+) -> Iterator[dict[str, float]]:
     """Results of each film."""
     model, first = SPLITS[split]
     with tempfile.TemporaryDirectory() as folder:

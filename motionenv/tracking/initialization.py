@@ -295,6 +295,5 @@ def _perturbed(
     grown = np.exp(share * 0.5 * size * rng.standard_normal(n)) if size else np.ones(n)
     place = camera.centre[:2] + grown[:, None] * (place - camera.centre[:2])  # looks as tall as before
     pace = np.clip(walkers.pace * np.exp(0.5 * share * _PACE * rng.standard_normal(n)), *_PACES)
-    turn = np.where(what < _EXCHANGED, -walkers.turn, walkers.turn)
-    turn += 0.5 * share * TURN_RATE * rng.standard_normal(n)
+    turn = np.where(what < _EXCHANGED, -walkers.turn, walkers.turn) + 0.5 * share * TURN_RATE * rng.standard_normal(n)
     return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size, pace, turn)

@@ -26,9 +26,8 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
         rest: (n, 25).
         key: integer from 0 to 2⁶⁴ - 1.
         noise: (17,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
-            relative to the stationary ones; deviations of phase, heading, forward and left position; the coefficient
-            and the relative innovation deviation of the log size; the coefficients of turning rate and relative speed,
-            and their relative innovation deviations.
+            relative to the stationary ones; deviations of phase, heading, forward and left position; coefficients of
+            log size, turning rate and relative speed; their relative innovation deviations.
         means: (2,) of the log pace and the relative speed.
         root: (q, q) Cholesky factor of the scores' covariance.
         deviation: (29,) stationary, of rest, of the log pace, of the log size, of turning rate and relative speed.
@@ -42,9 +41,9 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
         restart(state, key, i)
         way, out = gait[i], gait_out[i]
         out[PACE] = means[0] + keep_pace * (way[PACE] - means[0]) + noise[4] * deviation[25] * gaussian(state)
-        out[EASE] = means[1] + noise[14] * (way[EASE] - means[1]) + noise[16] * deviation[28] * gaussian(state)
+        out[EASE] = means[1] + noise[13] * (way[EASE] - means[1]) + noise[16] * deviation[28] * gaussian(state)
         out[PHASE] = way[PHASE] + math.exp(out[PACE]) * _slower(out[EASE]) * seconds + noise[7] * gaussian(state)
-        out[TURN] = noise[13] * way[TURN] + noise[15] * deviation[27] * gaussian(state)
+        out[TURN] = noise[12] * way[TURN] + noise[15] * deviation[27] * gaussian(state)
         out[HEADING] = way[HEADING] + out[TURN] * seconds + noise[8] * gaussian(state)
         c, s = math.cos(out[HEADING]), math.sin(out[HEADING])
         ahead, left = noise[9] * gaussian(state), noise[10] * gaussian(state)
@@ -64,7 +63,7 @@ def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, 
                 rest_out[i, j] = keep_rest * rest[i, j] + noise[6] * deviation[j] * gaussian(state)
         out[SIZE] = way[SIZE]
         if deviation[26] > 0.0:
-            out[SIZE] = noise[11] * way[SIZE] + noise[12] * deviation[26] * gaussian(state)
+            out[SIZE] = noise[11] * way[SIZE] + noise[14] * deviation[26] * gaussian(state)
 
 
 @kernel

@@ -1,6 +1,6 @@
 r"""Walking prior of paper A (Ormoneit et al. 2005, section 5): a state space model on functional principal components.
 
-A particle is φ = (c, ψ, ρ, τ, θ): scores, phase, pace, position and heading. Its pose is
+A particle is φ = (c, ψ, ρ, ω, u, τ, θ): scores, phase, pace, turning rate, speed, position and heading. Its pose is
 
     θ(t) = μ(ψ_t) + Σ_k c_t,k v_k(ψ_t) + δ_t
 
@@ -9,6 +9,10 @@ derives the transition noise from the singular values and gives no details. Here
 processes, so that their distribution stays stationary during long occlusions; c has the model's own covariance, so
 components with large singular values change most. Joint limits are not enforced. The components also drive the root:
 its velocity per cycle and its height are tabulated from the model's foot contact.
+
+People turn, slow down and stop. The turning rate ω is an Ornstein-Uhlenbeck process; who turns goes where he heads,
+leans inwards and looks ahead as in `motionenv.models.paths.bend`. So is the relative speed u: below 1, steps become
+shorter and slower alike, and movements smaller; at 0 or less the person stands.
 
 An unknown body size is part of φ: it scales the root's height and velocity. Feet stand on the ground, so a camera that
 knows where the ground is sees the distance by the feet and the size by the height; a body of a wrong, fixed size would
@@ -26,24 +30,21 @@ from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import Stride, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
-from motionenv.tracking.priors._walk_kernel import (
-    EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y, add_noise, advance,
-)  # fmt: skip
+from motionenv.tracking.priors import _walk_kernel as kernels
+from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y
 from motionenv.tracking.priors.base import Start
 from motionenv.types import POSE, Skeleton
 
 _PHASES = 256  # phases per cycle at which the model is tabulated
-_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = (
-    1.5,
-    2.0,
-    0.5,
-    20.0,
-)  # [s] correlation times of scores, pace, δ, size
+# Correlation times [s] of scores, pace, δ and size.
+_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = 1.5, 2.0, 0.5, 20.0
 _PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
 _WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
 _TURNING = 0.02  # [rad] per frame at 30 frames/s, beside the turning rate's
-_EASE, _EASE_WIDE, _EASE_MEMORY = 1.6, 0.7, 1.0  # mean, standard deviation and correlation time [s] of relative speed
+# Mean, standard deviation and correlation time [s] of relative speed: 1 % stand, many stop within half a second. No
+# others were tried, on 16 films of each course of benchmarks.tracking.turning's split "train".
+_EASE, _EASE_WIDE, _EASE_MEMORY = 1.6, 0.7, 1.0
 _SHAPED = np.array([2, 3, 4, *range(6, 25)])  # pose entries that components and δ determine
 # Standard deviations of δ [m, rad]: about the residuals of held-out people with eight components.
 _REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
@@ -51,6 +52,7 @@ _FLOW = 1.5  # [rad/s] standard deviation of a given start's joint velocities fr
 _SPEED = 0.1  # [m/s] standard deviation of a given start's speed from the walker's
 _SLOWEST = 0.1  # [m/s] least speed that is informative about the pace
 _SHAPED_ANGLES = _SHAPED[1:]
+_KEPT, _FRESH = [1, 2, 3, 11, 12, 13], [4, 5, 6, 14, 15, 16]  # coefficients and innovations in a kernel's noise
 _KNEES = [POSE.index("left_knee_flexion"), POSE.index("right_knee_flexion")]
 
 
@@ -139,9 +141,7 @@ class FPCAPrior:
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
         fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
-        self._step = np.concatenate(
-            [[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:4], fresh[3:4], keep[4:], fresh[4:]]
-        )
+        self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:]])
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
         """Draw `n` walkers with `rng` in the poses of `start`: phase and scores by their posterior, the rest is δ.
@@ -170,7 +170,7 @@ class FPCAPrior:
     def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
         """The walkers of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
         noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
-        noise[[1, 2, 3, 11, 13, 14]] = np.sqrt(1 - noise[[4, 5, 6, 12, 15, 16]] ** 2)  # keeps the autoregressive processes stationary
+        noise[_KEPT] = np.sqrt(1 - noise[_FRESH] ** 2)  # keeps the autoregressive processes stationary
         return self._advanced(state, noise, rng)
 
     def moved(self, state: WalkState, poses: np.ndarray) -> WalkState:
@@ -201,15 +201,16 @@ class FPCAPrior:
         key = rng.integers(2**64, dtype=np.uint64)
         gait, scores, rest = (np.empty_like(a) for a in (state.gait, state.scores, state.rest))
         given = np.ascontiguousarray(state.gait), np.ascontiguousarray(state.scores), np.ascontiguousarray(state.rest)
-        add_noise(*given, key, noise, np.array([self.log_pace, _EASE]), self.root, self.deviation, gait, scores, rest)
+        means = np.array([self.log_pace, _EASE])
+        kernels.add_noise(*given, key, noise, means, self.root, self.deviation, gait, scores, rest)
         poses = np.empty_like(rest)
-        advance(self.table, self.still, gait, given[0], scores, rest, noise[0] != 0, poses)
+        kernels.advance(self.table, self.still, gait, given[0], scores, rest, noise[0] != 0, poses)
         return WalkState(poses, scores, rest, gait)
 
     def _with_poses(self, gait: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
         """The walkers with the poses that these variables determine."""
         poses = np.empty((len(gait), 25))
-        advance(self.table, self.still, gait, gait, scores, rest, False, poses)
+        kernels.advance(self.table, self.still, gait, gait, scores, rest, False, poses)
         return WalkState(poses, scores, rest, gait)
 
     def _paces(self, state: WalkState, start: Start, row: np.ndarray, rng: np.random.Generator) -> np.ndarray:

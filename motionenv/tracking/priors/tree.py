@@ -5,10 +5,10 @@ Each particle has a history Φ_t of ten frames, and continues like one of the si
     Φ_t+1 = Φ_t and Ψ_i's next frame, i ~ p(Ψ_i | Φ_t);    φ_t+1 = ψ_t+1 + δ_t+1;    δ_t+1 = a δ_t + η
 
 The tree of `motionenv.models.motion_tree` draws the windows, and the difference between window and history is carried
-over. Databases of straight walks turn too little, so bodies turn beyond their windows, at a rate that is an
-Ornstein-Uhlenbeck process with people's rates (`motionenv.models.paths.bending`). In the paper the history consists of the tracked poses. But people outside of the database, noise and other
-priors move particles away from the database, where no window is similar and the continuation is random. Here the
-history stays close to the database, and δ is the pose's deviation from it.
+over. As people turn more, bodies turn beyond their windows at people's rates. In the paper the history consists of the
+tracked poses. But people outside of the database, noise and other priors move particles away from the database, where
+no window is similar and the continuation is random. Here the history stays close to the database, and δ is the pose's
+deviation from it.
 
 The paper's first particles are windows "whose last time step correspond well" with the given pose. Here a Gaussian
 kernel draws them, as narrow as possible while enough windows remain.

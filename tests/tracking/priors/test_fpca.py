@@ -99,7 +99,7 @@ def quiet(model, turn: float, ease: float):
     state = prior.initial(Start.at(mean_walk(model, prior, 30)[4], spread=0.0), 1, np.random.default_rng(7))
     state.scores[:], state.rest[:] = 0.0, 0.0
     state.gait[:, [X, Y, HEADING, TURN, EASE]] = 0.0, 0.0, 0.0, turn, ease
-    prior._step[[1, 2, 3, 13, 14]], prior._step[[4, 5, 6, 7, 8, 9, 10, 15, 16]] = 1.0, 0.0
+    prior._step[[1, 2, 3, 12, 13]], prior._step[[4, 5, 6, 7, 8, 9, 10, 15, 16]] = 1.0, 0.0
     return prior, prior._with_poses(state.gait, state.scores, state.rest)
 
 
