@@ -18,7 +18,7 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks.tracking.tables import mean, share
+from benchmarks.tracking.tables import cell, mean, share
 from motionenv.envs.agents import ConstantVelocity, TrackingAgent, truth_start
 
 N, FIRST_SEED, KEPT = 1000, 5000, 0.3
@@ -53,12 +53,6 @@ def play(asked: tuple[str, str, int, int, bool]) -> tuple[np.ndarray, np.ndarray
             observation, _, _, over, info = env.step(action)
             errors[-1].append(info["error"])
     return np.array(errors), np.array(depths), seconds / np.size(errors)
-
-
-def cell(found: list[float], form: str) -> str:
-    """A value and its interval."""
-    value, low, high = (form.format(x) for x in found)
-    return f"{value} ({low}–{high})"
 
 
 if __name__ == "__main__":

@@ -53,6 +53,18 @@ def mean(values) -> list[float]:
     return _with_interval(values.mean(), values[_draws(len(values))].mean(axis=1))
 
 
+def median(values) -> list[float]:
+    """Median of `values` (n,) and its interval."""
+    values = np.asarray(values)
+    return _with_interval(np.median(values), np.median(values[_draws(len(values))], axis=1))
+
+
+def cell(found: list[float], form: str) -> str:
+    """A value and its interval, each formatted by `form`."""
+    value, low, high = (form.format(x) for x in found)
+    return f"{value} ({low}–{high})"
+
+
 def ratio(above: np.ndarray, below: np.ndarray) -> list[float]:
     """Ratio of the means of `above` and `below`, (n,) each and paired by episode, and its interval."""
     which = _draws(len(above))

@@ -18,6 +18,7 @@ from motionenv._core.validation import checked_fps, checked_whole, random_genera
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
 from motionenv.likelihoods.protocols import CameraLikelihood, apparent
+from motionenv.models.paths.bending import TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
 from motionenv.tracking.priors.base import Start, systematic
@@ -49,7 +50,7 @@ SPREAD = np.concatenate([np.full(3, 0.03), [0.05, 0.05, 0.12], np.full(19, 0.08)
 class _Hypotheses:
     """N hypotheses: at the start, gait index, time in the gait [s], heading [rad] and ground position (N, 2) [m].
 
-    Body size is relative to the likelihood's, and pace relative to the gait's.
+    Body size is relative to the likelihood's, pace relative to the gait's, and the turning rate is in rad/s.
     """
 
     gait: np.ndarray
@@ -58,6 +59,7 @@ class _Hypotheses:
     place: np.ndarray
     size: np.ndarray
     pace: np.ndarray
+    turn: np.ndarray
 
     def take(self, which: np.ndarray) -> "_Hypotheses":
         return _Hypotheses(*(getattr(self, f.name)[which] for f in fields(self)))
@@ -170,7 +172,8 @@ def _random_hypotheses(
     if size:
         sizes = np.where(rng.random(n) < 0.5, np.exp(size * rng.standard_normal(n)), _sizes(likelihood, boxes))
         sizes = np.clip(sizes, *np.exp([-_EXTREME * size, _EXTREME * size]))
-    walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes, np.exp(_PACE * rng.standard_normal(n)))
+    pace, turn = np.exp(_PACE * rng.standard_normal(n)), TURN_RATE * rng.standard_normal(n)
+    walkers = _Hypotheses(gait, moment, heading, np.zeros((n, 2)), sizes, pace, turn)
     camera = likelihood.camera
     place = _initial_positions(camera, likelihood.skeleton, boxes)
     for _ in range(_SETTLED):
@@ -231,9 +234,11 @@ def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
     poses = (1 - share) * bank.poses[walkers.gait, first] + share * bank.poses[walkers.gait, first + 1]
     x, y = (walkers.size[:, None] * (poses[:, :2] - began)).T
     poses[:, 2] *= walkers.size
-    c, s = np.cos(walkers.heading), np.sin(walkers.heading)
+    half = 0.5 * seconds * walkers.turn  # the chord of an arc lies halfway between its directions
+    x, y = x * np.sinc(half / np.pi), y * np.sinc(half / np.pi)
+    c, s = np.cos(walkers.heading + half), np.sin(walkers.heading + half)
     poses[:, 0], poses[:, 1] = walkers.place[:, 0] + c * x - s * y, walkers.place[:, 1] + s * x + c * y
-    poses[:, 5] += walkers.heading
+    poses[:, 5] += walkers.heading + 2 * half
     return poses
 
 
@@ -253,7 +258,8 @@ def _scores(
     bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]], size: float
 ) -> np.ndarray:
     """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and `size`."""
-    total = -0.5 * (np.log(walkers.size) / size) ** 2 if size else np.zeros(len(walkers.moment))
+    total = -0.5 * (walkers.turn / TURN_RATE) ** 2
+    total -= 0.5 * (np.log(walkers.size) / size) ** 2 if size else 0.0
     for seconds, likelihood in pictures:
         seen = _poses(bank, walkers, seconds)
         seen = apparent(seen, walkers.size, likelihood.camera) if size else seen
@@ -289,4 +295,5 @@ def _perturbed(
     grown = np.exp(share * 0.5 * size * rng.standard_normal(n)) if size else np.ones(n)
     place = camera.centre[:2] + grown[:, None] * (place - camera.centre[:2])  # looks as tall as before
     pace = np.clip(walkers.pace * np.exp(0.5 * share * _PACE * rng.standard_normal(n)), *_PACES)
-    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size, pace)
+    turn = np.where(what < _EXCHANGED, -walkers.turn, walkers.turn) + 0.5 * share * TURN_RATE * rng.standard_normal(n)
+    return _Hypotheses(gait, np.clip(moment, 0.05, _SPARE - 0.5), heading, place, grown * walkers.size, pace, turn)

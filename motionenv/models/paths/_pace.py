@@ -185,7 +185,8 @@ def _source(walk: Motion) -> _Source:
         left = place[:, 1] - np.interp(passed, frames, even[:, 1])
         signals[:, _STEP.start + side] = step
         signals[:, _SIDE.start + side] = steps.balls[:, side, 1] - np.interp(step, number, place[:, 1])
-        stances.append(np.column_stack([number, left, *((np.array(t) - origin) / length for t in (passed, *spans.T))]))
+        rows = np.column_stack([number, left, *((np.array(t) - origin) / length for t in (passed, *spans.T))])
+        stances.append(np.vstack([rows[0] - [1, 0, 1, 1, 1], rows]))  # that from which the first frame's step comes
     return _Source(signals, walk.fps / length, -origin / length, stances)
 
 

@@ -18,10 +18,13 @@ from motionenv.models.paths._steps import Steps, posed, steps_of
 from motionenv.models.paths.path import Path
 from motionenv.types import POSE, Motion
 
-_GRAVITY = 9.81  # [m/s²]
+GRAVITY = 9.81  #: [m/s²]
 _HALF = 0.3  # [m] before and behind over which a body's heading and curvature are averaged
-_AHEAD = 0.2  # [s] by which the head anticipates the turn
-_HEAD_MOST = np.radians(40.0)
+AHEAD = 0.2  #: [s] by which the head anticipates the turn
+HEAD_MOST = np.radians(40.0)  #: by which the head turns against the body at most
+#: Standard deviation [rad/s] and correlation time [s] of the rate at which people turn: at 0.8 to 1.5 m/s along a
+#: `random_path` with a least radius of 1 to 2.5 m, the former is 0.43.
+TURN_RATE, TURN_MEMORY = 0.5, 1.0
 LEAN_MOST = np.radians(20.0)  #: at a greater lean people run
 _OBLIQUITY, _HEADING, _NECK = (POSE.index(n) for n in ("root_obliquity", "root_heading", "neck_rotation"))
 
@@ -53,8 +56,8 @@ def bent(steps: Steps, path: Path, start: float, skeleton) -> np.ndarray:
     poses[:, :2] = _placed(path, root, steps.poses[:, 1])
     poses[:, _HEADING] += _heading(path, root)
     poses[:, _OBLIQUITY] -= lean
-    later = _heading(path, root + _AHEAD * speed) - _heading(path, root)
-    poses[:, _NECK] += _HEAD_MOST * np.tanh(later / _HEAD_MOST)
+    later = _heading(path, root + AHEAD * speed) - _heading(path, root)
+    poses[:, _NECK] += HEAD_MOST * np.tanh(later / HEAD_MOST)
     placed = _placed(path, balls, steps.balls[..., 1] - outwards)
     return posed(replace(steps, poses=poses, balls=placed, yaws=steps.yaws + _heading(path, balls)), skeleton)
 
@@ -74,7 +77,7 @@ def _heading(path: Path, along) -> np.ndarray:
 def _lean(path: Path, along, speed) -> np.ndarray:
     """Lean to the left (...) [rad] at arc lengths `along` (...) [m] with `speed` (...) [m/s]."""
     curvature = (path.heading(along + _HALF) - path.heading(along - _HALF)) / (2 * _HALF)
-    lean = np.arctan(speed**2 * curvature / _GRAVITY)
+    lean = np.arctan(speed**2 * curvature / GRAVITY)
     if (steepest := np.abs(lean).max()) > LEAN_MOST:
         at = np.unravel_index(np.abs(lean).argmax(), lean.shape)
         raise MotionError(

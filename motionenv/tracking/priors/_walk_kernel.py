@@ -6,29 +6,31 @@ import numpy as np
 
 from motionenv._core.compilation import kernel
 from motionenv._core.random import gaussian, restart
+from motionenv.models.paths.bending import AHEAD, GRAVITY, HEAD_MOST
 
 #: Columns of a gait array: phase [cycles], log pace [cycles/s], heading [rad], x, y [m], forward, left flow [m/cycle],
-#: log body size.
-PHASE, PACE, HEADING, X, Y, FORWARD, LEFT, SIZE = range(8)
+#: log body size, turning rate [rad/s], and speed relative to the pace's: from 1 it is the full one, up to 0 none.
+PHASE, PACE, HEADING, X, Y, FORWARD, LEFT, SIZE, TURN, EASE = range(10)
+_OBLIQUITY, _NECK = 4, 8
 
 
 @kernel
-def add_noise(gait, scores, rest, key, noise, mean_pace, root, deviation, gait_out, scores_out, rest_out) -> None:
+def add_noise(gait, scores, rest, key, noise, means, root, deviation, gait_out, scores_out, rest_out) -> None:
     """Write walkers with one step of noise to the arrays `_out`; `advance` then moves them.
 
     Walker i uses random stream i of `key`.
 
     Args:
-        gait: (n, 8).
+        gait: (n, 10).
         scores: (n, q), minus their mean.
         rest: (n, 25).
         key: integer from 0 to 2⁶⁴ - 1.
-        noise: (13,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
-            relative to the stationary ones; deviations of phase, heading, forward and left position; the coefficient
-            and the relative innovation deviation of the log size.
-        mean_pace: mean of the log pace.
+        noise: (17,) time step [s]; autoregressive coefficients of pace, scores and rest; their innovation deviations,
+            relative to the stationary ones; deviations of phase, heading, forward and left position; coefficients of
+            log size, turning rate and relative speed; their relative innovation deviations.
+        means: (2,) of the log pace and the relative speed.
         root: (q, q) Cholesky factor of the scores' covariance.
-        deviation: (27,) stationary, of rest, of the log pace and of the log size.
+        deviation: (29,) stationary, of rest, of the log pace, of the log size, of turning rate and relative speed.
         gait_out, scores_out, rest_out: outputs, shaped like the first three; phase is that after the step.
     """
     n, q = scores.shape
@@ -38,9 +40,11 @@ def add_noise(gait, scores, rest, key, noise, mean_pace, root, deviation, gait_o
     for i in range(n):
         restart(state, key, i)
         way, out = gait[i], gait_out[i]
-        out[PACE] = mean_pace + keep_pace * (way[PACE] - mean_pace) + noise[4] * deviation[25] * gaussian(state)
-        out[PHASE] = way[PHASE] + math.exp(out[PACE]) * seconds + noise[7] * gaussian(state)
-        out[HEADING] = way[HEADING] + noise[8] * gaussian(state)
+        out[PACE] = means[0] + keep_pace * (way[PACE] - means[0]) + noise[4] * deviation[25] * gaussian(state)
+        out[EASE] = means[1] + noise[13] * (way[EASE] - means[1]) + noise[16] * deviation[28] * gaussian(state)
+        out[PHASE] = way[PHASE] + math.exp(out[PACE]) * _slower(out[EASE]) * seconds + noise[7] * gaussian(state)
+        out[TURN] = noise[12] * way[TURN] + noise[15] * deviation[27] * gaussian(state)
+        out[HEADING] = way[HEADING] + out[TURN] * seconds + noise[8] * gaussian(state)
         c, s = math.cos(out[HEADING]), math.sin(out[HEADING])
         ahead, left = noise[9] * gaussian(state), noise[10] * gaussian(state)
         out[X] = way[X] + c * ahead - s * left
@@ -59,17 +63,18 @@ def add_noise(gait, scores, rest, key, noise, mean_pace, root, deviation, gait_o
                 rest_out[i, j] = keep_rest * rest[i, j] + noise[6] * deviation[j] * gaussian(state)
         out[SIZE] = way[SIZE]
         if deviation[26] > 0.0:
-            out[SIZE] = noise[11] * way[SIZE] + noise[12] * deviation[26] * gaussian(state)
+            out[SIZE] = noise[11] * way[SIZE] + noise[14] * deviation[26] * gaussian(state)
 
 
 @kernel
-def advance(table, gait, before, scores, rest, moves, poses) -> None:
+def advance(table, still, gait, before, scores, rest, moves, poses) -> None:
     """Write poses (n, 25), and move the walkers by the flow (trapezoidal rule) from the gaits `before`.
 
     Args:
         table: (phases, 1 + q, 25), mean first.
-        gait: (n, 8), updated in place.
-        before: (n, 8) gaits one frame earlier.
+        still: (25,) of who stands.
+        gait: (n, 10), updated in place.
+        before: (n, 10) gaits one frame earlier.
         scores: (n, q), minus their mean.
         rest: (n, 25) to add.
         moves: whether the flow moves the walkers.
@@ -78,13 +83,17 @@ def advance(table, gait, before, scores, rest, moves, poses) -> None:
     for i in range(len(gait)):
         row, way = poses[i], gait[i]
         _channels(table, way[PHASE], scores[i], row)
-        size = math.exp(way[SIZE])
-        forward, left = size * row[0], size * row[1]
+        slower, size = _slower(way[EASE]), math.exp(way[SIZE])
+        calm = slower * slower * (2.0 - slower * slower)
+        for j in range(2, 25):
+            row[j] = still[j] + calm * (row[j] - still[j])
+        forward, left = size * slower * row[0], size * slower * row[1]
         row[2] *= size
         if moves:
             turned = way[PHASE] - before[i, PHASE]
             ahead, aside = 0.5 * (forward + way[FORWARD]) * turned, 0.5 * (left + way[LEFT]) * turned
-            c, s = math.cos(before[i, HEADING]), math.sin(before[i, HEADING])
+            along = 0.5 * (before[i, HEADING] + way[HEADING])
+            c, s = math.cos(along), math.sin(along)
             way[X] += c * ahead - s * aside
             way[Y] += s * ahead + c * aside
         way[FORWARD], way[LEFT] = forward, left
@@ -92,6 +101,15 @@ def advance(table, gait, before, scores, rest, moves, poses) -> None:
             row[j] += rest[i, j]
         row[0], row[1] = way[X], way[Y]
         row[5] += way[HEADING]
+        speed = math.exp(way[PACE]) * slower * math.hypot(forward, left)
+        row[_OBLIQUITY] -= math.atan(speed * way[TURN] / GRAVITY)
+        row[_NECK] += HEAD_MOST * math.tanh(AHEAD * way[TURN] / HEAD_MOST)
+
+
+@kernel
+def _slower(ease) -> float:
+    """Cadence and step length alike, relative to the full ones: their ratio stays (`motionenv.models.paths`)."""
+    return math.sqrt(min(max(ease, 0.0), 1.0))
 
 
 @kernel

@@ -1,6 +1,6 @@
 r"""Walking prior of paper A (Ormoneit et al. 2005, section 5): a state space model on functional principal components.
 
-A particle is φ = (c, ψ, ρ, τ, θ): scores, phase, pace, position and heading. Its pose is
+A particle is φ = (c, ψ, ρ, ω, u, τ, θ): scores, phase, pace, turning rate, speed, position and heading. Its pose is
 
     θ(t) = μ(ψ_t) + Σ_k c_t,k v_k(ψ_t) + δ_t
 
@@ -9,6 +9,10 @@ derives the transition noise from the singular values and gives no details. Here
 processes, so that their distribution stays stationary during long occlusions; c has the model's own covariance, so
 components with large singular values change most. Joint limits are not enforced. The components also drive the root:
 its velocity per cycle and its height are tabulated from the model's foot contact.
+
+People turn, slow down and stop. The turning rate ω is an Ornstein-Uhlenbeck process; who turns goes where he heads,
+leans inwards and looks ahead as in `motionenv.models.paths.bend`. So is the relative speed u: below 1, steps become
+shorter and slower alike, and movements smaller; at 0 or less the person stands.
 
 An unknown body size is part of φ: it scales the root's height and velocity. Feet stand on the ground, so a camera that
 knows where the ground is sees the distance by the feet and the size by the height; a body of a wrong, fixed size would
@@ -22,24 +26,25 @@ import numpy as np
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import GapError, MotionError
 from motionenv.models.motion_tree.features import turned_towards
+from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import Stride, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
-from motionenv.tracking.priors._walk_kernel import FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, X, Y, add_noise, advance
+from motionenv.tracking.priors import _walk_kernel as kernels
+from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y
 from motionenv.tracking.priors.base import Start
 from motionenv.types import POSE, Skeleton
 
 _PHASES = 256  # phases per cycle at which the model is tabulated
-_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = (
-    1.5,
-    2.0,
-    0.5,
-    20.0,
-)  # [s] correlation times of scores, pace, δ, size
+# Correlation times [s] of scores, pace, δ and size.
+_MEMORY, _PACE_MEMORY, _REST_MEMORY, _SIZE_MEMORY = 1.5, 2.0, 0.5, 20.0
 _PACE = 0.12  # standard deviation of log ρ; the model's people differ by 0.09
 _JITTER = 0.003  # [cycles] per frame at 30 frames/s
 _WANDER = np.array([0.006, 0.004])  # [m] forward and to the side, per frame at 30 frames/s
-_TURNING = 0.03  # [rad] per frame at 30 frames/s
+_TURNING = 0.02  # [rad] per frame at 30 frames/s, beside the turning rate's
+# Mean, standard deviation and correlation time [s] of relative speed: 1 % stand, many stop within half a second. No
+# others were tried, on 16 films of each course of benchmarks.tracking.turning's split "train".
+_EASE, _EASE_WIDE, _EASE_MEMORY = 1.6, 0.7, 1.0
 _SHAPED = np.array([2, 3, 4, *range(6, 25)])  # pose entries that components and δ determine
 # Standard deviations of δ [m, rad]: about the residuals of held-out people with eight components.
 _REST = np.array([0.0, 0.0, 0.02, 0.04, 0.04, 0.0, *[0.10] * 19])
@@ -47,6 +52,8 @@ _FLOW = 1.5  # [rad/s] standard deviation of a given start's joint velocities fr
 _SPEED = 0.1  # [m/s] standard deviation of a given start's speed from the walker's
 _SLOWEST = 0.1  # [m/s] least speed that is informative about the pace
 _SHAPED_ANGLES = _SHAPED[1:]
+_KEPT, _FRESH = [1, 2, 3, 11, 12, 13], [4, 5, 6, 14, 15, 16]  # coefficients and innovations in a kernel's noise
+_KNEES = [POSE.index("left_knee_flexion"), POSE.index("right_knee_flexion")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +64,9 @@ class WalkState:
         poses: (N, 25) [m, rad].
         scores: (N, q), minus the model's mean.
         rest: (N, 25) δ; 0 for position and heading.
-        gait: (N, 8), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
-            heading [rad], position x, y [m], root velocity forward and left [m per cycle], and log body size.
+        gait: (N, 10), columns as in `motionenv.tracking.priors._walk_kernel`: phase ψ [cycles], log ρ [cycles/s],
+            heading [rad], position x, y [m], root velocity forward and left [m per cycle], log body size, turning rate
+            [rad/s] and relative speed.
     """
 
     poses: np.ndarray
@@ -95,7 +103,9 @@ class FPCAPrior:
             pose entries [m, rad].
         root: (q, q) Cholesky factor of the scores' covariance.
         log_pace: mean of log ρ, paces in cycles/s.
-        deviation: (27,) stationary standard deviations of δ [m, rad], of log ρ and of the log size.
+        deviation: (29,) stationary standard deviations of δ [m, rad], of log ρ, of the log size, of the turning rate
+            [rad/s] and of the relative speed.
+        still: (25,) pose entries of who stands [m, rad].
         size: as given.
     """
 
@@ -125,8 +135,9 @@ class FPCAPrior:
         self.log_pace = -float(model.person_mean_[q])
         self.table = _tabulated(model, self.skeleton.height)
         self.size = checked_number(size, "size", 0, below=0.5)
-        self.deviation = np.concatenate([_REST, [_PACE, self.size]])
-        memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY, _SIZE_MEMORY])
+        self.still = _standing(self.table[:, 0])
+        self.deviation = np.concatenate([_REST, [_PACE, self.size, TURN_RATE, _EASE_WIDE]])
+        memories = np.array([_PACE_MEMORY, _MEMORY, _REST_MEMORY, _SIZE_MEMORY, TURN_MEMORY, _EASE_MEMORY])
         keep = np.exp(-1 / (self.fps * memories))
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
         fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
@@ -143,12 +154,14 @@ class FPCAPrior:
         which = (weights.cumsum(axis=1)[row] < rng.random((n, 1))).sum(axis=1)
         which = np.minimum(which, _PHASES - 1)
         scores = means[row, which] + np.einsum("nij,nj->ni", roots[which], rng.standard_normal((n, len(self.root))))
-        gait = np.zeros((n, 8))
-        gait[:, SIZE] = np.log(sizes[row])
+        gait = np.zeros((n, 10))
+        gait[:, SIZE], gait[:, EASE] = np.log(sizes[row]), 1.0
         gait[:, PHASE] = (which + rng.random(n)) / _PHASES
         state = self._with_poses(gait, scores, np.zeros((n, 25)))
         gait[:, PACE] = self._paces(state, start, row, rng)
-        return self.moved(state, poses)
+        gait[:, TURN] = TURN_RATE * rng.standard_normal(n)
+        gait[:, EASE] = np.maximum(_EASE + _EASE_WIDE * rng.standard_normal(n), 1.0)  # who is searched for walks
+        return self.moved(self._with_poses(gait, scores, np.zeros((n, 25))), poses)
 
     def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
         """The walkers of `state` one frame later, with noise of `rng`."""
@@ -157,7 +170,7 @@ class FPCAPrior:
     def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
         """The walkers of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
         noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
-        noise[[1, 2, 3, 11]] = np.sqrt(1 - noise[[4, 5, 6, 12]] ** 2)  # keeps the autoregressive processes stationary
+        noise[_KEPT] = np.sqrt(1 - noise[_FRESH] ** 2)  # keeps the autoregressive processes stationary
         return self._advanced(state, noise, rng)
 
     def moved(self, state: WalkState, poses: np.ndarray) -> WalkState:
@@ -188,15 +201,16 @@ class FPCAPrior:
         key = rng.integers(2**64, dtype=np.uint64)
         gait, scores, rest = (np.empty_like(a) for a in (state.gait, state.scores, state.rest))
         given = np.ascontiguousarray(state.gait), np.ascontiguousarray(state.scores), np.ascontiguousarray(state.rest)
-        add_noise(*given, key, noise, self.log_pace, self.root, self.deviation, gait, scores, rest)
+        means = np.array([self.log_pace, _EASE])
+        kernels.add_noise(*given, key, noise, means, self.root, self.deviation, gait, scores, rest)
         poses = np.empty_like(rest)
-        advance(self.table, gait, given[0], scores, rest, noise[0] != 0, poses)
+        kernels.advance(self.table, self.still, gait, given[0], scores, rest, noise[0] != 0, poses)
         return WalkState(poses, scores, rest, gait)
 
     def _with_poses(self, gait: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
         """The walkers with the poses that these variables determine."""
         poses = np.empty((len(gait), 25))
-        advance(self.table, gait, gait, scores, rest, False, poses)
+        kernels.advance(self.table, self.still, gait, gait, scores, rest, False, poses)
         return WalkState(poses, scores, rest, gait)
 
     def _paces(self, state: WalkState, start: Start, row: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -240,6 +254,14 @@ class FPCAPrior:
         moved = turned_towards(start.poses - start.previous, np.zeros(25))
         seen = moved[:, None, _SHAPED] * self.fps
         return np.nan_to_num((seen - model) ** 2 / _FLOW**2).sum(-1)
+
+
+def _standing(walk: np.ndarray) -> np.ndarray:
+    """Pose entries (25,) of who stands: means over a cycle (phases, 25), on the legs of mid-stance."""
+    still = walk.mean(axis=0)
+    still[2] = np.quantile(walk[:, 2], 0.95)
+    still[_KNEES] = np.quantile(walk[:, _KNEES], 0.2, axis=0)
+    return still
 
 
 def _tabulated(model: WalkingModel, height: float) -> np.ndarray:

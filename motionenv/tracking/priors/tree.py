@@ -5,9 +5,10 @@ Each particle has a history Φ_t of ten frames, and continues like one of the si
     Φ_t+1 = Φ_t and Ψ_i's next frame, i ~ p(Ψ_i | Φ_t);    φ_t+1 = ψ_t+1 + δ_t+1;    δ_t+1 = a δ_t + η
 
 The tree of `motionenv.models.motion_tree` draws the windows, and the difference between window and history is carried
-over. In the paper the history consists of the tracked poses. But people outside of the database, noise and other
-priors move particles away from the database, where no window is similar and the continuation is random. Here the
-history stays close to the database, and δ is the pose's deviation from it.
+over. As people turn more, bodies turn beyond their windows at people's rates. In the paper the history consists of the
+tracked poses. But people outside of the database, noise and other priors move particles away from the database, where
+no window is similar and the continuation is random. Here the history stays close to the database, and δ is the pose's
+deviation from it.
 
 The paper's first particles are windows "whose last time step correspond well" with the given pose. Here a Gaussian
 kernel draws them, as narrow as possible while enough windows remain.
@@ -25,6 +26,7 @@ from motionenv.models.motion_tree.database import Clip, build_database, leg_leng
 from motionenv.models.motion_tree.features import FPS, WINDOW, local, turned_towards
 from motionenv.models.motion_tree.forecast import steps
 from motionenv.models.motion_tree.model import METHODS, PARTS, MotionTree
+from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.tracking.priors import _tree_kernels as kernels
 from motionenv.tracking.priors.base import Start
@@ -47,15 +49,17 @@ class TreeState:
             frames, oldest first, for the tree's part of the body and scaled to its lengths; the oldest gives
             velocities.
         rest: (N, c) δ, scaled to the tree's lengths; 0 for steps and turns, which accumulate in position and heading.
+        turn: (N,) rate of turning beyond the windows' [rad/s]; 0 for a part of the body.
     """
 
     poses: np.ndarray
     history: np.ndarray
     rest: np.ndarray
+    turn: np.ndarray
 
     def take(self, which: np.ndarray) -> "TreeState":
         """The bodies with indices `which` (n,)."""
-        return TreeState(self.poses[which], self.history[which], self.rest[which])
+        return TreeState(self.poses[which], self.history[which], self.rest[which], self.turn[which])
 
 
 class TreePrior:
@@ -66,7 +70,7 @@ class TreePrior:
         temperature: β of the draws; near 0 the nearest window is chosen.
         method: "tree", the paper's search, or "exact", which is several times slower.
         leaf: how "tree" chooses a window in the leaf: "uniform" or "kernel".
-        noise: η, relative to the mean prediction error of windows.
+        noise: η, relative to the mean prediction error of windows, and turning beyond them, relative to people's.
         skeleton: the body; None uses the database's.
         fps: frame rate [Hz]; must be 30.
 
@@ -104,6 +108,7 @@ class TreePrior:
         self._temperature, self._method, self._leaf = float(temperature), method, leaf
         self._noise = noise * tree.forecast_.deviation[self._entries]
         self._weights, self._offset = _filter(tree)
+        self._turning = noise * TURN_RATE if 5 in self._entries else 0.0
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> TreeState:
         """Draw `n` bodies with `rng` in the poses of `start`, with the histories of windows that end similarly."""
@@ -117,7 +122,7 @@ class TreePrior:
             windows[mine] = np.searchsorted(edges[:-1], edges[-1] * rng.random(len(mine)), side="right")
         history = self._histories(self.tree.frames_[windows])
         rest = self._left_over(poses, history[:, -1])
-        return TreeState(poses, history, rest)
+        return TreeState(poses, history, rest, self._turning * rng.standard_normal(n))
 
     def propagate(self, state: TreeState, rng: np.random.Generator) -> TreeState:
         """The bodies of `state` one frame later, with noise of `rng`."""
@@ -132,8 +137,12 @@ class TreePrior:
         kernels.advance_histories(state.history, entries, now, after, share.pose, share.velocity, FPS, history)
         noise = self._noise * rng.standard_normal(state.rest.shape)
         rest = np.where(self._increment, 0.0, np.exp(-1 / (FPS * _MEMORY)) * state.rest + noise)
-        kernels.next_poses(state.poses, history, rest, entries, noise, self._scale, poses)
-        return TreeState(poses, history, rest)
+        keep = np.exp(-1 / (FPS * TURN_MEMORY))
+        turn = keep * state.turn + np.sqrt(1 - keep**2) * self._turning * rng.standard_normal(len(poses))
+        half = np.zeros_like(poses)
+        half[:, 5] = 0.5 * turn / FPS
+        kernels.next_poses(state.poses + half, history, rest, entries, noise, self._scale, poses)
+        return TreeState(poses + half, history, rest, turn)
 
     def diffuse(self, state: TreeState, share: float, rng: np.random.Generator) -> TreeState:
         """The bodies of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
@@ -148,7 +157,7 @@ class TreePrior:
         """
         new = state.poses.copy()
         new[:, self._entries] = poses[:, self._entries]
-        return TreeState(new, state.history, self._left_over(new, state.history[:, -1]))
+        return TreeState(new, state.history, self._left_over(new, state.history[:, -1]), state.turn)
 
     def _left_over(self, poses: np.ndarray, said: np.ndarray) -> np.ndarray:
         """δ (n, c): `poses` (n, 25) minus the local parameters `said` (n, c)."""

@@ -54,6 +54,14 @@ def test_feet_stay_between_whole_steps(stop_and_go):
     assert np.abs(np.diff(stop_and_go.poses[:, 2])).max() * 60 < 1.0
 
 
+@pytest.mark.parametrize("model", MODELS[:2])
+def test_who_begins_in_mid_step_is_upright(model):
+    """Not as low as the foot that comes from behind would need if it were already in front."""
+    for phase in (0.0, 0.3, 0.6):
+        walk = walk_along(motionenv.load(model), Path.line(9), 3, 30, seed=2, speed=[(0, 1.2), (2, 0.8)], phase=phase)
+        assert walk.poses[:, 2].min() > 0.93 * np.median(walk.poses[:, 2])
+
+
 def test_an_even_speed_is_a_bent_walk():
     model, path = motionenv.load("walk/fpca"), random_path(np.random.default_rng(1), 20.0)
     walker = model.walker(4)

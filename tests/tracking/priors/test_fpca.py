@@ -5,11 +5,12 @@ import pytest
 
 from motionenv.body import markers
 from motionenv.errors import MotionError
+from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import Stride
 from motionenv.render.cameras import view
 from motionenv.tracking import FPCAPrior, Start
-from motionenv.tracking.priors._walk_kernel import HEADING, PACE, PHASE, X, Y
+from motionenv.tracking.priors._walk_kernel import EASE, HEADING, PACE, PHASE, TURN, X, Y
 from motionenv.tracking.priors.fpca import _PACE, _REST
 
 SHAPED = _REST > 0
@@ -34,13 +35,14 @@ def mean_walk(model, prior, fps: float, seconds: float = 3.0) -> np.ndarray:
 @pytest.mark.parametrize("fps", [30.0, 120.0, 12.5])
 def test_the_mean_of_the_particles_follows_the_models_own_synthesis(model, fps):
     prior = FPCAPrior(model, fps=fps)
+    prior.deviation[27:] = 0.0  # nobody turns or slows down
     walk = mean_walk(model, prior, fps)
     rng = np.random.default_rng(0)
     state = prior.initial(Start.at(walk[0], spread=0.0), 4000, rng)
     quiet = state.gait[:1].copy()
     state.scores[:], state.rest[:], state.gait[:] = 0.0, 0.0, quiet
     state.gait[:, PACE] = -model.person_mean_[-2]
-    state.gait[:, PHASE] = state.gait[:, X] = state.gait[:, Y] = state.gait[:, HEADING] = 0.0
+    state.gait[:, PHASE] = state.gait[:, X] = state.gait[:, Y] = state.gait[:, HEADING] = state.gait[:, TURN] = 0.0
     frames = int(0.8 * fps)
     for _ in range(frames):
         state = prior.propagate(state, rng)
@@ -78,14 +80,63 @@ def test_a_step_has_the_noise_that_the_settings_state(prior, model):
     pace = -model.person_mean_[model.fpca_.n_components]
     assert b[:, PACE].mean() == pytest.approx(pace + keep[0] * (a[PACE] - pace), abs=4e-4)
     assert b[:, PACE].std() == pytest.approx(wide[0] * _PACE, rel=0.03)
-    assert b[:, HEADING].std() == pytest.approx(0.03, rel=0.03)
-    assert (b[:, PHASE] - np.exp(b[:, PACE]) * dt - a[PHASE]).std() == pytest.approx(0.003, rel=0.03)
+    assert b[:, TURN].mean() == pytest.approx(np.exp(-dt / TURN_MEMORY) * a[TURN], abs=0.004)
+    assert b[:, TURN].std() == pytest.approx(TURN_RATE * np.sqrt(1 - np.exp(-2 * dt / TURN_MEMORY)), rel=0.03)
+    assert (b[:, HEADING] - a[HEADING] - dt * b[:, TURN]).std() == pytest.approx(0.02, rel=0.03)
+    slower = np.sqrt(np.clip(b[:, EASE], 0, 1))
+    assert (b[:, PHASE] - np.exp(b[:, PACE]) * slower * dt - a[PHASE]).std() == pytest.approx(0.003, rel=0.03)
     covariance = wide[1] ** 2 * prior._covariance
     np.testing.assert_allclose(
         after.scores.mean(0), keep[1] * before.scores[0], atol=4 * np.sqrt(covariance.max() / 2e4)
     )
     np.testing.assert_allclose(after.scores.std(0), np.sqrt(np.diag(covariance)), rtol=0.04)
     np.testing.assert_allclose(after.rest.std(0)[SHAPED], (wide[2] * _REST)[SHAPED], rtol=0.04)
+
+
+def quiet(model, turn: float, ease: float):
+    """A prior without noise that moves anything, and the state of its mean walker with a turning rate and a speed."""
+    prior = FPCAPrior(model, fps=100.0)
+    state = prior.initial(Start.at(mean_walk(model, prior, 30)[4], spread=0.0), 1, np.random.default_rng(7))
+    state.scores[:], state.rest[:] = 0.0, 0.0
+    state.gait[:, [X, Y, HEADING, TURN, EASE]] = 0.0, 0.0, 0.0, turn, ease
+    prior._step[[1, 2, 3, 12, 13]], prior._step[[4, 5, 6, 7, 8, 9, 10, 15, 16]] = 1.0, 0.0
+    return prior, prior._with_poses(state.gait, state.scores, state.rest)
+
+
+def test_who_turns_at_an_even_rate_goes_round_a_circle_and_leans_in_as_bent_walks_do(model):
+    """After a whole turn he is back, and half-way as far away as the circle is wide: circumference over pi."""
+    prior, state = quiet(model, 0.8, 2.0)
+    rng, way, lean = np.random.default_rng(8), [state.poses[0, :2]], []
+    for _ in range(round(100 * 2 * np.pi / 0.8)):
+        state = prior.propagate(state, rng)
+        way.append(state.poses[0, :2])
+        lean.append(state.poses[0, 4])
+    way = np.array(way)
+    circumference = np.linalg.norm(np.diff(way[::25], axis=0), axis=1).sum()
+    assert np.linalg.norm(way[-1] - way[0]) < 0.02 * circumference
+    assert np.linalg.norm(way[len(way) // 2] - way[0]) == pytest.approx(circumference / np.pi, rel=0.05)
+    speed = circumference * 0.8 / (2 * np.pi)
+    straight = prior.table[:, 0, 4].mean()
+    assert np.mean(lean) - straight == pytest.approx(-np.arctan(speed * 0.8 / 9.81), rel=0.05)
+
+
+def test_who_slows_down_keeps_the_walk_ratio_and_who_stops_stands_on_straight_legs(model):
+    rates, steps = [], []
+    for ease in (1.0, 0.25):
+        prior, state = quiet(model, 0.0, ease)
+        began, rng = state, np.random.default_rng(9)
+        for _ in range(200):
+            state = prior.propagate(state, rng)
+        rates.append((state.gait - began.gait)[0, PHASE])
+        steps.append((state.gait - began.gait)[0, X] / rates[-1])
+    assert rates[1] / rates[0] == pytest.approx(0.5, rel=1e-6)
+    assert steps[1] / steps[0] == pytest.approx(0.5, rel=0.05)
+    prior, state = quiet(model, 0.0, -0.5)
+    after = prior.propagate(state, np.random.default_rng(9))
+    np.testing.assert_allclose(after.poses, state.poses, atol=1e-12)
+    walking = mean_walk(model, prior, 30)
+    assert (after.poses[0, [20, 24]] < np.median(walking[:, [20, 24]], axis=0)).all()
+    assert after.poses[0, 2] > np.median(walking[:, 2])
 
 
 def test_a_start_is_explained_by_its_phase_and_what_is_known_of_the_frame_before_says_the_pace(prior, model):

@@ -1,5 +1,7 @@
 """Particles with histories: their draws are the tree's own, and arms leave the rest of the body alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,7 +43,7 @@ def stranger():
 def test_draws_are_the_trees_own(tree, stranger, method):
     histories = np.stack([stranger[t - 12 : t] for t in range(12, 112)])
     told = local(histories[:, :-1], histories[:, 1:])
-    state = TreeState(histories[:, -1], told.astype(np.float32), np.zeros((100, 25)))
+    state = TreeState(histories[:, -1], told.astype(np.float32), np.zeros((100, 25)), np.zeros(100))
     prior = TreePrior(tree, noise=0.0, method=method, temperature=0.1)
     after = prior.propagate(state, np.random.default_rng(3)).poses
     drawn = tree.sample(histories, seed=3, carry=True, method=method, leaf="kernel", temperature=0.1)
@@ -58,6 +60,24 @@ def test_a_history_goes_on_with_what_was_drawn(tree, stranger):
     said = (after.history[:, -1] + after.rest)[:, shaped]
     np.testing.assert_allclose(after.poses[:, shaped], said, atol=1e-6)
     assert (after.rest[:, [0, 1, 5]] == 0).all()
+
+
+def test_bodies_turn_on_beyond_their_windows_and_go_where_they_head(tree, stranger):
+    """The same draws with and without a turning rate: the way turns by the same angle as the body."""
+    prior = TreePrior(tree, noise=0.0)
+    both = []
+    for rate in (0.0, 0.9):
+        rng = np.random.default_rng(4)
+        state = prior.initial(Start.at(stranger[30], stranger[29]), 50, rng)
+        state = replace(state, turn=np.full(50, rate))
+        before = state.poses
+        for _ in range(15):
+            state = prior.propagate(state, rng)
+        assert (state.poses[:, :2] != before[:, :2]).all()
+        both.append((state.poses[:, 5], np.unwrap(np.arctan2(*(state.poses - before)[:, 1::-1].T))))
+    rates = 0.9 * np.exp(-np.arange(1, 16) / 30)
+    np.testing.assert_allclose(both[1][0] - both[0][0], rates.sum() / 30, atol=1e-9)
+    np.testing.assert_allclose(both[1][1] - both[0][1], 0.5 * rates.sum() / 30, atol=0.03)
 
 
 def test_those_of_the_database_go_on_as_they_did(tree, database):
