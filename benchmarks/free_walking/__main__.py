@@ -25,6 +25,7 @@ from motionenv.lifting.free.posture_network import PostureNetwork
 from motionenv.lifting.free.proposal import BODY_UNIT, propose, shipped_network
 from motionenv.lifting.free.rays import rays_of
 from motionenv.metrics import aligned_mpjpe, pelvis_mpjpe
+from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.types import MARKERS, Camera, Points
 
 PELVIS = MARKERS.index("pelvis")
@@ -43,6 +44,7 @@ ROWS = (
     Row("clean", lambda points, rng: points),
     Row("5 px and 20 % missing", bandai.noisy),
     Row("bursts of 0.3 to 1 s, 20 % in all", bandai.bursts),
+    Row("detector's errors", lambda points, rng: DetectorErrors().apply(points, rng)),
     Row("intrinsics known, pose unknown", lambda points, rng: points, lambda camera: camera.K),
     Row("camera unknown", lambda points, rng: points, lambda camera: None),
 )

@@ -133,7 +133,7 @@ def swapped_frames(points: Points) -> np.ndarray:
     Raises:
         GapError: as `motionenv.lifting.fourier_fit.fourier_points`.
     """
-    starts = [np.zeros((len(points.positions), len(GROUPS)), dtype=bool), _continuous(points)]
+    starts = [np.zeros((len(points.positions), len(GROUPS)), dtype=bool), continuous_labels(points)]
     return min((_alternating_fit(points, labels) for labels in starts), key=lambda found: found[0])[1]
 
 
@@ -187,8 +187,8 @@ def _between(positions: np.ndarray, pairs: tuple[str, ...]) -> np.ndarray:
     return positions[:, left] - positions[:, right]
 
 
-def _continuous(points: Points) -> np.ndarray:
-    """Labels (frames, 2) that minimise the jumps of left minus right; False in most frames."""
+def continuous_labels(points: Points) -> np.ndarray:
+    """Labels (frames, 2) of `points` that minimise the jumps of left minus right; False in most frames."""
     labels = np.zeros((len(points.positions), len(GROUPS)), dtype=bool)
     for g, pairs in enumerate(GROUPS.values()):
         between = _between(points.upward, pairs)

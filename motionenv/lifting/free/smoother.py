@@ -56,6 +56,7 @@ class Settings:
     floor: float = 0.06
     sliding: float = 0.5  # of a foot that stands [1/s]
     least_ray: float = 0.004  # least error of a ray, relative to the body's apparent size
+    detector_ray: float = 0.1  # the same of a detector's points: differences over time don't show errors that last
     rounds: int = 7
 
 
