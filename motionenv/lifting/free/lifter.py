@@ -80,7 +80,12 @@ class FreeFit:
 
 
 def heading_of(positions: np.ndarray, fps: float) -> np.ndarray:
-    """Direction in which a body faces, (frames,) [rad] from x towards y, from hips and shoulders (frames, 15, 3)."""
+    """Direction in which a body faces, (frames,) [rad] from x towards y.
+
+    Args:
+        positions: (frames, 15, 3) of the markers, of which hips and shoulders tell.
+        fps: frame rate [Hz].
+    """
     across = sum(
         positions[:, _M[f"left_{name}"], :2] - positions[:, _M[f"right_{name}"], :2] for name in ("hip", "shoulder")
     )
@@ -89,7 +94,7 @@ def heading_of(positions: np.ndarray, fps: float) -> np.ndarray:
 
 
 def limb_lengths(positions: np.ndarray) -> dict[str, float]:
-    """Limb lengths [m] of markers (frames, 15, 3): the median over time and the mean of both sides."""
+    """Limb lengths [m], the median over time and the mean of both sides, of `positions` (frames, 15, 3)."""
     out: dict[str, list[float]] = {}
     for a, b in EDGES:
         name = f"{MARKERS[a]} to {MARKERS[b]}".replace("left_", "").replace("right_", "")
