@@ -50,7 +50,7 @@ class Result:
 def lifted(points: Points, **told) -> Result:
     """The result of lifting `points`."""
     try:
-        found = lift(points, **told)
+        found = lift(points, method="steady", **told)
     except MotionError:
         return Result(np.nan, False)
     return Result(found.misfit, found.posterior.converged)

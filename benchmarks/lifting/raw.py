@@ -136,7 +136,7 @@ def row(case: Case, walks, models, views) -> dict:
     each = []
     for walk, model in zip(walks, models, strict=True):
         for alpha in views:
-            lifted = lift(case.points(walk, alpha, rng), prior=model, **case.told(walk, alpha))
+            lifted = lift(case.points(walk, alpha, rng), prior=model, method="steady", **case.told(walk, alpha))
             each.append(figures(lifted, alpha))
     columns = {key: np.array([one[key] for one in each]) for key in each[0]}
     return {

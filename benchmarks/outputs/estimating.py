@@ -146,7 +146,7 @@ def _lift(alpha: float | None = None, missing: float = 0.0, seen: dict | None = 
 def _lift_by_camera() -> Any:
     watching = motionenv.fit_view(markers_of(walk(4.0)).positions, 0.5, width=640, height=480, elevation=0.1)
     seen = points(0.5, elevation=0.1, camera=watching, heading=0.0)
-    lifted = motionenv.lift(seen, camera=watching)
+    lifted = motionenv.lift(seen, camera=watching, method="steady")
     return [seen, lifted, lifted.band, lifted.motion()]
 
 
