@@ -162,7 +162,7 @@ def _drawn(sources: Sources, rng, seconds: float) -> Motion | None:
     path = random_path(rng, 40.0, radius=rng.uniform(0.8, 6)) if rng.uniform() < 0.7 else None
     speed: float | list = rng.uniform(0.4, 2.3)
     if rng.uniform() < 0.25:
-        at = np.sort(rng.uniform(0, seconds, 3)) + [0.001, 0.02, 0.04]
+        at = np.add(np.sort(rng.uniform(0, seconds, 3)), [0.001, 0.02, 0.04])
         speed = [[0, speed], [at[0], speed], [at[1], rng.choice([0, 0.5, 1.5])], [at[2], rng.uniform(0.4, 1.8)]]
     try:
         return motionenv.synthesize(
