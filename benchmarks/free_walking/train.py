@@ -138,27 +138,17 @@ def loss_of(posture, deviation, target, counts):
     return likely + 4 * (apart * weight).sum() + 2 * (speed * both).sum(), apart
 
 
-def main() -> None:
-    """Train on clips, report errors on the last 300 of them, and write the weights."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("clips", type=Path, nargs="+")
-    parser.add_argument("--minutes", type=float, default=40.0)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, required=True)
-    asked = parser.parse_args()
-    torch.set_num_threads(1)
-    torch.manual_seed(asked.seed)
-    clips = np.concatenate([np.load(path) for path in asked.clips])
-    order = np.random.default_rng(asked.seed).permutation(len(clips))
-    held, train = clips[order[:300]], clips[order[300:]]
-    rng = np.random.default_rng(asked.seed)
-    network = Network(batch(train, rng, 1)[0].shape[-1])
+def trained(clips: np.ndarray, minutes: float, seed: int) -> Network:
+    """A network that has learned from `clips` for so long."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    network = Network(batch(clips, rng, 1)[0].shape[-1])
     optimiser = torch.optim.AdamW(network.parameters(), 1e-3, weight_decay=1e-4)
     begun, step, errors = time.time(), 0, []
-    while (share := (time.time() - begun) / (60 * asked.minutes)) < 1:
+    while (share := (time.time() - begun) / (60 * minutes)) < 1:
         for group in optimiser.param_groups:
             group["lr"] = 1.5e-3 * min(1.0, (step + 1) / 200) * 0.5 * (1 + math.cos(math.pi * share)) + 1e-5
-        values, target, counts, sizes = batch(train, rng)
+        values, target, counts, sizes = batch(clips, rng)
         loss, apart = loss_of(*network(torch.from_numpy(values)), torch.from_numpy(target), torch.from_numpy(counts))
         optimiser.zero_grad()
         loss.backward()
@@ -167,7 +157,23 @@ def main() -> None:
         step += 1
         errors.append(1000 * float((apart.detach().numpy().mean(-1) * sizes[:, None])[counts].mean()))
         if step % 500 == 0:
-            print(f"{step} steps, {60 * asked.minutes * share:.0f} s: {np.mean(errors[-500:]):.1f} mm", flush=True)
+            print(f"{step} steps, {60 * minutes * share:.0f} s: {np.mean(errors[-500:]):.1f} mm", flush=True)
+    return network
+
+
+def main() -> None:
+    """Train on clips, report errors on 300 of them that are left out, and write the weights."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("clips", type=Path, nargs="+")
+    parser.add_argument("--minutes", type=float, default=40.0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, required=True)
+    asked = parser.parse_args()
+    torch.set_num_threads(1)
+    clips = np.concatenate([np.load(path) for path in asked.clips])
+    order = np.random.default_rng(asked.seed).permutation(len(clips))
+    held = clips[order[:300]]
+    network = trained(clips[order[300:]], asked.minutes, asked.seed)
     for damage in (False, True):
         values, target, counts, sizes = batch(held, np.random.default_rng(5), 600, damage)
         with torch.no_grad():

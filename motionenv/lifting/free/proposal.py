@@ -63,7 +63,8 @@ def _clips(frames: int, stride: int) -> list[np.ndarray]:
     clips = []
     for first in range(min(stride, frames)):
         stream = np.arange(first, frames, stride)
-        starts = list(range(0, max(len(stream) - FRAMES, 0), FRAMES // 2)) + [max(len(stream) - FRAMES, 0)]
+        last = max(len(stream) - FRAMES, 0)
+        starts = [*range(0, last, FRAMES // 2), last]
         clips += [stream[start : start + FRAMES] for start in starts]
     return clips
 

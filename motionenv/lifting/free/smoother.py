@@ -110,8 +110,8 @@ def smooth(
     distance = np.repeat((1 / size)[:, None], len(MARKERS), axis=1)
     for round_ in range(settings.rounds + 1):
         system = _System(len(rays))
-        scale = max(fit.noise, _FIRST_NOISE * _COOLING**round_) * size[:, None] * distance
-        system.rays(across, fit.weights / scale**2, origins)
+        expected = max(fit.noise, _FIRST_NOISE * _COOLING**round_) * size[:, None] * distance
+        system.rays(across, fit.weights / expected**2, origins)
         system.posture(posture, 1 / (settings.posture * spread) ** 2)
         system.velocity(posture, fps / settings.velocity / np.sqrt(fps))
         system.pelvis(fps**1.5 / np.array(settings.acceleration))
@@ -119,16 +119,13 @@ def smooth(
             system.limbs(fit.places, fit.limbs, 1 / settings.limb)
         if round_ > 1:
             system.feet(fit.contact, fit.floor, 1 / settings.floor, np.sqrt(fps) / settings.sliding)
-        last = round_ == settings.rounds
-        fit.places, covariance = system.solve(last)
+        fit.places, covariance = system.solve(round_ == settings.rounds)
         if covariance is not None:
             fit.deviations = np.sqrt(_about(covariance) + (_UNSEEN * spread)[..., None] ** 2)
             break
+        off = ((across @ (fit.places - origins[:, None])[..., None]) ** 2).sum(axis=(-2, -1)) / expected**2
+        fit.weights = seen * precision / (1 + off * precision / _TAIL) ** 2
         distance = np.linalg.norm(fit.places - origins[:, None], axis=-1)
-        off = np.einsum("tmab,tmb->tma", across, fit.places - origins[:, None]) / (distance * size[:, None])[..., None]
-        expected = max(fit.noise, _FIRST_NOISE * _COOLING**round_)
-        error = (off**2).sum(axis=-1) * precision / expected**2
-        fit.weights = seen * precision / (1 + error / _TAIL) ** 2
         fit.limbs = _lengths(fit.places)
         fit.limbs *= whole / fit.limbs.sum()  # proportions only: else the body shrinks or grows from round to round
         fit.contact, fit.floor = contacts(fit.places, fps)

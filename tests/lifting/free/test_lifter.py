@@ -120,7 +120,7 @@ def on_all_fours() -> np.ndarray:
 
 
 def standing() -> np.ndarray:
-    return markers(np.zeros((1, len(POSE))), from_height(1.75)) + [0, 0, 0.9]
+    return markers(np.zeros((1, len(POSE))), from_height(1.75)) + np.array([0, 0, 0.9])
 
 
 @pytest.mark.parametrize("what", ["all fours", "sitting", "noise"])

@@ -31,7 +31,7 @@ def test_place_distance_and_what_is_not_seen_do_not_matter():
     plain = features(DIRECTIONS, SEEN)
     hidden = np.where(SEEN[..., None], DIRECTIONS, 77.0)
     np.testing.assert_array_equal(features(hidden, SEEN).values, plain.values)
-    turned = features(DIRECTIONS + [0.7, 0.0], SEEN)
+    turned = features(np.add(DIRECTIONS, [0.7, 0.0]), SEEN)
     np.testing.assert_allclose(turned.values, plain.values, atol=1e-5)
     np.testing.assert_allclose(turned.azimuth - plain.azimuth, 0.7)
     level = DIRECTIONS * [1, 0]

@@ -9,7 +9,7 @@ from motionenv.render.cameras import look_at
 from motionenv.types import Camera
 
 RNG = np.random.default_rng(3)
-PLACES = RNG.uniform(-1, 1, (6, 15, 3)) + [0, 0, 1]
+PLACES = np.add(RNG.uniform(-1, 1, (6, 15, 3)), [0, 0, 1])
 CAMERA = look_at((4.0, 1.0, 1.6), (0.0, 0.0, 1.0))
 
 
