@@ -36,7 +36,8 @@ def test_euler_angles_are_products_of_turns_about_the_axes(order, angles):
     matrix = rotations.from_euler(order, angles)
     a, b, c = (about(axis, angle) for axis, angle in zip(order, angles, strict=True))
     assert np.allclose(matrix, a @ b @ c, atol=1e-12)
-    assert np.allclose(rotations.from_euler(order, rotations.to_euler(order, matrix)), matrix, atol=1e-9)
+    # Near ±π/2 the sine tells the middle angle to the root of the rounding error only, 1.5e-8.
+    assert np.allclose(rotations.from_euler(order, rotations.to_euler(order, matrix)), matrix, atol=1e-7)
 
 
 @pytest.mark.parametrize("order", ORDERS)
