@@ -13,6 +13,7 @@ from motionenv.errors import MotionError
 from motionenv.types import MARKERS
 
 _POINTS = {".json", ".csv"}
+_WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
 _PELVIS = MARKERS.index("pelvis")
 _PICTURES = {".png", ".pdf", ".svg"}
 
@@ -57,11 +58,13 @@ def lift(
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
     known = _camera(camera, which)
     loaded = _read(points, project, elevation, fps, unit, of_detector)
-    with err.status("lifting"):
+    with err.status("lifting") as status:
         lifted = lift_points(
-            loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale, method=method, **known
-        )
+            loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale, method=method,
+            on_progress=lambda share: status.update(f"lifting, {share:.0%}"), **known,
+        )  # fmt: skip
         motion = lifted.motion()
+    _check_gaps(np.isnan(motion.poses).any(axis=1), motion.fps, out)
     write(motion, out)
     typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:.2f} s at {motion.fps:g} fps")
     for line in _report(lifted):
@@ -72,6 +75,16 @@ def lift(
         with atomic_write(plot) as temporary:
             lifted_walk(lifted).savefig(temporary, dpi=130)
         typer.echo(f"{plot}  points and depth, with 90 % bands")
+
+
+def _check_gaps(gone: np.ndarray, fps: float, out: Path) -> None:
+    """Refuse formats that can't say that nobody is there in some frames (frames,)."""
+    if gone.any() and out.suffix.lower() not in _WITH_GAPS:
+        when = np.flatnonzero(gone)[[0, -1]] / fps
+        raise MotionError(
+            f"nobody is seen at times from {when[0]:.1f} to {when[1]:.1f} s, which {out.suffix} can't represent: write "
+            f"{', '.join(sorted(_WITH_GAPS))}, or cut the points"
+        )
 
 
 def _camera(path: Path | None, which: str | None) -> dict:
@@ -168,12 +181,12 @@ def _free_motion(lifted) -> list[str]:
     way = np.diff(lifted.positions[:, _PELVIS, :2], axis=0)
     heading = np.degrees(lifted.heading)
     lines = [
-        f"free motion; the body turns by {np.ptp(heading):.0f} degrees, mean speed "
-        f"{np.linalg.norm(way, axis=1).mean() * fps if len(way) else 0:.2f} m/s; all sizes ± {1.645 * size:.0%}"
+        f"free motion; the body turns by {np.nanmax(heading) - np.nanmin(heading):.0f} degrees, mean speed "
+        f"{np.nanmean(np.linalg.norm(way, axis=1)) * fps if len(way) else 0:.2f} m/s; all sizes ± {1.645 * size:.0%}"
     ]
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lifted.unlike, [0]])))
     for first, end in edges.reshape(-1, 2):
-        lines.append(
-            f"{first / fps:.1f} to {end / fps:.1f} s: postures unlike people who walk, turn or run; no bands there"
-        )
+        absent = np.isnan(lifted.positions[first]).all()
+        what = "nobody is seen" if absent else "postures unlike people who walk, turn or run; no bands there"
+        lines.append(f"{first / fps:.1f} to {end / fps:.1f} s: {what}")
     return lines

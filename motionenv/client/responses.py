@@ -78,9 +78,10 @@ def samples(response: Mapping[str, Any]) -> "Samples":
 def lifted(response: Mapping[str, Any]) -> LiftedPoints:
     """The motion in a `LiftResponse` of the service."""
     return LiftedPoints(
-        markers=Markers(tuple(response["markers"]), np.array(response["positions"]), response["fps"]),
-        band=np.array(response["band"], dtype=float), heading=np.radians(response["heading"]),
-        contact=np.array(response["contact"]), poses=np.array(response["poses"]), height=response["height"],
+        markers=Markers(tuple(response["markers"]), np.array(response["positions"], dtype=float), response["fps"]),
+        band=np.array(response["band"], dtype=float), heading=np.radians(np.array(response["heading"], dtype=float)),
+        contact=np.array(response["contact"], dtype=float), poses=np.array(response["poses"], dtype=float),
+        height=response["height"],
         misfit=response["misfit"], plausible=response["plausible"], unlike=np.array(response["unlike"]),
         swapped=np.array(response["swapped"]), steady=_steady(response["steady"]),
     )  # fmt: skip

@@ -1,10 +1,11 @@
-"""Lift 2D points of one camera to 3D walking (Zhang & Troje 2007, "paper B", and extensions).
+"""Lift 2D points of one camera to 3D: people who walk, turn or run.
 
     >>> from motionenv.lifting import lift
-    >>> lifted = lift(read_points("points.csv"))
-    >>> lifted.posterior.alpha, lifted.markers(), lifted.band, lifted.motion()
+    >>> lifted = lift(read_points("keypoints.json", fps=30))
+    >>> lifted.positions, lifted.band, lifted.heading, lifted.motion()
 
-`lift` runs the whole pipeline. `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and
+`lift` runs the whole pipeline. `free` fits any motion frame by frame. For straight, steady walks (Zhang & Troje 2007,
+"paper B", and extensions) `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and
 `views.unknown_view` hold the paper's estimators, which work on that series; `refine` then fits the raw points by
 maximum a posteriori.
 """

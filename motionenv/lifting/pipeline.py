@@ -1,7 +1,7 @@
 """The lifting pipeline from 2D points to motion in 3D, as `motionenv lift` runs it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from numbers import Real
@@ -95,7 +95,7 @@ class Lifted:
     def unlike(self) -> np.ndarray:
         """Frames (frames,) that show something else than what was learned from: sitting, an animal, noise."""
         if self.free is not None:
-            return self.free.surprise > SURPRISE
+            return ~(self.free.surprise <= SURPRISE)  # also where nobody is seen
         return np.full(len(self.positions), not self.plausible)
 
     @property
@@ -181,6 +181,7 @@ def lift(
     distortion: Sequence[float] | None = None,
     robust: bool = True,
     method: str = "auto",
+    on_progress: Callable[[float], None] | None = None,
 ) -> Lifted:
     """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
@@ -203,6 +204,7 @@ def lift(
         distortion: OpenCV's coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) of the camera's lens.
         robust: whether outliers of a steady walk are weighted down.
         method: "steady", "free", or "auto" as told above.
+        on_progress: called now and then with the share of free motion that is done.
 
     Raises:
         MotionError: incompatible units, arguments or points; for a steady walk, a motion that is not periodic.
@@ -220,7 +222,7 @@ def lift(
     check_points(points, scale)
     if method == "steady" or (method == "auto" and parallel):
         return _steady(model, points, alpha, elevation, scale, camera, robust)
-    free = fit_freely(points, camera, distortion=distortion, elevation=elevation)
+    free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
     lifted = Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
     if method == "auto" and distortion is None and _may_be_steady(lifted, camera):
         try:

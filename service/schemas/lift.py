@@ -67,13 +67,16 @@ class LiftResponse(BaseModel):
     unlike: list[bool] = Field(description="(frames,): whether a frame shows something else, such as sitting or noise.")
     fps: float = Field(description="Frames per second.")
     markers: list[str] = Field(description="Names of the 15 markers.")
-    positions: list[list[list[float]]] = Field(description="(frames, 15, 3) [m], z up; a steady walk goes along x.")
+    positions: list[list[list[float | None]]] = Field(
+        description="(frames, 15, 3) [m], z up; a steady walk goes along x. Null where nobody is seen, like all that "
+        "follows from positions."
+    )
     band: list[list[list[float | None]]] = Field(
         description="(frames, 15, 3) [m]: half width of 90 % bands around positions; null in frames `unlike`."
     )
-    heading: list[float] = Field(description="(frames,) [degrees]: where the body faces, from x towards y.")
-    contact: list[list[float]] = Field(description="(frames, 2): probability that the left and right foot stand.")
+    heading: list[float | None] = Field(description="(frames,) [degrees]: where the body faces, from x towards y.")
+    contact: list[list[float | None]] = Field(description="(frames, 2): probability that each foot stands.")
     pose: list[str] = Field(description="Names of the entries of a pose.")
-    poses: list[list[float]] = Field(description="(frames, 25) [m, rad]: poses of the body.")
+    poses: list[list[float | None]] = Field(description="(frames, 25) [m, rad]: poses of the body.")
     height: float = Field(description="Body height [m].")
     swapped: list[list[bool]] = Field(description="(frames, 2): whether the sides of arms and of legs were exchanged.")

@@ -4,14 +4,18 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import motionenv
 from motionenv.body import markers
 from motionenv.lifting import project_markers
+from motionenv.metrics import pelvis_mpjpe
 from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
+from motionenv.models.paths import Path
 from motionenv.models.synthesis import synthesize
+from motionenv.render.cameras import fit_view
 from motionenv.types import MARKERS, Markers, Points
 
 COCO = ("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
@@ -113,3 +117,44 @@ def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, walked, tmp_pa
     assert result.err.count("\n") == 1
     assert says in result.err
     assert set(tmp_path.iterdir()) == before
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """Somebody who turns, and a camera that sees it."""
+    motion = synthesize("walk/fpca", 9, 30, seed=4, path=Path.arc(1.6, 20.0), speed=1.1)
+    places = markers(motion.poses, motion.skeleton)
+    return places, fit_view(places, 0.4, width=640, height=480, elevation=0.12)
+
+
+def test_somebody_who_turns_before_a_calibrated_camera(run, turning, tmp_path):
+    places, camera = turning
+    vector = Rotation.from_matrix(camera.R).as_rotvec().tolist()
+    (tmp_path / "calibration.toml").write_text(
+        f"[left]\nsize = [640, 480]\nmatrix = {camera.K.tolist()}\nrotation = {vector}\n"
+        f"translation = {camera.t.tolist()}\ndistortions = [0.0, 0.0, 0.0, 0.0]\n"
+    )
+    write_points(Points(camera.project(places)[0], 30, "px"), tmp_path / "points.csv")
+    told = ["--camera", "calibration.toml", "--out", "walk.npz", "--plot", "walk.png"]
+    result = run("lift", "points.csv", *told)
+    assert result.code == 0, result.err
+    assert "free motion; the body turns by" in result.out
+    motion = motionenv.read(tmp_path / "walk.npz")
+    assert pelvis_mpjpe(markers(motion.poses, motion.skeleton), places).mean() < 0.05
+    assert (tmp_path / "walk.png").read_bytes().startswith(b"\x89PNG")
+    assert "--which needs --camera" in run("lift", "points.csv", "--which", "left", "--out", "a.npz").err
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".c3d", ".trc"])
+def test_somebody_who_leaves_and_comes_back(run, turning, tmp_path, suffix):
+    places, camera = turning
+    pixels = camera.project(places)[0]
+    pixels[90:180] = np.nan
+    write_points(Points(pixels, 30, "px"), tmp_path / "points.csv")
+    result = run("lift", "points.csv", "--out", f"walk{suffix}")
+    assert result.code == 0, result.err
+    assert "3.0 to 6.0 s: nobody is seen" in result.out
+    assert (tmp_path / f"walk{suffix}").stat().st_size > 1000
+    refused = run("lift", "points.csv", "--out", "walk.bvh")
+    assert "nobody is seen at times from 3.0 to 6.0 s, which .bvh can't represent: write .c3d, .csv" in refused.err
+    assert not (tmp_path / "walk.bvh").exists()

@@ -7,6 +7,9 @@ import pytest
 
 import motionenv
 from motionenv.lifting import project_markers
+from motionenv.models.paths import Path
+from motionenv.models.synthesis import synthesize
+from motionenv.render.cameras import fit_view
 
 
 def test_samples_are_those_of_the_tree(client):
@@ -35,3 +38,19 @@ def test_points_are_lifted_as_in_python(client):
     assert [o.alpha for o in told.steady.others] == pytest.approx([o.alpha for o in found.others], abs=1e-9)
     assert told.swapped.shape == (90, 2)
     assert client.lift(points, math.radians(40), elevation=None).plausible in (True, False)
+
+
+def test_people_who_turn_and_leave_are_lifted_as_in_python(client):
+    turning = synthesize("walk/fpca", 8, 30, seed=4, path=Path.arc(1.6, 20.0), speed=1.1)
+    places = motionenv.markers(turning.poses, turning.skeleton)
+    pixels = fit_view(places, 0.4, width=640, height=480).project(places)[0]
+    pixels[90:170] = np.nan
+    points = motionenv.Points(pixels, 30.0, "px")
+    told, found = client.lift(points), motionenv.lift(points)
+    assert told.steady is None
+    assert np.isnan(told.markers.positions[90:170]).all()
+    np.testing.assert_allclose(told.markers.positions, found.positions, atol=1e-9)
+    np.testing.assert_allclose(told.band, found.band, atol=1e-9)
+    np.testing.assert_allclose(told.heading, found.heading, atol=1e-9)
+    np.testing.assert_allclose(told.contact, found.contact, atol=1e-9)
+    assert (told.unlike == found.unlike).all()

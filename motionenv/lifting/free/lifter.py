@@ -1,12 +1,14 @@
 """Lift people who move freely: turn, stop, hurry, step aside, run."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import ndimage
 
 from motionenv.body import EDGES
+from motionenv.errors import GapError
 from motionenv.lifting.free.posture_network import RATE, PostureNetwork
 from motionenv.lifting.free.proposal import BODY_UNIT, Proposal, propose, shipped_network
 from motionenv.lifting.free.rays import Rays, rays_of
@@ -18,6 +20,8 @@ from motionenv.types import MARKERS, Camera, Points
 _M = {name: i for i, name in enumerate(MARKERS)}
 #: Longest stretch that is fitted at once, and the overlap of two stretches [s]: memory stays bounded.
 _STRETCH, _OVERLAP = 40.0, 2.0
+#: Time [s] without at least so many markers after which somebody is absent, and least frames of those shown again.
+_ABSENT, _SHOWN, _LEAST = 2.0, 4, 5
 #: Height of a standing ankle's centre: mean and deviation [m]; markers and detectors define it differently.
 _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
@@ -39,15 +43,15 @@ class FreeFit:
     """Motion of somebody who moves freely.
 
     Attributes:
-        positions: (frames, 15, 3) [m] in the camera's world. A camera of unknown pose is at its origin and looks along
-            y; z points up.
+        positions: (frames, 15, 3) [m] in the camera's world; NaN where nobody is seen for two seconds. A camera of
+            unknown pose is at its origin and looks along y; z points up.
         deviations: (frames, 15, 3) [m] of the positions about the pelvis, calibrated on people left out; the size's
             uncertainty is part of them.
         contact: (frames, 2) probability that the left and right foot stand.
         swapped: (frames, 2) where left and right of arms and of legs were exchanged in the points.
         weights: (frames, 15) of the robust loss: about 1 for inliers, near 0 for outliers, 0 for missing points.
-        unit: [m] the body unit, and its standard deviation relative to it.
-        unit_deviation: of the logarithm of the unit: the scale of everything is uncertain by so much.
+        unit: [m] the body unit, `BODY_UNIT` for an adult 1.72 m tall.
+        unit_deviation: standard deviation of the logarithm of `unit`: the size of everything is uncertain by so much.
         noise: [m] standard deviation of the points at the person.
         origin: (3,) [m] mean position of the camera.
         focal: [pixels] its focal length, given or guessed.
@@ -70,12 +74,12 @@ class FreeFit:
     @property
     def misfit(self) -> float:
         """Mean surprise, relative to `SURPRISE`."""
-        return float(self.surprise.mean() / SURPRISE)
+        return float(np.nanmean(self.surprise) / SURPRISE)
 
     @property
     def plausible(self) -> bool:
         """Whether 90 % of the frames or more show somebody who walks, turns or runs, of a size that people have."""
-        alike = float((self.surprise <= SURPRISE).mean()) >= _MOSTLY
+        alike = float((self.surprise[np.isfinite(self.surprise)] <= SURPRISE).mean()) >= _MOSTLY
         return alike and bool(abs(np.log(self.unit / BODY_UNIT)) < _SIZES)
 
 
@@ -90,7 +94,10 @@ def heading_of(positions: np.ndarray, fps: float) -> np.ndarray:
         positions[:, _M[f"left_{name}"], :2] - positions[:, _M[f"right_{name}"], :2] for name in ("hip", "shoulder")
     )
     smooth_ = ndimage.gaussian_filter1d(across, _HEADING * fps, axis=0, mode="nearest")
-    return np.unwrap(np.arctan2(-smooth_[:, 0], smooth_[:, 1]))
+    heading = np.arctan2(-smooth_[:, 0], smooth_[:, 1])
+    known = np.isfinite(heading)
+    heading[known] = np.unwrap(heading[known])
+    return heading
 
 
 def limb_lengths(positions: np.ndarray) -> dict[str, float]:
@@ -98,7 +105,7 @@ def limb_lengths(positions: np.ndarray) -> dict[str, float]:
     out: dict[str, list[float]] = {}
     for a, b in EDGES:
         name = f"{MARKERS[a]} to {MARKERS[b]}".replace("left_", "").replace("right_", "")
-        length = np.median(np.linalg.norm(positions[:, a] - positions[:, b], axis=-1))
+        length = np.nanmedian(np.linalg.norm(positions[:, a] - positions[:, b], axis=-1))
         out.setdefault(name, []).append(float(length))
     return {name: float(np.mean(lengths)) for name, lengths in out.items()}
 
@@ -111,41 +118,60 @@ def fit_freely(
     elevation: float | None = 0.0,
     network: PostureNetwork | None = None,
     settings: Settings = DEFAULTS,
+    on_progress: Callable[[float], None] | None = None,
 ) -> FreeFit:
     """Fit somebody's motion to `points` in pixels.
 
     Args:
         points: one person, in pixels.
-        camera, distortion, elevation: as in `motionenv.lift`.
+        camera, distortion, elevation, on_progress: as in `motionenv.lift`.
         network: another one than the shipped one.
         settings: weights of the terms.
+
+    Raises:
+        GapError: never four markers at once.
+        MotionError: cameras or coefficients that don't fit, see `rays.rays_of`.
     """
     network = network or shipped_network()
     if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
         elevation = _elevation(network, points, camera, distortion)
     labels = continuous_labels(points)
     starts = [np.zeros_like(labels), labels] if labels.any() else [labels]
-    fits = []
+    fits: list[FreeFit] = []
     for start in starts:  # as labelled, and as labels are continuous: the motion decides
         given = swapped_back(points, start)
         rays = rays_of(given.positions, camera, distortion, elevation or 0.0)
-        fit = _fit(network, given, rays, settings)
+        tell = partial(_tell, on_progress, len(fits) / len(starts), 1 / len(starts))
+        fit = _fit(network, given, rays, settings, tell)
         fits.append(replace(fit, swapped=fit.swapped ^ start))
     return min(fits, key=lambda fit: fit.misfit)
 
 
-def _fit(network: PostureNetwork, points: Points, rays: Rays, settings: Settings) -> FreeFit:
-    """Fit all stretches, and find the size of everything."""
+def _tell(on_progress: Callable[[float], None] | None, before: float, part: float, share: float) -> None:
+    if on_progress is not None:
+        on_progress(before + part * share)
+
+
+def _fit(
+    network: PostureNetwork, points: Points, rays: Rays, settings: Settings, tell: Callable[[float], None]
+) -> FreeFit:
+    """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then."""
     detected = points.confidence is not None
     if detected:
         settings = replace(settings, least_ray=settings.detector_ray)
-    sections = _sections(len(points.positions), points.fps)
-    fits = [_fitted(network, rays, points, part, settings) for part in sections]
-    units = np.array([_unit(one.fit, rays, part) for one, part in zip(fits, sections, strict=True)])
-    precision = 1 / units[:, 1] ** 2
-    unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
-    deviation = float(units[:, 1].min())
-    joined = _joined(fits, sections, rays, unit, deviation)
+    sections = _sections(rays.directions, points.fps)
+    if not sections:
+        raise GapError(f"{points.name or 'this sequence'} never shows four markers at once for five frames")
+    unit, passes = BODY_UNIT, 2 if np.ptp(rays.origins, axis=0).any() else 1
+    for again in range(passes):
+        fits = []
+        for part in sections:
+            fits.append(_fitted(network, rays, points, part, settings, unit))
+            tell((again + len(fits) / len(sections)) / passes)
+        units = np.array([_unit(one.fit, rays, part) for one, part in zip(fits, sections, strict=True)])
+        precision = 1 / units[:, 1] ** 2
+        unit = float(np.exp((precision * np.log(units[:, 0])).sum() / precision.sum()))
+    joined = _joined(fits, sections, rays, unit, float(units[:, 1].min()))
     return replace(joined, deviations=np.hypot(joined.deviations, _DETECTED)) if detected else joined
 
 
@@ -167,18 +193,25 @@ def _elevation(network: PostureNetwork, points: Points, camera, distortion) -> f
     return float(_ELEVATIONS[best] + shift * (_ELEVATIONS[1] - _ELEVATIONS[0]))
 
 
-def _sections(frames: int, fps: float) -> list[slice]:
-    """Overlapping stretches."""
+def _sections(directions: np.ndarray, fps: float) -> list[slice]:
+    """Overlapping stretches of the rays (frames, 15, 3), interrupted where nobody is seen."""
+    shown = np.flatnonzero(np.isfinite(directions[..., 0]).sum(axis=1) >= _SHOWN)
     length, overlap = round(_STRETCH * fps), round(_OVERLAP * fps)
-    starts = range(0, max(frames - overlap, 1), length - overlap)
-    return [slice(start, min(start + length, frames)) for start in starts]
+    sections = []
+    for run in np.split(shown, np.flatnonzero(np.diff(shown) > _ABSENT * fps) + 1):
+        if len(run) < _LEAST:
+            continue
+        first, end = int(run[0]), int(run[-1]) + 1
+        starts = range(first, max(end - overlap, first + 1), length - overlap)
+        sections += [slice(start, min(start + length, end)) for start in starts]
+    return sections
 
 
-def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings) -> "_Stretch":
+def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings, unit: float) -> "_Stretch":
     """The fit of one stretch, with left and right as they should be."""
     directions = rays.directions[part]
     precision = _precision(points.confidence, np.isfinite(directions[..., 0]), part)
-    origins = (rays.origins[part] - rays.origins[part].mean(axis=0)) / BODY_UNIT
+    origins = (rays.origins[part] - rays.origins[part].mean(axis=0)) / unit
     swapped = np.zeros((len(directions), 2), dtype=bool)
     for _ in range(3):
         proposal = propose(network, directions, points.fps)
@@ -247,6 +280,7 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
             total[name][part] += value * ends.reshape(-1, *[1] * (value.ndim - 1))
         share[part] += ends
         swapped[part] = stretch.swapped
+    share[share == 0] = np.nan  # nobody is there
     for value in total.values():
         value /= share.reshape(-1, *[1] * (value.ndim - 1))
     about = total["positions"] - total["positions"][:, [_M["pelvis"]]]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from motionenv.body import from_height, markers
+from motionenv.errors import GapError
 from motionenv.lifting import fit_freely, lift
 from motionenv.lifting.free.lifter import heading_of, limb_lengths
 from motionenv.lifting.free.swaps import exchanged
@@ -98,6 +99,24 @@ def test_long_sequences_are_fitted_in_overlapping_stretches():
     found = fit_freely(seen(places, camera), camera)
     assert np.linalg.norm(np.diff(found.positions, axis=0), axis=-1).max() < 0.35
     assert pelvis_mpjpe(found.positions, places).mean() < 0.06
+
+
+def test_somebody_may_leave_and_come_back():
+    places = walking(16.0, speed=1.0, path=CIRCLE)
+    camera = fit_view(places, 0.4, width=640, height=480, elevation=0.12)
+    pixels, shares = camera.project(places)[0], []
+    pixels[150:330] = np.nan
+    lifted = lift(Points(pixels, FPS, "px"), camera=camera, on_progress=shares.append)
+    gone = np.isnan(lifted.positions).any(axis=(1, 2))
+    assert (gone == (np.arange(len(places)) // 30 >= 5) & (np.arange(len(places)) // 30 < 11)).all()
+    assert lifted.plausible
+    assert lifted.unlike[gone].all()
+    assert pelvis_mpjpe(lifted.positions[~gone], places[~gone]).mean() < 0.045
+    assert np.isfinite(lifted.heading[350:]).all()
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    with pytest.raises(GapError, match="never shows four markers at once"):
+        fit_freely(Points(np.where(np.arange(15)[:, None] < 3, pixels, np.nan), FPS, "px"), camera)
 
 
 def sitting() -> np.ndarray:
