@@ -45,16 +45,25 @@ class Network(torch.nn.Module):
         count = 3 * len(MARKERS)
         return out[..., :count].unflatten(-1, (-1, 3)), torch.nn.functional.softplus(out[..., count:]) + LEAST
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Weights as the library stores them."""
+    def _layers(self) -> dict[str, torch.nn.Conv1d]:
         layers = {"in": self.first, "out": self.last}
         layers |= {f"wide{i}": layer for i, layer in enumerate(self.wide)}
-        layers |= {f"narrow{i}": layer for i, layer in enumerate(self.narrow)}
+        return layers | {f"narrow{i}": layer for i, layer in enumerate(self.narrow)}
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Weights as the library stores them."""
         out = {}
-        for name, layer in layers.items():
+        for name, layer in self._layers().items():
             out[name] = layer.weight.detach().numpy().astype(np.float16)
             out[f"{name}_bias"] = layer.bias.detach().numpy().astype(np.float16)
         return out
+
+    def take(self, arrays) -> None:
+        """Go on from weights that `arrays` gave."""
+        with torch.no_grad():
+            for name, layer in self._layers().items():
+                layer.weight.copy_(torch.from_numpy(arrays[name].astype(np.float32)))
+                layer.bias.copy_(torch.from_numpy(arrays[f"{name}_bias"].astype(np.float32)))
 
 
 def batch(clips: np.ndarray, rng: np.random.Generator, size: int = _BATCH, damage: bool = True):
@@ -102,7 +111,7 @@ def _damaged(directions, seen, person, rng):
     focal = np.exp(0.1 * rng.normal(size=(size, 1, 1, 1)) * some(0.3))
     directions = middle * [1, 0] * focal + (directions - middle * [1, 0]) * focal
     directions = directions + [0, 0.03] * rng.normal(size=(size, 1, 1, 1)) * some(0.3)  # pitch
-    noise = rng.uniform(size=(size, 1, 1, 1)) ** 2 * 0.03 * each
+    noise = rng.uniform(size=(size, 1, 1, 1)) ** 2 * 0.08 * each  # 0.08: five pixels on a body 60 pixels tall
     directions = directions + noise * rng.standard_normal(directions.shape)
     bias = 0.015 * each * rng.uniform(size=(size, 1, 1, 1))
     directions = directions + bias * rng.standard_normal((size, 1, count, 2))
@@ -110,9 +119,10 @@ def _damaged(directions, seen, person, rng):
     directions = directions + 0.25 * each * wild[..., None] * rng.standard_normal(directions.shape)
     seen = seen & ~(rng.uniform(size=seen.shape) < (0.5 * rng.uniform(size=(size, 1, 1)) ** 2) * some(0.6)[..., 0])
     time_ = np.arange(frames)
-    for _ in range(5):  # bursts of one joint
-        begin, length = rng.integers(frames, size=size), rng.integers(3, 18, size)
-        gone = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & some(0.5)[:, 0, :, 0]
+    often = rng.uniform(size=(size, 1, 1, 1)) ** 2
+    for _ in range(30):  # bursts of one joint, up to a third of all that there is to see
+        begin, length = rng.integers(-9, frames, size=size), rng.integers(3, 18, size)
+        gone = (time_ >= begin[:, None]) & (time_ < (begin + length)[:, None]) & some(often)[:, 0, :, 0]
         seen[np.arange(size), :, rng.integers(count, size=size)] &= ~gone
     for group in (_ARMS, _LEGS, _ARMS + _LEGS):  # left and right confused for a while
         begin, length = rng.integers(frames, size=size), rng.integers(1, 20, size)
@@ -138,18 +148,22 @@ def loss_of(posture, deviation, target, counts):
     return likely + 4 * (apart * weight).sum() + 2 * (speed * both).sum(), apart
 
 
-def trained(clips: np.ndarray, minutes: float, seed: int) -> Network:
-    """A network that has learned from `clips` for so long."""
+def trained(clips: np.ndarray, minutes: float, seed: int, start: Path | None = None) -> Network:
+    """A network that has learned from `clips` for so long, from scratch or from the weights of a file."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     network = Network(batch(clips, rng, 1)[0].shape[-1])
+    if start is not None:
+        network.take(np.load(start))
     optimiser = torch.optim.AdamW(network.parameters(), 1e-3, weight_decay=1e-4)
     begun, step, errors = time.time(), 0, []
     while (share := (time.time() - begun) / (60 * minutes)) < 1:
         for group in optimiser.param_groups:
             group["lr"] = 1.5e-3 * min(1.0, (step + 1) / 200) * 0.5 * (1 + math.cos(math.pi * share)) + 1e-5
         values, target, counts, sizes = batch(clips, rng)
-        loss, apart = loss_of(*network(torch.from_numpy(values)), torch.from_numpy(target), torch.from_numpy(counts))
+        with torch.autocast("cpu", torch.bfloat16):
+            posture, deviation = network(torch.from_numpy(values))
+        loss, apart = loss_of(posture.float(), deviation.float(), torch.from_numpy(target), torch.from_numpy(counts))
         optimiser.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
@@ -167,13 +181,14 @@ def main() -> None:
     parser.add_argument("clips", type=Path, nargs="+")
     parser.add_argument("--minutes", type=float, default=40.0)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--start", type=Path, help="weights to go on from")
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
     torch.set_num_threads(1)
     clips = np.concatenate([np.load(path) for path in asked.clips])
     order = np.random.default_rng(asked.seed).permutation(len(clips))
     held = clips[order[:300]]
-    network = trained(clips[order[300:]], asked.minutes, asked.seed)
+    network = trained(clips[order[300:]], asked.minutes, asked.seed, asked.start)
     for damage in (False, True):
         values, target, counts, sizes = batch(held, np.random.default_rng(5), 600, damage)
         with torch.no_grad():
