@@ -184,6 +184,11 @@ def _free_motion(lifted) -> list[str]:
         f"free motion; the body turns by {np.nanmax(heading) - np.nanmin(heading):.0f} degrees, mean speed "
         f"{np.nanmean(np.linalg.norm(way, axis=1)) * fps if len(way) else 0:.2f} m/s; all sizes ± {1.645 * size:.0%}"
     ]
+    if (other := lifted.free.other) is not None:
+        lines.append(
+            f"or: left and right are exchanged throughout, and the body faces another way, with probability "
+            f"{other.probability:.0%}"
+        )
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lifted.unlike, [0]])))
     for first, end in edges.reshape(-1, 2):
         absent = np.isnan(lifted.positions[first]).all()

@@ -15,7 +15,7 @@ from motionenv.client.responses import LiftedPoints, lifted, samples
 from motionenv.client.streams import Stream
 from motionenv.errors import MotionError
 from motionenv.mocap import MarkerMap, npz
-from motionenv.types import Motion, Points
+from motionenv.types import Camera, Motion, Points
 
 if TYPE_CHECKING:
     from motionenv.models.motion_tree import Samples
@@ -171,22 +171,33 @@ class Client:
 
     def lift(
         self, points: Points, alpha: float | None = None, *, elevation: float | None = 0.0, scale: float | None = None,
-        robust: bool = True,
+        robust: bool = True, camera: Camera | np.ndarray | None = None, distortion: Sequence[float] | None = None,
+        method: str = "auto",
     ) -> LiftedPoints:  # fmt: skip
-        """Reconstruct the 3D walk from 2D points of one camera, as `motionenv.lift`.
+        """Reconstruct motion in 3D from 2D points of one camera, as `motionenv.lift`.
 
         Args:
-            points: (frames, 15, 2); NaN where missing.
+            points: (frames, 15, 2), with confidences or not; NaN where missing.
             alpha: view angle [rad]; None estimates it.
             elevation: by how much the camera looks down [rad]; None estimates it.
             scale: pixels per metre at the walker; None estimates it.
-            robust: whether outliers count less.
+            robust: whether outliers of a steady walk count less.
+            camera: with its pose, or only its intrinsics (3, 3) [pixels]; None guesses them.
+            distortion: OpenCV's coefficients of its lens.
+            method: "steady", "free" or "auto".
+
+        Raises:
+            MotionError: distortion without a camera.
         """
-        seen = np.where(np.isfinite(points.positions), points.positions, None)  # type: ignore[call-overload]
+        seen = points.positions
+        if points.confidence is not None:
+            seen = np.concatenate([seen, points.confidence[..., None]], axis=-1)
         body = {
-            "points": seen.tolist(), "fps": points.fps, "unit": points.unit, "scale": scale, "robust": robust,
+            "points": np.where(np.isfinite(seen), seen, None).tolist(),  # type: ignore[call-overload]
+            "fps": points.fps, "unit": points.unit, "scale": scale, "robust": robust,
             "view": None if alpha is None else float(np.degrees(alpha)),
             "elevation": "unknown" if elevation is None else float(np.degrees(elevation)),
+            "camera": _camera(camera, distortion), "method": method,
         }  # fmt: skip
         return lifted(self._connection.request("POST", "/v1/lift", json=body).json())
 
@@ -308,6 +319,18 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
     if isinstance(history, str):
         return {"start": history}
     return {"history": np.asarray(getattr(history, "poses", history), dtype=float).tolist()}
+
+
+def _camera(camera: Camera | np.ndarray | None, distortion: Sequence[float] | None) -> dict[str, Any] | None:
+    """The field `camera` of a request to lift."""
+    if camera is None:
+        if distortion is not None:
+            raise MotionError("distortion needs camera: give the lens's intrinsics (3, 3) too")
+        return None
+    lens = None if distortion is None else list(map(float, distortion))
+    if isinstance(camera, Camera):
+        return {"K": camera.K.tolist(), "R": camera.R.tolist(), "t": camera.t.tolist(), "distortion": lens}
+    return {"K": np.asarray(camera, dtype=float).tolist(), "distortion": lens}
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:

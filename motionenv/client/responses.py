@@ -10,7 +10,7 @@ import numpy as np
 from motionenv.types import Markers
 
 if TYPE_CHECKING:  # imported on use: together they take longer than most requests
-    from motionenv.lifting import OtherView
+    from motionenv.lifting import OtherMotion, OtherView
     from motionenv.models.motion_tree import Samples
 
 
@@ -30,6 +30,7 @@ class LiftedPoints:
         unlike: (frames,) whether a frame shows something else than walking, turning or running.
         swapped: (frames, 2) where left and right of arms and of legs were exchanged.
         steady: view and pace of a straight, steady walk; None for other motion.
+        other: another motion that the points may show, unless it is steady.
     """
 
     markers: Markers
@@ -43,6 +44,7 @@ class LiftedPoints:
     unlike: np.ndarray
     swapped: np.ndarray
     steady: "SteadyWalk | None"
+    other: "OtherMotion | None"
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ def lifted(response: Mapping[str, Any]) -> LiftedPoints:
         height=response["height"],
         misfit=response["misfit"], plausible=response["plausible"], unlike=np.array(response["unlike"]),
         swapped=np.array(response["swapped"]), steady=_steady(response["steady"]),
+        other=_other(response["other"]),
     )  # fmt: skip
 
 
@@ -97,6 +100,14 @@ def _steady(response: Mapping[str, Any] | None) -> SteadyWalk | None:
         contradiction=None if contradiction is None else _view(contradiction), frequency=response["frequency"],
         speed=response["speed"],
     )  # fmt: skip
+
+
+def _other(response: Mapping[str, Any] | None) -> "OtherMotion | None":
+    from motionenv.lifting import OtherMotion
+
+    if response is None:
+        return None
+    return OtherMotion(np.array(response["positions"], dtype=float), response["probability"])
 
 
 def _view(response: Mapping[str, Any]) -> "OtherView":

@@ -59,7 +59,7 @@ class Lifted:
         swapped: (frames, 2) where left and right of arms and legs were swapped in the input.
         posterior: walker, view and path, with their covariance.
         series: the 2D Fourier series from which the posterior's refinement started.
-        others: alternative views, most probable first.
+        others: alternative views of a steady walk, most probable first; for other motion see `FreeFit.other`.
         contradiction: set if the given view contradicts the points: the view that fits them. Either the given view is
             wrong, or, if the two have opposite signs, left and right are swapped throughout. `band` is then invalid.
         free: positions, contacts and weights of a motion that isn't a steady walk.

@@ -8,21 +8,21 @@ from starlette.responses import Response
 
 from motionenv import Points, WalkerPrior
 from motionenv.lifting import Lifted, OtherView, lift
-from motionenv.types import MARKERS, POSE
+from motionenv.types import MARKERS, POSE, Camera
 from service.errors import documented
 from service.responses.json import dumps
 from service.routes.json_route import JsonRoute
-from service.schemas.lift import LiftRequest, LiftResponse
+from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
 
 router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
 
 
 @router.post(
-    "/lift", summary="Reconstruct a 3D walk from 2D points",
+    "/lift", summary="Reconstruct motion in 3D from 2D points",
     responses={200: {"model": LiftResponse}, **documented(400, 401, 413, 415, 422, 429, 503, 504)},
 )  # fmt: skip
 async def lifting(request: Request, asked: LiftRequest) -> Response:
-    """The most probable walk and view for 2D points of one camera, with uncertainties."""
+    """The most probable motion for 2D points of one camera, with uncertainties."""
     service = request.app.state.service
     prior = service.model_registry.get("walk/prior")
     body = await service.worker_pool.run(lambda: _lifted(asked, prior))
@@ -31,22 +31,39 @@ async def lifting(request: Request, asked: LiftRequest) -> Response:
 
 def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
     """`LiftResponse` as JSON."""
-    gap = (None, None)
-    rows = [[gap if point is None else point for point in frame] for frame in asked.points]
     found = lift(
-        Points(np.array(rows, dtype=np.float64), asked.fps, asked.unit),
-        None if asked.view is None else math.radians(asked.view), prior=prior,
+        _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
         elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
-        robust=asked.robust,
+        robust=asked.robust, camera=_camera(asked.camera), method=asked.method,
+        distortion=None if asked.camera is None else asked.camera.distortion,
     )  # fmt: skip
     return dumps(to_response(found))
 
 
+def _points(asked: LiftRequest) -> Points:
+    """The points, with their confidence if that is given."""
+    rows = [[[*(point or (None, None)), None][:3] for point in frame] for frame in asked.points]
+    values = np.array(rows, dtype=np.float64)
+    told = np.isfinite(values[..., 2]).any()
+    return Points(values[..., :2], asked.fps, asked.unit, confidence=values[..., 2] if told else None)
+
+
+def _camera(asked: LiftCamera | None) -> Camera | np.ndarray | None:
+    """The camera, or its intrinsics if the pose isn't known."""
+    if asked is None:
+        return None
+    inner = np.array(asked.K)
+    if asked.R is None or asked.t is None:
+        return inner
+    return Camera(inner, np.array(asked.R), np.array(asked.t), 1, 1)  # lifting doesn't need the picture's size
+
+
 def to_response(found: Lifted) -> dict:
     """Lifted motion as `LiftResponse`."""
-    motion = found.motion()
+    motion, other = found.motion(), found.free and found.free.other
     return {
         "steady": None if found.posterior is None else _steady(found),
+        "other": other and {"positions": other.positions, "probability": other.probability},
         "misfit": found.misfit, "plausible": found.plausible, "unlike": found.unlike, "fps": motion.fps,
         "markers": MARKERS, "positions": found.markers().positions, "band": found.band,
         "heading": np.degrees(found.heading), "contact": found.contact,

@@ -8,18 +8,39 @@ from service.schemas.common import Request
 
 _MARKERS = 15
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
-Point = Annotated[list[Coordinate | None], Field(min_length=2, max_length=2)]
+Point = Annotated[list[Coordinate | None], Field(min_length=2, max_length=3)]
 Frame = Annotated[list[Point | None], Field(min_length=_MARKERS, max_length=_MARKERS)]
 Degrees = Annotated[float, Field(ge=-360, le=360)]
+Vector = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
+
+
+class LiftCamera(BaseModel):
+    """A pinhole camera in OpenCV's convention; a point x of the world is at K (R x + t) in the picture."""
+
+    K: Matrix = Field(description="(3, 3): intrinsics [pixels].")
+    R: Matrix | None = Field(None, description="(3, 3): rotation from the world, whose z points up, to the camera.")
+    t: Vector | None = Field(None, description="(3): translation from the world, whose ground is z = 0, [m].")
+    distortion: list[Coordinate] | None = Field(
+        None, min_length=4, max_length=8, description="Of the lens: k1, k2, p1, p2[, k3[, k4, k5, k6]]."
+    )
+
+    @model_validator(mode="after")
+    def _whole_pose(self) -> Self:
+        """Half a pose tells nothing."""
+        if (self.R is None) != (self.t is None):
+            raise ValueError("R and t belong together: give both, or leave both out if the pose isn't known")
+        return self
 
 
 class LiftRequest(Request):
-    """2D points of one walker, seen by one camera."""
+    """2D points of one person, seen by one camera."""
 
     points: list[Frame] = Field(
         min_length=8, max_length=20_000,
-        description="(frames, 15, 2): head, sternum, pelvis, then left and right shoulder, elbow, wrist, hip, knee and "
-        "ankle, in the order of `markers` in the answer; null for missing points.",
+        description="(frames, 15, 2 or 3): head, sternum, pelvis, then left and right shoulder, elbow, wrist, hip, "
+        "knee and ankle, in the order of `markers` in the answer; null for missing points. A third number is the "
+        "detector's confidence from 0 to 1.",
     )  # fmt: skip
     fps: float = Field(ge=1, le=1000, description="Frames per second.", examples=[30.0])
     unit: Literal["m", "px"] = Field("px", description="px: pixels, y down. m: metres, y up, without perspective.")
@@ -28,7 +49,11 @@ class LiftRequest(Request):
         0.0, description="Angle by which the camera looks down [degrees]; 'unknown': estimate it."
     )
     scale: float | None = Field(None, gt=0, le=1e6, description="Pixels per metre at the walker; estimated if missing.")
-    robust: bool = Field(True, description="Whether outliers count less.")
+    robust: bool = Field(True, description="Whether outliers of a steady walk count less.")
+    camera: LiftCamera | None = Field(None, description="For points in pixels; guessed if missing.")
+    method: Literal["auto", "steady", "free"] = Field(
+        "auto", description="steady: a straight, steady walk; free: any motion; auto: the evidence tells."
+    )
 
     @model_validator(mode="after")
     def _scale_of_pixels(self) -> Self:
@@ -58,10 +83,18 @@ class SteadyWalk(BaseModel):
     speed: float = Field(description="Walking speed [m/s].")
 
 
+class OtherMotion(BaseModel):
+    """The motion if left and right are exchanged in all points: the body faces another way."""
+
+    positions: list[list[list[float | None]]] = Field(description="(frames, 15, 3) [m].")
+    probability: float = Field(ge=0, le=1, description="Probability that this is the true motion.")
+
+
 class LiftResponse(BaseModel):
     """Motion in three dimensions, with uncertainties."""
 
     steady: SteadyWalk | None = Field(description="View and pace if this is a straight, steady walk.")
+    other: OtherMotion | None = Field(description="Another motion that the points may show, unless it is steady.")
     misfit: float = Field(description="How unlike the people learned from this is.")
     plausible: bool = Field(description="Whether it is like them, so that bands hold.")
     unlike: list[bool] = Field(description="(frames,): whether a frame shows something else, such as sitting or noise.")

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 from scipy import ndimage
+from scipy.special import expit, logit
 
 from motionenv.body import EDGES
 from motionenv.errors import GapError
@@ -33,9 +34,27 @@ _MOSTLY = 0.9
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
 _SIZES = 0.4  # greatest logarithm of a person's size relative to an adult's: from 1.15 m to giants
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
+_AMBIGUOUS = 20.0  # [s] up to which a sequence is also lifted with left and right exchanged throughout
+#: Log-odds per logarithm of the ratio of two misfits, by logistic regression on people left out, whose points were
+#: exchanged or not (`python -m benchmarks.free_walking.mirrored`); probability that a detector exchanged all of them.
+_EVIDENCE, _EXCHANGED = 40.0, 0.02
+_LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation is judged
 _DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
+
+
+@dataclass(frozen=True, eq=False)
+class OtherMotion:
+    """The motion if left and right were exchanged in all points: the body faces another way.
+
+    Attributes:
+        positions: (frames, 15, 3) [m], as `FreeFit.positions`.
+        probability: posterior probability that this is the true motion.
+    """
+
+    positions: np.ndarray
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +76,7 @@ class FreeFit:
         focal: [pixels] its focal length, given or guessed.
         surprise: (frames,) how unlike those of people who walk, turn or run the postures are; above `SURPRISE` too
             unlike for `deviations` to hold.
+        other: the other motion that the points may show, if that is likely enough to be told.
     """
 
     positions: np.ndarray
@@ -70,6 +90,7 @@ class FreeFit:
     origin: np.ndarray
     focal: float
     surprise: np.ndarray
+    other: OtherMotion | None = None
 
     @property
     def misfit(self) -> float:
@@ -137,14 +158,19 @@ def fit_freely(
         elevation = _elevation(network, points, camera, distortion)
     labels = continuous_labels(points)
     starts = [np.zeros_like(labels), labels] if labels.any() else [labels]
-    fits: list[FreeFit] = []
-    for start in starts:  # as labelled, and as labels are continuous: the motion decides
-        given = swapped_back(points, start)
-        rays = rays_of(given.positions, camera, distortion, elevation or 0.0)
-        tell = partial(_tell, on_progress, len(fits) / len(starts), 1 / len(starts))
-        fit = _fit(network, given, rays, settings, tell)
-        fits.append(replace(fit, swapped=fit.swapped ^ start))
-    return min(fits, key=lambda fit: fit.misfit)
+    weighed = len(labels) <= _AMBIGUOUS * points.fps
+    share = 1 / (len(starts) + weighed)
+
+    def attempt(start: np.ndarray, number: int, swaps: bool = True) -> FreeFit:
+        fit = fit_labelled(
+            network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation or 0.0,
+            settings=settings, swaps=swaps, tell=partial(_tell, on_progress, number * share, share),
+        )  # fmt: skip
+        return replace(fit, swapped=fit.swapped ^ start)
+
+    # As labelled, and as labels are continuous: the motion decides.
+    best = min((attempt(start, number) for number, start in enumerate(starts)), key=lambda fit: fit.misfit)
+    return _weighed(best, attempt(~best.swapped, len(starts), swaps=False)) if weighed else best
 
 
 def _tell(on_progress: Callable[[float], None] | None, before: float, part: float, share: float) -> None:
@@ -152,10 +178,31 @@ def _tell(on_progress: Callable[[float], None] | None, before: float, part: floa
         on_progress(before + part * share)
 
 
-def _fit(
-    network: PostureNetwork, points: Points, rays: Rays, settings: Settings, tell: Callable[[float], None]
-) -> FreeFit:
-    """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then."""
+def _weighed(fit: FreeFit, mirrored: FreeFit) -> FreeFit:
+    """The more probable of a fit and that of the points with sides exchanged, and the other if it is likely."""
+    probability = float(expit(_EVIDENCE * np.log(fit.misfit / mirrored.misfit) + logit(_EXCHANGED)))
+    if probability > 0.5:
+        fit, mirrored, probability = mirrored, fit, 1 - probability
+    likely = probability >= _LIKELY
+    return replace(fit, other=OtherMotion(mirrored.positions, probability) if likely else None)
+
+
+def fit_labelled(
+    network: PostureNetwork, points: Points, camera, *, distortion: Sequence[float] | None = None,
+    elevation: float = 0.0, settings: Settings = DEFAULTS, swaps: bool = True,
+    tell: Callable[[float], None] = lambda share: None,
+) -> FreeFit:  # fmt: skip
+    """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then.
+
+    Args:
+        network, points, camera, distortion, elevation, settings: as in `fit_freely`; the elevation is known.
+        swaps: whether sides may have been exchanged in some frames.
+        tell: called with the share that is done.
+
+    Raises:
+        GapError, MotionError: as `fit_freely`.
+    """
+    rays = rays_of(points.positions, camera, distortion, elevation)
     detected = points.confidence is not None
     if detected:
         settings = replace(settings, least_ray=settings.detector_ray)
@@ -166,7 +213,7 @@ def _fit(
     for again in range(passes):
         fits = []
         for part in sections:
-            fits.append(_fitted(network, rays, points, part, settings, unit))
+            fits.append(_fitted(network, rays, points, part, settings, unit, swaps))
             tell((again + len(fits) / len(sections)) / passes)
         units = np.array([_unit(one.fit, rays, part) for one, part in zip(fits, sections, strict=True)])
         precision = 1 / units[:, 1] ** 2
@@ -207,8 +254,8 @@ def _sections(directions: np.ndarray, fps: float) -> list[slice]:
     return sections
 
 
-def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings, unit: float) -> "_Stretch":
-    """The fit of one stretch, with left and right as they should be."""
+def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings, unit: float, swaps: bool):
+    """The fit of one stretch, a `_Stretch`, with left and right as they should be, or as they are if not `swaps`."""
     directions = rays.directions[part]
     precision = _precision(points.confidence, np.isfinite(directions[..., 0]), part)
     origins = (rays.origins[part] - rays.origins[part].mean(axis=0)) / unit
@@ -216,6 +263,8 @@ def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings
     for _ in range(3):
         proposal = propose(network, directions, points.fps)
         fit = smooth(directions, origins, precision, proposal.posture, proposal.spread, points.fps, settings)
+        if not swaps:
+            break
         found = find_swaps(directions, fit.places - origins[:, None], fit.noise)
         if not found.any():
             break
@@ -266,7 +315,7 @@ def _joined(stretches: list[_Stretch], sections, rays: Rays, unit: float, unit_d
     """All stretches in metres, blended where they overlap."""
     frames = len(rays.directions)
     count = len(MARKERS)
-    total = {"positions": np.zeros((frames, count, 3)), "deviations": np.zeros((frames, count, 3)),
+    total: dict = {"positions": np.zeros((frames, count, 3)), "deviations": np.zeros((frames, count, 3)),
              "contact": np.zeros((frames, 2)), "weights": np.zeros((frames, count)),
              "surprise": np.zeros(frames)}  # fmt: skip
     share, swapped = np.zeros(frames), np.zeros((frames, 2), dtype=bool)

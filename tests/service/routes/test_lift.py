@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import motionenv
+from motionenv.body import markers
+from motionenv.client import Client
 from motionenv.lifting import project_markers
+from motionenv.models.paths import Path
+from motionenv.render.cameras import fit_view
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +43,22 @@ def test_the_view_is_found_with_points_missing(server, points):
     assert told["plausible"]
 
 
+def test_a_camera_and_confidences_are_used(server):
+    walk = motionenv.synthesize("walk/fpca", 3.0, 30, seed=4, path=Path.arc(1.6, 60.0), speed=1.1)
+    places = markers(walk.poses, walk.skeleton)
+    camera = fit_view(places, 0.4, width=640, height=480, elevation=0.12)
+    confidence = np.random.default_rng(0).uniform(0.5, 1, places.shape[:2])
+    seen = motionenv.Points(camera.project(places)[0], 30.0, "px", confidence=confidence)
+    with Client(server.url) as client:
+        for told, lens in ((camera, None), (camera.K, [0.01, 0, 0, 0])):
+            there = client.lift(seen, camera=told, distortion=lens, method="free")
+            here = motionenv.lift(seen, camera=told, distortion=lens, method="free")
+            np.testing.assert_allclose(there.markers.positions, here.positions, atol=1e-9)
+            np.testing.assert_allclose(there.band, here.band, atol=1e-9)
+        with pytest.raises(motionenv.MotionError, match="needs camera"):
+            client.lift(seen, distortion=[0.01, 0, 0, 0])
+
+
 @pytest.mark.parametrize(
     ("more", "field"),
     [
@@ -46,6 +66,7 @@ def test_the_view_is_found_with_points_missing(server, points):
         ({"unit": "cm"}, "/unit"),
         ({"view": 1e9}, "/view"),
         ({"points": [[[0, 0]] * 15] * 5}, "/points"),
+        ({"camera": {"K": np.eye(3).tolist(), "t": [0, 0, 0]}}, "/camera"),
     ],
 )
 def test_what_is_wrong_is_told(server, points, more, field):
