@@ -270,7 +270,16 @@ def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings
             break
         swapped ^= found
         directions, precision = exchanged(directions, found), exchanged(precision, found)
+    seen = np.isfinite(directions)
+    if not seen.all():  # the network sees more once the fit fills the gaps, but it is no surer than it was
+        filled = np.where(seen, directions, _normalised(fit.places - origins[:, None]))
+        proposal = replace(proposal, posture=propose(network, filled, points.fps).posture)
+        fit = smooth(directions, origins, precision, proposal.posture, proposal.spread, points.fps, settings)
     return _Stretch(fit, swapped, _surprise(fit, proposal, points.fps))
+
+
+def _normalised(ways: np.ndarray) -> np.ndarray:
+    return ways / np.linalg.norm(ways, axis=-1, keepdims=True)
 
 
 def _precision(confidence: np.ndarray | None, seen: np.ndarray, part: slice) -> np.ndarray:
