@@ -2,6 +2,7 @@
 
     motionenv bench free_walking --mocap FOLDER [--clips 12] [--network FILE] [--only "turns"]
     motionenv bench free_walking --hour
+    motionenv bench free_walking --mocap FOLDER --baselines CLIPS.npy
 
 Twelve clips of each kind of Bandai-Namco's motions (acted styles, three actors) before three cameras each, which see
 the whole clip in 640 x 480 pixels from 1 to 14 degrees above. MPJPE aligns the pelvis in the axes of the world;
@@ -22,7 +23,7 @@ import numpy as np
 
 import motionenv
 from benchmarks import MOCAP
-from benchmarks.free_walking import bandai
+from benchmarks.free_walking import bandai, baselines
 from motionenv.body import markers
 from motionenv.lifting.free.lifter import FreeFit, fit_freely
 from motionenv.lifting.free.posture_network import PostureNetwork
@@ -103,10 +104,14 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=bandai.CLIPS)
     parser.add_argument("--network", type=pathlib.Path, help="another network's weights (.npz)")
     parser.add_argument("--only", choices=list(bandai.KINDS))
+    parser.add_argument("--baselines", type=pathlib.Path, help="clips (see `clips`) for a table of simple lifters")
     parser.add_argument("--hour", action="store_true", help="time and memory of a minute and an hour, synthetic")
     asked = parser.parse_args()
     if asked.hour:
         print(_hour())
+        return
+    if asked.baselines is not None:
+        print(_baselines(asked.mocap, np.load(asked.baselines), asked.clips))
         return
     network = shipped_network()
     if asked.network is not None:
@@ -139,6 +144,19 @@ def _line(row: Row, kind: str, network: PostureNetwork, clips: list) -> str:
         f"{mean['heading']:.1f} | {flips} of {len(each)} | {mean['in_band']:.0%} | {mean['scale']:.3f} | "
         f"{spent / seconds:.2f} |"
     )
+
+
+def _baselines(mocap: pathlib.Path, learned: np.ndarray, count: int) -> str:
+    """MPJPE of simple lifters on clean points, as a table."""
+    lines = ["| motion | mean posture [mm] | nearest neighbour [mm] |", "|-|-|-|"]
+    for kind in bandai.KINDS:
+        sequences = []
+        for clip in bandai.clips(mocap, kind, count):
+            rng = np.random.default_rng(sum(map(ord, clip.name)))
+            sequences += [(bandai.seen(clip, camera), camera) for camera in bandai.cameras(clip, rng)]
+        found = baselines.errors(learned, sequences)
+        lines.append(f"| {kind} | {found['mean posture']:.0f} | {found['nearest neighbour']:.0f} |")
+    return "\n".join(lines)
 
 
 def _hour() -> str:
