@@ -7,7 +7,6 @@ from functools import cached_property, partial
 from numbers import Real
 
 import numpy as np
-from scipy import ndimage
 from scipy.stats import chi
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
@@ -18,7 +17,7 @@ from motionenv.lifting.free.proposal import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
 from motionenv.lifting.refinement import Start, refine
-from motionenv.lifting.validation import LONGEST, check_points, check_series, check_strides, swapped_back, unswapped
+from motionenv.lifting.validation import check_points, check_series, check_strides, swapped_back, unswapped
 from motionenv.lifting.views.unknown_view import ELEVATIONS, Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait
@@ -31,10 +30,6 @@ _PLAUSIBLE = 0.01  # least probability of an alternative view that is reported
 #: Log-odds above which the points contradict a given view. On six CMU walks the true view has less than 1, a view 10
 #: degrees off 9 to 160, 30 degrees off more than 100, and swapped sides (view angles from 10 degrees) at least 68.
 _CONTRADICTED = 50.0
-#: By how much the mean heading of a second may change before a steady walk isn't tried. With a guessed camera, straight
-#: walks seem to turn by up to 40 degrees; turning ones that are tried are told by what they leave unexplained.
-_STRAIGHT = math.radians(60)
-_UNEXPLAINED = 0.02  # [m] most that a steady walker may leave unexplained of the motion
 _CLOSE = 0.05  # [m]
 
 
@@ -107,7 +102,7 @@ class Lifted:
     def heading(self) -> np.ndarray:
         """Direction in which the body faces (frames,) [rad], about z from x."""
         if self.posterior is not None:
-            return np.full(len(self.positions), self.posterior.heading)
+            return np.zeros(len(self.positions))
         return heading_of(self.positions, self.points.fps)
 
     @property
@@ -148,7 +143,7 @@ class Lifted:
         along x; the distance follows from the stance foot, because an orthographic image does not show it.
         """
         found = self.posterior
-        if found is None or found.camera is not None:
+        if found is None:
             return Markers(MARKERS, self.positions, self.points.fps, name=self.points.name)
         positions = gait(found.coefficients).positions(found.phases)
         return Markers(MARKERS, positions, self.points.fps, name=self.points.name)
@@ -156,7 +151,7 @@ class Lifted:
     def motion(self) -> Motion:
         """Joint angles of the cylinder body that follow `markers`, with the person's limb lengths."""
         found = self.posterior
-        if found is not None and found.camera is None:
+        if found is not None:
             return gait(found.coefficients).motion(found.phases, self.points.fps, name=self.points.name)
         places = self.positions
         nodes = np.concatenate([places, places[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
@@ -185,9 +180,9 @@ def lift(
 ) -> Lifted:
     """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
-    Points in pixels may show anybody who walks, turns, stops, steps aside or runs: they are fitted freely, and if that
-    shows a straight walk, by the steady walker too, which is kept if it explains the points. Points in metres, and
-    those whose view or scale is given, are orthographic, and lifted as a steady walk.
+    Points in pixels may show anybody who walks, turns, stops, steps aside or runs: they are fitted freely, which serves
+    straight walks better than the steady walker, too (`benchmarks.free_walking.straight`). Points in metres, and those
+    whose view or scale is given, are orthographic, and lifted as a steady walk.
 
     Missing points and markers are filled. Orthographic points determine all angles except those that a symmetric walker
     leaves ambiguous (see `Lifted.others`). Swapping left and right throughout is equivalent to a view from the other
@@ -219,41 +214,21 @@ def lift(
     parallel = points.unit == "m" or alpha is not None or scale is not None
     if method == "free" and parallel:
         raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
+    if camera is not None and (method == "steady" or parallel):
+        raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
     check_points(points, scale)
     if method == "steady" or (method == "auto" and parallel):
-        return _steady(model, points, alpha, elevation, scale, camera, robust)
+        return _steady(model, points, alpha, elevation, scale, robust)
     free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
-    lifted = Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
-    if method == "auto" and distortion is None and _may_be_steady(lifted, camera):
-        try:
-            steady = _steady(model, points, alpha, elevation, scale, camera, robust)
-        except MotionError:  # not periodic, or too short: it stays free
-            return lifted
-        found = steady.posterior
-        if found is not None and found.plausible and found.deviation.mean() < _UNEXPLAINED:
-            return steady
-    return lifted
+    return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)
 
 
-def _may_be_steady(lifted: Lifted, camera) -> bool:
-    """Whether a person goes straight ahead, before one standing camera, for as long as a steady walk may last."""
-    if len(lifted.positions) > LONGEST or not (camera is None or isinstance(camera, Camera)):
-        return False
-    fps = lifted.points.fps
-    mean = ndimage.uniform_filter1d(lifted.heading, max(1, round(fps)), mode="nearest")
-    return float(np.ptp(mean)) < _STRAIGHT
-
-
-def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, camera, robust: bool) -> Lifted:
+def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, robust: bool) -> Lifted:
     """Lift a straight and steady walk: Fourier series, view, and refinement on the points."""
     check_strides(points)
     points, swapped = unswapped(points)
     series = fourier_points(points)
     check_series(series)
-    if camera is not None:
-        if not isinstance(camera, Camera):
-            raise MotionError('a steady walk needs one standing camera with its pose: omit camera, or method="steady"')
-        elevation = float(-np.arcsin(np.clip(camera.R[2, 2], -1, 1)))
     best_views = partial(
         find_view,
         model,
@@ -267,9 +242,9 @@ def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, camera,
     views = best_views(alphas=alpha)
     free = views if alpha is None else best_views()
     unknown = [name for name, given in (("alpha", alpha), ("elevation", elevation), ("scale", scale)) if given is None]
-    if points.unit == "m" or camera is not None:
+    if points.unit == "m":
         unknown = [name for name in unknown if name != "scale"]
-    found = refine(model, points, _start(model, views, series), camera=camera, unknown=tuple(unknown), robust=robust)
+    found = refine(model, points, _start(model, views, series), unknown=tuple(unknown), robust=robust)
     return Lifted(points, swapped, found, series, _others(views), _contradiction(views, free))
 
 

@@ -55,7 +55,7 @@ def _seen(lifted: Lifted) -> tuple[np.ndarray, np.ndarray, float]:
     if lifted.posterior is not None:
         found = lifted.posterior
         scale = found.scale if lifted.points.unit == "px" else 1.0
-        axes = axes_of(found.alpha + found.heading, found.elevation)
+        axes = axes_of(found.alpha, found.elevation)
         return axes, np.full(len(lifted.positions), scale), 1 / found.frequency
     free = lifted.free
     assert free is not None

@@ -5,9 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from motionenv.lifting._camera_models import turn
 from motionenv.models.eigenwalkers.fourier_series import columns
-from motionenv.types import Camera
 
 #: Half-width of the central 90 % interval of a Gaussian, in standard deviations.
 BAND = 1.6448536269514722
@@ -20,22 +18,20 @@ MISFIT_LIMIT = 1.2
 class WalkPosterior:
     """Gaussian approximation, about its mode, of the posterior of a walk given the points of one camera.
 
-    Without a camera, positions are in the frame of `motionenv.models.eigenwalkers.fourier_series`: x forward, walking
-    in place as on a treadmill, z above the ground; an orthographic image does not show the distance. With a camera they
-    are in its world. If the camera's pose is unknown, that world has the camera above the origin, looking along y.
+    Positions are in the frame of `motionenv.models.eigenwalkers.fourier_series`: x forward, walking in place as on a
+    treadmill, z above the ground; an orthographic image does not show the distance.
 
     Attributes:
         coefficients: (5, 15, 3) [m], the walker.
         covariance: (225, 225) [m²] of the coefficients in the order (5, 15, 3), marginal over all other parameters.
         alpha, elevation: the view [rad]; the elevation is that of the camera's axis.
-        scale: image units per metre; with a camera, 1 / (mean metres per pixel at the walker).
+        scale: image units per metre.
         frequency: strides per second [Hz].
         phase: phase of the first frame [rad].
-        path: without a camera, offset and drift of the image (frames, 2), across and upwards in image units; with one,
-            the walker's position in the world (frames, 3) [m], z being the vertical drift.
+        path: offset and drift of the image (frames, 2), across and upwards in image units.
         names: parameters beside the coefficients: alpha [rad]; phase [rad] at mid-time; turns [rad], the phase from
-            mid-time to the end; those of the view that were unknown (elevation [rad], scale [its logarithm], camera
-            height [m]); Legendre coefficients of the path [m].
+            mid-time to the end; those of the view that were unknown (elevation [rad], scale [its logarithm]); Legendre
+            coefficients of the path [m].
         parameter_covariance: of the parameters in `names`, marginal over the coefficients, with calibrated inflation.
         weights: (frames, 15) of the robust loss: about 1 for inliers, near 0 for outliers, 0 for missing points.
         noise: (15,) [m] residual standard deviation per coordinate.
@@ -46,7 +42,6 @@ class WalkPosterior:
         iterations: number of Gauss-Newton steps.
         converged: whether the last step was small compared with the posterior standard deviations.
         phases: (frames,) [rad] the walker's phase at each frame of the points.
-        camera: the given camera with the estimated pose; None for orthographic projection.
     """
 
     coefficients: np.ndarray
@@ -67,9 +62,6 @@ class WalkPosterior:
     iterations: int
     converged: bool
     phases: np.ndarray
-    camera: Camera | None
-    _basis: np.ndarray = field(repr=False)
-    _azimuth: float = field(repr=False)
     _joint: np.ndarray = field(repr=False)
 
     def standard_deviation(self, name: str) -> float:
@@ -82,43 +74,25 @@ class WalkPosterior:
         """Whether the fit converged to a walk like those that the prior was fitted to; else deviations are invalid."""
         return self.converged and self.misfit <= MISFIT_LIMIT
 
-    @property
-    def heading(self) -> float:
-        """Direction of travel [rad] in the world of `camera`, about z from the world's x axis; 0 without a camera."""
-        return self._azimuth - self.alpha if self.camera is not None else 0.0
-
     @cached_property
     def positions(self) -> np.ndarray:
         """Marker positions at the frames of the points, (frames, 15, 3) [m]."""
-        walker = np.einsum("th,hmc->tmc", columns(self.phases), self.coefficients)
-        if self.camera is None:
-            return walker
-        world = walker @ turn(-self.heading).T
-        return world + self.path[:, None]
+        return np.einsum("th,hmc->tmc", columns(self.phases), self.coefficients)
 
     @cached_property
     def deviations(self) -> np.ndarray:
         """Standard deviations of `positions`, (frames, 15, 3) [m].
 
-        They combine the posterior covariance of walker, phase, view and path (inflated by `inflation`) with
-        `deviation`, the isotropic scatter of real strides about two harmonics.
+        They combine the posterior covariance of walker and phase (inflated by `inflation`) with `deviation`, the
+        isotropic scatter of real strides about two harmonics.
         """
-        rotation = turn(-self.heading)
         waves, slopes = columns(self.phases), columns(self.phases, 1)
         frames, own = len(waves), len(self.names)
-        slope = np.einsum("th,hmc->mtc", slopes, self.coefficients) @ rotation.T
+        slope = np.einsum("th,hmc->mtc", slopes, self.coefficients)
         time = (self.phases - self.phases.mean()) / (np.ptp(self.phases) / 2)
         design = np.zeros((15, frames, 3, 15 + own))
-        design[..., :15] = np.einsum("th,ic->tihc", waves, rotation).reshape(frames, 3, 15)
+        design[..., :15] = np.einsum("th,ic->tihc", waves, np.eye(3)).reshape(frames, 3, 15)
         design[..., 16], design[..., 17] = slope, slope * time[:, None]
-        if self.camera is not None:
-            walker = np.einsum("th,hmc->mtc", waves, self.coefficients)
-            design[..., 15] = walker @ turn(-self.heading, 1).T
-            k = self._basis.shape[1]
-            axes = turn(self._azimuth).T[:, :2]
-            first = 15 + own - 2 * k
-            design[..., 2, first - (k - 1) : first] = self._basis[:, 1:]
-            design[..., first:] = np.einsum("ia,tk->tiak", axes, self._basis).reshape(frames, 3, 2 * k)
         variance = np.stack(
             [np.einsum("tia,ab,tib->ti", d, c, d, optimize=True) for d, c in zip(design, self._blocks(), strict=True)]
         )

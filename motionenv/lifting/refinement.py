@@ -1,14 +1,12 @@
 r"""Maximum a posteriori estimation of a walk from the raw points of one camera, by Gauss-Newton.
 
-The closed forms of paper B (eqs. 3.9, 3.15, 4.6) start from a 2D Fourier series and assume orthographic projection.
-`refine` fits the points of every frame. The unknowns are the walker's 225 coefficients of eq. 3.1, with the model's
-Gaussian prior (eq. 3.11), phase and frequency, the view, and the walker's path:
+The closed forms of paper B (eqs. 3.9, 3.15, 4.6) start from a 2D Fourier series. `refine` fits the points of every
+frame. The unknowns are the walker's 225 coefficients of eq. 3.1, with the model's Gaussian prior (eq. 3.11), phase and
+frequency, the view, and the path in the picture:
 
-- without a camera: picture = scale · C(α, ε) Σ_h b_h(ωt + φ) w_h + a polynomial in time;
-- with a camera: the walker's position on the ground is a polynomial in time, the walker faces the direction of travel
-  (up to a few cm/s sideways), and `types.Camera` projects. If only K is known, the camera stands upright at an unknown
-  height and elevation. If the focal length is unknown too, use no camera and an unknown scale (weak perspective), which
-  is accurate if the walker's distance changes little.
+    picture = scale · C(α, ε) Σ_h b_h(ωt + φ) w_h + a polynomial in time
+
+This is weak perspective, which is accurate if the walker's distance changes little.
 
 Each iteration solves (JᵀPJ + Λ) Δ = JᵀP r - Λ (θ - θ₀) with Levenberg-Marquardt damping, which keeps it in the basin of
 attraction of its start. Points have Student's t weights (iteratively reweighted), which limits the influence of
@@ -16,26 +14,26 @@ outliers. Residuals are correlated over many frames, because strides differ from
 estimates their power at the low frequencies that determine the coefficients.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError, MotionError
-from motionenv.lifting._camera_models import Parallel, Perspective, turn
 from motionenv.lifting._noise import Noise, first_noise, noise, robust_weights
+from motionenv.lifting._parallel_projection import Parallel, turn
 from motionenv.lifting.fourier_fit import LEAST_CYCLES
 from motionenv.lifting.posterior import WalkPosterior
 from motionenv.models.eigenwalkers.fourier_series import columns
-from motionenv.types import MARKERS, Camera, Points, frozen
+from motionenv.types import MARKERS, Points, frozen
 
 _FRAMES = 8  # least number of frames that must show a marker
 _STEPS = 60
 _SMALL = 1e-2  # squared length of the last step, in posterior standard deviations
 _HELD = 1e12  # [1/rad²] precision of a given view angle
 # Inflation of the variances of the parameters that all markers share: the root mean square of α's standardised error
-# was 1.2 on held-out people, at all views, with and without noise, gaps and a camera.
+# was 1.2 on held-out people, at all views, with and without noise and gaps.
 _SHARED = 1.45
 _WIDEST = 0.3  # [rad] largest change of α or phase in one step
 _DAMPING = 1e-3
@@ -52,8 +50,8 @@ class Start:
         coefficients: (5, 15, 3) [m], the walker.
         alpha, phase: view angle, and phase of the first frame [rad].
         frequency: strides per second [Hz].
-        elevation: angle [rad] by which the camera looks down; unused if the camera's pose is known.
-        scale: image units per metre (1 for metres); unused with a camera.
+        elevation: angle [rad] by which the camera looks down.
+        scale: image units per metre (1 for metres).
     """
 
     coefficients: np.ndarray
@@ -74,8 +72,9 @@ class Start:
             )
 
 
-def refine(model, points: Points, start: Start, *, camera: Camera | None = None, unknown: tuple[str, ...] = ("alpha",),
-           drift: int = 3, robust: bool = True) -> WalkPosterior:  # fmt: skip
+def refine(
+    model, points: Points, start: Start, *, unknown: tuple[str, ...] = ("alpha",), drift: int = 3, robust: bool = True
+) -> WalkPosterior:
     """Maximum a posteriori estimate of a walk, by Gauss-Newton from `start`.
 
     The prior fills missing points and missing markers. Ambiguities (such as front or back, for a symmetric walker seen
@@ -83,37 +82,29 @@ def refine(model, points: Points, start: Start, *, camera: Camera | None = None,
 
     Args:
         model: `WalkerPrior`: mean_, components_, explained_variance_, noise_, inflation_.
-        points: the 15 markers in at least 1.5 strides; in pixels if there is a camera.
+        points: the 15 markers in at least 1.5 strides.
         start: initial values, near the solution.
-        camera: pinhole camera that took the image; None for orthographic projection.
-        unknown: parameters to estimate: "alpha", "elevation" and, without a camera, "scale"; the others keep their
-            start values. "elevation" with a camera means that only its intrinsics are known, and that it stands
-            upright.
-        drift: degree in time of the polynomial path of the walker or its image.
+        unknown: parameters to estimate, of "alpha", "elevation" and "scale"; the others keep their start values.
+        drift: degree in time of the polynomial path of the image.
         robust: whether to weight outliers down.
 
     Raises:
-        MotionError: incompatible units, arguments or start.
+        MotionError: invalid arguments or start.
         GapError: too few points, or fewer than 1.5 strides.
     """
-    seen = _checked(points, start, camera, unknown, drift)
+    seen = _checked(points, start, unknown, drift)
     time = np.linspace(-1.0, 1.0, len(points.positions))
     basis = np.polynomial.legendre.legvander(time, drift)
     seconds = (len(time) - 1) / points.fps
-    own = tuple(name for name in unknown if name != "alpha")
-    picture: Parallel | Perspective
-    if camera is None:
-        picture = Parallel(basis, start.elevation, start.scale, own)
-    else:
-        picture = Perspective(basis, camera, seconds, start.elevation, own)
+    picture = Parallel(basis, start.elevation, start.scale, tuple(name for name in unknown if name != "alpha"))
     problem = _Problem(model, points.upward, seen, picture, time, robust, "alpha" in unknown)
     state = problem.begin(start, np.pi * start.frequency * seconds)
-    return _result(problem, *_descend(problem, state, start.frequency * seconds), model, points, camera)
+    return _result(problem, *_descend(problem, state, start.frequency * seconds), model, points)
 
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Unknowns: walker (225,) by marker; shared: α, phase at mid-time, half the phase range, camera parameters."""
+    """Unknowns: walker (225,) by marker; shared: α, phase at mid-time, half the phase range, the view's parameters."""
 
     walker: np.ndarray
     shared: np.ndarray
@@ -132,7 +123,7 @@ class _Problem:
         self.precision = _precision(model)[np.ix_(_BY_MARKER, _BY_MARKER)]
 
     def begin(self, start: Start, turns: float) -> _State:
-        """Initial state, with the offset or path fitted to the points."""
+        """Initial state, with the path fitted to the points."""
         walker = start.coefficients.reshape(-1)[_BY_MARKER]
         own = np.zeros(len(self.picture.names))
         if "elevation" in self.picture.unknown:
@@ -157,11 +148,11 @@ class _Problem:
         parts = state.walker.reshape(15, 5, 3).swapaxes(0, 1).reshape(5, 45)
         return (waves @ parts).reshape(-1, 15, 3)
 
-    def residual(self, state: _State, metres=None) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (frames, 15, 2) [m] and the metres per image unit (frames,) used for conversion."""
+    def residual(self, state: _State, metres: float | None = None) -> tuple[np.ndarray, float]:
+        """Residuals (frames, 15, 2) [m] and the metres per image unit used for conversion."""
         shown = self.picture.project(self.places(state), state.shared[3:])
         metres = shown.metres if metres is None else metres
-        return np.where(self.seen[..., None], self.target - shown.picture, 0.0) * metres[:, None, None], metres
+        return np.where(self.seen[..., None], self.target - shown.picture, 0.0) * metres, metres
 
     def jacobian(self, state: _State) -> np.ndarray:
         """Derivatives (15, frames, 2, 15 + shared) [m] by each marker's coefficients and the shared unknowns."""
@@ -174,14 +165,14 @@ class _Problem:
         by_alpha = np.einsum("tmic,tmc->tmi", shown.by_position, moving @ turn(alpha, 1).T)
         jacobian = np.empty((15, len(self.time), 2, 15 + len(state.shared)))
         by_coefficients = jacobian[..., :15].reshape(15, -1, 2, 5, 3)  # a view, filled below
-        scaled = waves * shown.metres[:, None]
+        scaled = waves * shown.metres
         np.multiply(scaled[:, None, :, None], by_walker.swapaxes(0, 1)[..., None, :], out=by_coefficients)
         phases = np.stack([by_alpha, by_phase, by_phase * self.time[:, None, None]], axis=-1)
-        jacobian[..., 15:18] = (phases * shown.metres[:, None, None, None]).swapaxes(0, 1)
-        jacobian[..., 18:] = (shown.by_parameters * shown.metres[:, None, None, None]).swapaxes(0, 1)
+        jacobian[..., 15:18] = (phases * shown.metres).swapaxes(0, 1)
+        jacobian[..., 18:] = (shown.by_parameters * shown.metres).swapaxes(0, 1)
         return jacobian
 
-    def objective(self, state: _State, precision: np.ndarray, metres: np.ndarray, deviance: float) -> float:
+    def objective(self, state: _State, precision: np.ndarray, metres: float, deviance: float) -> float:
         """Half the weighted sum of squares, prior included; precision (frames, 15).
 
         The prior favours a smaller walker under a larger scale, because all its deviations from the mean shrink with
@@ -190,7 +181,7 @@ class _Problem:
         """
         residual, _ = self.residual(state, metres)
         off = state.walker - self.mean
-        prior, _ = self.picture.prior(state.shared[3:], state.shared[0])
+        prior, _ = self.picture.prior(state.shared[3:])
         squares = (precision * (residual**2).sum(axis=-1)).sum() + off @ self.precision @ off + prior @ prior
         return 0.5 * float(squares) + deviance * self.picture.log_scale(state.shared[3:])[0]
 
@@ -212,10 +203,9 @@ class _Problem:
             slope[225:] += pull[15:]
         matrix[:225, :225] += self.precision
         slope[:225] -= self.precision @ (state.walker - self.mean)
-        prior, rows = self.picture.prior(state.shared[3:], state.shared[0])
-        free = np.r_[225, 228:count]  # α and the camera parameters
-        matrix[np.ix_(free, free)] += rows.T @ rows
-        slope[free] -= rows.T @ prior
+        prior, rows = self.picture.prior(state.shared[3:])
+        matrix[228:, 228:] += rows.T @ rows
+        slope[228:] -= rows.T @ prior
         off = state.walker - self.mean
         deviance = float(off @ self.precision @ off)
         slope[228:] -= deviance * self.picture.log_scale(state.shared[3:])[1]
@@ -233,7 +223,7 @@ def _descend(
     damping = _DAMPING
     for iteration in range(1, _STEPS + 1):
         weights = robust_weights(residual, problem.seen, level.total, problem.robust)
-        precision = weights / (level.slow * problem.picture.correlation)
+        precision = weights / level.slow
         matrix, slope, deviance = problem.normal(state, precision)
         before = problem.objective(state, precision, metres, deviance)
         while True:
@@ -251,7 +241,7 @@ def _descend(
         level = noise(residual, weights, cycles)
         if small:
             break
-    matrix, *_ = problem.normal(state, weights / (level.slow * problem.picture.correlation))
+    matrix, *_ = problem.normal(state, weights / level.slow)
     return state, matrix, level, weights, iteration, small
 
 
@@ -273,19 +263,16 @@ def _precision(model) -> np.ndarray:
     return np.diag(loose) - half.T @ half
 
 
-def _checked(points, start, camera, unknown, drift) -> np.ndarray:
+def _checked(points, start, unknown, drift) -> np.ndarray:
     """Validate the arguments of `refine`; returns which points are seen, (frames, 15)."""
     if not isinstance(points, Points) or not isinstance(start, Start):
         raise MotionError(
             f"points must be Points and start a Start, got {type(points).__name__} and {type(start).__name__}"
         )
-    allowed = ("alpha", "elevation") if camera is not None else ("alpha", "elevation", "scale")
+    allowed = ("alpha", "elevation", "scale")
     if isinstance(unknown, str) or not set(unknown) <= set(allowed):
-        where = "with" if camera is not None else "without"
-        raise MotionError(f"unknown must be a tuple of names from {allowed} {where} a camera, got {unknown!r}")
-    if camera is not None and points.unit != "px":
-        raise MotionError(f"points must be in pixels if a camera is given, got unit {points.unit!r}")
-    checked_whole(drift, "drift", 1 if camera is not None else 0, 7)
+        raise MotionError(f"unknown must be a tuple of names from {allowed}, got {unknown!r}")
+    checked_whole(drift, "drift", 0, 7)
     seen = np.isfinite(points.positions).all(axis=-1)
     strides = start.frequency * len(seen) / points.fps
     if strides < LEAST_CYCLES:
@@ -319,31 +306,21 @@ def _misfit(problem: _Problem, state: _State, weights: np.ndarray, noise: np.nda
     return float(np.sqrt(square / count))
 
 
-def _result(problem, state, matrix, level, weights, iterations, converged, model, points, camera) -> WalkPosterior:
+def _result(problem, state, matrix, level, weights, iterations, converged, model, points) -> WalkPosterior:
     order = np.r_[np.argsort(_BY_MARKER), 225 : len(matrix)]
     joint = cho_solve(cho_factor(matrix, lower=True), np.eye(len(matrix)))[np.ix_(order, order)]
     alpha, phase, turns = (float(a) for a in state.shared[:3])
-    picture, own = problem.picture, state.shared[3:]
-    _, metres = problem.residual(state)
-    azimuth = 0.0
-    if isinstance(picture, Parallel):
-        elevation, scale, drift = picture.view(own)
-        path = picture.scale * picture.basis @ drift
-    else:
-        azimuth = picture.azimuth
-        rotation, shift = picture.pose(own)
-        camera = replace(camera, R=rotation @ turn(azimuth), t=shift)
-        elevation, scale = float(np.arcsin(-camera.R[2, 2])), float(1 / metres.mean())
-        path = np.column_stack([picture.basis @ picture.ground_path(own), picture.drift(own)]) @ turn(azimuth)
+    picture = problem.picture
+    elevation, scale, drift = picture.view(state.shared[3:])
     seconds = (len(problem.time) - 1) / points.fps
     return WalkPosterior(
         coefficients=state.walker.reshape(15, 5, 3).swapaxes(0, 1), covariance=joint[:225, :225],
         alpha=float(np.remainder(alpha + np.pi, 2 * np.pi) - np.pi), elevation=float(elevation), scale=float(scale),
-        frequency=turns / (np.pi * seconds), phase=float(np.remainder(phase - turns, 2 * np.pi)), path=path,
+        frequency=turns / (np.pi * seconds), phase=float(np.remainder(phase - turns, 2 * np.pi)),
+        path=picture.scale * picture.basis @ drift,
         names=("alpha", "phase", "turns", *picture.names), parameter_covariance=_SHARED * joint[225:, 225:],
         weights=weights,
         noise=np.sqrt(level.total), deviation=np.sqrt(level.deviation), inflation=np.asarray(model.inflation_),
         misfit=_misfit(problem, state, weights, np.asarray(model.noise_)), iterations=iterations,
-        converged=bool(converged), camera=camera, phases=phase + problem.time * turns,
-        _basis=picture.basis, _azimuth=azimuth, _joint=joint,
+        converged=bool(converged), phases=phase + problem.time * turns, _joint=joint,
     )  # fmt: skip

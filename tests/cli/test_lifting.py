@@ -49,7 +49,9 @@ def test_coco_keypoints_in_pixels(run, walked, tmp_path):
         keypoints += [n for name in COCO for n in (*at[name].tolist(), 0.9)]
         people.append({"image_id": i, "category_id": 1, "score": 0.9, "keypoints": keypoints})
     (tmp_path / "people.json").write_text(json.dumps(people))
-    result = run("lift", "people.json", "--fps", "30", "--elevation", "unknown", "--out", "walk.bvh")
+    result = run(
+        "lift", "people.json", "--fps", "30", "--method", "steady", "--elevation", "unknown", "--out", "walk.bvh"
+    )
     assert result.code == 0, result.err
     view = float(result.out.split("view ")[1].split(" ")[0])
     assert view == pytest.approx(60, abs=8)
@@ -68,7 +70,7 @@ def test_a_folder_of_a_detector_with_its_errors(run, walked, tmp_path):
         flat = [value for name in names for value in at.get(name, [0.0, 0.0, 0.0])]
         people = [{"person_id": [-1], "pose_keypoints_2d": flat}]
         (tmp_path / "json" / f"cam_{i:012d}_keypoints.json").write_text(json.dumps({"people": people}))
-    common = ("lift", "json", "--fps", "30", "--elevation", "unknown", "--out", "walk.bvh")
+    common = ("lift", "json", "--fps", "30", "--method", "steady", "--elevation", "unknown", "--out", "walk.bvh")
     result = run(*common, "--format", "body-25", "--size", "1920x1080")
     assert result.code == 0, result.err
     assert float(result.out.split("view ")[1].split(" ")[0]) == pytest.approx(60, abs=15)

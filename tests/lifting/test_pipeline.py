@@ -57,10 +57,11 @@ def test_a_camera_tells_where_the_walker_is(walk):
     camera = fit_view(walk.positions, alpha, width=640, height=480, elevation=elevation)
     points = project_markers(walk, alpha, elevation=elevation, camera=camera, heading=0.0)
     lifted = lift(points, camera=camera)
-    assert mpjpe(lifted.posterior.positions, walk.positions).mean() < 0.075
-    assert mpjpe(lifted.markers().positions, walk.positions).mean() < 0.075
+    assert mpjpe(lifted.markers().positions, walk.positions).mean() < 0.12
     motion = lifted.motion()
-    assert np.abs(motion.poses[:, :2] - walk.positions[:, MARKERS.index("pelvis"), :2]).max() < 0.12
+    assert np.abs(motion.poses[:, :2] - walk.positions[:, MARKERS.index("pelvis"), :2]).max() < 0.2
+    with pytest.raises(MotionError, match="lifted orthographically"):
+        lift(points, camera=camera, method="steady")
     unknown = lift(points, elevation=None, method="steady")
     assert distance(unknown.posterior.alpha, alpha) < 8
     assert distance(unknown.posterior.elevation, elevation) < 6
@@ -168,7 +169,7 @@ def test_misfit_does_not_depend_on_the_unit_or_size_of_the_picture(degrees, seed
     metres = project_markers(walk, np.radians(degrees))
     sizes = (40.0, 300.0, 2500.0)  # pixels per metre
     pictures = [Points(metres.positions * [s, -s] + [900, 700], FPS, "px") for s in sizes]
-    free = [lift(picture).misfit for picture in pictures]
+    free = [lift(picture, method="steady").misfit for picture in pictures]
     np.testing.assert_allclose(free, free[1], rtol=1e-3)
     told = [lift(picture, scale=s).misfit for picture, s in zip(pictures, sizes, strict=True)]
     np.testing.assert_allclose(told, lift(metres).misfit, rtol=1e-3)
@@ -186,7 +187,7 @@ def test_misfit_does_not_depend_on_the_resolution_of_the_camera(walk):
     np.testing.assert_allclose(misfits, misfits[0], rtol=1e-3)
     assert all(one.plausible for one in found)
     narrow = replace(camera, K=camera.K * np.array([[0.5, 1, 1], [1, 0.5, 1], [1, 1, 1]]))
-    assert not lift(points, camera=narrow, method="steady").plausible
+    assert not lift(points, camera=narrow).plausible
 
 
 def test_misfit_is_the_mahalanobis_distance_of_exact_walks():

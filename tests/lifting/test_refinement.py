@@ -1,4 +1,4 @@
-"""Refining from raw points: derivatives by differences, a dense linear solve, exact walks, outliers, a camera."""
+"""Refining from raw points: derivatives by differences, a dense linear solve, exact walks, outliers."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,12 @@ import pytest
 from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting import view_geometry as geometry
-from motionenv.lifting._camera_models import Parallel, Perspective
+from motionenv.lifting._parallel_projection import Parallel
 from motionenv.lifting.refinement import _BY_MARKER, Start, _precision, _Problem, _State, refine
 from motionenv.models.eigenwalkers.extraction import fourier_walker, steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import columns, positions_at
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
-from motionenv.render.cameras import fit_view, project, view
 from motionenv.types import MARKERS, Points
 
 FPS, FRAMES = 30.0, 90
@@ -46,19 +45,12 @@ def near(model, alpha, **changes):
     return Start(**values)
 
 
-@pytest.mark.parametrize(
-    ("perspective", "unknown"),
-    [(False, ()), (False, ("elevation",)), (False, ("elevation", "scale")), (True, ()), (True, ("elevation",))],
-)
-def test_derivatives_are_those_of_differences(model, perspective, unknown):
+@pytest.mark.parametrize("unknown", [(), ("elevation",), ("elevation", "scale")])
+def test_derivatives_are_those_of_differences(model, unknown):
     rng = np.random.default_rng(0)
     time = np.linspace(-1, 1, 12)
-    basis = np.polynomial.legendre.legvander(time, 2)
-    picture = Perspective(basis, view(0.4, eye_height=2.5), 2.0, 0.2, unknown) if perspective else Parallel(
-        basis, 0.3, 100.0, unknown)  # fmt: skip
+    picture = Parallel(np.polynomial.legendre.legvander(time, 2), 0.3, 100.0, unknown)
     own = 0.1 * rng.standard_normal(len(picture.names))
-    if perspective and unknown:
-        own[1], own[7] = 1.4, 5.0  # height, and the distance
     problem = _Problem(model, rng.standard_normal((12, 15, 2)), np.ones((12, 15), bool), picture, time, True)
     state = _State(model.mean_.reshape(-1)[_BY_MARKER], np.concatenate([[0.7, 0.3, 5.0], own]))
     _, metres = problem.residual(state)
@@ -146,42 +138,8 @@ def test_markers_lost_throughout_are_filled_and_less_sure(model, walker):
     assert (posterior.deviations[:, lost].mean(axis=0) > seen.deviations[:, lost].mean(axis=0)).all()
 
 
-def over_ground(walker, heading=0.0):
-    places = positions_at(walker, phases())
-    places[..., 0] += np.linspace(-1.8, 1.8, FRAMES)[:, None]
-    s, c = np.sin(heading), np.cos(heading)
-    return places @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-@pytest.mark.parametrize("heading", [0.0, 0.8])
-def test_a_walk_before_a_camera_comes_back_where_it_was(model, walker, heading):
-    world = over_ground(walker, heading)
-    camera = fit_view(world, 0.5, elevation=0.15)
-    pixels, _ = project(world, camera)
-    posterior = refine(model, Points(pixels, FPS, "px"), near(model, 0.5 - heading), camera=camera)
-    assert posterior.heading == pytest.approx(heading, abs=0.02)
-    assert posterior.elevation == pytest.approx(0.15, abs=1e-9)
-    assert np.abs(posterior.positions - world).max() < 0.15
-    back, _ = project(posterior.positions, posterior.camera)
-    assert np.abs(back - pixels).max() < 2.0
-
-
-def test_a_camera_of_unknown_pose(model, walker):
-    world = over_ground(walker)
-    camera = fit_view(world, 0.3, elevation=0.2)
-    pixels, _ = project(world, camera)
-    start = near(model, 0.3, elevation=0.1)
-    posterior = refine(model, Points(pixels, FPS, "px"), start, camera=camera, unknown=("alpha", "elevation"))
-    assert posterior.elevation == pytest.approx(0.2, abs=0.05)
-    assert posterior.alpha == pytest.approx(0.3, abs=0.1)
-    back, _ = project(posterior.positions, posterior.camera)
-    assert np.abs(back - pixels).max() < 2.0
-
-
 def test_what_does_not_go_together_is_named(model, walker):
     points, start = Points(flat(walker, 0.6), FPS, "m"), near(model, 0.6)
-    with pytest.raises(MotionError, match="in pixels"):
-        refine(model, points, start, camera=view(0.0))
     with pytest.raises(MotionError, match="unknown must be"):
         refine(model, points, start, unknown=("height",))
     with pytest.raises(MotionError, match="drift"):

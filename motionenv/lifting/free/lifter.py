@@ -32,7 +32,7 @@ _STATURE_DEVIATION = 0.056
 SURPRISE = 0.19
 _MOSTLY = 0.9
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
-_SIZES = 0.4  # greatest logarithm of a person's size relative to an adult's: from 1.15 m to giants
+_SIZES = (-0.4, 0.2)  # logarithm of a person's size relative to an adult's: from 1.15 m to 2.1 m
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
 _AMBIGUOUS = 20.0  # [s] up to which a sequence is also lifted with left and right exchanged throughout
 #: Log-odds per logarithm of the ratio of two misfits, by logistic regression on people left out, whose points were
@@ -101,7 +101,7 @@ class FreeFit:
     def plausible(self) -> bool:
         """Whether 90 % of the frames or more show somebody who walks, turns or runs, of a size that people have."""
         alike = float((self.surprise[np.isfinite(self.surprise)] <= SURPRISE).mean()) >= _MOSTLY
-        return alike and bool(abs(np.log(self.unit / BODY_UNIT)) < _SIZES)
+        return alike and bool(_SIZES[0] < np.log(self.unit / BODY_UNIT) < _SIZES[1])
 
 
 def heading_of(positions: np.ndarray, fps: float) -> np.ndarray:

@@ -1,0 +1,94 @@
+"""Straight walks of people left out, before cameras: the steady lifter beside the free one.
+
+Run: python -m benchmarks.free_walking.straight --mocap FOLDER --network a.npz
+
+Neither the steady lifter's prior nor the network has seen the six subjects (see `left_out`). MPJPE aligns the pelvis in
+the axes of the world if the camera is known, and P-MPJPE every frame; "in band" are joint coordinates inside their 90 %
+bands, "refused" walks that the steady lifter takes for none or finds implausible: their errors don't count.
+"""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.free_walking import bandai, left_out
+from benchmarks.models.eigenwalkers import cmu_markers
+from motionenv.errors import MotionError
+from motionenv.lifting import lift
+from motionenv.lifting.free.lifter import fit_freely
+from motionenv.lifting.free.posture_network import PostureNetwork
+from motionenv.lifting.posterior import BAND
+from motionenv.metrics import aligned_mpjpe, pelvis_mpjpe
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
+from motionenv.types import MARKERS, Markers
+
+_PELVIS = MARKERS.index("pelvis")
+
+
+def noisy(pixels: float):
+    """Points with so many pixels of noise."""
+    return lambda points, rng: replace(
+        points, positions=points.positions + pixels * rng.standard_normal(points.positions.shape)
+    )
+
+
+DAMAGE = {
+    "clean": lambda points, rng: points, "1 px": noisy(1.0), "2 px": noisy(2.0), "5 px": noisy(5.0),
+    "5 px, 20 % missing": bandai.noisy, "bursts": bandai.bursts,
+}  # fmt: skip
+
+
+def _figures(positions, deviations, truth) -> list[float]:
+    about = lambda places: np.delete(places - places[:, [_PELVIS]], _PELVIS, axis=1)
+    inside = np.abs(about(positions) - about(truth)) < BAND * np.delete(deviations, _PELVIS, axis=1)
+    return [1e3 * pelvis_mpjpe(positions, truth).mean(), 1e3 * aligned_mpjpe(positions, truth).mean(), inside.mean()]
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--mocap", type=Path, required=True)
+    parser.add_argument("--network", type=Path, required=True)
+    asked = parser.parse_args()
+    with np.load(asked.network) as weights:
+        network = PostureNetwork(dict(weights))
+    markers, people = cmu_markers(asked.mocap)
+    kept = [(m, p) for m, p in zip(markers, people, strict=True) if p not in left_out.LEFT_OUT]
+    prior = WalkerPrior().fit([m for m, _ in kept], [p for _, p in kept])
+    print("| points | camera | lifter | MPJPE [mm] | P-MPJPE [mm] | in band | refused |\n|-|-|-|-|-|-|-|")
+    walks = left_out.captured(asked.mocap)
+    for name, damage in DAMAGE.items():
+        for known in (True, False):
+            for lifter, rows in _compared(walks, damage, known, network, prior).items():
+                mpjpe, aligned, inside = np.mean(rows, axis=0)
+                print(
+                    f"| {name} | {'known' if known else 'unknown'} | {lifter} | {f'{mpjpe:.1f}' if known else ''} | "
+                    f"{aligned:.1f} | {inside:.0%} | {len(walks) - len(rows)} of {len(walks)} |",
+                    flush=True,
+                )
+
+
+def _compared(walks: list[Markers], damage, known: bool, network, prior) -> dict[str, list[list[float]]]:
+    """Figures of every walk by both lifters."""
+    table: dict[str, list[list[float]]] = {"free": [], "steady": []}
+    for number, walk in enumerate(walks):
+        rng = np.random.default_rng([0, number])
+        camera = bandai.cameras(walk, rng)[0]
+        points = damage(bandai.seen(walk, camera), rng)
+        told, truth = camera if known else None, points.truth.positions
+        down = float(np.arcsin(np.clip(-camera.R[2, 2], -1, 1)))
+        fit = fit_freely(points, told, elevation=down, network=network)
+        table["free"].append(_figures(fit.positions, fit.deviations, truth))
+        try:
+            found = lift(points, camera=told, elevation=down, prior=prior, method="steady")
+        except MotionError:  # not periodic: refused
+            continue
+        if found.plausible:
+            table["steady"].append(_figures(found.positions, found.band / BAND, truth))
+    return table
+
+
+if __name__ == "__main__":
+    main()
