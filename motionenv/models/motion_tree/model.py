@@ -24,7 +24,7 @@ from motionenv.models.motion_tree.history import Recent, recent_frames
 from motionenv.models.motion_tree.search.basis import fit_basis, project
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
 from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
-from motionenv.models.motion_tree.search.tree import LEAVES, CoefficientTree
+from motionenv.models.motion_tree.search.tree import LEAVES, SPLITS, CoefficientTree
 from motionenv.models.motion_tree.serialization import pack, unpack
 from motionenv.models.registry import load
 from motionenv.models.storage.mapped_npz import Mapping
@@ -89,8 +89,8 @@ class MotionTree(GaitModel):
     def __init__(self, *, splits: str = "sign", part: str = "body"):
         if part not in PARTS:
             raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
-        if splits not in ("sign", "median"):
-            raise MotionError(f"splits must be 'sign' or 'median', got {splits!r}")
+        if splits not in SPLITS:
+            raise MotionError(f"splits must be {' or '.join(map(repr, SPLITS))}, got {splits!r}")
         self.splits, self.part = splits, part
         self.card_: dict = {}
         self.mapping_: Mapping | None = None
@@ -113,13 +113,15 @@ class MotionTree(GaitModel):
         return self.fit_database(build_database(clips))
 
     def fit_database(self, database: Database) -> "MotionTree":
-        """Fit the tree to `database`, whose arrays are kept without a copy."""
+        """Fit the tree to `database`, whose arrays are kept without a copy; a MotionError if it isn't finite."""
         channels = np.array(PARTS[self.part])
         self.database_ = database
         self.basis_ = fit_basis(database, np.concatenate([channels, channels + 25]))
         n = len(database.windows)
         rows = np.empty((-(-n // BLOCK) * BLOCK, len(self.basis_.deviation)), dtype=np.float32)
         project(database, self.basis_, rows)
+        if not np.isfinite(rows[:n]).all():
+            raise MotionError("the database's poses must be finite: build_database leaves out frames with gaps")
         self.forecast_ = fit_forecast(database, rows[:n])
         order = np.arange(n, dtype=np.int32)
         self.index_ = KernelIndex.build(rows, order)
@@ -203,6 +205,7 @@ class MotionTree(GaitModel):
             raise MotionError(f"method must be {' or '.join(map(repr, METHODS))}, got {method!r}")
         if leaf not in LEAVES:
             raise MotionError(f"leaf must be {' or '.join(map(repr, LEAVES))}, got {leaf!r}")
+        probes, temperature = self.index_.checked(probes, temperature)
         if method == "tree":
             return self.descent_.draw(probes, n, temperature, key, leaf, self.index_.blocks)
         windows = self.index_.draw(probes, n, temperature, key)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import softmax
@@ -134,6 +136,33 @@ def test_options_are_checked_whatever_the_method(tree, stranger):
         tree.sample("walk")
     with pytest.raises(MotionError, match=r"after must have shape \(..., 25\)"):
         tree.log_density(stranger, stranger.poses[0, :24])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_database_with_gaps_is_refused(tree, bad):
+    poses = tree.database_.poses.copy()
+    poses[40, 20] = bad
+    with pytest.raises(MotionError, match="poses must be finite"):
+        MotionTree().fit_database(replace(tree.database_, poses=poses))
+
+
+@pytest.mark.parametrize("method", ["tree", "exact"])
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"temperature": 0.0}, r"beta \(temperature\) must be a number above 0, got 0.0"),
+        ({"temperature": "hot"}, "beta .*'hot'"),
+        ({"probes": np.zeros((4, 2))}, r"probes must have shape .*got \(4, 2\)"),
+        ({"probes": np.nan}, "probes must be finite"),
+        ({"probes": 1e20}, "probes must be finite"),
+    ],
+)
+def test_draws_that_make_no_sense_are_refused(tree, stranger, method, change, says):
+    right = {"probes": tree.coefficients(stranger)[None], "n": 1, "temperature": 0.1, "key": 1, "leaf": "uniform"}
+    if isinstance(bad := change.get("probes"), float):
+        change = {"probes": np.full_like(right["probes"], bad)}
+    with pytest.raises(MotionError, match=says):
+        tree.draw(**(right | change), method=method, probability=False)
 
 
 def test_a_single_window_is_a_database_too(stranger):

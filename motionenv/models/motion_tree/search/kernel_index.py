@@ -30,6 +30,7 @@ from motionenv.models.motion_tree.search import _index_build_kernels as building
 from motionenv.models.motion_tree.search import kernel_index_kernels as kernels
 
 _FARTHEST = 1e15  # squares of greater numbers overflow in single precision
+_TOLERANCE = 0.01  # share of a sum of kernels that may be left out
 _SPLIT = 1 << 17  # least number of points for which threads pay
 
 
@@ -55,19 +56,9 @@ class KernelIndex:
         Args:
             rows: (⌈n / 32⌉ · 32, b) float32, contiguous; the first n are the points. Its memory becomes the index's
                 `blocks`, so don't use it afterwards.
-            order: (n,) int32, permuted in place like the points.
-
-        Raises:
-            MotionError: no points, or arrays of other shapes or types.
+            order: (n,) int32, one at least, permuted in place like the points.
         """
         n = len(order)
-        if n < 1:
-            raise MotionError("an index needs at least one point, got none")
-        expected = -(-n // kernels.BLOCK) * kernels.BLOCK
-        if rows.dtype != np.float32 or rows.ndim != 2 or len(rows) != expected or not rows.flags.c_contiguous:
-            raise MotionError(
-                f"rows must be contiguous float32 ({expected}, b) for {n} points, got {rows.dtype} {rows.shape}"
-            )
         unit = kernels.FAN ** kernels.first_groups(n)[0]
         if n <= _SPLIT:
             building.arrange(rows, order, 0, n, unit)
@@ -94,7 +85,7 @@ class KernelIndex:
         Raises:
             MotionError: probes of another width or not finite, a count below 1, or β not above 0.
         """
-        probes, beta = self._checked(probes, beta)
+        probes, beta = self.checked(probes, beta)
         out = np.empty((len(probes), checked_whole(count, "count", 1)), np.int32)
         stream = np.uint64(key)
 
@@ -110,30 +101,26 @@ class KernelIndex:
         Raises:
             MotionError: see `draw`.
         """
-        probes, beta = self._checked(probes, beta)
+        probes, beta = self.checked(probes, beta)
         away = self.coefficients(positions) - probes.astype(np.float64)[:, None]
         return -np.einsum("...b,...b->...", away, away) / (2.0 * beta)
 
-    def log_normaliser(self, probes, beta: float, tolerance: float = 0.01) -> np.ndarray:
-        """Log of Σᵢ exp(-|z_i - probe|² / 2β) (probes,), underestimated by at most `tolerance` of the sum.
+    def log_normaliser(self, probes, beta: float) -> np.ndarray:
+        """Log of Σᵢ exp(-|z_i - probe|² / 2β) (probes,), underestimated by at most 0.01.
 
-        Takes `probes` and `beta` as `draw` does.
-
-        Raises:
-            MotionError: see `draw`; a tolerance not above 0.
+        Takes `probes` and `beta` as `draw` does, and raises its errors.
         """
-        probes, beta = self._checked(probes, beta)
-        checked_number(tolerance, "tolerance", above=0)
+        probes, beta = self.checked(probes, beta)
         out = np.empty(len(probes))
 
         def fill(start, stop):
-            kernels.log_sums(self.blocks, self.boxes, self.n, probes[start:stop], beta, tolerance, out[start:stop])
+            kernels.log_sums(self.blocks, self.boxes, self.n, probes[start:stop], beta, _TOLERANCE, out[start:stop])
 
         in_chunks(fill, len(probes))
         return out
 
-    def _checked(self, probes, beta: float) -> tuple[np.ndarray, float]:
-        """`probes` as contiguous float32 and `beta` as a float."""
+    def checked(self, probes, beta: float) -> tuple[np.ndarray, float]:
+        """`probes` as contiguous float32 and `beta` as a float; a MotionError as of `draw`."""
         b = self.blocks.shape[1]
         probes = np.ascontiguousarray(probes, dtype=np.float32)
         if probes.ndim != 2 or probes.shape[1] != b:

@@ -46,16 +46,6 @@ def tail(x):
 
 
 @kernel
-def all_finite(blocks, n):
-    """Whether no coefficient of the first `n` windows is NaN or infinite."""
-    finite = True
-    for i in range(n):
-        for level in range(blocks.shape[1]):
-            finite &= np.isfinite(blocks[i >> 5, level, i & 31])
-    return finite
-
-
-@kernel
 def is_whole(nodes, starts, members, depth):
     """Whether a tree is valid: every path ends in a non-empty leaf, and all indices are in range."""
     n, leaves = len(members), len(starts) - 1

@@ -151,18 +151,17 @@ def test_draws_depend_on_key_and_number_of_the_probe_only(curves):
     assert (whole != index.draw(probes, 2, 0.05, 1)).any()
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 0.01, 0.3])
 @pytest.mark.parametrize("beta", BETAS)
-def test_normaliser_is_within_its_tolerance(curves, beta, tolerance):
+def test_normaliser_is_within_its_tolerance(curves, beta):
     index, z = curves
     rng = np.random.default_rng(2)
     probes = (
         z[rng.integers(len(z), size=60)] + rng.choice([0, 0.1, 0.5, 4], (60, 1)) * rng.normal(size=(60, 13))
     ).astype(np.float32)
     expected = np.array([logsumexp(log_kernel(z, q, beta)) for q in probes])
-    ratio = np.exp(index.log_normaliser(probes, beta, tolerance) - expected)
+    ratio = np.exp(index.log_normaliser(probes, beta) - expected)
     assert (ratio <= 1 + 1e-4).all()
-    assert (ratio >= 1 - tolerance - 1e-4).all()
+    assert (ratio >= 1 - 0.01 - 1e-4).all()
 
 
 def test_log_kernel_is_that_of_brute_force(curves):
@@ -175,8 +174,8 @@ def test_log_kernel_is_that_of_brute_force(curves):
 def test_probabilities_of_all_points_sum_to_one(curves):
     index, z = curves
     every = np.arange(len(z))[None]
-    total = np.exp(index.log_kernel(z[:1], every, 0.2) - index.log_normaliser(z[:1], 0.2, 1e-3)).sum()
-    assert_allclose(total, 1, atol=2e-3)
+    total = np.exp(index.log_kernel(z[:1], every, 0.2) - index.log_normaliser(z[:1], 0.2)).sum()
+    assert_allclose(total, 1, atol=0.011)
 
 
 def test_threads_build_the_same_kind_of_index():
@@ -219,12 +218,3 @@ def test_requests_that_cannot_be(curves):
     for count in (0, -3, 1.5, True):
         with pytest.raises(MotionError, match="count must be a whole number from 1, got"):
             index.draw(np.zeros((1, 13)), count, 0.1, 0)
-    with pytest.raises(MotionError, match="tolerance must be a number above 0"):
-        index.log_normaliser(np.zeros((1, 13)), 0.1, 0.0)
-
-
-def test_arrays_that_make_no_index():
-    with pytest.raises(MotionError, match="at least one point"):
-        KernelIndex.build(np.zeros((0, 3), np.float32), np.zeros(0, np.int32))
-    with pytest.raises(MotionError, match=r"rows must be contiguous float32 \(64, b\) for 40 points, got float64"):
-        KernelIndex.build(np.zeros((64, 3)), np.arange(40, dtype=np.int32))
