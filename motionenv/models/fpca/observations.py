@@ -75,6 +75,7 @@ class Observations:
         groups: (K,) group of each cycle, 0 … G - 1.
 
     Attributes:
+        values, basis, centre, groups: the arguments.
         coefficients: (K, n·m).
         square: (K, m) sums of squared deviations of the observed samples.
         offsets, runs: runs[offsets[k] : offsets[k + 1]] are cycle k's gaps.
@@ -85,7 +86,8 @@ class Observations:
     """
 
     def __init__(self, values, basis, centre, groups):
-        values, k = np.ascontiguousarray(values), len(values)
+        self.values = values = np.ascontiguousarray(values)
+        k = len(values)
         self.basis, self.centre, self.groups = basis, centre, np.asarray(groups, dtype=np.int64)
         self.coefficients = np.empty((k, centre[0].size))
         self.square = np.zeros((k, values.shape[2]))
@@ -134,16 +136,7 @@ class Observations:
 
     def every(self, step: int) -> "Observations":
         """A subset: one of every `step` cycles."""
-        part = object.__new__(Observations)
-        some = np.arange(0, len(self.groups), step)
-        part.basis, part.centre, part.groups = self.basis, self.centre, self.groups[some]
-        part.coefficients, part.square = self.coefficients[some], self.square[some]
-        n_runs = np.diff(self.offsets)
-        taken = np.zeros(len(self.groups), dtype=bool)
-        taken[some] = True
-        part.runs, part.offsets = self.runs[np.repeat(taken, n_runs)], np.r_[0, np.cumsum(n_runs[some])]
-        part._count()
-        return part
+        return Observations(self.values[::step], self.basis, self.centre, self.groups[::step])
 
     def gap_sums(self, columns) -> np.ndarray:
         """Sums (K, c) over each cycle's missing samples of `columns` (P, m, c)."""
