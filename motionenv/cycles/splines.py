@@ -1,4 +1,4 @@
-"""Cubic regression splines on one cycle (Ormoneit et al. 2005, appendix A), and their least-squares fits with gaps.
+"""Cubic regression splines on one cycle (Ormoneit et al. 2005, appendix A), and least squares on them with gaps.
 
 The knots are fixed at 0.1, 0.2, ..., 0.9. The paper's basis of truncated powers (with φ₀, so K + 1 = 13 functions) has
 a condition number near 7e4; B-splines span the same space and are used instead. The periodically constrained splines
@@ -36,17 +36,6 @@ def periodic_basis(x) -> np.ndarray:
     distance = np.mod(np.atleast_1d(np.asarray(x, dtype=np.float64))[:, None] / SPACING - np.arange(10) + 5, 10) - 5
     far = np.abs(distance)
     return np.where(far < 1, 2 / 3 - far**2 + far**3 / 2, np.maximum(2 - far, 0) ** 3 / 6)
-
-
-def fit(basis: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Least-squares coefficients (K, m) of `z` (n, m) on `basis` (n, K), ignoring missing samples.
-
-    The minimum-norm solution if the observed samples don't determine them.
-    """
-    seen = ~np.isnan(z)
-    k = basis.shape[1]
-    gram = seen.T.astype(np.float64) @ outer_products(basis)
-    return solve(gram.reshape(-1, k, k), np.where(seen, z, 0.0).T @ basis)
 
 
 def outer_products(basis: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ a body is believed there, show a post or a bush that the tracker took for the pe
 
 import numpy as np
 
-from motionenv._core.validation import checked_number, checked_whole
+from motionenv._core.validation import checked_whole
 from motionenv.errors import MotionError
 
 _DARK = 24  # grey levels; darker pixels don't determine the gain
@@ -25,17 +25,16 @@ _CHANGED = 4.0  # least change of a pixel from frame to frame, in standard devia
 _TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
 
 
-def foreground_probability(rgb, background, *, noise: float | None = None) -> np.ndarray:
+def foreground_probability(rgb, background) -> np.ndarray:
     """Probability (height, width) that a pixel is foreground, with equal prior probabilities.
 
     Args:
         rgb: uint8 (height, width, 3), the image.
         background: (height, width, 3), the same view without the person, 0 to 255; NaN where unknown, which gives one
             half.
-        noise: standard deviation of colours [grey levels]; None estimates it from the image.
 
     Raises:
-        MotionError: incompatible shapes, or noise that isn't above 0.
+        MotionError: incompatible shapes.
     """
     rgb = picture(rgb)
     background = np.asarray(background, dtype=np.float64)
@@ -44,13 +43,11 @@ def foreground_probability(rgb, background, *, noise: float | None = None) -> np
     known = np.isfinite(background).all(axis=-1)
     if not known.any():
         return np.full(known.shape, 0.5)
-    if noise is not None:
-        checked_number(noise, "noise", above=0, unit="grey levels")
     bright = background > _DARK  # False where NaN
     gain = float(np.median(rgb[bright] / background[bright])) if bright.any() else 1.0
     difference = rgb - gain * background
     typical = float(np.median(np.abs(difference[known])))
-    sigma = max(_TO_DEVIATION * typical, _LEAST_NOISE) if noise is None else noise
+    sigma = max(_TO_DEVIATION * typical, _LEAST_NOISE)
     log_odds = 0.5 * (difference**2).sum(-1) / sigma**2 - 3 * np.log(256 / (sigma * np.sqrt(2 * np.pi)))
     return 1.0 / (1.0 + np.exp(-np.where(known, np.clip(log_odds, -50.0, 50.0), 0.0)))
 

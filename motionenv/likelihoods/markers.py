@@ -73,32 +73,23 @@ class MarkerLikelihood:
             raise MotionError("points must be finite where seen; set others to NaN, or seen to False")
         self._points = points
 
-    def log_likelihood(self, poses, alpha=None) -> np.ndarray:
+    def log_likelihood(self, poses) -> np.ndarray:
         """Log-likelihood (N,) of the current points given each of `poses` (N, 25) [m, rad].
 
-        Args:
-            poses: the hypotheses.
-            alpha: (N,) [rad], a view angle for each hypothesis, if the view is an angle; None uses the model's.
-
         Raises:
-            MotionError: no observation yet, wrong shapes, non-finite values, or `alpha` with a camera.
+            MotionError: no observation yet, wrong shapes, or non-finite values.
         """
         if self._points is None:
             raise MotionError("no points have been observed yet: call observe(points) first")
-        shown = self._project(markers(checked_poses(poses), self.skeleton), alpha)
+        shown = self._project(markers(checked_poses(poses), self.skeleton))
         square = ((shown - self._points) ** 2).sum(-1) / self.noise**2
         peak = (1 - self.outliers) / (2 * np.pi * self.noise**2)
         square = np.where(np.isnan(shown).any(-1), np.inf, square)  # behind the camera: not in the image
         each = np.log(peak * np.exp(-0.5 * square) + self.outliers / self._area)
         return each[:, ~np.isnan(self._points).any(-1)].sum(-1)
 
-    def _project(self, points: np.ndarray, alpha) -> np.ndarray:
+    def _project(self, points: np.ndarray) -> np.ndarray:
         """Image positions (N, 15, 2) of 3D points (N, 15, 3)."""
         if isinstance(self.view, Camera | Orthographic):
-            if alpha is not None:
-                raise MotionError("alpha needs a model with a view angle; with a camera, turn the poses' headings")
             return project(points, self.view)[0]
-        alpha = np.full(len(points), float(self.view)) if alpha is None else np.asarray(alpha, dtype=np.float64)
-        if alpha.shape != (len(points),) or not np.isfinite(alpha).all():
-            raise MotionError(f"alpha must be {len(points)} finite angles, got shape {alpha.shape}")
-        return orthographic(points, alpha[:, None])
+        return orthographic(points, float(self.view))

@@ -202,11 +202,6 @@ class SilhouetteLikelihood:
         raise MotionError(NOTHING_OBSERVED)
 
     @property
-    def silhouettes(self) -> bool:
-        """Whether the current observation is a mask or colours."""
-        return self._foreground is not None
-
-    @property
     def scale(self) -> float:
         """Pixels per metre at the body."""
         distance = np.linalg.norm(self.camera.centre) if self.distance is None else self.distance

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from motionenv.cycles import periodic_basis, spline_basis
-from motionenv.cycles.splines import fit
+from motionenv.cycles.splines import outer_products, solve
 from motionenv.errors import MotionError
 
 X = np.linspace(0, 1, 501)
@@ -57,14 +57,16 @@ def test_functions_sum_to_one():
     np.testing.assert_allclose(periodic_basis(X * 3 - 1).sum(axis=1), 1)
 
 
-def test_fit_leaves_gaps_out():
+def test_normal_equations_leave_gaps_out():
     rng = np.random.default_rng(0)
     basis, z = periodic_basis(rng.random(200)), rng.normal(size=(200, 5))
     z[rng.random(z.shape) < 0.3] = np.nan
-    got = fit(basis, z)
+    seen = ~np.isnan(z)
+    gram = (seen.T.astype(float) @ outer_products(basis)).reshape(5, 10, 10)
+    got = solve(gram, np.where(seen, z, 0.0).T @ basis)
     for a in range(5):
-        seen = ~np.isnan(z[:, a])
-        np.testing.assert_allclose(got[:, a], np.linalg.lstsq(basis[seen], z[seen, a])[0], atol=1e-10)
+        own = seen[:, a]
+        np.testing.assert_allclose(got[:, a], np.linalg.lstsq(basis[own], z[own, a])[0], atol=1e-10)
 
 
 @pytest.mark.parametrize("x", [[-0.01], [1.01], [np.nan]])

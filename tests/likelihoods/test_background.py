@@ -28,13 +28,6 @@ def test_a_known_background_under_noise_and_other_light(gain, noise):
     assert wrong.mean() < 0.01
 
 
-def test_a_given_noise_is_what_counts():
-    picture, background, _ = scene(30)
-    sure, unsure = (foreground_probability(picture, background, noise=n) for n in (4.0, 60.0))
-    assert sure[~unsure.astype(bool)].size == 0  # probabilities never reach 0
-    assert np.ptp(unsure) < np.ptp(sure)
-
-
 def test_a_walker_who_passes_leaves_the_background():
     model = Background(frames=20, least=8)
     for i in range(20):
@@ -66,7 +59,6 @@ def test_the_first_picture_of_clutter_tells_little_rather_than_lies():
         (lambda: foreground_probability(np.zeros((4, 4)), np.zeros((4, 4))), "rgb must be uint8"),
         (lambda: foreground_probability(scene(1)[0], np.zeros((4, 4, 3))), "rgb's shape"),
         (lambda: foreground_probability(scene(1)[0], np.full((64, 64, 3), np.inf)), "finite"),
-        (lambda: foreground_probability(*scene(1)[:2], noise=0), "noise must be"),
         (lambda: Background().estimate(), "no image has been observed"),
         (lambda: Background(frames=3), "least must be"),
         (lambda: Background().learn(np.zeros((4, 4), bool)), "observe"),

@@ -66,17 +66,6 @@ def test_one_wrong_marker_costs_no_more_than_an_outlier():
     assert best - worse < np.log((1 - model.outliers) / (2 * np.pi * model.noise**2) / (model.outliers / 4)) + 0.1
 
 
-def test_each_hypothesis_may_have_its_own_view():
-    others, alpha = poses(5), np.linspace(-2, 2, 5)
-    model = MarkerLikelihood(0.0)
-    model.observe(shown(others[0], 0.7))
-    together = model.log_likelihood(others, alpha)
-    for pose, angle, score in zip(others, alpha, together, strict=True):
-        single = MarkerLikelihood(float(angle))
-        single.observe(shown(others[0], 0.7))
-        assert np.allclose(single.log_likelihood(pose[None]), score)
-
-
 def test_nothing_seen_says_nothing():
     model = MarkerLikelihood(0.0)
     model.observe(np.zeros((15, 2)), np.zeros(15, bool))
@@ -107,8 +96,6 @@ def seeing(where=0.0):
         (lambda: seeing().log_likelihood(poses(1)[0]), r"\(N, 25\)"),
         (lambda: seeing().observe(np.zeros((14, 2))), r"\(15, 2\)"),
         (lambda: seeing().observe(np.full((15, 2), np.inf)), "must be finite"),
-        (lambda: seeing(VIEWS["camera"]).log_likelihood(poses(2), [0, 0]), "alpha needs a model with a view angle"),
-        (lambda: seeing().log_likelihood(poses(2), [0, np.nan]), "2 finite angles"),
         (lambda: MarkerLikelihood("side"), "view must be"),
         (lambda: MarkerLikelihood(0.0, noise=0), "noise must be"),
         (lambda: MarkerLikelihood(0.0, outliers=0), "outliers must be"),

@@ -21,8 +21,6 @@ from motionenv.types import POSE, Motion
 FPS = 30.0
 #: Frames in a window (paper C: d = 10, a third of a second).
 WINDOW = 10
-#: Names of the parameters of a frame.
-PARAMETERS = (*POSE, *(f"{name}_velocity" for name in POSE))
 
 _TURN = 2 * np.pi
 _IS_ANGLE = ~np.isnan(MIDDLE)
@@ -32,7 +30,7 @@ _BALL_JOINTS = [POSE.index(n) for n in ("neck_flexion", "left_shoulder_flexion",
 
 
 def parameters(poses) -> np.ndarray:
-    """Parameters (..., frames, 50), in the order of `PARAMETERS`, of two poses or more (..., frames, 25) at 30 fps.
+    """Parameters (..., frames, 50) of two poses or more (..., frames, 25) at 30 fps: of the pose, then velocities.
 
     Raises:
         MotionError: another shape.
