@@ -23,7 +23,9 @@ class Mesh(NamedTuple):
     faces: np.ndarray  # (m, 3) indices of vertices, counter-clockwise seen from outside
 
 
-def rounded_cone(length: float, start_radius: float, end_radius: float, sections: int = 32) -> Mesh:
+def rounded_cone(
+    length: float, start_radius: float, end_radius: float, sections: int = 32, rings: int | None = None
+) -> Mesh:
     """The convex hull of a sphere at the origin and one at (0, 0, length).
 
     A cone touches both spheres where their normals are equal: at the latitude whose sine is the difference of the radii
@@ -33,7 +35,8 @@ def rounded_cone(length: float, start_radius: float, end_radius: float, sections
     Args:
         length: distance of the centres [m].
         start_radius, end_radius: of the sphere at the origin and of the other one [m].
-        sections: number of vertices around the axis; caps are as fine along it.
+        sections: number of vertices around the axis.
+        rings: number of latitude steps from pole to pole; None makes the caps as fine along the axis as around it.
 
     Raises:
         MotionError: fewer than three sections, a negative length, or a radius that isn't above 0.
@@ -43,7 +46,7 @@ def rounded_cone(length: float, start_radius: float, end_radius: float, sections
             "sections must be at least 3, length at least 0 and radii above 0, "
             f"got {sections!r}, {length!r}, {start_radius!r}, {end_radius!r}"
         )
-    latitude, centre, radius = _profile(length, start_radius, end_radius, max(sections // 2, 2))
+    latitude, centre, radius = _profile(length, start_radius, end_radius, rings or max(sections // 2, 2))
     longitude = 2 * np.pi * np.arange(sections) / sections
     around = np.stack([np.cos(longitude), np.sin(longitude), np.zeros(sections)], axis=-1)
     normals_by_ring = np.cos(latitude)[:, None, None] * around + np.sin(latitude)[:, None, None] * [0.0, 0.0, 1.0]
