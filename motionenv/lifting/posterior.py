@@ -9,8 +9,8 @@ from motionenv.models.eigenwalkers.fourier_series import columns
 
 #: Half-width of the central 90 % interval of a Gaussian, in standard deviations.
 BAND = 1.6448536269514722
-#: Misfit above which a walk is outside the prior's population: the 99 % quantile of people left out.
-#: `motionenv bench lifting.misfit` chooses it on ten people for the eleventh: 1.7 % are false alarms.
+#: Misfit above which a walk is outside the prior's population: people left out reach 1.0, and all but some acted walks
+#: that are none like theirs have more than 1.3 (`motionenv bench lifting.misfit`).
 MISFIT_LIMIT = 1.2
 
 

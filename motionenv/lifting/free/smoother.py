@@ -34,9 +34,12 @@ _A = np.array([_M[a] for a, _ in _LIMBS])
 _B = np.array([_M[b] for _, b in _LIMBS])
 _SHARED = np.array([0, 1, *np.repeat(np.arange(2, 9), 2), 9, 10])  # index of the length
 _NOISE, _LEAST_JUMPS = 0.03, 30  # noise if fewer third differences than these are known
-#: What the network's errors, which last for seconds, add to the posterior deviations, relative to those that it states:
-#: 90 % bands then hold 88 % on people left out who differ in style, proportions and joints as in training.
-_UNSEEN = np.where([name.endswith("hip") for name in MARKERS], 0.45, 0.75)
+#: What the network's errors, which last for seconds, add to the posterior deviations, relative to those that it states,
+#: for people left out who differ in style, proportions and joints as in training.
+_UNSEEN = np.where([name.endswith("hip") for name in MARKERS], 0.5, 0.83)
+#: Its errors are smaller where it is closer to what the rays show. How far it is from that, in stated deviations, for the
+#: same people: without noise, and by how much less with noise, which lets places follow the network; and bounds.
+_DISTANCE, _DISTANCE_NOISE, _CLOSER, _FARTHER = 0.82, 11.0, 0.55, 1.3
 #: Noise is taken to be larger in the first rounds, so that outliers don't decide where the fit goes.
 _FIRST_NOISE, _COOLING = 0.2, 0.5
 _TAIL = 12.0  # squared error at which Geman and McClure's loss gives a ray a quarter of its weight
@@ -121,7 +124,8 @@ def smooth(
             system.feet(fit.contact, fit.floor, 1 / settings.floor, np.sqrt(fps) / settings.sliding)
         fit.places, covariance = system.solve(round_ == settings.rounds)
         if covariance is not None:
-            fit.deviations = np.sqrt(_about(covariance) + (_UNSEEN * spread)[..., None] ** 2)
+            unseen = _UNSEEN * _strangeness(fit, posture, spread) * spread
+            fit.deviations = np.sqrt(_about(covariance) + unseen[..., None] ** 2)
             break
         off = ((across @ (fit.places - origins[:, None])[..., None]) ** 2).sum(axis=(-2, -1)) / expected**2
         fit.weights = seen * precision / (1 + off * precision / _TAIL) ** 2
@@ -130,6 +134,14 @@ def smooth(
         fit.limbs *= whole / fit.limbs.sum()  # proportions only: else the body shrinks or grows from round to round
         fit.contact, fit.floor = contacts(fit.places, fps)
     return fit
+
+
+def _strangeness(fit: Fit, posture: np.ndarray, spread: np.ndarray) -> float:
+    """How far the network is from what the rays show, relative to people unlike those that it learned from."""
+    others = np.arange(len(MARKERS)) != _PELVIS
+    off = (fit.places - fit.places[:, [_PELVIS]] - posture)[:, others] / spread[:, others, None]
+    usual = _DISTANCE / (1 + _DISTANCE_NOISE * fit.noise)
+    return float(np.clip(np.sqrt((off**2).mean()) / usual, _CLOSER, _FARTHER))
 
 
 def contacts(places: np.ndarray, fps: float) -> tuple[np.ndarray, float]:
