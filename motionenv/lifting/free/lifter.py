@@ -37,7 +37,7 @@ _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
 _AMBIGUOUS = 20.0  # [s] up to which a sequence is also lifted with left and right exchanged throughout
 #: Log-odds per logarithm of the ratio of two misfits, by logistic regression on people left out, whose points were
 #: exchanged or not (`python -m benchmarks.free_walking.mirrored`); probability that a detector exchanged all of them.
-_EVIDENCE, _EXCHANGED = 40.0, 0.02
+_EVIDENCE, _EXCHANGED = 78.0, 0.02
 _LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation is judged
 _DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts

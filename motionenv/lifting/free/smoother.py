@@ -37,8 +37,8 @@ _NOISE, _LEAST_JUMPS = 0.03, 30  # noise if fewer third differences than these a
 #: What the network's errors, which last for seconds, add to the posterior deviations, relative to those that it states,
 #: for people left out who differ in style, proportions and joints as in training.
 _UNSEEN = np.where([name.endswith("hip") for name in MARKERS], 0.5, 0.83)
-#: Its errors are smaller where it is closer to what the rays show. How far it is from that, in stated deviations, for the
-#: same people: without noise, and by how much less with noise, which lets places follow the network; and bounds.
+#: Its errors are smaller where it is closer to what the rays show. How far it is from that for the same people, in
+#: stated deviations, without noise; by how much less with noise, which lets places follow the network; and bounds.
 _DISTANCE, _DISTANCE_NOISE, _CLOSER, _FARTHER = 0.82, 11.0, 0.55, 1.3
 #: Noise is taken to be larger in the first rounds, so that outliers don't decide where the fit goes.
 _FIRST_NOISE, _COOLING = 0.2, 0.5
