@@ -17,7 +17,7 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.detections import MOST_FRAMES
+from motionenv.mocap.keypoints.detections import MOST_FRAMES, in_frames, read_everybody
 from motionenv.mocap.keypoints.detections import read as read_detections
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
@@ -94,6 +94,39 @@ def read_points(
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
 
 
+def read_people(
+    path, *, fps: float, format: str | None = None, confidence: float = 0.3, size: tuple[int, int] | None = None
+) -> list[Points]:
+    """Points in pixels of everybody whom a detector saw, the longest and most confident track first.
+
+    Args:
+        path, fps, format, confidence: as of `read_points`; tables and TRC show one person.
+        size: width and height of the picture [pixels], needed and used for coordinates relative to it.
+
+    Raises:
+        FormatError, MotionError: as of `read_points`.
+    """
+    if Path(path).suffix.lower() in (".csv", ".trc"):
+        return [read_points(path, fps=fps)]
+    fps = checked_fps(fps)
+    tracks, frames = read_everybody(path)
+    people = [in_frames(track, frames) for track in tracks]
+    relative = max(_largest(keypoints) for keypoints in people) <= _NORMALISED
+    people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
+    return [_points(path, keypoints, fps, format, confidence) for keypoints in people]
+
+
+def _points(path, keypoints: np.ndarray, fps: float, format: str | None, confidence: float) -> Points:
+    """The points of one person's keypoints (frames, n, 3) in pixels."""
+    positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
+    return Points(positions, fps, "px", name=Path(path).stem, confidence=scores)
+
+
+def _largest(keypoints: np.ndarray) -> float:
+    """The largest coordinate of visible keypoints (frames, n, 3)."""
+    return float(np.abs(keypoints[keypoints[..., 2] > 0, :2]).max(initial=0.0))
+
+
 def write_points(points: Points, path) -> None:
     """Write points to a table (CSV) at `path`, atomically; `read_points` restores the positions exactly.
 
@@ -113,7 +146,7 @@ def write_points(points: Points, path) -> None:
 
 def _in_pixels(path, keypoints: np.ndarray, size) -> np.ndarray:
     """Keypoints (frames, n, 3) in pixels, of coordinates in pixels or, with `size`, relative to the picture."""
-    largest = np.abs(keypoints[keypoints[..., 2] > 0, :2]).max(initial=0.0)
+    largest = _largest(keypoints)
     if (largest <= _NORMALISED) != (size is not None) and largest > 0:
         problem = "relative to the picture: pass size=(width, height) (--size 1920x1080)"
         raise FormatError(path, f"has coordinates {problem if size is None else 'in pixels: omit size'}")

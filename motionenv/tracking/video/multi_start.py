@@ -17,6 +17,7 @@ from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import SPREAD, automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, Start, systematic
+from motionenv.tracking.video.guide import DEVIATION, Guide
 from motionenv.tracking.video.model_selection import advantage
 from motionenv.types import Camera, Skeleton
 
@@ -57,6 +58,7 @@ class MultiStart:
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
         begin: frame to start at.
         particles, layers, rng: of the filter.
+        guide: what detections tell in the film's frames; None if there are none.
     """
 
     prior: Prior
@@ -68,6 +70,7 @@ class MultiStart:
     particles: int
     layers: int
     rng: np.random.Generator
+    guide: Guide | None = None
 
     def best(self, attempts: int, tick: Callable[[int], None]) -> Attempt:
         """The best of several `attempts`; every second one starts from the mirror image of the best so far.
@@ -86,31 +89,42 @@ class MultiStart:
     def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None], done: int) -> Attempt:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
         record = _Record(len(self.film), self.likelihood, self.film, self.rng)
-        tracker, starts, lost = self._tracker(self.prior), {}, 0
+        starts, lost = {}, 0
         for i in range(self.begin, len(self.film)):
             if i == self.begin or i in given or lost >= _PATIENCE * self.prior.fps:
                 start = given[i] if i in given else self._start(i)
                 lost = 0
                 if start is not None:
                     starts[i] = start
-                    tracker.start(start)
-            belief = tracker.step(mask=self.film[i])
+                    tracker = self._tracker(start, i, 1)
+            belief = tracker.step(**self._seen(i))
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
-        tracker = self._tracker(self.back)
-        tracker.start(_from_here(there, self.rng))
+        tracker = self._tracker(_from_here(there, self.rng), self.begin - 1, -1)
         for i in range(self.begin - 1, -1, -1):
-            record.keep(i, tracker.step(mask=self.film[i]))
+            record.keep(i, tracker.step(**self._seen(i)))
             tick(done + len(self.film) - i)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
-    def _tracker(self, prior: Prior) -> ParticleFilter:
-        return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
+    def _tracker(self, start: Start, frame: int, step: int) -> ParticleFilter:
+        """A filter that starts at a frame, forwards or, with `step` -1, backwards."""
+        prior, likelihood = self.prior if step > 0 else self.back, self.likelihood
+        if self.guide is not None:
+            prior, likelihood = self.guide.prior(prior, frame, step), self.guide.likelihood(likelihood)
+        tracker = ParticleFilter(prior, likelihood, self.particles, layers=self.layers, seed=self.rng)
+        tracker.start(start)
+        return tracker
+
+    def _seen(self, frame: int) -> dict[str, np.ndarray]:
+        """What the filter observes in a frame."""
+        return {"mask": self.film[frame], **({} if self.guide is None else self.guide.observed(frame))}
 
     def _start(self, frame: int) -> Start | None:
-        """Initialise at a frame; None if no person is found."""
+        """Start from detections at a frame, or initialise; None if no person is found."""
+        if self.guide is not None and self.guide.known[frame]:
+            return Start.at(self.guide.poses[frame], spread=DEVIATION)
         looked = self.film[frame : frame + max(1, round(_START * self.prior.fps))]
         try:
             return automatic_start(

@@ -1,0 +1,212 @@
+"""Detections of 2D keypoints in a film: the people that they show, and the motion of one of them as a tracker's guide.
+
+Detections tell people apart, and which side is left and right. Those of the person followed are lifted to 3D, which the
+tracker's hypotheses then deviate from; silhouettes and the points themselves weigh these together. Where there are no
+detections, silhouettes go on alone, on the outline that fitted the person before.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motionenv.body import markers
+from motionenv.body.fitting import fit_poses, fit_skeleton
+from motionenv.errors import MotionError
+from motionenv.lifting import fit_freely
+from motionenv.likelihoods.markers import MarkerLikelihood
+from motionenv.likelihoods.product import ProductLikelihood
+from motionenv.likelihoods.silhouette import SilhouetteLikelihood
+from motionenv.mocap.keypoints.points2d import read_people
+from motionenv.tracking.priors.base import Prior
+from motionenv.tracking.priors.guided import GuidedPrior
+from motionenv.tracking.video.candidates import Candidate, candidates
+from motionenv.tracking.video.movers import Mover, areas, common_areas
+from motionenv.tracking.video.survey import Survey
+from motionenv.types import MARKERS, Camera, Points, Skeleton
+
+_SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
+_AROUND = np.array([-0.07, 0.07, -0.10, 0.06])  # a body's box beyond its markers', in heights of the latter
+_LEAST_POINTS = 6  # markers of a frame from which it has a box
+_SAME, _INSIDE = 0.4, 0.3  # least overlap of a person with an outline, and least part of an outline inside a box
+_HIDING = 0.3  # part of a person's box in somebody else's from which they aren't seen apart
+# Chosen on `python -m benchmarks.tracking.detected_films --people cmu`.
+#: Standard deviations (25,) of poses from the lifted ones [m, rad].
+DEVIATION = np.concatenate([np.full(3, 0.03), np.full(22, 0.08)])
+_NOISE = 0.02  # standard deviation of points of usual confidence, in heights of the person
+_OUTLIERS = 0.05
+_WEIGHT = 0.5  # of the points' log-likelihood: their errors last for several frames
+_LEAST_PRECISION = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Guide:
+    """What detections tell of one person in a film's frames.
+
+    Attributes:
+        poses: (T, 25) lifted; NaN where they are unknown.
+        skeleton: the person's.
+        points: (T, 15, 2) [pixels of the likelihood's picture]; NaN where missing.
+        precision: (T, 15) of the points, relative to those of usual confidence.
+    """
+
+    poses: np.ndarray
+    skeleton: Skeleton
+    points: np.ndarray
+    precision: np.ndarray
+
+    @property
+    def known(self) -> np.ndarray:
+        """(T,) whether a frame has a pose."""
+        return np.isfinite(self.poses).all(axis=1)
+
+    def prior(self, other: Prior, frame: int, step: int) -> GuidedPrior:
+        """The prior about the lifted motion from `frame` on, by `step` 1 or -1, with `other` in its gaps."""
+        return GuidedPrior(other, self.poses, DEVIATION, first=frame, step=step)
+
+    def likelihood(self, silhouettes: SilhouetteLikelihood) -> ProductLikelihood:
+        """That of `silhouettes` and points together."""
+        boxes = boxes_of(self.points)
+        noise = _NOISE * float(np.nanmedian(boxes[:, 3] - boxes[:, 2]))
+        points = MarkerLikelihood(silhouettes.camera, self.skeleton, noise=noise, outliers=_OUTLIERS)
+        return ProductLikelihood([silhouettes, points], [1.0, _WEIGHT])
+
+    def part(self, frames: slice, scale: float = 1.0, corner=(0, 0)) -> "Guide":
+        """That of some frames, with points in pictures scaled by `scale` and cropped at `corner` (2,) [pixels]."""
+        points = (self.points[frames] + 0.5) * scale - 0.5 - corner
+        return Guide(self.poses[frames], self.skeleton, points, self.precision[frames])
+
+    def observed(self, frame: int) -> dict[str, np.ndarray]:
+        """The points of a frame, as `MarkerLikelihood.observe` takes them."""
+        return {"points": self.points[frame], "precision": self.precision[frame]}
+
+
+def people_of(detections, seen: Survey) -> list[Points]:
+    """Everybody in `detections`: Points, several, or a file of them, a frame for each of the film's.
+
+    Raises:
+        FormatError: as of `read_people`.
+        MotionError: no Points in pixels.
+    """
+    if isinstance(detections, Points):
+        detections = [detections]
+    if not isinstance(detections, Sequence) or isinstance(detections, str):
+        size = seen.info.width, seen.info.height
+        return read_people(detections, fps=seen.info.fps, size=size)
+    wrong = [p for p in detections if not isinstance(p, Points) or p.unit != "px"]
+    if wrong or not detections:
+        raise MotionError("detections must be a file, or Points in the film's pixels, one for each person")
+    return list(detections)
+
+
+def at_frames(values: np.ndarray, fps: float, seen_fps: float, frames: int) -> np.ndarray:
+    """Values (n, ...) at `fps` [Hz] of the nearest moments of `frames` frames at `seen_fps` [Hz]; NaN after the last."""
+    nearest = np.round(np.arange(frames) * fps / seen_fps).astype(int)
+    out = np.asarray(values, dtype=float)[np.minimum(nearest, len(values) - 1)].copy()
+    out[nearest >= len(values)] = np.nan
+    return out
+
+
+def boxes_of(points: np.ndarray) -> np.ndarray:
+    """Boxes (T, 4) around the bodies of points (T, 15, 2): first and last column, first and last row; NaN without."""
+    known = np.isfinite(points[..., 0])
+    low = np.where(known[..., None], points, np.inf).min(axis=1)
+    high = np.where(known[..., None], points, -np.inf).max(axis=1)
+    tall = (high - low)[:, 1:]
+    boxes = np.stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]], axis=1)
+    boxes[known.sum(axis=1) < _LEAST_POINTS] = np.nan
+    with np.errstate(invalid="ignore"):
+        return boxes + _AROUND * tall
+
+
+def detected(people: Sequence[Points], seen: Survey) -> list[Candidate]:
+    """Everybody of `people` who is in the film `seen`, as candidates: whom a detector saw best and largest first."""
+    frames, scale = len(seen.labels), seen.info.width / seen.labels.shape[2]
+    boxes = [boxes_of(at_frames(p.positions, p.fps, seen.fps, frames)) for p in people]
+    clear = [(np.clip(b, 0, np.repeat([seen.info.width, seen.info.height], 2) - 1) + 0.5) / scale - 0.5 for b in boxes]
+    movers = []
+    for i, box in enumerate(clear):
+        others = [np.nan_to_num(_shared(box, b)) for j, b in enumerate(clear) if j != i]
+        merged = np.max(others, axis=0, initial=0.0) > _HIDING if others else np.zeros(frames, dtype=bool)
+        movers.append(_joined(Mover(box, merged, _parts(seen.labels, box)), [c.mover for c in seen.found]))
+    found = candidates(movers, seen.labels, seen.fps, scale)
+    named = [replace(c, points=people[next(i for i, m in enumerate(movers) if m is c.mover)]) for c in found]
+    named.sort(key=lambda c: -c.height * _weight(c.points))
+    return [replace(c, number=i) for i, c in enumerate(named, 1)]
+
+
+def lifted(who: Candidate, camera: Camera, seen: Survey, height: float | None) -> Guide:
+    """The guide of `who`, whose points are lifted for the `camera` of the film's pictures.
+
+    `height` [m] of the person scales the motion about the camera; None takes that which the points tell.
+
+    Raises:
+        MotionError: too few points to lift.
+    """
+    points = who.points
+    fit = fit_freely(points, camera)
+    nodes = np.concatenate([fit.positions, fit.positions[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
+    if height is not None:
+        nodes = camera.centre + height / fit_skeleton(nodes).height * (nodes - camera.centre)
+    body = fit_skeleton(nodes)
+    poses = fit_poses(nodes, body, points.fps)
+    confidence = np.isfinite(points.positions[..., 0]).astype(float) if points.confidence is None else points.confidence
+    usual = float(np.median(confidence[confidence > 0])) if (confidence > 0).any() else 1.0
+    precision = np.maximum(confidence / usual, _LEAST_PRECISION) ** 2 * (confidence > 0)
+    frames = len(seen.labels)
+    of = lambda values: at_frames(values, points.fps, seen.fps, frames)
+    swapped = np.where(fit.swapped.any(axis=1), 0.0, 1.0)[:, None]
+    return Guide(of(poses), body, of(points.positions), np.nan_to_num(of(precision * swapped)))
+
+
+def disagreement(poses: np.ndarray, guide: Guide, camera: Camera) -> np.ndarray:
+    """Median distance (T,) of poses' markers from the detected points, in heights of the body; NaN without points."""
+    shown = camera.project(markers(poses, guide.skeleton))[0]
+    tall = np.ptp(shown[..., 1], axis=1)
+    off = np.linalg.norm(shown - guide.points, axis=-1)
+    enough = np.isfinite(off).sum(axis=1) >= _LEAST_POINTS
+    out = np.full(len(poses), np.nan)
+    out[enough] = np.nanmedian(off[enough], axis=1) / np.maximum(tall[enough], 1.0)
+    return out
+
+
+def _weight(points: Points | None) -> float:
+    """Number of points of a person, weighted by confidence."""
+    assert points is not None
+    known = np.isfinite(points.positions[..., 0])
+    return float((known if points.confidence is None else known * points.confidence).sum())
+
+
+def _shared(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Part (T,) of each box that is inside the other of the same frame."""
+    low, high = np.maximum(boxes, others), np.minimum(boxes, others)
+    return np.prod(np.maximum(high[:, 1::2] - low[:, ::2] + 1, 0), axis=1) / areas(boxes)
+
+
+def _parts(labels: np.ndarray, boxes: np.ndarray) -> dict[int, list[int]]:
+    """Numbers of the outlines that are inside the boxes (T, 4), by frame."""
+    parts = {}
+    for t in np.flatnonzero(np.isfinite(boxes[:, 0])).tolist():
+        c0, c1, r0, r1 = np.maximum(boxes[t], 0).astype(int)
+        inside = np.bincount(labels[t, r0 : r1 + 1, c0 : c1 + 1].ravel(), minlength=labels[t].max() + 1)
+        share = inside / np.maximum(np.bincount(labels[t].ravel(), minlength=len(inside)), 1)
+        parts[t] = [int(n) for n in np.flatnonzero(share > _INSIDE) if n]
+    return parts
+
+
+def _joined(who: Mover, movers: Sequence[Mover]) -> Mover:
+    """A detected person, and the mover that is the same, in the frames in which nothing was detected."""
+    score = [np.nanmedian(np.append(_overlap(who.boxes, m.boxes), 0.0)) for m in movers]
+    if not score or max(score) < _SAME:
+        return who
+    same = movers[int(np.argmax(score))]
+    gone = ~who.seen
+    boxes, merged = np.where(gone[:, None], same.boxes, who.boxes), np.where(gone, same.merged, who.merged)
+    return Mover(boxes, merged, {t: (same.parts if gone[t] else who.parts).get(t, []) for t in range(len(gone))})
+
+
+def _overlap(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Intersection over union of boxes (T, 4), of the frames that have both."""
+    both = np.isfinite(one[:, 0]) & np.isfinite(other[:, 0])
+    common = np.array([common_areas(a[None], b[None])[0, 0] for a, b in zip(one[both], other[both], strict=True)])
+    return common / (areas(one[both]) + areas(other[both]) - common)
