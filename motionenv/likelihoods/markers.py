@@ -55,13 +55,11 @@ class MarkerLikelihood:
             self.noise, self._area = 0.03 if noise is None else noise, _AREA
         self._points: np.ndarray | None = None
 
-    def observe(self, points, seen=None, precision=None) -> None:
+    def observe(self, points, seen=None) -> None:
         """Set the current `points` (15, 2); missing ones are NaN or not `seen` (15,).
 
-        `precision` (15,) is relative to that of the noise, such as from a detector's confidences; None is 1.
-
         Raises:
-            MotionError: wrong shapes, infinite values, or a precision below 0.
+            MotionError: wrong shapes, or infinite values.
         """
         points = np.array(points, dtype=np.float64)
         seen = np.ones(15, bool) if seen is None else np.asarray(seen, dtype=bool)
@@ -73,11 +71,7 @@ class MarkerLikelihood:
         points[~seen] = np.nan
         if np.isinf(points).any():
             raise MotionError("points must be finite where seen; set others to NaN, or seen to False")
-        precision = np.ones(15) if precision is None else np.asarray(precision, dtype=np.float64)
-        if precision.shape != (15,) or not ((precision >= 0) & np.isfinite(precision)).all():
-            raise MotionError("precision must be 15 finite numbers from 0, relative to that of the noise")
-        points[precision == 0] = np.nan
-        self._points, self._variance = points, self.noise**2 / np.where(precision == 0, 1.0, precision)
+        self._points = points
 
     def log_likelihood(self, poses, alpha=None) -> np.ndarray:
         """Log-likelihood (N,) of the current points given each of `poses` (N, 25) [m, rad].
@@ -92,8 +86,8 @@ class MarkerLikelihood:
         if self._points is None:
             raise MotionError("no points have been observed yet: call observe(points) first")
         shown = self._project(markers(checked_poses(poses), self.skeleton), alpha)
-        square = ((shown - self._points) ** 2).sum(-1) / self._variance
-        peak = (1 - self.outliers) / (2 * np.pi * self._variance)
+        square = ((shown - self._points) ** 2).sum(-1) / self.noise**2
+        peak = (1 - self.outliers) / (2 * np.pi * self.noise**2)
         square = np.where(np.isnan(shown).any(-1), np.inf, square)  # behind the camera: not in the image
         each = np.log(peak * np.exp(-0.5 * square) + self.outliers / self._area)
         return each[:, ~np.isnan(self._points).any(-1)].sum(-1)

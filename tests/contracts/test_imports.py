@@ -41,6 +41,8 @@ HOME = {
     "rerun": {"mocap"},
     "platformdirs": {"_core", "models"},
     "pooch": {"mocap"},
+    "rtmlib": {"mocap"},
+    "onnxruntime": {"mocap"},
     "requests": {"mocap"},
     "trimesh": {"body", "render"},
     "pyrender": {"render"},

@@ -19,6 +19,7 @@ from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.keypoints.detections import MOST_FRAMES, in_frames, read_everybody
 from motionenv.mocap.keypoints.detections import read as read_detections
+from motionenv.mocap.keypoints.people import Track
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
@@ -109,17 +110,23 @@ def read_people(
     if Path(path).suffix.lower() in (".csv", ".trc"):
         return [read_points(path, fps=fps)]
     fps = checked_fps(fps)
-    tracks, frames = read_everybody(path)
+    return points_of(path, *read_everybody(path), fps, format=format, confidence=confidence, size=size)
+
+
+def points_of(
+    path, tracks: list[Track], frames: int, fps: float, *, format=None, confidence: float = 0.3, size=None
+) -> list[Points]:
+    """Points in pixels of each of the `tracks` of people in a film of some `frames`, with the arguments of `read_people`.
+
+    Raises:
+        FormatError, MotionError: as of `read_points`.
+    """
     people = [in_frames(track, frames) for track in tracks]
     relative = max(_largest(keypoints) for keypoints in people) <= _NORMALISED
     people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
-    return [_points(path, keypoints, fps, format, confidence) for keypoints in people]
-
-
-def _points(path, keypoints: np.ndarray, fps: float, format: str | None, confidence: float) -> Points:
-    """The points of one person's keypoints (frames, n, 3) in pixels."""
-    positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
-    return Points(positions, fps, "px", name=Path(path).stem, confidence=scores)
+    known = keypoint_set(path, people[0], format)
+    made = [known.markers(keypoints, confidence) for keypoints in people]
+    return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
 
 
 def _largest(keypoints: np.ndarray) -> float:

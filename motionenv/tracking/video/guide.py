@@ -1,8 +1,10 @@
 """Detections of 2D keypoints in a film: the people that they show, and the motion of one of them as a tracker's guide.
 
-Detections tell people apart, and which side is left and right. Those of the person followed are lifted to 3D, which the
-tracker's hypotheses then deviate from; silhouettes and the points themselves weigh these together. Where there are no
-detections, silhouettes go on alone, on the outline that fitted the person before.
+Detections tell people apart, and which side is left and right. Those of the person followed are lifted to 3D: what they
+say of a pose, with all their confidences, gaps and outliers, is then a normal distribution about the lifted one, which
+the tracker multiplies by the likelihood of silhouettes. (Multiplying by that of the points, too, would count them twice,
+and was worse on the films on which the deviation was chosen.) Where there are no detections, silhouettes go on alone, on
+the outline that fitted the person before.
 """
 
 from collections.abc import Sequence
@@ -14,9 +16,6 @@ from motionenv.body import markers
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting import fit_freely
-from motionenv.likelihoods.markers import MarkerLikelihood
-from motionenv.likelihoods.product import ProductLikelihood
-from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.mocap.keypoints.points2d import read_people
 from motionenv.tracking.priors.base import Prior
 from motionenv.tracking.priors.guided import GuidedPrior
@@ -33,10 +32,6 @@ _HIDING = 0.3  # part of a person's box in somebody else's from which they aren'
 # Chosen on `python -m benchmarks.tracking.detected_films --people cmu`.
 #: Standard deviations (25,) of poses from the lifted ones [m, rad].
 DEVIATION = np.concatenate([np.full(3, 0.03), np.full(22, 0.08)])
-_NOISE = 0.02  # standard deviation of points of usual confidence, in heights of the person
-_OUTLIERS = 0.05
-_WEIGHT = 0.5  # of the points' log-likelihood: their errors last for several frames
-_LEAST_PRECISION = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +41,12 @@ class Guide:
     Attributes:
         poses: (T, 25) lifted; NaN where they are unknown.
         skeleton: the person's.
-        points: (T, 15, 2) [pixels of the likelihood's picture]; NaN where missing.
-        precision: (T, 15) of the points, relative to those of usual confidence.
+        points: (T, 15, 2) [pixels of the film]; NaN where missing.
     """
 
     poses: np.ndarray
     skeleton: Skeleton
     points: np.ndarray
-    precision: np.ndarray
 
     @property
     def known(self) -> np.ndarray:
@@ -64,21 +57,9 @@ class Guide:
         """The prior about the lifted motion from `frame` on, by `step` 1 or -1, with `other` in its gaps."""
         return GuidedPrior(other, self.poses, DEVIATION, first=frame, step=step)
 
-    def likelihood(self, silhouettes: SilhouetteLikelihood) -> ProductLikelihood:
-        """That of `silhouettes` and points together."""
-        boxes = boxes_of(self.points)
-        noise = _NOISE * float(np.nanmedian(boxes[:, 3] - boxes[:, 2]))
-        points = MarkerLikelihood(silhouettes.camera, self.skeleton, noise=noise, outliers=_OUTLIERS)
-        return ProductLikelihood([silhouettes, points], [1.0, _WEIGHT])
-
-    def part(self, frames: slice, scale: float = 1.0, corner=(0, 0)) -> "Guide":
-        """That of some frames, with points in pictures scaled by `scale` and cropped at `corner` (2,) [pixels]."""
-        points = (self.points[frames] + 0.5) * scale - 0.5 - corner
-        return Guide(self.poses[frames], self.skeleton, points, self.precision[frames])
-
-    def observed(self, frame: int) -> dict[str, np.ndarray]:
-        """The points of a frame, as `MarkerLikelihood.observe` takes them."""
-        return {"points": self.points[frame], "precision": self.precision[frame]}
+    def part(self, frames: slice) -> "Guide":
+        """That of some frames."""
+        return Guide(self.poses[frames], self.skeleton, self.points[frames])
 
 
 def people_of(detections, seen: Survey) -> list[Points]:
@@ -150,13 +131,8 @@ def lifted(who: Candidate, camera: Camera, seen: Survey, height: float | None) -
         nodes = camera.centre + height / fit_skeleton(nodes).height * (nodes - camera.centre)
     body = fit_skeleton(nodes)
     poses = fit_poses(nodes, body, points.fps)
-    confidence = np.isfinite(points.positions[..., 0]).astype(float) if points.confidence is None else points.confidence
-    usual = float(np.median(confidence[confidence > 0])) if (confidence > 0).any() else 1.0
-    precision = np.maximum(confidence / usual, _LEAST_PRECISION) ** 2 * (confidence > 0)
-    frames = len(seen.labels)
-    of = lambda values: at_frames(values, points.fps, seen.fps, frames)
-    swapped = np.where(fit.swapped.any(axis=1), 0.0, 1.0)[:, None]
-    return Guide(of(poses), body, of(points.positions), np.nan_to_num(of(precision * swapped)))
+    of = lambda values: at_frames(values, points.fps, seen.fps, len(seen.labels))
+    return Guide(of(poses), body, of(points.positions))
 
 
 def disagreement(poses: np.ndarray, guide: Guide, camera: Camera) -> np.ndarray:

@@ -97,29 +97,25 @@ class MultiStart:
                 if start is not None:
                     starts[i] = start
                     tracker = self._tracker(start, i, 1)
-            belief = tracker.step(**self._seen(i))
+            belief = tracker.step(mask=self.film[i])
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
         tracker = self._tracker(_from_here(there, self.rng), self.begin - 1, -1)
         for i in range(self.begin - 1, -1, -1):
-            record.keep(i, tracker.step(**self._seen(i)))
+            record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
     def _tracker(self, start: Start, frame: int, step: int) -> ParticleFilter:
         """A filter that starts at a frame, forwards or, with `step` -1, backwards."""
-        prior, likelihood = self.prior if step > 0 else self.back, self.likelihood
+        prior = self.prior if step > 0 else self.back
         if self.guide is not None:
-            prior, likelihood = self.guide.prior(prior, frame, step), self.guide.likelihood(likelihood)
-        tracker = ParticleFilter(prior, likelihood, self.particles, layers=self.layers, seed=self.rng)
+            prior = self.guide.prior(prior, frame, step)
+        tracker = ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
         tracker.start(start)
         return tracker
-
-    def _seen(self, frame: int) -> dict[str, np.ndarray]:
-        """What the filter observes in a frame."""
-        return {"mask": self.film[frame], **({} if self.guide is None else self.guide.observed(frame))}
 
     def _start(self, frame: int) -> Start | None:
         """Start from detections at a frame, or initialise; None if no person is found."""

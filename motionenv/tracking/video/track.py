@@ -24,7 +24,7 @@ from motionenv.tracking.video.candidates import Candidate, chosen
 from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
 from motionenv.tracking.video.guide import detected, disagreement, lifted, people_of
 from motionenv.tracking.video.multi_start import MultiStart
-from motionenv.tracking.video.survey import Look, look, survey
+from motionenv.tracking.video.survey import Look, Survey, look, survey
 from motionenv.tracking.video.verdict import ABSENT, FOLLOWED, Lost, losses, verdict
 from motionenv.types import Camera, Motion, Points, Skeleton
 
@@ -141,9 +141,7 @@ def track_video(
     _check_choice(person, box, point, at, region)
     fps = None if fps is None else checked_fps(fps)
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
-    seen = survey(path, fps=fps, seconds=seconds, background=background, region=region)
-    if detections is not None:
-        seen = replace(seen, found=detected(people_of(detections, seen), seen))
+    seen = _surveyed(path, detections, fps=fps, seconds=seconds, background=background, region=region)
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
     first, last = span(who.boxes, size[0])
     full = None if camera is None else resized(camera, *size)
@@ -153,7 +151,7 @@ def track_video(
         skeleton = from_height(standing_height(who.boxes[first:last], full))
     close, guide = look(seen, who, first, last), None
     if who.points is not None:
-        guide, attempts = lifted(who, full, seen, height), 1
+        guide, attempts = lifted(who, full, seen, height).part(slice(first, last)), 1
         skeleton = guide.skeleton
     made = FPCAPrior(skeleton=skeleton, fps=seen.fps) if prior is None else prior(skeleton, seen.fps)
     follower = _follower(close, who, (first, last), full, made, (particles, layers, threads), rng, guide)
@@ -161,7 +159,7 @@ def track_video(
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     reasons = np.full(len(seen.labels), ABSENT)
     outlined = who.mover.seen[first:last]
-    off = None if guide is None else disagreement(best.poses, guide.part(slice(first, last)), full)
+    off = None if guide is None else disagreement(best.poses, guide, full)
     reasons[first:last] = verdict(best.poses, best.overlap, outlined, seen.fps, off)
     held = reasons == FOLLOWED
     poses, shown, effective = (_spread(x, held, first) for x in (best.poses, best.particles, best.effective))
@@ -171,11 +169,12 @@ def track_video(
 
 
 def find_people(
-    path, *, fps: float | None = None, seconds: float = 60.0, background=None, region: Sequence[float] | None = None
+    path, *, fps: float | None = None, seconds: float = 60.0, background=None, region: Sequence[float] | None = None,
+    detections: str | PathLike | Points | Sequence[Points] | None = None,
 ) -> list[Candidate]:
     """What moves in a video, the likeliest walking person first; `track_video` takes the number as `person`.
 
-    path, fps, seconds, background and region are as of `track_video`.
+    path, fps, seconds, background, region and detections are as of `track_video`; with detections, it's whom they show.
 
     Raises:
         FormatError: not a video, or a damaged one.
@@ -184,7 +183,13 @@ def find_people(
     checked_number(seconds, "seconds", above=0)
     _check_choice(None, None, None, None, region)
     fps = None if fps is None else checked_fps(fps)
-    return survey(path, fps=fps, seconds=seconds, background=background, region=region).found
+    return _surveyed(path, detections, fps=fps, seconds=seconds, background=background, region=region).found
+
+
+def _surveyed(path, detections, **options) -> Survey:
+    """The first look, with `options` of `survey`, at a film whose `detections` say who is in it if there are any."""
+    seen = survey(path, **options)
+    return seen if detections is None else replace(seen, found=detected(people_of(detections, seen), seen))
 
 
 def _check_choice(person, box, point, at, region) -> None:
@@ -223,9 +228,8 @@ def _follower(
     )
     alone = np.where(who.mover.merged[slice(*frames)][:, None], np.nan, boxes)
     begin = departure_frame(alone if np.isfinite(alone).any() else boxes, fps)
-    if guide is not None:
-        guide = guide.part(slice(*frames), close.scale, close.corner)
-        begin = int(np.argmax(guide.known)) if guide.known.any() else begin
+    if guide is not None and guide.known.any():
+        begin = int(np.argmax(guide.known))
     return MultiStart(prior, back, likelihood, close.foreground, close.colours, begin, particles, layers, rng, guide)
 
 
