@@ -1,21 +1,22 @@
 """How well `track_video` follows people who turn, in films with clutter and a passer-by, with detections and without.
 
-Run: motionenv bench tracking.detected_films --mocap ../shared/mocap [--people cmu] [--films 12] [--pictures FOLDER]
+Run: motionenv bench tracking.detected_films --mocap ../shared/mocap [--people cmu] [--films 12]
 
 Films of 128² pixels and at most four seconds at 30 frames/s from a standing camera of known pose that sees all of a
-captured motion, from 1 to 14 degrees above: clothes and a textured background of random colours, noise of 6 grey levels,
-MP4 compression, and somebody else who crosses the picture in front or behind. Detections are the projections of both
-people's markers with the errors of `DetectorErrors` at its defaults; every detection of the passer-by is in the same
-list, and nothing says who is meant. Without detections, a point tells who is meant.
+captured motion, from 1 to 14 degrees above: clothes and a textured background of random colours, noise of 6 grey
+levels, MP4 compression, and somebody else who crosses the picture in front or behind. Detections are the projections of
+both people's markers with the errors of `DetectorErrors` at its defaults; the passer-by's are in the same list, and
+nothing says who is meant, except in the row "detections and a point". Without detections, a point tells, too.
 
-Captured are Bandai-Namco's turns ("bandai", reported), or CMU's straight walks bent along random paths ("cmu"), on which
-the settings of `motionenv.tracking.video.guide` were chosen.
+Captured are Bandai-Namco's turns ("bandai", reported), or CMU's straight walks bent along random paths ("cmu"), on
+whose first eight films the settings of `motionenv.tracking.video.guide` were chosen.
 
 - "lift alone" is `motionenv.lifting.fit_freely` of the right person's detections, as a baseline.
-- "error": mean distance of 15 joints about the pelvis, in the world's axes, of all frames with a pose, and the median over
-  films. "kept": share of the frames in the picture that are called followed and have an error below 150 mm. "false":
-  share of the frames called followed with an error above that. "exchanged": share of the films in which the legs of more
-  than half of the frames are nearer to the truth with left and right exchanged. "refused": films without any pose.
+- "error": mean distance of 15 joints about the pelvis, in the world's axes: the median over films of that of frames
+  called followed, and the mean of all frames with a pose. "kept": share of all frames that are called followed and have
+  an error below 150 mm. "false": share of the frames called followed with an error above that. "exchanged": share of the
+  films in which the legs of more than half of the frames are nearer to the truth with left and right exchanged.
+  "refused": films without any pose.
 """
 
 import argparse
@@ -45,6 +46,7 @@ from motionenv.render.video.encode import write_video
 from motionenv.tracking.video import track_video
 from motionenv.types import MARKERS, Camera, Points
 
+WAYS = ("lift alone", "silhouettes", "detections", "detections and a point")
 FPS, SIZE, MOST, CLOSE = 30.0, 128, 120, 0.15
 LEGS = [MARKERS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
 SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
@@ -131,7 +133,8 @@ def scored(found: np.ndarray, followed: np.ndarray, true: np.ndarray) -> dict[st
     relative, truth = (places - places[:, [PELVIS]] for places in (found, true))
     error = np.linalg.norm(relative - truth, axis=-1).mean(axis=1)
     legs, right = relative[:, LEGS], truth[:, LEGS]
-    as_is, swapped = (np.linalg.norm(legs[:, order] - right, axis=-1).mean(axis=1) for order in ([0, 1, 2, 3], [2, 3, 0, 1]))
+    orders = [0, 1, 2, 3], [2, 3, 0, 1]
+    as_is, swapped = (np.linalg.norm(legs[:, order] - right, axis=-1).mean(axis=1) for order in orders)
     posed = np.isfinite(error)
     return {
         "error": 1e3 * float(error[followed].mean()) if followed.any() else np.nan,
@@ -149,10 +152,10 @@ def played(film: Film, path: Path, particles: int, attempts: int, way: str) -> d
         found = fit_freely(film.people[1], film.camera).positions
         scores = scored(found, np.isfinite(found[:, 0, 0]), film.joints)
     else:
-        told = {"detections": film.people}
-        if way == "silhouettes":
-            middle = len(film.joints) // 4
-            told = {"point": film.camera.project(film.joints[middle, PELVIS])[0], "at": middle / FPS}
+        told = {"detections": film.people} if way.startswith("detections") else {}
+        if way != "detections":
+            early = len(film.joints) // 4
+            told |= {"point": film.camera.project(film.joints[early, PELVIS])[0], "at": early / FPS}
         track = track_video(path, film.camera, particles=particles, attempts=attempts, seed=0, threads=1, **told)
         body = track.motion.skeleton
         scores = scored(joints_of(track.expected, body), track.followed, film.joints)
@@ -167,9 +170,9 @@ def main() -> None:
     parser.add_argument("--films", type=int, default=12)
     parser.add_argument("--particles", type=int, default=1000)
     parser.add_argument("--attempts", type=int, default=1)
-    parser.add_argument("--way", choices=("lift alone", "silhouettes", "detections"), action="append")
+    parser.add_argument("--way", choices=WAYS, action="append")
     asked = parser.parse_args()
-    ways = asked.way or ["lift alone", "silhouettes", "detections"]
+    ways = asked.way or list(WAYS)
     rows: dict[str, list[dict[str, float]]] = {way: [] for way in ways}
     refused = dict.fromkeys(ways, 0)
     with tempfile.TemporaryDirectory() as folder:
@@ -179,11 +182,11 @@ def main() -> None:
             for way in ways:
                 try:
                     rows[way].append(played(film, path, asked.particles, asked.attempts, way))
-                    print(f"{name}: {way}: {({k: round(v, 2) for k, v in rows[way][-1].items()})}", flush=True)
+                    print(f"{name}: {way}: { ({k: round(v, 2) for k, v in rows[way][-1].items()}) }", flush=True)
                 except MotionError as error:
                     refused[way] += 1
                     print(f"{name}: {way}: refused: {error}", flush=True)
-    print("\n| given | error, median over films [mm] | mean of all frames | kept | false | exchanged | refused | s per s |")
+    print("\n| given | error, median [mm] | mean of all frames | kept | false | exchanged | refused | s per s |")
     print("|-|-|-|-|-|-|-|-|")
     for way, each in rows.items():
         mean = {key: float(np.nanmean([one[key] for one in each])) for key in each[0]} if each else {}

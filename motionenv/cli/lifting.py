@@ -61,7 +61,9 @@ def lift(
     alpha = None if view == "unknown" else parsed_view(view)
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
     if weights is not None and points.suffix.lower() not in _FILMS:
-        raise MotionError(f"--weights is only for films, in which people are detected; {points.name} has points: omit it")
+        raise MotionError(
+            f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
+        )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
         loaded = _of_film(points, weights, person, {"--project": project, "--fps": fps, "--unit": unit, "--size": size})

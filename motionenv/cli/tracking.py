@@ -96,19 +96,12 @@ def track(
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
     if camera is None:
         _refuse({"which": which}, "needs --camera")
-    if detections is not None:
-        _refuse({"detect": detect or None}, "not with --detections, which are used instead")
-    if not detect:
-        _refuse({"weights": weights}, "needs --detect")
     areas = {
         name: parsed_numbers(text, f"--{name}") for name, text in (("box", box), ("point", point), ("region", region))
     }
     given = {"height": height, "seconds": seconds, "fps": fps, "background": background, "at": at, "attempts": attempts}
     options = {name: value for name, value in {**given, **areas}.items() if value is not None}
-    if detect:
-        options["detections"] = points_of(video, *detected(video, weights, options.get("seconds", 60.0)))
-    elif detections is not None:
-        options["detections"] = detections
+    options |= _of_detector(video, detections, detect, weights, options.get("seconds", 60.0))
     people = _people(video, person, options)
     lost = [
         _track_video(
@@ -120,6 +113,17 @@ def track(
         raise typer.Exit(_LOST)
 
 
+def _of_detector(video: Path, file: Path | None, detect: bool, weights, seconds: float) -> dict[str, Any]:
+    """The option `detections` of `track_video`, if there are any: a file's, or detected now."""
+    from motionenv.mocap.keypoints.points2d import points_of
+
+    if not detect:
+        _refuse({"weights": weights}, "needs --detect")
+        return {} if file is None else {"detections": file}
+    _refuse({"detections": file}, "not with --detect, which makes them")
+    return {"detections": points_of(video, *detected(video, weights, seconds))}
+
+
 def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[dict[str, Any]]:
     """The options of `track_video` for everybody whom --person asks for; prints who moves and ends for "list"."""
     from motionenv.tracking.video import find_people
@@ -128,7 +132,9 @@ def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[di
         return [options if person is None else {**options, "person": int(person)}]
     if person not in ("all", "list"):
         raise MotionError(f"--person must be a number, all or list, got {person!r}")
-    looked = {name: options[name] for name in ("seconds", "fps", "background", "region", "detections") if name in options}
+    looked = {
+        name: options[name] for name in ("seconds", "fps", "background", "region", "detections") if name in options
+    }
     found = find_people(video, **looked)
     if person == "list":
         typer.echo("\n".join(str(one) for one in found) or "nothing moves")

@@ -156,7 +156,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("plots", "rerun")),
+        ("motionenv", ("detect", "plots", "rerun")),
         ("service", ()),
         ("tests", ("test", "agents", "integrations")),
         ("benchmarks", ("test", "bench")),

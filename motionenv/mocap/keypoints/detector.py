@@ -1,4 +1,4 @@
-"""Detect everybody's keypoints in pictures with RTMLib (https://github.com/Tau-J/rtmlib), which `motionenv[detect]` has.
+"""Detect everybody's keypoints in pictures with RTMLib (https://github.com/Tau-J/rtmlib); needs `motionenv[detect]`.
 
 YOLOX finds people, and RTMPose (Jiang et al. 2023, arXiv:2303.07399) the 26 keypoints of Halpe, body with feet, of each
 of them. RTMLib downloads both models' weights (Apache 2.0) when they are first used; files of one's own may be given.
@@ -18,7 +18,9 @@ from motionenv.mocap.keypoints.people import Track, followed
 
 #: Sizes of the published models, from the fastest to the most accurate.
 MODES = ("lightweight", "balanced", "performance")
-_INSTEAD = "or detect people elsewhere, and pass the file or folder that OpenPose, MMPose, Ultralytics or AlphaPose wrote"
+_INSTEAD = (
+    "or detect people elsewhere, and pass the file or folder that OpenPose, MMPose, Ultralytics or AlphaPose wrote"
+)
 
 
 def detect_people(
@@ -69,7 +71,9 @@ def _models(weights, mode: str) -> tuple[Any, Any]:
     try:
         from rtmlib import YOLOX, BodyWithFeet, RTMPose
     except ImportError as error:
-        problem = "isn't installed" if error.name == "rtmlib" else "can't be loaded, as a library that it needs is missing"
+        problem = (
+            "isn't installed" if error.name == "rtmlib" else "can't be loaded, as a library that it needs is missing"
+        )
         raise MotionError(
             f"detecting people needs RTMLib, which {problem}: pip install 'motionenv[detect]', {_INSTEAD}"
         ) from error
@@ -86,8 +90,8 @@ def _models(weights, mode: str) -> tuple[Any, Any]:
             return YOLOX(files[0], model_input_size=sizes[0]), RTMPose(files[1], model_input_size=sizes[1])
     except (OSError, RuntimeError, UnboundLocalError, zipfile.BadZipFile) as error:
         raise MotionError(
-            "RTMLib's weights can't be downloaded: connect to the internet once, give ONNX files of YOLOX and RTMPose as "
-            f"weights=(detector, pose) (--weights), {_INSTEAD}"
+            "RTMLib's weights can't be downloaded: connect to the internet once, give ONNX files of YOLOX and RTMPose "
+            f"as weights=(detector, pose) (--weights), {_INSTEAD}"
         ) from error
 
 
@@ -98,8 +102,16 @@ def _input_size(path: str) -> tuple[int, int]:
 
     try:
         shape = InferenceSession(path, providers=["CPUExecutionProvider"]).get_inputs()[0].shape
-    except (errors.NoSuchFile, errors.InvalidProtobuf, errors.InvalidGraph, errors.InvalidArgument, errors.Fail) as error:
+    except (
+        errors.NoSuchFile,
+        errors.InvalidProtobuf,
+        errors.InvalidGraph,
+        errors.InvalidArgument,
+        errors.Fail,
+    ) as error:
         raise MotionError(f"weights must be ONNX files of YOLOX and RTMPose, which {path} isn't") from error
     if len(shape) != 4 or not all(isinstance(side, int) for side in shape[2:]):
-        raise MotionError(f"weights must be models of pictures (1, 3, height, width) of fixed size; {path} takes {shape}")
+        raise MotionError(
+            f"weights must be models of pictures (1, 3, height, width) of fixed size; {path} takes {shape}"
+        )
     return shape[2], shape[3]

@@ -116,7 +116,7 @@ def read_people(
 def points_of(
     path, tracks: list[Track], frames: int, fps: float, *, format=None, confidence: float = 0.3, size=None
 ) -> list[Points]:
-    """Points in pixels of each of the `tracks` of people in a film of some `frames`, with the arguments of `read_people`.
+    """Points in pixels of each of the `tracks` of people in a film of so many `frames`; else as `read_people`.
 
     Raises:
         FormatError, MotionError: as of `read_points`.

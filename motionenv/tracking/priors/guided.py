@@ -58,7 +58,10 @@ class GuidedPrior:
 
     def __init__(self, other: Prior, guide, deviation, memory: float = 0.3, *, first: int = 0, step: int = 1):
         self.skeleton, self.fps, self.other = other.skeleton, other.fps, other
-        self.guide, self.deviation = frozen(guide, (None, len(POSE)), "guide"), frozen(deviation, (len(POSE),), "deviation")
+        self.guide, self.deviation = (
+            frozen(guide, (None, len(POSE)), "guide"),
+            frozen(deviation, (len(POSE),), "deviation"),
+        )
         if not ((self.deviation >= 0) & np.isfinite(self.deviation)).all():
             raise MotionError("deviation must be finite standard deviations of at least 0")
         self._keep = float(np.exp(-1 / (checked_number(memory, "memory", above=0) * self.fps)))

@@ -1,10 +1,10 @@
 """Detections of 2D keypoints in a film: the people that they show, and the motion of one of them as a tracker's guide.
 
-Detections tell people apart, and which side is left and right. Those of the person followed are lifted to 3D: what they
-say of a pose, with all their confidences, gaps and outliers, is then a normal distribution about the lifted one, which
-the tracker multiplies by the likelihood of silhouettes. (Multiplying by that of the points, too, would count them twice,
-and was worse on the films on which the deviation was chosen.) Where there are no detections, silhouettes go on alone, on
-the outline that fitted the person before.
+Detections tell people apart, and which side is left and right. Those of the person followed are lifted to 3D: what
+they say of a pose, with all their confidences, gaps and outliers, is then a normal distribution about the lifted one,
+which the tracker multiplies by the likelihood of silhouettes. (Multiplying by that of the points, too, would count them
+twice, and was worse on the films on which the deviation was chosen.) Where there are no detections, silhouettes go on
+alone, on the outline that fitted the person before.
 """
 
 from collections.abc import Sequence
@@ -29,9 +29,9 @@ _AROUND = np.array([-0.07, 0.07, -0.10, 0.06])  # a body's box beyond its marker
 _LEAST_POINTS = 6  # markers of a frame from which it has a box
 _SAME, _INSIDE = 0.4, 0.3  # least overlap of a person with an outline, and least part of an outline inside a box
 _HIDING = 0.3  # part of a person's box in somebody else's from which they aren't seen apart
-# Chosen on `python -m benchmarks.tracking.detected_films --people cmu`.
-#: Standard deviations (25,) of poses from the lifted ones [m, rad].
-DEVIATION = np.concatenate([np.full(3, 0.03), np.full(22, 0.08)])
+#: Standard deviations (25,) of poses from the lifted ones [m, rad]. Chosen, with the memory of 0.3 s, on eight films of
+#: `python -m benchmarks.tracking.detected_films --people cmu`; 0.01 to 0.04 and up to 0.08 differ by 1 mm.
+DEVIATION = np.concatenate([np.full(3, 0.02), np.full(22, 0.04)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def people_of(detections, seen: Survey) -> list[Points]:
 
 
 def at_frames(values: np.ndarray, fps: float, seen_fps: float, frames: int) -> np.ndarray:
-    """Values (n, ...) at `fps` [Hz] of the nearest moments of `frames` frames at `seen_fps` [Hz]; NaN after the last."""
+    """Values (n, ...) at `fps` [Hz] at the moments of `frames` frames at `seen_fps` [Hz]; NaN after the last."""
     nearest = np.round(np.arange(frames) * fps / seen_fps).astype(int)
     out = np.asarray(values, dtype=float)[np.minimum(nearest, len(values) - 1)].copy()
     out[nearest >= len(values)] = np.nan

@@ -144,15 +144,13 @@ def track_video(
     seen = _surveyed(path, detections, fps=fps, seconds=seconds, background=background, region=region)
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
     first, last = span(who.boxes, size[0])
-    full = None if camera is None else resized(camera, *size)
-    if full is None:
-        full = side_camera(who.boxes[first:last], skeleton, *size)
-    elif height is None and who.points is None:
+    full = side_camera(who.boxes[first:last], skeleton, *size) if camera is None else resized(camera, *size)
+    guide = None if who.points is None else lifted(who, full, seen, height).part(slice(first, last))
+    if guide is not None:
+        skeleton, attempts = guide.skeleton, 1
+    elif camera is not None and height is None:
         skeleton = from_height(standing_height(who.boxes[first:last], full))
-    close, guide = look(seen, who, first, last), None
-    if who.points is not None:
-        guide, attempts = lifted(who, full, seen, height).part(slice(first, last)), 1
-        skeleton = guide.skeleton
+    close = look(seen, who, first, last)
     made = FPCAPrior(skeleton=skeleton, fps=seen.fps) if prior is None else prior(skeleton, seen.fps)
     follower = _follower(close, who, (first, last), full, made, (particles, layers, threads), rng, guide)
     total = attempts * (last - first)
@@ -169,7 +167,12 @@ def track_video(
 
 
 def find_people(
-    path, *, fps: float | None = None, seconds: float = 60.0, background=None, region: Sequence[float] | None = None,
+    path,
+    *,
+    fps: float | None = None,
+    seconds: float = 60.0,
+    background=None,
+    region: Sequence[float] | None = None,
     detections: str | PathLike | Points | Sequence[Points] | None = None,
 ) -> list[Candidate]:
     """What moves in a video, the likeliest walking person first; `track_video` takes the number as `person`.

@@ -31,7 +31,7 @@ def saved(path, nodes, inputs, outputs, constants) -> str:
 
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory):
-    """A detector of the whole picture if anything in it is bright, and of each keypoint at the dot of its part's colour.
+    """A detector of the whole picture if anything in it is bright, and of each keypoint at a dot of its part's colour.
 
     The head's keypoints are at the brightest blue, those of feet, knees and ankles at the brightest red, all others at
     the brightest green.
