@@ -14,8 +14,8 @@ whose first eight films the settings of `motionenv.tracking.video.guide` were ch
 - "lift alone" is `motionenv.lifting.fit_freely` of the right person's detections, as a baseline.
 - "error": mean distance of 15 joints about the pelvis, in the world's axes: the median over films of that of frames
   called followed, and the mean of all frames with a pose. "kept": share of all frames that are called followed and have
-  an error below 150 mm. "false": share of the frames called followed with an error above that. "exchanged": share of the
-  films in which the legs of more than half of the frames are nearer to the truth with left and right exchanged.
+  an error below 150 mm. "false": share of the frames called followed with an error above that. "exchanged": share of
+  the films in which the legs of more than half of the frames are nearer to the truth with left and right exchanged.
   "refused": films without any pose.
 """
 

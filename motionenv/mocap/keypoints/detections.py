@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from motionenv.errors import FormatError
-from motionenv.mocap.keypoints.people import Track, chosen, followed
+from motionenv.mocap.keypoints.people import Track, followed
 from motionenv.mocap.readers.text import read_bytes
 
 #: Most frames of a film: an hour at 28 per second.
@@ -27,27 +27,7 @@ _LARGEST = 1e9  # pixels
 _KEYS = tomllib.loads(files(__package__).joinpath("layouts.toml").read_text(encoding="utf-8"))
 
 
-def read(path, person: int | None = None) -> np.ndarray:
-    """Read the keypoints of one person in every frame, (frames, n, 3): x, y and score; NaN is missing.
-
-    People are those of `read_everybody`. `person` 0 has the longest and most confident track; None is an error if
-    another is at least a quarter as long.
-
-    Raises:
-        FormatError: as of `read_everybody`, or several people; names field and value.
-    """
-    tracks, frames = read_everybody(path)
-    return in_frames(chosen(path, tracks, person), frames)
-
-
-def in_frames(track: Track, frames: int) -> np.ndarray:
-    """Keypoints (frames, n, 3) of a track; NaN in the frames that it doesn't have."""
-    out = np.full((frames, *next(iter(track.values())).shape), np.nan)
-    out[list(track)] = list(track.values())
-    return out
-
-
-def read_everybody(path) -> tuple[list[Track], int]:
+def read(path) -> tuple[list[Track], int]:
     """Tracks of all people in a file or folder, the longest and most confident first, and the number of frames.
 
     Image ids are frame numbers or file names that contain one, as are the names of a folder's files; missing numbers
@@ -73,6 +53,13 @@ def read_everybody(path) -> tuple[list[Track], int]:
         mixed = f"has people with {' and '.join(map(str, counts))} keypoints: keep one detector's"
         raise FormatError(path, mixed if counts else "has no person: there is nothing to read")
     return followed(path, found), max(numbers) + 1
+
+
+def in_frames(track: Track, frames: int) -> np.ndarray:
+    """Keypoints (frames, n, 3) of a track; NaN in the frames that it doesn't have."""
+    out = np.full((frames, *next(iter(track.values())).shape), np.nan)
+    out[list(track)] = list(track.values())
+    return out
 
 
 def _parsed(path) -> Any:

@@ -17,9 +17,9 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.detections import MOST_FRAMES, in_frames, read_everybody
+from motionenv.mocap.keypoints.detections import MOST_FRAMES, in_frames
 from motionenv.mocap.keypoints.detections import read as read_detections
-from motionenv.mocap.keypoints.people import Track
+from motionenv.mocap.keypoints.people import Track, chosen
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
@@ -64,7 +64,8 @@ def read_points(
         fps: frame rate [Hz]; required for JSON, overrides that of a table or TRC.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
-        person: which of several people; see `motionenv.mocap.keypoints.detections.read`.
+        person: which of several people; 0 has the longest and most confident track. None is an
+            error if another is at least a quarter as long.
         confidence: least score of a visible keypoint.
         size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's.
 
@@ -81,7 +82,8 @@ def read_points(
     if suffix == ".json" or Path(path).is_dir():
         if fps is None:
             raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
-        keypoints = _in_pixels(path, read_detections(path, person), size)
+        tracks, frames = read_detections(path)
+        keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size)
         positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
         found = "px"
     elif suffix not in (".csv", ".trc"):
@@ -110,7 +112,7 @@ def read_people(
     if Path(path).suffix.lower() in (".csv", ".trc"):
         return [read_points(path, fps=fps)]
     fps = checked_fps(fps)
-    return points_of(path, *read_everybody(path), fps, format=format, confidence=confidence, size=size)
+    return points_of(path, *read_detections(path), fps, format=format, confidence=confidence, size=size)
 
 
 def points_of(

@@ -17,8 +17,6 @@ from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting import fit_freely
 from motionenv.mocap.keypoints.points2d import read_people
-from motionenv.tracking.priors.base import Prior
-from motionenv.tracking.priors.guided import GuidedPrior
 from motionenv.tracking.video.candidates import Candidate, candidates
 from motionenv.tracking.video.movers import Mover, areas, common_areas
 from motionenv.tracking.video.survey import Survey
@@ -28,7 +26,6 @@ _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _AROUND = np.array([-0.07, 0.07, -0.10, 0.06])  # a body's box beyond its markers', in heights of the latter
 _LEAST_POINTS = 6  # markers of a frame from which it has a box
 _SAME, _INSIDE = 0.4, 0.3  # least overlap of a person with an outline, and least part of an outline inside a box
-_HIDING = 0.3  # part of a person's box in somebody else's from which they aren't seen apart
 #: Standard deviations (25,) of poses from the lifted ones [m, rad]. Chosen, with the memory of 0.3 s, on eight films of
 #: `python -m benchmarks.tracking.detected_films --people cmu`; 0.01 to 0.04 and up to 0.08 differ by 1 mm.
 DEVIATION = np.concatenate([np.full(3, 0.02), np.full(22, 0.04)])
@@ -39,7 +36,7 @@ class Guide:
     """What detections tell of one person in a film's frames.
 
     Attributes:
-        poses: (T, 25) lifted; NaN where they are unknown.
+        poses: (T, 25) lifted; NaN where unknown.
         skeleton: the person's.
         points: (T, 15, 2) [pixels of the film]; NaN where missing.
     """
@@ -52,14 +49,6 @@ class Guide:
     def known(self) -> np.ndarray:
         """(T,) whether a frame has a pose."""
         return np.isfinite(self.poses).all(axis=1)
-
-    def prior(self, other: Prior, frame: int, step: int) -> GuidedPrior:
-        """The prior about the lifted motion from `frame` on, by `step` 1 or -1, with `other` in its gaps."""
-        return GuidedPrior(other, self.poses, DEVIATION, first=frame, step=step)
-
-    def part(self, frames: slice) -> "Guide":
-        """That of some frames."""
-        return Guide(self.poses[frames], self.skeleton, self.points[frames])
 
 
 def people_of(detections, seen: Survey) -> list[Points]:
@@ -105,19 +94,15 @@ def detected(people: Sequence[Points], seen: Survey) -> list[Candidate]:
     frames, scale = len(seen.labels), seen.info.width / seen.labels.shape[2]
     boxes = [boxes_of(at_frames(p.positions, p.fps, seen.fps, frames)) for p in people]
     clear = [(np.clip(b, 0, np.repeat([seen.info.width, seen.info.height], 2) - 1) + 0.5) / scale - 0.5 for b in boxes]
-    movers = []
-    for i, box in enumerate(clear):
-        others = [np.nan_to_num(_shared(box, b)) for j, b in enumerate(clear) if j != i]
-        merged = np.max(others, axis=0, initial=0.0) > _HIDING if others else np.zeros(frames, dtype=bool)
-        movers.append(_joined(Mover(box, merged, _parts(seen.labels, box)), [c.mover for c in seen.found]))
+    movers = [_joined(Mover(b, np.zeros(frames, dtype=bool), _parts(seen.labels, b)), seen) for b in clear]
     found = candidates(movers, seen.labels, seen.fps, scale)
     named = [replace(c, points=people[next(i for i, m in enumerate(movers) if m is c.mover)]) for c in found]
     named.sort(key=lambda c: -c.height * _weight(c.points))
     return [replace(c, number=i) for i, c in enumerate(named, 1)]
 
 
-def lifted(who: Candidate, camera: Camera, seen: Survey, height: float | None) -> Guide:
-    """The guide of `who`, whose points are lifted for the `camera` of the film's pictures.
+def lifted(who: Candidate, camera: Camera, seen: Survey, height: float | None, first: int, last: int) -> Guide:
+    """The guide of `who` from frame `first` to `last`, excluded; the `camera` is of the film's pictures.
 
     `height` [m] of the person scales the motion about the camera; None takes that which the points tell.
 
@@ -131,7 +116,7 @@ def lifted(who: Candidate, camera: Camera, seen: Survey, height: float | None) -
         nodes = camera.centre + height / fit_skeleton(nodes).height * (nodes - camera.centre)
     body = fit_skeleton(nodes)
     poses = fit_poses(nodes, body, points.fps)
-    of = lambda values: at_frames(values, points.fps, seen.fps, len(seen.labels))
+    of = lambda values: at_frames(values, points.fps, seen.fps, last)[first:]
     return Guide(of(poses), body, of(points.positions))
 
 
@@ -149,14 +134,7 @@ def disagreement(poses: np.ndarray, guide: Guide, camera: Camera) -> np.ndarray:
 def _weight(points: Points | None) -> float:
     """Number of points of a person, weighted by confidence."""
     assert points is not None
-    known = np.isfinite(points.positions[..., 0])
-    return float((known if points.confidence is None else known * points.confidence).sum())
-
-
-def _shared(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Part (T,) of each box that is inside the other of the same frame."""
-    low, high = np.maximum(boxes, others), np.minimum(boxes, others)
-    return np.prod(np.maximum(high[:, 1::2] - low[:, ::2] + 1, 0), axis=1) / areas(boxes)
+    return float(np.isfinite(points.positions[..., 0]).sum() if points.confidence is None else points.confidence.sum())
 
 
 def _parts(labels: np.ndarray, boxes: np.ndarray) -> dict[int, list[int]]:
@@ -170,19 +148,17 @@ def _parts(labels: np.ndarray, boxes: np.ndarray) -> dict[int, list[int]]:
     return parts
 
 
-def _joined(who: Mover, movers: Sequence[Mover]) -> Mover:
-    """A detected person, and the mover that is the same, in the frames in which nothing was detected."""
-    score = [np.nanmedian(np.append(_overlap(who.boxes, m.boxes), 0.0)) for m in movers]
-    if not score or max(score) < _SAME:
+def _joined(who: Mover, seen: Survey) -> Mover:
+    """A detected person, and the mover of the first look that is the same, where nothing was detected."""
+    best, same = _SAME, None
+    for mover in (c.mover for c in seen.found):
+        both = who.seen & mover.seen
+        common = np.diagonal(common_areas(who.boxes[both], mover.boxes[both]))
+        overlap = common / (areas(who.boxes[both]) + areas(mover.boxes[both]) - common)
+        if both.any() and np.median(overlap) > best:
+            best, same = float(np.median(overlap)), mover
+    if same is None:
         return who
-    same = movers[int(np.argmax(score))]
     gone = ~who.seen
-    boxes, merged = np.where(gone[:, None], same.boxes, who.boxes), np.where(gone, same.merged, who.merged)
+    boxes, merged = np.where(gone[:, None], same.boxes, who.boxes), gone & same.merged
     return Mover(boxes, merged, {t: (same.parts if gone[t] else who.parts).get(t, []) for t in range(len(gone))})
-
-
-def _overlap(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Intersection over union of boxes (T, 4), of the frames that have both."""
-    both = np.isfinite(one[:, 0]) & np.isfinite(other[:, 0])
-    common = np.array([common_areas(a[None], b[None])[0, 0] for a, b in zip(one[both], other[both], strict=True)])
-    return common / (areas(one[both]) + areas(other[both]) - common)

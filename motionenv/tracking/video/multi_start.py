@@ -17,6 +17,7 @@ from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import SPREAD, automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, Start, systematic
+from motionenv.tracking.priors.guided import GuidedPrior
 from motionenv.tracking.video.guide import DEVIATION, Guide
 from motionenv.tracking.video.model_selection import advantage
 from motionenv.types import Camera, Skeleton
@@ -58,7 +59,7 @@ class MultiStart:
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
         begin: frame to start at.
         particles, layers, rng: of the filter.
-        guide: what detections tell in the film's frames; None if there are none.
+        guide: what detections tell, from `begin` on; None if there are none.
     """
 
     prior: Prior
@@ -90,37 +91,44 @@ class MultiStart:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
         record = _Record(len(self.film), self.likelihood, self.film, self.rng)
         starts, lost = {}, 0
+        guided = np.zeros(len(self.film), dtype=bool) if self.guide is None else self.guide.known
         for i in range(self.begin, len(self.film)):
-            if i == self.begin or i in given or lost >= _PATIENCE * self.prior.fps:
+            begins = i == self.begin or guided[i] != guided[i - 1]
+            if begins or i in given or lost >= _PATIENCE * self.prior.fps:
                 start = given[i] if i in given else self._start(i)
                 lost = 0
                 if start is not None:
                     starts[i] = start
-                    tracker = self._tracker(start, i, 1)
+                    tracker = self._tracker(start, self._prior(i))
             belief = tracker.step(mask=self.film[i])
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
-        tracker = self._tracker(_from_here(there, self.rng), self.begin - 1, -1)
+        tracker = self._tracker(_from_here(there, self.rng), self.back)
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
-    def _tracker(self, start: Start, frame: int, step: int) -> ParticleFilter:
-        """A filter that starts at a frame, forwards or, with `step` -1, backwards."""
-        prior = self.prior if step > 0 else self.back
-        if self.guide is not None:
-            prior = self.guide.prior(prior, frame, step)
+    def _tracker(self, start: Start, prior: Prior) -> ParticleFilter:
         tracker = ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
         tracker.start(start)
         return tracker
 
+    def _prior(self, frame: int) -> Prior:
+        """Of the frames from one on: about the guide's motion, if that is known."""
+        if self.guide is None or not self.guide.known[frame]:
+            return self.prior
+        return GuidedPrior(self.guide.poses, DEVIATION, skeleton=self.prior.skeleton, fps=self.prior.fps, first=frame)
+
     def _start(self, frame: int) -> Start | None:
-        """Start from detections at a frame, or initialise; None if no person is found."""
+        """Start at the guide's pose or where it leads, or initialise; None if no person is found."""
         if self.guide is not None and self.guide.known[frame]:
             return Start.at(self.guide.poses[frame], spread=DEVIATION)
+        if self.guide is not None and frame > 1 and self.guide.known[frame - 2 : frame].all():
+            before, last = self.guide.poses[frame - 2 : frame]
+            return Start.at(2 * last - before, last, SPREAD)
         looked = self.film[frame : frame + max(1, round(_START * self.prior.fps))]
         try:
             return automatic_start(

@@ -103,8 +103,6 @@ def test_an_empty_film_and_weights_of_nothing(weights, tmp_path):
     for wrong in ("text.onnx", "missing.onnx"):
         with pytest.raises(MotionError, match="must be ONNX files of YOLOX and RTMPose"):
             detect_people(film(2), weights=(weights[0], tmp_path / wrong))
-    with pytest.raises(MotionError, match="mode must be one of"):
-        detect_people(film(2), mode="quick")
 
 
 def test_without_a_network_the_message_says_what_else_to_do(monkeypatch, tmp_path):
