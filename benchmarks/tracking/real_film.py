@@ -77,7 +77,7 @@ def error_of(places: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def line_of_detections(path: Path, size: tuple[int, int], fps: float, camera: Camera, true: np.ndarray) -> str:
     """How far the detections of a view, and what is lifted from them, are from the truth."""
-    points = read_people(path, fps=fps, size=size)[0]
+    points = read_people(path, fps, size)[0]
     frames = min(len(true), len(points.positions))
     seen = camera.project(true[:frames])[0]
     off = np.linalg.norm(points.positions[:frames, SAME] - seen, axis=-1)

@@ -66,7 +66,7 @@ def lift(
         )
     known = _camera(camera, which)
     if points.suffix.lower() in _FILMS:
-        loaded = _of_film(points, weights, person, {"--project": project, "--fps": fps, "--unit": unit, "--size": size})
+        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, "size": size})
     else:
         loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
@@ -110,12 +110,12 @@ def _camera(path: Path | None, which: str | None) -> dict:
 
 
 def _of_film(film: Path, weights, person: int | None, others: dict) -> Points:
-    """Points of a person detected in a film; refuses `others`, options that a film doesn't have."""
+    """Points of a person detected in a film; refuses `others`, options of files of points."""
     from motionenv.mocap.keypoints.people import chosen
     from motionenv.mocap.keypoints.points2d import points_of
 
     if given := [name for name, value in others.items() if value is not None]:
-        raise MotionError(f"{given[0]} is only for files of points; {film.name} is a film: omit it")
+        raise MotionError(f"--{given[0]} is only for files of points; {film.name} is a film: omit it")
     tracks, frames, fps = detected(film, weights)
     return points_of(film, [chosen(film, tracks, person)], frames, fps)[0]
 

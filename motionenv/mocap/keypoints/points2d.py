@@ -26,6 +26,8 @@ from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
 from motionenv.types import MARKERS, Points
 
+#: Least score of a visible keypoint.
+CONFIDENCE = 0.3
 _JITTER = 0.25  # [frames] tolerance of a frame's time
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
 _WRITTEN = {
@@ -43,7 +45,7 @@ def read_points(
     fps: float | None = None,
     unit: str | None = None,
     person: int | None = None,
-    confidence: float = 0.3,
+    confidence: float = CONFIDENCE,
     size: tuple[int, int] | None = None,
 ) -> Points:
     """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
@@ -97,43 +99,25 @@ def read_points(
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
 
 
-def read_people(
-    path, *, fps: float, format: str | None = None, confidence: float = 0.3, size: tuple[int, int] | None = None
-) -> list[Points]:
+def read_people(path, fps: float, size: tuple[int, int]) -> list[Points]:
     """Points in pixels of everybody whom a detector saw, the longest and most confident track first.
 
-    Args:
-        path, fps, format, confidence: as of `read_points`; tables and TRC show one person.
-        size: width and height of the picture [pixels], needed and used for coordinates relative to it.
-
-    Raises:
-        FormatError, MotionError: as of `read_points`.
+    `path` and `fps` are as of `read_points`, and so are errors; `size` of the picture [pixels] is used for coordinates
+    relative to it. Tables and TRC show one person.
     """
     if Path(path).suffix.lower() in (".csv", ".trc"):
         return [read_points(path, fps=fps)]
-    fps = checked_fps(fps)
-    return points_of(path, *read_detections(path), fps, format=format, confidence=confidence, size=size)
+    return points_of(path, *read_detections(path), fps, size)
 
 
-def points_of(
-    path, tracks: list[Track], frames: int, fps: float, *, format=None, confidence: float = 0.3, size=None
-) -> list[Points]:
-    """Points in pixels of each of the `tracks` of people in a film of so many `frames`; else as `read_people`.
-
-    Raises:
-        FormatError, MotionError: as of `read_points`.
-    """
+def points_of(path, tracks: list[Track], frames: int, fps: float, size=None) -> list[Points]:
+    """Points in pixels of `tracks` of people in a film of so many `frames`; all else is as of `read_people`."""
     people = [in_frames(track, frames) for track in tracks]
-    relative = max(_largest(keypoints) for keypoints in people) <= _NORMALISED
+    relative = np.nanmax(np.abs(people[0][..., :2]), initial=0.0) <= _NORMALISED
     people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
-    known = keypoint_set(path, people[0], format)
-    made = [known.markers(keypoints, confidence) for keypoints in people]
+    known = keypoint_set(path, people[0])
+    made = [known.markers(keypoints, CONFIDENCE) for keypoints in people]
     return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
-
-
-def _largest(keypoints: np.ndarray) -> float:
-    """The largest coordinate of visible keypoints (frames, n, 3)."""
-    return float(np.abs(keypoints[keypoints[..., 2] > 0, :2]).max(initial=0.0))
 
 
 def write_points(points: Points, path) -> None:
@@ -155,7 +139,7 @@ def write_points(points: Points, path) -> None:
 
 def _in_pixels(path, keypoints: np.ndarray, size) -> np.ndarray:
     """Keypoints (frames, n, 3) in pixels, of coordinates in pixels or, with `size`, relative to the picture."""
-    largest = _largest(keypoints)
+    largest = np.abs(keypoints[keypoints[..., 2] > 0, :2]).max(initial=0.0)
     if (largest <= _NORMALISED) != (size is not None) and largest > 0:
         problem = "relative to the picture: pass size=(width, height) (--size 1920x1080)"
         raise FormatError(path, f"has coordinates {problem if size is None else 'in pixels: omit size'}")

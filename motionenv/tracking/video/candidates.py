@@ -62,8 +62,9 @@ class Candidate:
     def __str__(self) -> str:
         seen = np.flatnonzero(np.isfinite(self.boxes[:, 0])) / self.fps
         x, y = np.nanmedian(self.boxes[:, :2].mean(axis=1)), np.nanmedian(self.boxes[:, 2:].mean(axis=1))
+        what = f"walks with probability {self.walks:.2f}" if self.points is None else "detected"
         return (
-            f"{self.number}: walks with probability {self.walks:.2f}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s "
+            f"{self.number}: {what}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s "
             f"about ({x:.0f}, {y:.0f}), {self.height:.0f} pixels tall; travels {self.travel:.2f} heights a second; "
             f"{self.upright:.1f} times as tall as wide; rhythm of steps {self.rhythm:.2f}"
         )

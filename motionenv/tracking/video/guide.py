@@ -61,10 +61,8 @@ def people_of(detections, seen: Survey) -> list[Points]:
     if isinstance(detections, Points):
         detections = [detections]
     if not isinstance(detections, Sequence) or isinstance(detections, str):
-        size = seen.info.width, seen.info.height
-        return read_people(detections, fps=seen.info.fps, size=size)
-    wrong = [p for p in detections if not isinstance(p, Points) or p.unit != "px"]
-    if wrong or not detections:
+        return read_people(detections, seen.info.fps, (seen.info.width, seen.info.height))
+    if not detections or not all(isinstance(p, Points) and p.unit == "px" for p in detections):
         raise MotionError("detections must be a file, or Points in the film's pixels, one for each person")
     return list(detections)
 
