@@ -36,6 +36,10 @@ Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by defau
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
 Size = Annotated[str, typer.Option(help="Image size in pixels, WIDTHxHEIGHT.")]
 
+Weights = Annotated[
+    tuple[Path, Path] | None, typer.Option(help="ONNX files of YOLOX and RTMPose; by default downloaded.")
+]
+
 _VIEWS = {"side": 0.0, "front": math.pi / 2, "oblique": math.pi / 4}
 
 
@@ -46,6 +50,17 @@ def progress(title: str, total: int | None) -> Iterator[Callable[..., None]]:
     with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
         task = bar.add_task(title, total=total)
         yield lambda _=None: bar.advance(task)
+
+
+def detected(film: Path, weights: tuple[Path, Path] | None, seconds: float = 3600.0) -> tuple[list, int, float]:
+    """Tracks of everybody whom a detector sees in a film, the number of frames, and their rate [Hz]."""
+    from motionenv.mocap.keypoints.detector import detect_people
+    from motionenv.render.video.decode import read_frames, video_info
+
+    fps = video_info(film).fps
+    with progress("detecting", None) as step:
+        found = detect_people(read_frames(film, seconds=seconds), weights=weights, on_progress=step, name=str(film))
+    return *found, fps
 
 
 def note(text: str) -> None:

@@ -8,11 +8,12 @@ import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
-from motionenv.cli._shared import Fps, Unit, check_folder, err, parsed_size, parsed_view
+from motionenv.cli._shared import Fps, Unit, Weights, check_folder, detected, err, parsed_size, parsed_view
 from motionenv.errors import MotionError
-from motionenv.types import MARKERS
+from motionenv.types import MARKERS, Points
 
 _POINTS = {".json", ".csv"}
+_FILMS = {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".webm"}
 _WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
 _PELVIS = MARKERS.index("pelvis")
 _PICTURES = {".png", ".pdf", ".svg"}
@@ -20,7 +21,7 @@ _PICTURES = {".png", ".pdf", ".svg"}
 
 def lift(
     points: Annotated[
-        Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), or 3D capture.")
+        Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), a film, or 3D capture.")
     ],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
@@ -35,10 +36,13 @@ def lift(
     person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,
     size: Annotated[str | None, typer.Option(help="Picture, WIDTHxHEIGHT, if points are relative to it.")] = None,
+    weights: Weights = None,
     fps: Fps = None,
     unit: Unit = None,
 ) -> None:
     """Lift people who walk, turn or run from the 2D points of one camera to 3D.
+
+    People in films are detected by RTMPose (pip install 'motionenv[detect]').
 
     Points in metres, or with --view or --scale, show a straight walk. Capture (.amc, .bvh, .c3d, .trc) is projected
     first, and the result compared with it.
@@ -56,8 +60,15 @@ def lift(
             check_folder(path)
     alpha = None if view == "unknown" else parsed_view(view)
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
+    if weights is not None and points.suffix.lower() not in _FILMS:
+        raise MotionError(
+            f"--weights is only for films, in which people are detected; {points.name} has points: omit it"
+        )
     known = _camera(camera, which)
-    loaded = _read(points, project, elevation, fps, unit, of_detector)
+    if points.suffix.lower() in _FILMS:
+        loaded = _of_film(points, weights, person, {"project": project, "fps": fps, "unit": unit, "size": size})
+    else:
+        loaded = _read(points, project, elevation, fps, unit, of_detector)
     with err.status("lifting") as status:
         lifted = lift_points(
             loaded, alpha, prior=prior, elevation=_parsed_elevation(elevation), scale=scale, method=method,
@@ -96,6 +107,17 @@ def _camera(path: Path | None, which: str | None) -> dict:
             raise MotionError("--which needs --camera")
         return {}
     return {"camera": read_camera(path, which), "distortion": read_distortion(path, which)}
+
+
+def _of_film(film: Path, weights, person: int | None, others: dict) -> Points:
+    """Points of a person detected in a film; refuses `others`, options of files of points."""
+    from motionenv.mocap.keypoints.people import chosen
+    from motionenv.mocap.keypoints.points2d import points_of
+
+    if given := [name for name, value in others.items() if value is not None]:
+        raise MotionError(f"--{given[0]} is only for files of points; {film.name} is a film: omit it")
+    tracks, frames, fps = detected(film, weights)
+    return points_of(film, [chosen(film, tracks, person)], frames, fps)[0]
 
 
 def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detector: dict):

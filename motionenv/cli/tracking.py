@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from motionenv._core.validation import random_generator
-from motionenv.cli._shared import Seed, check_folder, note, parsed_numbers, progress
+from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, parsed_numbers, progress
 from motionenv.errors import GapError, MotionError
 
 _FILMS = {".mp4", ".gif", ".webp"}
@@ -51,6 +51,11 @@ def track(
     point: Annotated[str | None, typer.Option(help="X,Y in pixels: follow who is at this point of a video.")] = None,
     at: Annotated[float | None, typer.Option(help="Moment of --box or --point [s]; by default any.")] = None,
     region: Annotated[str | None, typer.Option(help="X,Y,W,H in pixels: look only at this part of a video.")] = None,
+    detections: Annotated[
+        Path | None, typer.Option(help="Keypoints of everybody in a video, of a detector: a file or a folder.")
+    ] = None,
+    detect: Annotated[bool, typer.Option("--detect", help="Detect keypoints in a video by RTMPose.")] = False,
+    weights: Weights = None,
     attempts: Annotated[
         int | None, typer.Option(min=1, help="Tracks of a video, of which the best is kept; by default 4.")
     ] = None,
@@ -67,6 +72,8 @@ def track(
     In an environment the tracker observes exact silhouettes, in a video the moving foreground. The film shows the
     particles as thin lines, the expected pose, the body from another view, and the error; for a video, the overlap of
     pose and outline instead of the error, and LOST in frames in which the person isn't followed.
+    Detections, a frame for each of the video's, choose whom to follow and which side is left. --detect needs
+    pip install 'motionenv[detect]'.
     Exit codes: 0, followed wherever the person is wholly in the picture; 3, lost at times (the file of --motion has NaN
     there, or the longest stretch if its format has no gaps), with the reasons on stderr; 2, nothing could be tracked.
     Example: motionenv track --env walker --tracker fpca --particles 1000 --out track.mp4
@@ -80,6 +87,7 @@ def track(
         of_videos = {
             "camera": camera, "which": which, "background": background, "height": height, "seconds": seconds,
             "fps": fps, "person": person, "box": box, "point": point, "at": at, "region": region, "attempts": attempts,
+            "detections": detections, "detect": detect or None, "weights": weights,
         }  # fmt: skip
         _refuse(of_videos, "for --video only")
         start, frames = "automatic" if start is None else start, 90 if frames is None else frames
@@ -93,6 +101,7 @@ def track(
     }
     given = {"height": height, "seconds": seconds, "fps": fps, "background": background, "at": at, "attempts": attempts}
     options = {name: value for name, value in {**given, **areas}.items() if value is not None}
+    options |= _of_detector(video, detections, detect, weights, options.get("seconds", 60.0))
     people = _people(video, person, options)
     lost = [
         _track_video(
@@ -104,6 +113,17 @@ def track(
         raise typer.Exit(_LOST)
 
 
+def _of_detector(video: Path, file: Path | None, detect: bool, weights, seconds: float) -> dict[str, Any]:
+    """The option `detections` of `track_video`, if there are any: a file's, or detected now."""
+    from motionenv.mocap.keypoints.points2d import points_of
+
+    if not detect:
+        _refuse({"weights": weights}, "needs --detect")
+        return {} if file is None else {"detections": file}
+    _refuse({"detections": file}, "not with --detect, which makes them")
+    return {"detections": points_of(video, *detected(video, weights, seconds))}
+
+
 def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[dict[str, Any]]:
     """The options of `track_video` for everybody whom --person asks for; prints who moves and ends for "list"."""
     from motionenv.tracking.video import find_people
@@ -112,7 +132,9 @@ def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[di
         return [options if person is None else {**options, "person": int(person)}]
     if person not in ("all", "list"):
         raise MotionError(f"--person must be a number, all or list, got {person!r}")
-    looked = {name: options[name] for name in ("seconds", "fps", "background", "region") if name in options}
+    looked = {
+        name: options[name] for name in ("seconds", "fps", "background", "region", "detections") if name in options
+    }
     found = find_people(video, **looked)
     if person == "list":
         typer.echo("\n".join(str(one) for one in found) or "nothing moves")

@@ -1,6 +1,7 @@
 """`motionenv lift` as people type it."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.models.paths import Path
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
+from motionenv.render.video.encode import write_video
 from motionenv.types import MARKERS, Markers, Points
 
 COCO = ("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
@@ -160,3 +162,16 @@ def test_somebody_who_leaves_and_comes_back(run, turning, tmp_path, suffix):
     refused = run("lift", "points.csv", "--out", "walk.bvh")
     assert "nobody is seen at times from 3.0 to 6.0 s, which .bvh can't represent: write .c3d, .csv" in refused.err
     assert not (tmp_path / "walk.bvh").exists()
+
+
+def test_a_film_is_detected_and_what_it_lacks_is_told(run, tmp_path, monkeypatch):
+    write_video(tmp_path / "film.mp4", np.full((6, 48, 64, 3), 90, dtype=np.uint8), 30)
+    monkeypatch.setitem(sys.modules, "rtmlib", None)
+    for args, says in (
+        (("film.mp4",), "detecting people needs RTMLib: pip install 'motionenv[detect]'"),
+        (("film.mp4", "--fps", "30"), "--fps is only for files of points; film.mp4 is a film: omit it"),
+        (("points.csv", "--weights", "a.onnx", "b.onnx"), "--weights is only for films"),
+        (("none.mp4",), "there is no such file"),
+    ):
+        result = run("lift", *args, "--out", "walk.bvh")
+        assert (result.code, says in result.err.replace("\n", " ")) == (2, True), result.err

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 import motionenv
+from motionenv.body import markers
+from motionenv.mocap.keypoints import DetectorErrors
+from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.models.motion_tree import Clip, MotionTree, build_database
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import view
 from motionenv.render.video.encode import write_video
+from motionenv.types import Points
 
 FAST = ("--particles", "60")
 
@@ -70,6 +74,15 @@ def test_a_video_with_its_camera(run, tmp_path):
     assert pictures_in(tmp_path / "track.mp4") == (45, (480 + 96, 640 + 4 + 480, 3))  # four times as large
     motion = motionenv.read(tmp_path / "walk.npz")
     assert np.abs(np.nanmedian(motion.poses[:, 0] - poses[: len(motion.poses), 0])) < 0.3
+    pixels = DetectorErrors().apply(Points(camera.project(markers(poses, walk.skeleton))[0], 30, "px"), 1)
+    write_points(pixels, tmp_path / "points.csv")
+    detected = ("--video", "walk.mp4", "--detections", "points.csv", "--camera", "camera.json")
+    result = run("track", *detected, *FAST, "--out", "track.mp4", "--motion", "walk.npz")
+    assert (result.code, "followed 1: detected" in result.out) == (0, True), result.err
+    motion = motionenv.read(tmp_path / "walk.npz")
+    assert np.abs(motion.poses[:, 0] - poses[: len(motion.poses), 0]).max() < 0.3
+    listed = run("track", *detected[:4], "--person", "list", "--out", "track.mp4")
+    assert listed.out.startswith("1: detected; seen from 0.0")
 
 
 @pytest.mark.parametrize(
@@ -88,6 +101,10 @@ def test_a_video_with_its_camera(run, tmp_path):
         (("--video", "still.mp4", "--start", "given", "--frames", "5", "--out", "t.mp4"), "--start, --frames"),
         (("--video", "still.mp4", "--which", "1", "--out", "t.mp4"), "--which: needs --camera"),
         (("--video", "still.mp4", "--fps", "0", "--out", "t.mp4"), "fps"),
+        (("--video", "still.mp4", "--weights", "a.onnx", "b.onnx", "--out", "t.mp4"), "--weights: needs --detect"),
+        (("--video", "still.mp4", "--detect", "--detections", "p.json", "--out", "t.mp4"), "--detections: not with"),
+        (("--video", "still.mp4", "--detections", "p.json", "--out", "t.mp4"), "p.json"),
+        (("--env", "walker", "--detect", "--out", "t.mp4"), "--detect: for --video only"),
         (("--env", "Nowhere-v0", "--out", "t.mp4"), "Nowhere-v0"),
         (("--env", "motionenv/MarkerTracking-v1", "--out", "t.mp4"), "MarkerTracking"),
         (("--env", "arm", "--out", "t.mp4"), "arm"),

@@ -22,14 +22,14 @@ RANK = {
     "render": 4,
     "likelihoods": 5,
     "lifting": 6,
-    "tracking": 6,
+    "tracking": 7,
     "gait": 4,
-    "metrics": 7,
-    "envs": 8,
-    "": 9,  # motionenv/__init__.py: the public names
-    "client": 10,
-    "cli": 11,
-    "__main__": 12,
+    "metrics": 8,
+    "envs": 9,
+    "": 10,  # motionenv/__init__.py: the public names
+    "client": 11,
+    "cli": 12,
+    "__main__": 13,
 }
 STAGES = set(RANK) - {"errors", "types"}
 HOME = {
@@ -41,6 +41,8 @@ HOME = {
     "rerun": {"mocap"},
     "platformdirs": {"_core", "models"},
     "pooch": {"mocap"},
+    "rtmlib": {"mocap"},
+    "onnxruntime": {"mocap"},
     "requests": {"mocap"},
     "trimesh": {"body", "render"},
     "pyrender": {"render"},
@@ -154,7 +156,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("plots", "rerun")),
+        ("motionenv", ("detect", "plots", "rerun")),
         ("service", ()),
         ("tests", ("test", "agents", "integrations")),
         ("benchmarks", ("test", "bench")),

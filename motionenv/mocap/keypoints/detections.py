@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from motionenv.errors import FormatError
-from motionenv.mocap.keypoints.people import chosen, followed
+from motionenv.mocap.keypoints.people import Track, followed
 from motionenv.mocap.readers.text import read_bytes
 
 #: Most frames of a film: an hour at 28 per second.
@@ -27,18 +27,17 @@ _LARGEST = 1e9  # pixels
 _KEYS = tomllib.loads(files(__package__).joinpath("layouts.toml").read_text(encoding="utf-8"))
 
 
-def read(path, person: int | None = None) -> np.ndarray:
-    """Read the keypoints of one person in every frame, (frames, n, 3): x, y and score; NaN is missing.
+def read(path) -> tuple[list[Track], int]:
+    """Tracks of all people in a file or folder, the longest and most confident first, and the number of frames.
 
     Image ids are frame numbers or file names that contain one, as are the names of a folder's files; missing numbers
     are frames without detections. In a data set each image is one frame, in the order of file names, and visibility
     0, 1 and 2 becomes a score of 0, 0.5 and 1. Without scores they are 1.
 
-    People are kept apart by `motionenv.mocap.keypoints.people`; frames without the chosen one are NaN. `person` 0 has
-    the longest and most confident track; None is an error if another is at least a quarter as long.
+    People are kept apart by `motionenv.mocap.keypoints.people`.
 
     Raises:
-        FormatError: not JSON, an unknown layout, damaged, no person, or several; names field and value.
+        FormatError: not JSON, an unknown layout, damaged, or no person; names field and value.
     """
     content: Any = _folder(path) if Path(path).is_dir() else _parsed(path)
     annotated = isinstance(content, dict) and "annotations" in content
@@ -53,8 +52,12 @@ def read(path, person: int | None = None) -> np.ndarray:
     if len(counts) != 1:
         mixed = f"has people with {' and '.join(map(str, counts))} keypoints: keep one detector's"
         raise FormatError(path, mixed if counts else "has no person: there is nothing to read")
-    track = chosen(path, followed(path, found), person)
-    out = np.full((max(numbers) + 1, counts[0], 3), np.nan)
+    return followed(path, found), max(numbers) + 1
+
+
+def in_frames(track: Track, frames: int) -> np.ndarray:
+    """Keypoints (frames, n, 3) of a track; NaN in the frames that it doesn't have."""
+    out = np.full((frames, *next(iter(track.values())).shape), np.nan)
     out[list(track)] = list(track.values())
     return out
 

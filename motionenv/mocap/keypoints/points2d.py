@@ -17,14 +17,17 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.detections import MOST_FRAMES
+from motionenv.mocap.keypoints.detections import MOST_FRAMES, in_frames
 from motionenv.mocap.keypoints.detections import read as read_detections
+from motionenv.mocap.keypoints.people import Track, chosen
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS, KeypointSet, keypoint_set
 from motionenv.mocap.readers import trc
 from motionenv.mocap.readers.text import number, read_lines
 from motionenv.mocap.units_axes import metres_per
 from motionenv.types import MARKERS, Points
 
+#: Least score of a visible keypoint.
+CONFIDENCE = 0.3
 _JITTER = 0.25  # [frames] tolerance of a frame's time
 _NORMALISED = 2.0  # largest coordinate relative to the picture, of points a little outside
 _WRITTEN = {
@@ -42,7 +45,7 @@ def read_points(
     fps: float | None = None,
     unit: str | None = None,
     person: int | None = None,
-    confidence: float = 0.3,
+    confidence: float = CONFIDENCE,
     size: tuple[int, int] | None = None,
 ) -> Points:
     """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
@@ -63,7 +66,8 @@ def read_points(
         fps: frame rate [Hz]; required for JSON, overrides that of a table or TRC.
         unit: "px", or a length unit of `motionenv.mocap.units_axes.METRES`; overrides the unit of a table's columns.
             Keypoints are in pixels.
-        person: which of several people; see `motionenv.mocap.keypoints.detections.read`.
+        person: which of several people; 0 has the longest and most confident track. None is an
+            error if another is at least a quarter as long.
         confidence: least score of a visible keypoint.
         size: width and height of the picture [pixels], for coordinates relative to it, as MediaPipe's.
 
@@ -80,7 +84,8 @@ def read_points(
     if suffix == ".json" or Path(path).is_dir():
         if fps is None:
             raise FormatError(path, "keypoints have no frame rate: pass fps= (--fps)")
-        keypoints = _in_pixels(path, read_detections(path, person), size)
+        tracks, frames = read_detections(path)
+        keypoints = _in_pixels(path, in_frames(chosen(path, tracks, person), frames), size)
         positions, scores = keypoint_set(path, keypoints, format).markers(keypoints, confidence)
         found = "px"
     elif suffix not in (".csv", ".trc"):
@@ -92,6 +97,27 @@ def read_points(
         positions, fps, found = (_read_trc if suffix == ".trc" else _read_table)(path, fps)
     shown = "px" if (unit or found) == "px" else "m"
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
+
+
+def read_people(path, fps: float, size: tuple[int, int]) -> list[Points]:
+    """Points in pixels of everybody whom a detector saw, the longest and most confident track first.
+
+    `path` and `fps` are as of `read_points`, and so are errors; `size` of the picture [pixels] is used for coordinates
+    relative to it. Tables and TRC show one person.
+    """
+    if Path(path).suffix.lower() in (".csv", ".trc"):
+        return [read_points(path, fps=fps)]
+    return points_of(path, *read_detections(path), fps, size)
+
+
+def points_of(path, tracks: list[Track], frames: int, fps: float, size=None) -> list[Points]:
+    """Points in pixels of `tracks` of people in a film of so many `frames`; all else is as of `read_people`."""
+    people = [in_frames(track, frames) for track in tracks]
+    relative = np.nanmax(np.abs(people[0][..., :2]), initial=0.0) <= _NORMALISED
+    people = [_in_pixels(path, keypoints, size if relative else None) for keypoints in people]
+    known = keypoint_set(path, people[0])
+    made = [known.markers(keypoints, CONFIDENCE) for keypoints in people]
+    return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
 
 
 def write_points(points: Points, path) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.tracking.video.movers import Mover, areas, common_areas
+from motionenv.types import Points
 
 _STEPS = (0.33, 0.8)  # [s] shortest and longest duration of a step
 _DRIFT = 1.0  # [s] over which slow changes of the outline are removed
@@ -42,6 +43,7 @@ class Candidate:
         seconds: for how long it is seen [s].
         walks: probability that it is a walking person.
         mover: its outlines.
+        points: of the person, if detections told whom the film shows.
     """
 
     number: int
@@ -55,12 +57,14 @@ class Candidate:
     seconds: float
     walks: float
     mover: Mover
+    points: Points | None = None
 
     def __str__(self) -> str:
         seen = np.flatnonzero(np.isfinite(self.boxes[:, 0])) / self.fps
         x, y = np.nanmedian(self.boxes[:, :2].mean(axis=1)), np.nanmedian(self.boxes[:, 2:].mean(axis=1))
+        what = f"walks with probability {self.walks:.2f}" if self.points is None else "detected"
         return (
-            f"{self.number}: walks with probability {self.walks:.2f}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s "
+            f"{self.number}: {what}; seen from {seen[0]:.1f} to {seen[-1]:.1f} s "
             f"about ({x:.0f}, {y:.0f}), {self.height:.0f} pixels tall; travels {self.travel:.2f} heights a second; "
             f"{self.upright:.1f} times as tall as wide; rhythm of steps {self.rhythm:.2f}"
         )
@@ -163,7 +167,7 @@ def chosen(
             )
         return found[person - 1]
     if box is None and point is None:
-        if found[0].walks < _SURE:
+        if found[0].walks < _SURE and found[0].points is None:
             raise MotionError(
                 f"nobody seems to walk; choose whom to follow by person, box or point. What moves: {listed}"
             )

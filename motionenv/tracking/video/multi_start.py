@@ -17,6 +17,8 @@ from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import SPREAD, automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, Start, systematic
+from motionenv.tracking.priors.guided import GuidedPrior
+from motionenv.tracking.video.guide import DEVIATION, Guide
 from motionenv.tracking.video.model_selection import advantage
 from motionenv.types import Camera, Skeleton
 
@@ -57,6 +59,7 @@ class MultiStart:
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
         begin: frame to start at.
         particles, layers, rng: of the filter.
+        guide: what detections tell, from `begin` on; None if there are none.
     """
 
     prior: Prior
@@ -68,6 +71,7 @@ class MultiStart:
     particles: int
     layers: int
     rng: np.random.Generator
+    guide: Guide | None = None
 
     def best(self, attempts: int, tick: Callable[[int], None]) -> Attempt:
         """The best of several `attempts`; every second one starts from the mirror image of the best so far.
@@ -86,31 +90,45 @@ class MultiStart:
     def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None], done: int) -> Attempt:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
         record = _Record(len(self.film), self.likelihood, self.film, self.rng)
-        tracker, starts, lost = self._tracker(self.prior), {}, 0
+        starts, lost = {}, 0
+        guided = np.zeros(len(self.film), dtype=bool) if self.guide is None else self.guide.known
         for i in range(self.begin, len(self.film)):
-            if i == self.begin or i in given or lost >= _PATIENCE * self.prior.fps:
+            begins = i == self.begin or guided[i] != guided[i - 1]
+            if begins or i in given or lost >= _PATIENCE * self.prior.fps:
                 start = given[i] if i in given else self._start(i)
                 lost = 0
                 if start is not None:
                     starts[i] = start
-                    tracker.start(start)
+                    tracker = self._tracker(start, self._prior(i))
             belief = tracker.step(mask=self.film[i])
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
-        tracker = self._tracker(self.back)
-        tracker.start(_from_here(there, self.rng))
+        tracker = self._tracker(_from_here(there, self.rng), self.back)
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=self.film[i]))
             tick(done + len(self.film) - i)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
-    def _tracker(self, prior: Prior) -> ParticleFilter:
-        return ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
+    def _tracker(self, start: Start, prior: Prior) -> ParticleFilter:
+        tracker = ParticleFilter(prior, self.likelihood, self.particles, layers=self.layers, seed=self.rng)
+        tracker.start(start)
+        return tracker
+
+    def _prior(self, frame: int) -> Prior:
+        """Of the frames from one on: about the guide's motion, if that is known."""
+        if self.guide is None or not self.guide.known[frame]:
+            return self.prior
+        return GuidedPrior(self.guide.poses, DEVIATION, skeleton=self.prior.skeleton, fps=self.prior.fps, first=frame)
 
     def _start(self, frame: int) -> Start | None:
-        """Initialise at a frame; None if no person is found."""
+        """Start at the guide's pose or where it leads, or initialise; None if no person is found."""
+        if self.guide is not None and self.guide.known[frame]:
+            return Start.at(self.guide.poses[frame], spread=DEVIATION)
+        if self.guide is not None and frame > 1 and self.guide.known[frame - 2 : frame].all():
+            before, last = self.guide.poses[frame - 2 : frame]
+            return Start.at(2 * last - before, last, SPREAD)
         looked = self.film[frame : frame + max(1, round(_START * self.prior.fps))]
         try:
             return automatic_start(

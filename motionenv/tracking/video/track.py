@@ -6,7 +6,8 @@ The camera must be static. Poses are NaN where the person isn't wholly in the pi
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from os import PathLike
 
 import numpy as np
 
@@ -21,10 +22,11 @@ from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.tracking.video.candidates import Candidate, chosen
 from motionenv.tracking.video.detection import departure_frame, resized, side_camera, span, standing_height
+from motionenv.tracking.video.guide import detected, disagreement, lifted, people_of
 from motionenv.tracking.video.multi_start import MultiStart
-from motionenv.tracking.video.survey import Look, look, survey
+from motionenv.tracking.video.survey import Look, Survey, look, survey
 from motionenv.tracking.video.verdict import ABSENT, FOLLOWED, Lost, losses, verdict
-from motionenv.types import Camera, Motion, Skeleton
+from motionenv.types import Camera, Motion, Points, Skeleton
 
 _USUAL = 1.75  # [m] default body height
 _MISSES, _ALARMS = 0.25, 0.1  # miss and false-alarm rates: the foreground of videos has holes and clutter
@@ -92,6 +94,7 @@ def track_video(
     point: Sequence[float] | None = None,
     at: float | None = None,
     region: Sequence[float] | None = None,
+    detections: str | PathLike | Points | Sequence[Points] | None = None,
     seed=None,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -106,7 +109,8 @@ def track_video(
         particles: number of particles of the filter.
         layers: annealing layers.
         attempts: number of tracks of the whole video, of which the best is returned. Every second one starts from a
-            mirror image, see `motionenv.tracking.video.multi_start`.
+            mirror image, see `motionenv.tracking.video.multi_start`. With detections, which tell the sides, 1 is enough
+            and more aren't made.
         fps: frame rate to track at [Hz], by nearest frames; None uses the video's own rate divided by the smallest
             whole number that gives at most 31.
         seconds: most seconds of the video to use.
@@ -118,6 +122,10 @@ def track_video(
         point: (x, y) [pixels of the film] on whom to follow, in some frame.
         at: moment of `box` or `point` [s]; None is any.
         region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at.
+        detections: 2D keypoints of everybody in the film, with a frame for each of the film's: a detector's file or
+            folder as of `motionenv.read_points`, or Points in the film's pixels, one for each person. They choose whom
+            to follow, best and largest seen first, and which side is left; the motion lifted from them guides the
+            tracker (`motionenv.tracking.video.guide`). Where they end, silhouettes go on.
         seed: int or Generator.
         threads: threads of the likelihood, which don't change the result; None uses one per core.
         progress: called with the number of frames processed and the total.
@@ -133,22 +141,24 @@ def track_video(
     _check_choice(person, box, point, at, region)
     fps = None if fps is None else checked_fps(fps)
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
-    seen = survey(path, fps=fps, seconds=seconds, background=background, region=region)
+    seen = _surveyed(path, detections, fps=fps, seconds=seconds, background=background, region=region)
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
     first, last = span(who.boxes, size[0])
-    full = None if camera is None else resized(camera, *size)
-    if full is None:
-        full = side_camera(who.boxes[first:last], skeleton, *size)
-    elif height is None:
+    full = side_camera(who.boxes[first:last], skeleton, *size) if camera is None else resized(camera, *size)
+    guide = None if who.points is None else lifted(who, full, seen, height, first, last)
+    if guide is not None:
+        skeleton, attempts = guide.skeleton, 1
+    elif camera is not None and height is None:
         skeleton = from_height(standing_height(who.boxes[first:last], full))
     close = look(seen, who, first, last)
     made = FPCAPrior(skeleton=skeleton, fps=seen.fps) if prior is None else prior(skeleton, seen.fps)
-    follower = _follower(close, who, (first, last), full, made, (particles, layers, threads), rng)
+    follower = _follower(close, who, (first, last), full, made, (particles, layers, threads), rng, guide)
     total = attempts * (last - first)
     best = follower.best(attempts, lambda done: None if progress is None else progress(done, total))
     reasons = np.full(len(seen.labels), ABSENT)
     outlined = who.mover.seen[first:last]
-    reasons[first:last] = verdict(best.poses, best.overlap, outlined, seen.fps)
+    off = None if guide is None else disagreement(best.poses, guide, full)
+    reasons[first:last] = verdict(best.poses, best.overlap, outlined, seen.fps, off)
     held = reasons == FOLLOWED
     poses, shown, effective = (_spread(x, held, first) for x in (best.poses, best.particles, best.effective))
     overlap, expected = (_spread(x, reasons != ABSENT, first) for x in (best.overlap, best.poses))
@@ -157,11 +167,17 @@ def track_video(
 
 
 def find_people(
-    path, *, fps: float | None = None, seconds: float = 60.0, background=None, region: Sequence[float] | None = None
+    path,
+    *,
+    fps: float | None = None,
+    seconds: float = 60.0,
+    background=None,
+    region: Sequence[float] | None = None,
+    detections: str | PathLike | Points | Sequence[Points] | None = None,
 ) -> list[Candidate]:
     """What moves in a video, the likeliest walking person first; `track_video` takes the number as `person`.
 
-    path, fps, seconds, background and region are as of `track_video`.
+    path, fps, seconds, background, region and detections are as of `track_video`; with detections, it's whom they show.
 
     Raises:
         FormatError: not a video, or a damaged one.
@@ -170,7 +186,13 @@ def find_people(
     checked_number(seconds, "seconds", above=0)
     _check_choice(None, None, None, None, region)
     fps = None if fps is None else checked_fps(fps)
-    return survey(path, fps=fps, seconds=seconds, background=background, region=region).found
+    return _surveyed(path, detections, fps=fps, seconds=seconds, background=background, region=region).found
+
+
+def _surveyed(path, detections, **options) -> Survey:
+    """The first look, with `options` of `survey`, at a film whose `detections` say who is in it if there are any."""
+    seen = survey(path, **options)
+    return seen if detections is None else replace(seen, found=detected(people_of(detections, seen), seen))
 
 
 def _check_choice(person, box, point, at, region) -> None:
@@ -193,7 +215,7 @@ def _check_choice(person, box, point, at, region) -> None:
 
 
 def _follower(
-    close: Look, who: Candidate, frames: tuple[int, int], full: Camera, prior: Prior, options: tuple, rng
+    close: Look, who: Candidate, frames: tuple[int, int], full: Camera, prior: Prior, options: tuple, rng, guide
 ) -> MultiStart:
     """The tracker of one person between two frames; `options` are its particles, layers and threads."""
     particles, layers, threads = options
@@ -209,7 +231,9 @@ def _follower(
     )
     alone = np.where(who.mover.merged[slice(*frames)][:, None], np.nan, boxes)
     begin = departure_frame(alone if np.isfinite(alone).any() else boxes, fps)
-    return MultiStart(prior, back, likelihood, close.foreground, close.colours, begin, particles, layers, rng)
+    if guide is not None and guide.known.any():
+        begin = int(np.argmax(guide.known))
+    return MultiStart(prior, back, likelihood, close.foreground, close.colours, begin, particles, layers, rng, guide)
 
 
 def _spread(part: np.ndarray, where: np.ndarray, first: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from motionenv.errors import FormatError
 from motionenv.mocap.keypoints import detections
+from motionenv.mocap.keypoints.people import chosen
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from tests.mocap.keypoints.people_json import person, results, saved, walker
 
@@ -16,8 +17,14 @@ KEYPOINTS = KEYPOINT_SETS["coco-17"].keypoints
 HIP = KEYPOINTS.index("left_hip")
 
 
+def read_one(path, person: int | None = None) -> np.ndarray:
+    """Keypoints (frames, n, 3) of one person in a file."""
+    tracks, frames = detections.read(path)
+    return detections.in_frames(chosen(path, tracks, person), frames)
+
+
 def test_keypoints_come_as_they_are_in_the_file(tmp_path):
-    found = detections.read(saved(tmp_path, results(4)))
+    found = read_one(saved(tmp_path, results(4)))
     assert found.shape == (4, 17, 3)
     for i in range(4):
         np.testing.assert_array_equal(found[i].ravel(), person(200 + i))
@@ -25,11 +32,11 @@ def test_keypoints_come_as_they_are_in_the_file(tmp_path):
 
 def test_frames_are_ordered_and_missing_ones_are_gaps(tmp_path):
     content = [c for c in results(12) if c["image_id"] not in (3, 4)][::-1]
-    numbered = detections.read(saved(tmp_path, content))
+    numbered = read_one(saved(tmp_path, content))
     assert np.flatnonzero(np.isnan(numbered).all((1, 2))).tolist() == [3, 4]
     for entry in content:
         entry["image_id"] = f"walk2_{entry['image_id']}.jpg"
-    np.testing.assert_array_equal(detections.read(saved(tmp_path, content)), numbered)
+    np.testing.assert_array_equal(read_one(saved(tmp_path, content)), numbered)
 
 
 def test_a_data_set_has_a_frame_per_image(tmp_path):
@@ -46,7 +53,7 @@ def test_a_data_set_has_a_frame_per_image(tmp_path):
     ]
     annotations[0]["keypoints"][3 * KEYPOINTS.index("left_wrist") + 2] = 0
     annotations[1]["keypoints"][3 * KEYPOINTS.index("left_wrist") + 2] = 1
-    found = detections.read(saved(tmp_path, {"images": images[::-1], "annotations": annotations}))
+    found = read_one(saved(tmp_path, {"images": images[::-1], "annotations": annotations}))
     assert np.flatnonzero(np.isnan(found).any((1, 2))).tolist() == [5]
     assert found[:2, KEYPOINTS.index("left_wrist"), 2].tolist() == [0, 0.5]
     assert (np.diff(found[6:, KEYPOINTS.index("left_knee"), 0]) == 1).all()
@@ -67,13 +74,13 @@ def two_people() -> list[dict]:
 def test_several_people_are_asked_about_and_followed(tmp_path):
     path = saved(tmp_path, two_people())
     with pytest.raises(FormatError, match=r"shows 2 people.*person=.*0: 40 frames.*1: 30 frames"):
-        detections.read(path)
-    first, second = (detections.read(path, person=i) for i in (0, 1))
+        read_one(path)
+    first, second = (read_one(path, person=i) for i in (0, 1))
     assert (np.diff(first[:, HIP, 0]) == 5).all()
     assert (np.diff(second[:30, HIP, 0]) == -5).all()
     assert np.isnan(second[30:]).all()
     with pytest.raises(FormatError, match="no person 7"):
-        detections.read(path, person=7)
+        read_one(path, person=7)
 
 
 def test_track_ids_say_who_is_who(tmp_path):
@@ -82,7 +89,7 @@ def test_track_ids_say_who_is_who(tmp_path):
         for i in range(9)
         for t, x in ((3, 1.0), (5, 2.0))
     ]
-    where = detections.read(saved(tmp_path, content), person=1)[:, HIP, 0]
+    where = read_one(saved(tmp_path, content), person=1)[:, HIP, 0]
     assert sorted(np.abs(np.diff(where)).tolist()) == [400.0] * 8
 
 
@@ -122,7 +129,7 @@ DAMAGED = {
 def test_damaged_json_says_what_is_wrong(tmp_path, damage):
     content, says = DAMAGED[damage]
     with pytest.raises(FormatError, match=says) as error:
-        detections.read(saved(tmp_path, content))
+        read_one(saved(tmp_path, content))
     assert "a.json" in str(error.value)
     assert len(str(error.value)) < 500
 
@@ -164,7 +171,7 @@ def test_any_json_gives_a_format_error(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("any") / "a.json"
     path.write_text(json.dumps(content))
     with pytest.raises(FormatError):
-        detections.read(path)
+        read_one(path)
 
 
 def test_somebody_who_is_lost_for_a_while_is_the_same_and_for_long_is_another(tmp_path):
@@ -172,10 +179,10 @@ def test_somebody_who_is_lost_for_a_while_is_the_same_and_for_long_is_another(tm
         content = [entry for entry in results(100) if not 40 <= entry["image_id"] < 39 + gap]
         path = saved(tmp_path, content)
         if people == 1:
-            assert np.isfinite(detections.read(path)[[0, 99]]).all()
+            assert np.isfinite(read_one(path)[[0, 99]]).all()
         else:
             with pytest.raises(FormatError, match="shows 2 people"):
-                detections.read(path)
+                read_one(path)
 
 
 FRAMES = 12
@@ -226,7 +233,7 @@ LAYOUTS = {
 def test_every_layout_gives_the_keypoints_that_were_written(tmp_path, layout):
     whole = walker("halpe-26", FRAMES)
     path = saved(tmp_path, LAYOUTS[layout]([[k] for k in whole]))
-    np.testing.assert_array_equal(detections.read(path), whole)
+    np.testing.assert_array_equal(read_one(path), whole)
 
 
 @pytest.mark.parametrize("layout", [name for name in LAYOUTS if name != "landmarks"])
@@ -236,9 +243,9 @@ def test_in_every_layout_people_are_kept_apart_and_empty_frames_are_gaps(tmp_pat
     films[5] = []
     path = saved(tmp_path, LAYOUTS[layout](films))
     with pytest.raises(FormatError, match="shows 2 people"):
-        detections.read(path)
+        read_one(path)
     for person_, truth in ((0, one), (1, two)):
-        found = detections.read(path, person_)
+        found = read_one(path, person_)
         assert np.isnan(found[5]).all()
         np.testing.assert_array_equal(np.delete(found, 5, axis=0), np.delete(truth, 5, axis=0))
 
@@ -248,15 +255,15 @@ def test_a_folder_has_a_frame_per_file(tmp_path):
     for i in range(FRAMES):
         people = [] if i == 4 else [two[i], one[i]]
         (tmp_path / f"cam01_{i + 8:012d}_keypoints.json").write_text(json.dumps(openpose(people)))
-    found = detections.read(tmp_path, 0)
+    found = read_one(tmp_path, 0)
     assert np.isnan(found[4]).all()
     np.testing.assert_array_equal(np.delete(found, 4, axis=0), np.delete(one, 4, axis=0))
     (tmp_path / "cam02_000000000009_keypoints.json").write_text(json.dumps(openpose([])))
     with pytest.raises(FormatError, match="13 files with 12 numbers"):
-        detections.read(tmp_path)
+        read_one(tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(FormatError, match="got 0 files"):
-        detections.read(tmp_path / "empty")
+        read_one(tmp_path / "empty")
 
 
 def test_folders_of_ultralytics_and_of_mediapipe(tmp_path):
@@ -267,19 +274,19 @@ def test_folders_of_ultralytics_and_of_mediapipe(tmp_path):
         for i, k in enumerate(whole):
             content = ultralytics([k]) if kind == "ultralytics" else mediapipe(k)
             (folder / f"frame_{i:05d}.json").write_text(json.dumps(content))
-        np.testing.assert_array_equal(detections.read(folder), whole)
+        np.testing.assert_array_equal(read_one(folder), whole)
 
 
 def test_identities_win_over_places_and_those_that_mean_nobody_do_not_count(tmp_path):
     one, two = walker("coco-17", FRAMES), walker("coco-17", FRAMES, shift=600)
     films = [ultralytics([b, a] if i == 6 else [a, b], [1, 2]) for i, (a, b) in enumerate(zip(one, two, strict=True))]
-    crossed = detections.read(saved(tmp_path, films), 0)
+    crossed = read_one(saved(tmp_path, films), 0)
     np.testing.assert_array_equal(crossed[6], two[6])
     for i, k in enumerate(one):
         named = openpose([k], person_id=[-1])["people"] + openpose([two[i]], person_id=[-1])["people"]
         (tmp_path / f"cam.{i:04d}.json").write_text(json.dumps({"people": named}))
     (tmp_path / "a.json").unlink()
-    np.testing.assert_array_equal(detections.read(tmp_path, 0), one)
+    np.testing.assert_array_equal(read_one(tmp_path, 0), one)
 
 
 def test_points_that_are_nan_have_no_score(tmp_path):
@@ -287,7 +294,7 @@ def test_points_that_are_nan_have_no_score(tmp_path):
     whole[3, 9] = np.nan
     for i, k in enumerate(whole):
         (tmp_path / f"cam01_{i:06d}.json").write_text(json.dumps(openpose([k])))
-    found = detections.read(tmp_path)
+    found = read_one(tmp_path)
     assert found[3, 9, 2] == 0
     np.testing.assert_array_equal(np.delete(found, 3, axis=0), np.delete(whole, 3, axis=0))
 
@@ -315,7 +322,7 @@ def test_damage_to_any_layout_gives_a_format_error_or_keypoints(tmp_path_factory
     path = tmp_path_factory.mktemp("damaged") / "a.json"
     path.write_text(json.dumps(content))
     try:
-        found = detections.read(path)
+        found = read_one(path)
     except FormatError:
         return
     assert found.ndim == 3
