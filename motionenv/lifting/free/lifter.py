@@ -34,12 +34,12 @@ _MOSTLY = 0.9
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
 _SIZES = (-0.4, 0.2)  # logarithm of a person's size relative to an adult's: from 1.15 m to 2.1 m
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
-_AMBIGUOUS = 20.0  # [s] up to which a sequence is also lifted with left and right exchanged throughout
-#: Log-odds per logarithm of the ratio of two misfits, by logistic regression on people left out, whose points were
-#: exchanged or not (`python -m benchmarks.free_walking.mirrored`); probability that a detector exchanged all of them.
-_EVIDENCE, _EXCHANGED = 78.0, 0.02
+#: Log-odds per logarithm of the ratio of two misfits, and probability that a detector exchanged all left and right.
+#: Logistic regression on people left out gives 38 to 78 (`python -m benchmarks.free_walking.mirrored`).
+_EVIDENCE, _EXCHANGED = 40.0, 0.01
+_SURER = 0.05  # by how much less certain of a mirror image the network may be if that is to be fitted, in logarithms
 _LIKELY = 0.01  # least probability that is told
-_LOOKED = 128  # frames by which an unknown elevation is judged
+_LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
 _DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
 
@@ -158,19 +158,24 @@ def fit_freely(
         elevation = _elevation(network, points, camera, distortion)
     labels = continuous_labels(points)
     starts = [np.zeros_like(labels), labels] if labels.any() else [labels]
-    weighed = len(labels) <= _AMBIGUOUS * points.fps
-    share = 1 / (len(starts) + weighed)
+    doubt = partial(_doubt, network, camera=camera, distortion=distortion, elevation=elevation or 0.0)
 
-    def attempt(start: np.ndarray, number: int, swaps: bool = True) -> FreeFit:
+    def attempt(start: np.ndarray, **asked) -> FreeFit:
         fit = fit_labelled(
             network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation or 0.0,
-            settings=settings, swaps=swaps, tell=partial(_tell, on_progress, number * share, share),
+            settings=settings, **asked,
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
     # As labelled, and as labels are continuous: the motion decides.
-    best = min((attempt(start, number) for number, start in enumerate(starts)), key=lambda fit: fit.misfit)
-    return _weighed(best, attempt(~best.swapped, len(starts), swaps=False)) if weighed else best
+    fits = [
+        attempt(start, tell=partial(_tell, on_progress, number / len(starts), 1 / len(starts)))
+        for number, start in enumerate(starts)
+    ]
+    best = min(fits, key=lambda fit: fit.misfit)
+    if doubt(swapped_back(points, ~best.swapped)) > doubt(swapped_back(points, best.swapped)) + _SURER:
+        return best
+    return _weighed(best, attempt(~best.swapped, swaps=False))
 
 
 def _tell(on_progress: Callable[[float], None] | None, before: float, part: float, share: float) -> None:
@@ -179,12 +184,9 @@ def _tell(on_progress: Callable[[float], None] | None, before: float, part: floa
 
 
 def _weighed(fit: FreeFit, mirrored: FreeFit) -> FreeFit:
-    """The more probable of a fit and that of the points with sides exchanged, and the other if it is likely."""
+    """A fit with that of the points with sides exchanged as `other`, if it is likely; labels are never overruled."""
     probability = float(expit(_EVIDENCE * np.log(fit.misfit / mirrored.misfit) + logit(_EXCHANGED)))
-    if probability > 0.5:
-        fit, mirrored, probability = mirrored, fit, 1 - probability
-    likely = probability >= _LIKELY
-    return replace(fit, other=OtherMotion(mirrored.positions, probability) if likely else None)
+    return replace(fit, other=OtherMotion(mirrored.positions, probability)) if probability >= _LIKELY else fit
 
 
 def fit_labelled(
@@ -206,9 +208,7 @@ def fit_labelled(
     detected = points.confidence is not None
     if detected:
         settings = replace(settings, least_ray=settings.detector_ray)
-    sections = _sections(rays.directions, points.fps)
-    if not sections:
-        raise GapError(f"{points.name or 'this sequence'} never shows four markers at once for five frames")
+    sections = _sections(rays.directions, points)
     unit, passes = BODY_UNIT, 2 if np.ptp(rays.origins, axis=0).any() else 1
     for again in range(passes):
         fits = []
@@ -227,12 +227,7 @@ def _elevation(network: PostureNetwork, points: Points, camera, distortion) -> f
 
     On 18 sequences of people left out it errs by 3 degrees in the median (5 of them by more than 8).
     """
-    stride = max(1, round(points.fps / RATE))
-    shown = points.positions[: _LOOKED * stride : stride]
-    doubts = []
-    for angle in _ELEVATIONS:
-        rays = rays_of(shown, camera, distortion, angle)
-        doubts.append(np.log(propose(network, rays.directions, points.fps / stride).spread).mean())
+    doubts = [_doubt(network, points, camera, distortion, angle) for angle in _ELEVATIONS]
     best = int(np.clip(np.argmin(doubts), 1, len(doubts) - 2))
     before, here, after = doubts[best - 1 : best + 2]
     curvature = before - 2 * here + after
@@ -240,8 +235,21 @@ def _elevation(network: PostureNetwork, points: Points, camera, distortion) -> f
     return float(_ELEVATIONS[best] + shift * (_ELEVATIONS[1] - _ELEVATIONS[0]))
 
 
-def _sections(directions: np.ndarray, fps: float) -> list[slice]:
-    """Overlapping stretches of the rays (frames, 15, 3), interrupted where nobody is seen."""
+def _doubt(network: PostureNetwork, points: Points, camera, distortion, elevation: float) -> float:
+    """How uncertain the network is of the first postures that it sees: the mean logarithm of its deviations."""
+    directions = rays_of(points.positions, camera, distortion, elevation).directions
+    stride = max(1, round(points.fps / RATE))
+    shown = directions[_sections(directions, points)[0]][: _LOOKED * stride : stride]
+    return float(np.log(propose(network, shown, points.fps / stride).spread).mean())
+
+
+def _sections(directions: np.ndarray, points: Points) -> list[slice]:
+    """Overlapping stretches of the `points` and their rays (frames, 15, 3), interrupted where nobody is seen.
+
+    Raises:
+        GapError: there is none.
+    """
+    fps = points.fps
     shown = np.flatnonzero(np.isfinite(directions[..., 0]).sum(axis=1) >= _SHOWN)
     length, overlap = round(_STRETCH * fps), round(_OVERLAP * fps)
     sections = []
@@ -251,6 +259,8 @@ def _sections(directions: np.ndarray, fps: float) -> list[slice]:
         first, end = int(run[0]), int(run[-1]) + 1
         starts = range(first, max(end - overlap, first + 1), length - overlap)
         sections += [slice(start, min(start + length, end)) for start in starts]
+    if not sections:
+        raise GapError(f"{points.name or 'this sequence'} never shows four markers at once for five frames")
     return sections
 
 
