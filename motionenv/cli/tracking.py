@@ -101,7 +101,7 @@ def track(
     }
     given = {"height": height, "seconds": seconds, "fps": fps, "background": background, "at": at, "attempts": attempts}
     options = {name: value for name, value in {**given, **areas}.items() if value is not None}
-    options |= _of_detector(video, detections, detect, weights, options.get("seconds", 60.0))
+    options |= _of_detector(video, detections, detect, weights, 60.0 if seconds is None else seconds)
     people = _people(video, person, options)
     lost = [
         _track_video(
