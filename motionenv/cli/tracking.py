@@ -139,7 +139,7 @@ def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[di
     if person == "list":
         typer.echo("\n".join(str(one) for one in found) or "nothing moves")
         raise typer.Exit
-    walking = [{**options, "person": one.number} for one in found if one.walks >= _WALKS]
+    walking = [{**options, "person": one.number} for one in found if one.points is not None or one.walks >= _WALKS]
     if not walking:
         raise MotionError("--person all: nobody seems to walk; --person list says what moves")
     return walking
