@@ -101,7 +101,7 @@ def track(
     }
     given = {"height": height, "seconds": seconds, "fps": fps, "background": background, "at": at, "attempts": attempts}
     options = {name: value for name, value in {**given, **areas}.items() if value is not None}
-    options |= _of_detector(video, detections, detect, weights, options.get("seconds", 60.0))
+    options |= _of_detector(video, detections, detect, weights, 60.0 if seconds is None else seconds)
     people = _people(video, person, options)
     lost = [
         _track_video(
@@ -139,7 +139,7 @@ def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[di
     if person == "list":
         typer.echo("\n".join(str(one) for one in found) or "nothing moves")
         raise typer.Exit
-    walking = [{**options, "person": one.number} for one in found if one.walks >= _WALKS]
+    walking = [{**options, "person": one.number} for one in found if one.points is not None or one.walks >= _WALKS]
     if not walking:
         raise MotionError("--person all: nobody seems to walk; --person list says what moves")
     return walking

@@ -81,6 +81,8 @@ def test_a_video_with_its_camera(run, tmp_path):
     assert (result.code, "followed 1: detected" in result.out) == (0, True), result.err
     motion = motionenv.read(tmp_path / "walk.npz")
     assert np.abs(motion.poses[:, 0] - poses[: len(motion.poses), 0]).max() < 0.3
+    everybody = run("track", *detected, *FAST, "--person", "all", "--out", "track.mp4")
+    assert (everybody.code, "followed 1: detected" in everybody.out) == (0, True), everybody.err
     listed = run("track", *detected[:4], "--person", "list", "--out", "track.mp4")
     assert listed.out.startswith("1: detected; seen from 0.0")
 

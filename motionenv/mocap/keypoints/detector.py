@@ -60,46 +60,34 @@ def detect_people(
 def _models(weights: tuple[Any, Any] | None) -> tuple[Any, Any]:
     """RTMLib's detector of people, and of their keypoints."""
     try:
+        from onnxruntime.capi import onnxruntime_pybind11_state as onnx
         from rtmlib import YOLOX, BodyWithFeet, RTMPose
     except ImportError as error:
-        missing = (
-            "RTMLib" if error.name == "rtmlib" else f"RTMLib and what it uses, of which {error.name} can't be loaded"
-        )
         raise MotionError(
-            f"detecting people needs {missing}: pip install 'motionenv[detect]', or {_ELSEWHERE}"
+            f"detecting people needs RTMLib, but {error.name} is missing: pip install 'motionenv[detect]', "
+            f"or {_ELSEWHERE}"
         ) from error
-    published = BodyWithFeet.MODE["balanced"]
-    files, sizes = [published["det"], published["pose"]], [published["det_input_size"], published["pose_input_size"]]
-    if weights is not None:
-        files = [str(path) for path in weights]
-        sizes = [_input_size(files[0]), _input_size(files[1])[::-1]]  # RTMPose takes width and height
+    unusable = onnx.Fail, onnx.InvalidArgument, onnx.InvalidGraph, onnx.InvalidProtobuf, onnx.NoSuchFile
+    known = BodyWithFeet.MODE["balanced"]
+    files = [known["det"], known["pose"]] if weights is None else [str(path) for path in weights]
     try:
         with redirect_stdout(io.StringIO()):  # it tells which files it loads
-            return YOLOX(files[0], model_input_size=sizes[0]), RTMPose(files[1], model_input_size=sizes[1])
-    except (OSError, RuntimeError, UnboundLocalError, zipfile.BadZipFile) as error:
-        raise MotionError(
-            "RTMLib's weights can't be downloaded: connect to the internet once, give ONNX files of YOLOX and RTMPose "
-            f"as weights=(detector, pose) (--weights), or {_ELSEWHERE}"
-        ) from error
-
-
-def _input_size(path: str) -> tuple[int, int]:
-    """Height and width of the pictures that the model in an ONNX file takes."""
-    from onnxruntime import InferenceSession
-    from onnxruntime.capi.onnxruntime_pybind11_state import (
-        Fail,
-        InvalidArgument,
-        InvalidGraph,
-        InvalidProtobuf,
-        NoSuchFile,
-    )
-
-    try:
-        shape = InferenceSession(path, providers=["CPUExecutionProvider"]).get_inputs()[0].shape
-    except (Fail, InvalidArgument, InvalidGraph, InvalidProtobuf, NoSuchFile) as error:
-        raise MotionError(f"weights must be ONNX files of YOLOX and RTMPose, which {path} isn't") from error
-    if len(shape) != 4 or not all(isinstance(side, int) for side in shape[2:]):
-        raise MotionError(
-            f"weights must be models of pictures (1, 3, height, width) of fixed size, {path} takes {shape}"
+            people = YOLOX(files[0], model_input_size=known["det_input_size"])
+            pose = RTMPose(files[1], model_input_size=known["pose_input_size"])
+        if weights is not None:
+            people.model_input_size, pose.model_input_size = _side(people), _side(pose)[::-1]
+    except (OSError, RuntimeError, UnboundLocalError, ValueError, zipfile.BadZipFile, *unusable) as error:
+        problem = (
+            "can't be downloaded: connect to the internet once, or give them" if weights is None else "can't be used"
         )
-    return shape[2], shape[3]
+        raise MotionError(
+            f"RTMLib's weights {problem}: weights=(detector, pose) (--weights) must be ONNX files of YOLOX and RTMPose "
+            f"for pictures of one size; or {_ELSEWHERE}"
+        ) from error
+    return people, pose
+
+
+def _side(model: Any) -> tuple[int, int]:
+    """Height and width of the pictures that a model takes; raises ValueError if it leaves them open."""
+    _, _, rows, columns = model.session.get_inputs()[0].shape
+    return int(rows), int(columns)

@@ -94,20 +94,19 @@ def detected(people: Sequence[Points], seen: Survey) -> list[Candidate]:
     clear = [(np.clip(b, 0, np.repeat([seen.info.width, seen.info.height], 2) - 1) + 0.5) / scale - 0.5 for b in boxes]
     movers = [_joined(Mover(b, np.zeros(frames, dtype=bool), _parts(seen.labels, b)), seen) for b in clear]
     found = candidates(movers, seen.labels, seen.fps, scale)
-    named = [replace(c, points=people[next(i for i, m in enumerate(movers) if m is c.mover)]) for c in found]
-    named.sort(key=lambda c: -c.height * _weight(c.points))
-    return [replace(c, number=i) for i, c in enumerate(named, 1)]
+    whose = {id(mover): one for mover, one in zip(movers, people, strict=True)}
+    found.sort(key=lambda c: -_presence(whose[id(c.mover)]))
+    return [replace(c, number=i, points=whose[id(c.mover)]) for i, c in enumerate(found, 1)]
 
 
-def lifted(who: Candidate, camera: Camera, seen: Survey, height: float | None, first: int, last: int) -> Guide:
-    """The guide of `who` from frame `first` to `last`, excluded; the `camera` is of the film's pictures.
+def lifted(points: Points, camera: Camera, seen: Survey, height: float | None, first: int, last: int) -> Guide:
+    """The guide by a person's `points` from frame `first` to `last`, excluded; the `camera` is of the film's pictures.
 
     `height` [m] of the person scales the motion about the camera; None takes that which the points tell.
 
     Raises:
         MotionError: too few points to lift.
     """
-    points = who.points
     fit = fit_freely(points, camera)
     nodes = np.concatenate([fit.positions, fit.positions[:, _SHOULDERS].mean(axis=1, keepdims=True)], axis=1)
     if height is not None:
@@ -129,10 +128,11 @@ def disagreement(poses: np.ndarray, guide: Guide, camera: Camera) -> np.ndarray:
     return out
 
 
-def _weight(points: Points | None) -> float:
-    """Number of points of a person, weighted by confidence."""
-    assert points is not None
-    return float(np.isfinite(points.positions[..., 0]).sum() if points.confidence is None else points.confidence.sum())
+def _presence(points: Points) -> float:
+    """Heights of a person in the picture, weighted by the confidence of their points and summed over frames."""
+    boxes, seen = boxes_of(points.positions), np.isfinite(points.positions[..., 0])
+    sure = seen if points.confidence is None else seen * points.confidence
+    return float(np.nansum((boxes[:, 3] - boxes[:, 2]) * sure.sum(axis=1)))
 
 
 def _parts(labels: np.ndarray, boxes: np.ndarray) -> dict[int, list[int]]:

@@ -145,7 +145,7 @@ def track_video(
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
     first, last = span(who.boxes, size[0])
     full = side_camera(who.boxes[first:last], skeleton, *size) if camera is None else resized(camera, *size)
-    guide = None if who.points is None else lifted(who, full, seen, height, first, last)
+    guide = None if who.points is None else lifted(who.points, full, seen, height, first, last)
     if guide is not None:
         skeleton, attempts = guide.skeleton, 1
     elif camera is not None and height is None:

@@ -101,7 +101,7 @@ def test_an_empty_film_and_weights_of_nothing(weights, tmp_path):
         detect_people([np.zeros((96, 96, 3), dtype=np.uint8)] * 2, weights=weights, name="dark.mp4")
     (tmp_path / "text.onnx").write_text("no model")
     for wrong in ("text.onnx", "missing.onnx"):
-        with pytest.raises(MotionError, match="must be ONNX files of YOLOX and RTMPose"):
+        with pytest.raises(MotionError, match="can't be used.*must be ONNX files of YOLOX and RTMPose"):
             detect_people(film(2), weights=(weights[0], tmp_path / wrong))
 
 

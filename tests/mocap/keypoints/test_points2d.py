@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.keypoints.points2d import read_points, write_points
+from motionenv.mocap.keypoints.points2d import read_people, read_points, write_points
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS, Points
 from tests.mocap.keypoints.people_json import expected, person, results, saved, walker
@@ -205,6 +205,23 @@ def test_scores_become_confidence(tmp_path):
     assert hidden.confidence[2, at("left_knee")] == 0
     write_points(points, tmp_path / "b.csv")
     assert read_points(tmp_path / "b.csv").confidence is None
+
+
+def test_everybody_is_read_in_pixels_whatever_the_file_has(tmp_path):
+    frames = [results(4), [{**r, "keypoints": person(900)} for r in results(6)]]
+    path = saved(tmp_path, [one for some in frames for one in some])
+    people = read_people(path, 25.0, (1280, 720))
+    assert len(people) == 2
+    for number, one in enumerate(people):
+        alone = read_points(path, fps=25, person=number)
+        np.testing.assert_array_equal(one.positions, alone.positions)
+        np.testing.assert_array_equal(one.confidence, alone.confidence)
+    landmarks = [{"x": x / 640, "y": y / 480, "visibility": v} for x, y, v in walker("mediapipe-33")[0].tolist()]
+    (one,) = read_people(saved(tmp_path, [{"frame": 0, "landmarks": landmarks}]), 25.0, (640, 480))
+    np.testing.assert_allclose(one.positions, expected("mediapipe-33")[:1])
+    write_points(some_points(), tmp_path / "table.csv")
+    (one,) = read_people(tmp_path / "table.csv", 30.0, (640, 480))
+    np.testing.assert_array_equal(one.positions, some_points().positions)
 
 
 def test_coordinates_relative_to_the_picture_need_its_size(tmp_path):

@@ -13,8 +13,8 @@ def judged(**faults) -> np.ndarray:
         "poses": np.zeros((FRAMES, 25)), "overlap": np.full(FRAMES, 0.8), "seen": np.ones(FRAMES, dtype=bool),
     }  # fmt: skip
     for name, (where, value) in faults.items():
-        values[name][where] = value
-    return verdict(*values.values(), FPS)
+        values.setdefault(name, np.full(FRAMES, np.nan))[where] = value
+    return verdict(values["poses"], values["overlap"], values["seen"], FPS, values.get("off"))
 
 
 def test_a_perfect_track_is_followed_and_each_fault_has_its_reason():
@@ -54,3 +54,12 @@ def test_losses_are_runs_in_order():
     assert 17 <= found[0].first <= 21
     assert 38 <= found[0].last <= 42
     assert not found[0].left
+
+
+def test_detections_that_fit_hold_without_an_outline_and_others_change_nothing():
+    part = slice(20, 40)
+    for fault in ({"overlap": (part, 0.2)}, {"seen": (part, False)}):
+        assert (judged(**fault, off=(slice(15, 45), 0.02)) == FOLLOWED).all()
+        for far in (0.1, np.nan):
+            np.testing.assert_array_equal(judged(**fault, off=(part, far)), judged(**fault))
+    assert set(judged(poses=(slice(30, None), 4.0), off=(slice(None), 0.0))[26:30]) == {JUMP}
