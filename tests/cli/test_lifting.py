@@ -168,7 +168,7 @@ def test_a_film_is_detected_and_what_it_lacks_is_told(run, tmp_path, monkeypatch
     write_video(tmp_path / "film.mp4", np.full((6, 48, 64, 3), 90, dtype=np.uint8), 30)
     monkeypatch.setitem(sys.modules, "rtmlib", None)
     for args, says in (
-        (("film.mp4",), "detecting people needs RTMLib, but rtmlib is missing: pip install 'motionenv[detect]'"),
+        (("film.mp4",), "is missing: pip install 'motionenv[detect]'"),
         (("film.mp4", "--fps", "30"), "--fps is only for files of points; film.mp4 is a film: omit it"),
         (("points.csv", "--weights", "a.onnx", "b.onnx"), "--weights is only for films"),
         (("none.mp4",), "there is no such file"),
