@@ -28,7 +28,7 @@ _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
-#: the frames, people who sit or cycle in 58 % and more (`python -m benchmarks.free_walking.unlike`).
+#: the frames, people who sit or cycle in 79 % and more (`python -m benchmarks.free_walking.unlike`).
 SURPRISE = 0.17
 _MOSTLY = 0.9
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
