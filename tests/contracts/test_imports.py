@@ -36,6 +36,7 @@ HOME = {
     "numpy": set(RANK),
     "scipy": set(RANK),
     "numba": STAGES,
+    "threadpoolctl": {"lifting"},
     "ezc3d": {"mocap"},
     "pygltflib": {"mocap"},
     "rerun": {"mocap"},

@@ -1,4 +1,4 @@
-"""A symmetric positive definite linear system over frames, in which only frames up to two apart are coupled."""
+"""A symmetric positive definite linear system over frames, in which frames two apart are coupled by few unknowns."""
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
@@ -7,76 +7,81 @@ from motionenv.errors import MotionError
 
 
 def solve(
-    diagonal: np.ndarray, next_: np.ndarray, second: np.ndarray, right: np.ndarray, covariance: bool = False
+    diagonal: np.ndarray, next_: np.ndarray, second: np.ndarray, few: slice, right: np.ndarray, covariance: bool = False
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """The solution (frames, n) and, on request, each frame's covariance (frames, n, n), which is part of the inverse.
 
-    Pairs of frames make a block-tridiagonal system, which is eliminated forwards and substituted backwards.
+    Frame after frame is eliminated, then substituted backwards. What a frame depends on is all of the next one and,
+    in the second next one, the few unknowns that couple with it.
 
     Args:
-        diagonal: (frames, n, n) of each frame.
-        next_: (frames - 1, n, n) between a frame (rows) and the next one (columns).
-        second: (frames - 2, n, n) between a frame and the second next one.
+        diagonal: (frames, n, n) of each frame; changed in place.
+        next_: (frames - 1, n, n) between a frame (rows) and the next one (columns); changed in place.
+        second: (frames - 2, m, m) between the few unknowns of a frame (rows) and those of the second next one.
+        few: which m of the n unknowns these are.
         right: (frames, n).
         covariance: whether to compute covariances.
 
     Raises:
         MotionError: the system isn't positive definite.
     """
-    frames, n = right.shape
-    own, coupling, values = _paired(diagonal, next_, second, right)
-    factors, gains = _eliminated(own, coupling, values)
-    for k in range(len(own) - 1, -1, -1):
+    values = right.copy()
+    factors, gains = _eliminated(diagonal, next_, second, few, values)
+    frames = len(values)
+    for k in range(frames - 1, -1, -1):
         values[k] = dpotrs(factors[k], values[k], lower=True)[0]
-        if k < len(coupling):
-            values[k] -= gains[k] @ values[k + 1]
-    solution = values.reshape(-1, n)[:frames]
-    return solution, _covariances(factors, gains, n)[:frames] if covariance else None
+        if k < frames - 1:
+            values[k] -= gains[k] @ _later(values, k, few)
+    return values, _covariances(factors, gains, few) if covariance else None
 
 
-def _eliminated(own, coupling, values) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Cholesky factors of the eliminated pairs, and gains on the next ones; `values` are changed in place."""
+def _later(values: np.ndarray, k: int, few: slice) -> np.ndarray:
+    """What frame `k` depends on: the values of the next frame, and the few of the second next one."""
+    return np.concatenate([values[k + 1], values[k + 2, few]]) if k + 2 < len(values) else values[k + 1]
+
+
+def _eliminated(own, next_, second, few: slice, values) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Cholesky factors of the eliminated frames, and gains on what they depend on; arguments change in place."""
+    frames, n = values.shape
     factors: list[np.ndarray] = []
     gains: list[np.ndarray] = []
-    carried = own[0]
-    for k in range(len(own)):
-        if k:
-            carried = own[k] - coupling[k - 1].T @ gains[-1]
-            values[k] -= gains[-1].T @ values[k - 1]
-        factor, failed = dpotrf(carried, lower=True)
+    coupling = np.zeros((n, n + second.shape[-1]))
+    for k in range(frames):
+        factor, failed = dpotrf(own[k], lower=True)
         if failed:
             raise MotionError("the frames don't determine a motion: give more points, or a longer stretch")
         factors.append(factor)
-        if k < len(coupling):
-            gains.append(dpotrs(factor, coupling[k], lower=True)[0])
+        if k == frames - 1:
+            break
+        coupling[:, :n] = next_[k]
+        if k < frames - 2:
+            coupling[few, n:] = second[k]
+        else:
+            coupling = coupling[:, :n]
+        gain = dpotrs(factor, coupling, lower=True)[0]
+        gains.append(gain)
+        product = coupling.T @ gain
+        own[k + 1] -= product[:n, :n]
+        values[k + 1] -= gain[:, :n].T @ values[k]
+        if k < frames - 2:
+            next_[k + 1][:, few] -= product[:n, n:]
+            own[k + 2][few, few] -= product[n:, n:]
+            values[k + 2, few] -= gain[:, n:].T @ values[k]
     return factors, gains
 
 
-def _covariances(factors: list[np.ndarray], gains: list[np.ndarray], n: int) -> np.ndarray:
-    """Diagonal blocks of the inverse (frames, n, n), from the last pair backwards."""
-    inverse, out = np.zeros((0, 0)), np.empty((len(factors), 2, n, n))
-    for k in range(len(factors) - 1, -1, -1):
-        later = gains[k] @ inverse @ gains[k].T if k < len(gains) else 0.0
-        inverse = dpotrs(factors[k], np.eye(2 * n), lower=True)[0] + later
-        out[k] = inverse[:n, :n], inverse[n:, n:]
-    return out.reshape(-1, n, n)
-
-
-def _paired(diagonal, next_, second, right) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Blocks of pairs of frames: their own (pairs, 2 n, 2 n), to the next pair, and right sides (pairs, 2 n)."""
-    frames, n = right.shape
-    pairs = (frames + 1) // 2
-    own, coupling = np.zeros((pairs, 2 * n, 2 * n)), np.zeros((pairs - 1, 2 * n, 2 * n))
-    values = np.zeros((pairs, 2 * n))
-    own[:, :n, :n] = diagonal[::2]
-    own[: frames // 2, n:, n:] = diagonal[1::2]
-    if frames % 2:
-        own[-1, n:, n:] = np.eye(n)  # a frame that doesn't exist
-    own[: frames // 2, :n, n:] = next_[::2]
-    own[: frames // 2, n:, :n] = next_[::2].swapaxes(1, 2)
-    coupling[:, n:, :n] = next_[1::2]
-    coupling[:, :n, :n] = second[::2]
-    coupling[: len(second[1::2]), n:, n:] = second[1::2]
-    values[:, :n] = right[::2]
-    values[: frames // 2, n:] = right[1::2]
-    return own, coupling, values
+def _covariances(factors: list[np.ndarray], gains: list[np.ndarray], few: slice) -> np.ndarray:
+    """Diagonal blocks of the inverse (frames, n, n), from the last frame backwards."""
+    frames, n = len(factors), len(factors[0])
+    out = np.empty((frames, n, n))
+    later = np.zeros((0, 0))  # covariance of what the frame depends on
+    for k in range(frames - 1, -1, -1):
+        out[k] = dpotrs(factors[k], np.eye(n), lower=True)[0]
+        if k == frames - 1:
+            later = out[k]
+            continue
+        across = -gains[k] @ later
+        out[k] -= across @ gains[k].T
+        shared = across[:, :n][:, few]
+        later = np.block([[out[k], shared], [shared.T, out[k + 1][few, few]]])
+    return out

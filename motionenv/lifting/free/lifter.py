@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from scipy import ndimage
 from scipy.special import expit, logit
+from threadpoolctl import ThreadpoolController
 
 from motionenv.body import EDGES
 from motionenv.errors import GapError
@@ -154,20 +155,30 @@ def fit_freely(
         MotionError: cameras or coefficients that don't fit, see `rays.rays_of`.
     """
     network = network or shipped_network()
-    if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
-        elevation = _elevation(network, points, camera, distortion)
+    with _libraries().limit(limits=1, user_api="blas"):  # threads would only wait for each other over small matrices
+        if elevation is None and (camera is None or isinstance(camera, np.ndarray)):
+            elevation = _elevation(network, points, camera, distortion)
+        return _fit(network, points, camera, distortion, elevation or 0.0, settings, on_progress)
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def _fit(network, points: Points, camera, distortion, elevation: float, settings: Settings, on_progress) -> FreeFit:
+    """The fit as labelled, or as labels are continuous: the motion decides; and the mirror image if it is likely."""
     labels = continuous_labels(points)
     starts = [np.zeros_like(labels), labels] if labels.any() else [labels]
-    doubt = partial(_doubt, network, camera=camera, distortion=distortion, elevation=elevation or 0.0)
+    doubt = partial(_doubt, network, camera=camera, distortion=distortion, elevation=elevation)
 
     def attempt(start: np.ndarray, **asked) -> FreeFit:
         fit = fit_labelled(
-            network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation or 0.0,
+            network, swapped_back(points, start), camera, distortion=distortion, elevation=elevation,
             settings=settings, **asked,
         )  # fmt: skip
         return replace(fit, swapped=fit.swapped ^ start)
 
-    # As labelled, and as labels are continuous: the motion decides.
     fits = [
         attempt(start, tell=partial(_tell, on_progress, number / len(starts), 1 / len(starts)))
         for number, start in enumerate(starts)

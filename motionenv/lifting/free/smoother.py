@@ -215,7 +215,7 @@ class _System:
         count = len(MARKERS)
         self.own = np.zeros((frames, count, 3, count, 3))
         self.next = np.zeros((max(frames - 1, 0), count, 3, count, 3))
-        self.second = np.zeros((max(frames - 2, 0), count, 3, count, 3))
+        self.second = np.zeros((max(frames - 2, 0), 3, 3))  # of the pelvis
         self.right = np.zeros((frames, count, 3))
 
     def rays(self, across, weights, origins) -> None:
@@ -253,7 +253,7 @@ class _System:
             own[2:] += square[axis]
             next_[:-1] -= 2 * square[axis]
             next_[1:] -= 2 * square[axis]
-            self.second[:, p, axis, p, axis] += square[axis]
+            self.second[:, axis, axis] += square[axis]
 
     def limbs(self, places, lengths, weight: float) -> None:
         """Lengths of limbs, in their present directions."""
@@ -283,8 +283,9 @@ class _System:
     def solve(self, covariance: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Positions (frames, 15, 3), and on request each frame's covariance (frames, 45, 45)."""
         n = 3 * len(MARKERS)
-        own, next_, second = (blocks.reshape(-1, n, n) for blocks in (self.own, self.next, self.second))
-        places, spread = solve(own, next_, second, self.right.reshape(-1, n), covariance)
+        own, next_ = (blocks.reshape(-1, n, n) for blocks in (self.own, self.next))
+        pelvis = slice(3 * _PELVIS, 3 * _PELVIS + 3)
+        places, spread = solve(own, next_, self.second, pelvis, self.right.reshape(-1, n), covariance)
         return places.reshape(self.right.shape), spread
 
     @staticmethod
