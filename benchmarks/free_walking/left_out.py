@@ -17,11 +17,13 @@ import numpy as np
 
 from benchmarks.free_walking import bandai, clips
 from motionenv.body import markers
+from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.types import MARKERS, Camera, Markers, Points
 
 LEFT_OUT = ("07", "16", "26", "32", "38", "49")
 FPS = 30.0
 DAMAGE = {"clean": lambda points, rng: points, "5 px, 20 % missing": bandai.noisy, "bursts": bandai.bursts}
+DETECTED = {"detector's errors": lambda points, rng: DetectorErrors().apply(points, rng)}
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,10 @@ def varied(mocap: Path, models: tuple[str, ...], count: int, seed: int = 77) -> 
     return out
 
 
-def sequences(people: list[Markers], seed: int = 0) -> Iterator[Sequence]:
+def sequences(people: list[Markers], seed: int = 0, damages: dict = DAMAGE) -> Iterator[Sequence]:
     """Each of them before one camera, undamaged and damaged."""
     for number, walk in enumerate(people):
         rng = np.random.default_rng([seed, number])
         camera = bandai.cameras(walk, rng)[0]
-        for name, damage in DAMAGE.items():
+        for name, damage in damages.items():
             yield Sequence(damage(bandai.seen(walk, camera), rng), camera, name)

@@ -3,7 +3,7 @@
 Run: python -m benchmarks.free_walking.tune --mocap FOLDER --network a.npz --models A B [--count 24]
 
 MPJPE [mm] about the pelvis, a mean of three kinds of points of clips (see `left_out`); and the share of coordinates
-inside their 90 % bands, by joint, which calibrates `smoother._UNSEEN`.
+inside their 90 % bands, by joint, which calibrates `smoother._UNSEEN`. The last rows are of a detector's points.
 """
 
 import argparse
@@ -48,7 +48,8 @@ def main() -> None:
     asked = parser.parse_args()
     with np.load(asked.network) as weights:
         network = PostureNetwork(dict(weights))
-    varied = list(left_out.sequences(left_out.varied(asked.mocap, tuple(asked.models), asked.count)))
+    people = left_out.varied(asked.mocap, tuple(asked.models), asked.count)
+    varied, detected = (list(left_out.sequences(people, damages=d)) for d in (left_out.DAMAGE, left_out.DETECTED))
     captured = list(left_out.sequences(left_out.captured(asked.mocap)))
     for name, people in (("as captured", captured), ("varied", varied)):
         error, inside = errors(people, network, DEFAULTS)
@@ -59,6 +60,9 @@ def main() -> None:
         for value in values:
             error, _ = errors(varied, network, replace(DEFAULTS, **{name: value}))
             print(f"| {name} | {value} | {error:.2f} |", flush=True)
+    for value in (0.06, 0.1, 0.14):
+        error, inside = errors(detected, network, replace(DEFAULTS, detector_ray=value))
+        print(f"| detector_ray | {value} | {error:.2f}, {inside.mean():.0%} in band |", flush=True)
 
 
 if __name__ == "__main__":

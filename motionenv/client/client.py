@@ -171,8 +171,8 @@ class Client:
 
     def lift(
         self, points: Points, alpha: float | None = None, *, elevation: float | None = 0.0, scale: float | None = None,
-        robust: bool = True, camera: Camera | np.ndarray | None = None, distortion: Sequence[float] | None = None,
-        method: str = "auto",
+        robust: bool = True, camera: Camera | Sequence[Camera] | np.ndarray | None = None,
+        distortion: Sequence[float] | None = None, method: str = "auto",
     ) -> LiftedPoints:  # fmt: skip
         """Reconstruct motion in 3D from 2D points of one camera, as `motionenv.lift`.
 
@@ -182,12 +182,13 @@ class Client:
             elevation: by how much the camera looks down [rad]; None estimates it.
             scale: pixels per metre at the walker; None estimates it.
             robust: whether outliers of a steady walk count less.
-            camera: with its pose, or only its intrinsics (3, 3) [pixels]; None guesses them.
+            camera: with its pose, one for each frame if it moves, or only its intrinsics (3, 3) [pixels]; None guesses
+                them.
             distortion: OpenCV's coefficients of its lens.
             method: "steady", "free" or "auto".
 
         Raises:
-            MotionError: distortion without a camera.
+            MotionError: distortion without a camera, or cameras of several focal lengths.
         """
         seen = points.positions
         if points.confidence is not None:
@@ -321,16 +322,21 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
     return {"history": np.asarray(getattr(history, "poses", history), dtype=float).tolist()}
 
 
-def _camera(camera: Camera | np.ndarray | None, distortion: Sequence[float] | None) -> dict[str, Any] | None:
+def _camera(camera: Camera | Sequence[Camera] | np.ndarray | None, distortion: Sequence[float] | None) -> dict | None:
     """The field `camera` of a request to lift."""
     if camera is None:
         if distortion is not None:
             raise MotionError("distortion needs camera: give the lens's intrinsics (3, 3) too")
         return None
-    lens = None if distortion is None else list(map(float, distortion))
+    pose: dict[str, Any] = {"distortion": None if distortion is None else list(map(float, distortion))}
+    if isinstance(camera, np.ndarray):
+        return {"K": camera.tolist(), **pose}
+    each = [{"R": one.R.tolist(), "t": one.t.tolist()} for one in ([camera] if isinstance(camera, Camera) else camera)]
     if isinstance(camera, Camera):
-        return {"K": camera.K.tolist(), "R": camera.R.tolist(), "t": camera.t.tolist(), "distortion": lens}
-    return {"K": np.asarray(camera, dtype=float).tolist(), "distortion": lens}
+        return {"K": camera.K.tolist(), **pose, **each[0]}
+    if any((one.K != camera[0].K).any() for one in camera):
+        raise MotionError("camera must have the same intrinsics K in all frames: lift films that zoom without a service")
+    return {"K": camera[0].K.tolist(), **pose, "poses": each}
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:

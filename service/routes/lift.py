@@ -48,14 +48,15 @@ def _points(asked: LiftRequest) -> Points:
     return Points(values[..., :2], asked.fps, asked.unit, confidence=values[..., 2] if told else None)
 
 
-def _camera(asked: LiftCamera | None) -> Camera | np.ndarray | None:
-    """The camera, or its intrinsics if the pose isn't known."""
+def _camera(asked: LiftCamera | None) -> Camera | list[Camera] | np.ndarray | None:
+    """The camera, one for each frame if it moves, or its intrinsics if the pose isn't known."""
     if asked is None:
         return None
     inner = np.array(asked.K)
-    if asked.R is None or asked.t is None:
-        return inner
-    return Camera(inner, np.array(asked.R), np.array(asked.t), 1, 1)  # lifting doesn't need the picture's size
+    at = lambda R, t: Camera(inner, np.array(R), np.array(t), 1, 1)  # lifting doesn't need the picture's size
+    if asked.poses is not None:
+        return [at(pose.R, pose.t) for pose in asked.poses]
+    return inner if asked.R is None else at(asked.R, asked.t)
 
 
 def to_response(found: Lifted) -> dict:

@@ -15,12 +15,20 @@ Vector = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
 
 
+class CameraPose(BaseModel):
+    """Where a camera is in one frame."""
+
+    R: Matrix = Field(description="(3, 3): rotation from the world, whose z points up, to the camera.")
+    t: Vector = Field(description="(3): translation from the world, whose ground is z = 0, [m].")
+
+
 class LiftCamera(BaseModel):
     """A pinhole camera in OpenCV's convention; a point x of the world is at K (R x + t) in the picture."""
 
     K: Matrix = Field(description="(3, 3): intrinsics [pixels].")
-    R: Matrix | None = Field(None, description="(3, 3): rotation from the world, whose z points up, to the camera.")
-    t: Vector | None = Field(None, description="(3): translation from the world, whose ground is z = 0, [m].")
+    R: Matrix | None = Field(None, description="Of a camera that stands, as in `poses`.")
+    t: Vector | None = Field(None, description="Of a camera that stands, as in `poses`.")
+    poses: list[CameraPose] | None = Field(None, description="Of a camera that moves: one for each frame.")
     distortion: list[Coordinate] | None = Field(
         None, min_length=4, max_length=8, description="Of the lens: k1, k2, p1, p2[, k3[, k4, k5, k6]]."
     )
@@ -30,6 +38,8 @@ class LiftCamera(BaseModel):
         """Half a pose tells nothing."""
         if (self.R is None) != (self.t is None):
             raise ValueError("R and t belong together: give both, or leave both out if the pose isn't known")
+        if self.R is not None and self.poses is not None:
+            raise ValueError("R and t are of a camera that stands, poses of one that moves: leave one of them out")
         return self
 
 
@@ -60,6 +70,15 @@ class LiftRequest(Request):
         """Points in metres have no scale."""
         if self.scale is not None and self.unit == "m":
             raise ValueError("scale is only for points in pixels: leave it out")
+        return self
+
+    @model_validator(mode="after")
+    def _pose_of_every_frame(self) -> Self:
+        """A camera that moves is somewhere in each frame."""
+        poses = None if self.camera is None else self.camera.poses
+        if poses is not None and len(poses) != len(self.points):
+            raise ValueError(f"camera.poses must have one pose for each of the {len(self.points)} frames, "
+                             f"got {len(poses)}")  # fmt: skip
         return self
 
 

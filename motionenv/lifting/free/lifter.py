@@ -17,6 +17,7 @@ from motionenv.lifting.free.rays import Rays, rays_of
 from motionenv.lifting.free.smoother import DEFAULTS, Fit, Settings, smooth
 from motionenv.lifting.free.swaps import exchanged, find_swaps
 from motionenv.lifting.validation import continuous_labels, swapped_back
+from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS, Camera, Points
 
 _M = {name: i for i, name in enumerate(MARKERS)}
@@ -42,6 +43,7 @@ _SURER = 0.05  # by how much less certain of a mirror image the network may be i
 _LIKELY = 0.01  # least probability that is told
 _LOOKED = 128  # frames by which an unknown elevation, or a mirror image, is judged
 _DETECTED = 0.02  # [m] by which a detector's joints are elsewhere for as long as a sequence lasts
+_SPREAD = KEYPOINT_SETS["coco-17"].spread  # how far they are, by joint; most detectors learn from COCO's pictures
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
 
 
@@ -304,12 +306,12 @@ def _normalised(ways: np.ndarray) -> np.ndarray:
 
 
 def _precision(confidence: np.ndarray | None, seen: np.ndarray, part: slice) -> np.ndarray:
-    """Relative precision (frames, 15) of the rays: errors are taken to be inverse to a detector's confidence."""
+    """Relative precision (frames, 15) of the rays: a detector's errors by joint, inverse to its confidence."""
     if confidence is None:
         return np.ones(seen.shape)
     given = np.where(seen, np.nan_to_num(confidence[part]), 0.0)
     usual = float(np.median(given[seen])) if seen.any() else 1.0
-    return np.maximum(given / max(usual, 1e-6), _LEAST_CONFIDENCE) ** 2
+    return (np.maximum(given / max(usual, 1e-6), _LEAST_CONFIDENCE) * np.median(_SPREAD) / _SPREAD) ** 2
 
 
 @dataclass(frozen=True)

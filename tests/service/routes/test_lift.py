@@ -1,6 +1,7 @@
 """`POST /v1/lift` against `motionenv.lift` and the truth."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,13 +51,18 @@ def test_a_camera_and_confidences_are_used(server):
     confidence = np.random.default_rng(0).uniform(0.5, 1, places.shape[:2])
     seen = motionenv.Points(camera.project(places)[0], 30.0, "px", confidence=confidence)
     with Client(server.url) as client:
-        for told, lens in ((camera, None), (camera.K, [0.01, 0, 0, 0])):
+        for told, lens in ((camera, None), ([camera] * 90, None), (camera.K, [0.01, 0, 0, 0])):
             there = client.lift(seen, camera=told, distortion=lens, method="free")
             here = motionenv.lift(seen, camera=told, distortion=lens, method="free")
             np.testing.assert_allclose(there.markers.positions, here.positions, atol=1e-9)
             np.testing.assert_allclose(there.band, here.band, atol=1e-9)
         with pytest.raises(motionenv.MotionError, match="needs camera"):
             client.lift(seen, distortion=[0.01, 0, 0, 0])
+        with pytest.raises(motionenv.MotionError, match="one pose for each of the 90 frames, got 2"):
+            client.lift(seen, camera=[camera] * 2)
+        zoomed = replace(camera, K=camera.K * [[2, 1, 1], [1, 2, 1], [1, 1, 1]])
+        with pytest.raises(motionenv.MotionError, match="same intrinsics"):
+            client.lift(seen, camera=[camera, zoomed])
 
 
 @pytest.mark.parametrize(
