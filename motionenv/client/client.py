@@ -335,7 +335,9 @@ def _camera(camera: Camera | Sequence[Camera] | np.ndarray | None, distortion: S
     if isinstance(camera, Camera):
         return {"K": camera.K.tolist(), **pose, **each[0]}
     if any((one.K != camera[0].K).any() for one in camera):
-        raise MotionError("camera must have the same intrinsics K in all frames: lift films that zoom without a service")
+        raise MotionError(
+            "camera must have the same intrinsics K in all frames: lift films that zoom without a service"
+        )
     return {"K": camera[0].K.tolist(), **pose, "poses": each}
 
 
