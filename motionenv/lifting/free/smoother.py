@@ -33,6 +33,7 @@ _LIMBS = [
 _A = np.array([_M[a] for a, _ in _LIMBS])
 _B = np.array([_M[b] for _, b in _LIMBS])
 _SHARED = np.array([0, 1, *np.repeat(np.arange(2, 9), 2), 9, 10])  # index of the length
+_SPINE = np.array([0, 6, 7])  # from sternum to ankle along the body: these lengths define the body unit
 _NOISE, _LEAST_JUMPS = 0.03, 30  # noise if fewer third differences than these are known
 #: What the network's errors, which last for seconds, add to the posterior deviations, relative to those that it states,
 #: for people left out who differ in style, proportions and joints as in training.
@@ -109,7 +110,7 @@ def smooth(
     size = _apparent(rays, posture, seen, fps)
     noise = max(_noise(rays, size), settings.least_ray)
     fit = Fit(posture.copy(), np.zeros((len(rays), 2)), 0.0, noise, seen * precision, _lengths(posture))
-    whole = fit.limbs.sum()
+    whole = fit.limbs[_SPINE].sum()
     distance = np.repeat((1 / size)[:, None], len(MARKERS), axis=1)
     for round_ in range(settings.rounds + 1):
         system = _System(len(rays))
@@ -131,7 +132,7 @@ def smooth(
         fit.weights = seen * precision / (1 + off * precision / _TAIL) ** 2
         distance = np.linalg.norm(fit.places - origins[:, None], axis=-1)
         fit.limbs = _lengths(fit.places)
-        fit.limbs *= whole / fit.limbs.sum()  # proportions only: else the body shrinks or grows from round to round
+        fit.limbs *= whole / fit.limbs[_SPINE].sum()  # proportions only: else the body grows from round to round
         fit.contact, fit.floor = contacts(fit.places, fps)
     return fit
 
