@@ -15,6 +15,7 @@ _GAP = 1.0  # [s] longest gap in which a mover is behind something
 _LEAST = 12  # [pixels] least area of a component
 _OVERLAP = 0.3  # least overlap of a predicted box with a component, relative to the smaller of both
 _PART = 0.25  # weight of that overlap against that relative to the union of both, so that specks don't swap bodies
+_REST = 0.6  # greatest area, relative to the predicted box, of what another's component leaves of a mover
 _COVERED = 0.5  # least part of a predicted box inside another mover's component, to have merged with it
 _GROWN = (5, 0.15)  # least frames of a mover that can merge, and its least area relative to the component
 _UPRIGHT, _SMALL = 1.5, 0.2  # height over width of a body, and area of a piece beside it relative to the body's
@@ -149,17 +150,20 @@ def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, 
         mine = np.flatnonzero(owner == k)
         active[k].boxes[t] = _hull(boxes[mine])
         active[k].parts[t] = [found[c][0] for c in mine]
-    hidden = np.setdiff1d(np.arange(len(active)), owner)
     grown = np.array([m.seen.sum() >= _GROWN[0] for m in active], dtype=bool)
-    for k in hidden[grown[hidden]]:
-        inside = common_areas(expected[[k]], boxes)[0] / areas(expected[[k]])
+    for k in np.flatnonzero(grown):
+        mine = owner == k
+        if mine.any() and areas(_hull(boxes[mine])[None])[0] > _REST * areas(expected[[k]])[0]:
+            continue  # seen by itself
+        inside = np.where(mine, 0.0, common_areas(expected[[k]], boxes)[0] / areas(expected[[k]]))
         where = int(inside.argmax()) if len(boxes) else 0
         if not len(boxes) or inside[where] < _COVERED or owner[where] < 0 or not grown[owner[where]]:
             continue
         if areas(expected[[k]])[0] > _GROWN[1] * areas(boxes)[where]:
-            for mover, box in ((active[j], expected[j]) for j in (k, owner[where])):
-                mover.boxes[t], mover.merged[t] = _within(box, boxes[where]), True
-                mover.parts[t] = [found[where][0]]
+            for j in (k, owner[where]):
+                parts = np.union1d(np.flatnonzero(owner == j), where)
+                active[j].boxes[t], active[j].merged[t] = _within(expected[j], _hull(boxes[parts])), True
+                active[j].parts[t] = [found[c][0] for c in parts]
     for c in np.flatnonzero(owner < 0):
         movers.append(Mover(np.full((frames, 4), np.nan), np.zeros(frames, dtype=bool), {t: [found[c][0]]}))
         movers[-1].boxes[t] = boxes[c]

@@ -86,6 +86,25 @@ def test_specks_do_not_take_over_a_body():
     np.testing.assert_array_equal(main.boxes[:, 2:], [[10, 49]] * FRAMES)
 
 
+def test_who_is_crossed_but_for_the_head_stays_who_she_is():
+    pictures = film(112 - 2.0 * np.arange(FRAMES))
+    ways = 20 + 0.6 * np.arange(FRAMES)
+    for t, way in enumerate(ways.round().astype(int)):
+        pictures[t, 6:44, way : way + 8] = 1
+        pictures[t, 11:16, way : way + 8] = t < 8  # then her neck is like the background
+    movers = linked(np.stack([components(p) for p in pictures]), FPS)
+    assert len(movers) == 2
+    she = min(movers, key=at_first)
+    assert she.seen.all()
+    assert she.merged.any()
+    np.testing.assert_allclose(at(she), ways, atol=4.5)
+
+
+def at_first(mover) -> float:
+    """Where a mover first was."""
+    return float(at(mover)[mover.seen][0])
+
+
 def test_common_areas_are_counted_pixels():
     boxes = np.array([[0, 9, 0, 4], [5, 14, 2, 8], [30, 31, 0, 0]], dtype=float)
     masks = np.zeros((3, 10, 40), dtype=bool)
