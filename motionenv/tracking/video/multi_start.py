@@ -37,7 +37,7 @@ class Attempt:
         poses: expected poses (T, 25).
         particles: (T, particles, 25), equally weighted.
         effective: (T,) effective sample sizes.
-        overlap: (T,) intersection over union of the expected silhouette and the foreground.
+        overlap: (T,) of the expected silhouette and the foreground, as of `overlap`.
         starts: start and restarts, by frame.
     """
 
@@ -57,6 +57,7 @@ class MultiStart:
         likelihood: of masks.
         film: (T, height, width) foreground probabilities.
         colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
+        merged: (T,) bool, whether the foreground is also somebody else's.
         begin: frame to start at.
         particles, layers, rng: of the filter.
         guide: what detections tell, from `begin` on; None if there are none.
@@ -67,6 +68,7 @@ class MultiStart:
     likelihood: SilhouetteLikelihood
     film: np.ndarray
     colours: np.ndarray
+    merged: np.ndarray
     begin: int
     particles: int
     layers: int
@@ -89,7 +91,7 @@ class MultiStart:
 
     def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None], done: int) -> Attempt:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
-        record = _Record(len(self.film), self.likelihood, self.film, self.rng)
+        record = _Record(self.likelihood, self.film, self.merged, self.rng)
         starts, lost = {}, 0
         guided = np.zeros(len(self.film), dtype=bool) if self.guide is None else self.guide.known
         for i in range(self.begin, len(self.film)):
@@ -141,20 +143,22 @@ class MultiStart:
 
 
 class _Record:
-    """Collects each frame's results, from a film (T, height, width) of foreground probabilities."""
+    """Collects each frame's results, from a film (T, height, width), `merged` (T,) or not, as of `MultiStart`."""
 
-    def __init__(self, frames: int, likelihood: SilhouetteLikelihood, film: np.ndarray, rng: np.random.Generator):
+    def __init__(self, likelihood: SilhouetteLikelihood, film: np.ndarray, merged: np.ndarray, rng):
+        frames = len(film)
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
         self.effective, self.overlap = np.empty(frames), np.empty(frames)
-        self._likelihood, self._film, self._rng = likelihood, film, rng
+        self._likelihood, self._film, self._merged, self._rng = likelihood, film, merged, rng
 
     def keep(self, i: int, belief: Belief) -> float:
-        """Store the posterior of frame `i`; returns the overlap."""
+        """Store the posterior of frame `i`; returns its intersection over union with the foreground."""
         self.poses[i], self.effective[i] = belief.mean, belief.effective
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
         body, camera = self._likelihood.skeleton, self._likelihood.camera
-        self.overlap[i] = overlap(self.poses[i], body, camera, self._film[i])
-        return float(self.overlap[i])
+        either = overlap(self.poses[i], body, camera, self._film[i])
+        self.overlap[i] = overlap(self.poses[i], body, camera, self._film[i], True) if self._merged[i] else either
+        return either
 
 
 def exchanged(start: Start) -> Start:
@@ -162,15 +166,18 @@ def exchanged(start: Start) -> Start:
     return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
-def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> float:
-    """Intersection over union of a pose's silhouette and a foreground.
+def overlap(
+    pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray, merged: bool = False
+) -> float:
+    """Intersection over union of a pose's silhouette and a foreground; over the silhouette if somebody else is in it.
 
-    `pose` (25,) [m, rad] is of a `skeleton`; the `camera` is that of `foreground` (height, width), probabilities.
+    `pose` (25,) [m, rad] is of a `skeleton`; the `camera` is that of `foreground` (height, width), probabilities;
+    `merged` tells whether the foreground is also somebody else's.
     """
     from motionenv.render import render
 
     body, seen = render(pose, skeleton, camera).limbs > 0, foreground > 0.5
-    return float((body & seen).sum() / max((body | seen).sum(), 1))
+    return float((body & seen).sum() / max((body if merged else body | seen).sum(), 1))
 
 
 def _reflected(poses: np.ndarray) -> np.ndarray:

@@ -43,7 +43,7 @@ class VideoTrack:
         particles: (T, particles, 25), equally weighted; NaN as above.
         effective: (T,) effective sample sizes.
         overlap: (T,) intersection over union of the expected silhouette and the person's outline, from 0 to 1, also in
-            lost frames.
+            lost frames; over the silhouette alone where the outline is one with somebody else's.
         expected: (T, 25) expected poses, also in lost frames.
         camera: given or guessed, for the video's own image size.
         guessed: whether the camera is a guess; lengths are then relative to the assumed height.
@@ -229,11 +229,14 @@ def _follower(
     back = MixturePrior(
         FPCAPrior(skeleton=skeleton, fps=fps, backwards=True), VelocityPrior(skeleton=skeleton, fps=fps)
     )
-    alone = np.where(who.mover.merged[slice(*frames)][:, None], np.nan, boxes)
+    merged = who.mover.merged[slice(*frames)]
+    alone = np.where(merged[:, None], np.nan, boxes)
     begin = departure_frame(alone if np.isfinite(alone).any() else boxes, fps)
     if guide is not None and guide.known.any():
         begin = int(np.argmax(guide.known))
-    return MultiStart(prior, back, likelihood, close.foreground, close.colours, begin, particles, layers, rng, guide)
+    return MultiStart(
+        prior, back, likelihood, close.foreground, close.colours, merged, begin, particles, layers, rng, guide
+    )
 
 
 def _spread(part: np.ndarray, where: np.ndarray, first: int) -> np.ndarray:

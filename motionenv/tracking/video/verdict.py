@@ -47,7 +47,7 @@ def verdict(
 
     Args:
         poses: expected poses (T, 25) [m, rad].
-        overlap: (T,) intersection over union of body and outline.
+        overlap: (T,) of body and outline, as of `VideoTrack`.
         seen: (T,) bool, whether there is an outline.
         fps: frame rate [Hz].
         off: (T,) distance of the pose from detected points, in body heights; NaN where there are none, None for no

@@ -35,7 +35,7 @@ def test_an_exchanged_start_is_the_mirror_image_in_the_plane_of_walking(walk):
     np.testing.assert_allclose(exchanged(other).previous, start.previous, atol=1e-12)
 
 
-def test_overlap_is_what_both_show_of_what_either_shows():
+def test_overlap_is_what_both_show_of_what_either_shows_and_of_the_body_if_somebody_else_does():
     body = from_height()
     pose = np.eye(25)[2] * 0.93
     there = render(pose, body, CAMERA, rgb=False).limbs > 0
@@ -44,6 +44,9 @@ def test_overlap_is_what_both_show_of_what_either_shows():
     assert overlap(pose, body, CAMERA, 0.9 * upper) == pytest.approx(upper.sum() / there.sum())
     assert overlap(pose, body, CAMERA, 0.4 * there) == 0.0
     assert overlap(pose + np.eye(25)[1] * 1e6, body, CAMERA, np.zeros((96, 96))) == 0.0
+    other = upper | (np.arange(96) > 80)  # somebody else beside
+    share = (there & other).sum() / there.sum()
+    assert overlap(pose, body, CAMERA, 0.9 * other, merged=True) == pytest.approx(share)
 
 
 def test_a_track_goes_both_ways_from_where_it_begins(walk):
@@ -54,7 +57,9 @@ def test_a_track_goes_both_ways_from_where_it_begins(walk):
     priors = (FPCAPrior(skeleton=walk.skeleton, fps=20.0, backwards=back) for back in (False, True))
     colours = np.zeros(film.shape, dtype=np.uint16)
     ticks = []
-    starts = MultiStart(*priors, likelihood, film, colours, 6, 200, 1, np.random.default_rng(1))
+    starts = MultiStart(
+        *priors, likelihood, film, colours, np.zeros(len(film), dtype=bool), 6, 200, 1, np.random.default_rng(1)
+    )
     found = starts.best(2, ticks.append)
     assert ticks == list(range(1, 41))
     assert found.poses.shape == (20, 25)
