@@ -15,7 +15,8 @@ _GAP = 1.0  # [s] longest gap in which a mover is behind something
 _LEAST = 12  # [pixels] least area of a component
 _OVERLAP = 0.3  # least overlap of a predicted box with a component, relative to the smaller of both
 _PART = 0.25  # weight of that overlap against that relative to the union of both, so that specks don't swap bodies
-_REST = 0.6  # greatest area, relative to the predicted box, of what another's component leaves of a mover
+#: Greatest area, relative to the predicted box, of what another's component leaves of a mover: the only value tried.
+_REST = 0.6
 _COVERED = 0.5  # least part of a predicted box inside another mover's component, to have merged with it
 _GROWN = (5, 0.15)  # least frames of a mover that can merge, and its least area relative to the component
 _UPRIGHT, _SMALL = 1.5, 0.2  # height over width of a body, and area of a piece beside it relative to the body's
