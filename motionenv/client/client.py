@@ -188,7 +188,7 @@ class Client:
             method: "steady", "free" or "auto".
 
         Raises:
-            MotionError: distortion without a camera, or cameras of several focal lengths.
+            MotionError: distortion without a camera, cameras of several focal lengths, or no camera at all.
         """
         seen = points.positions
         if points.confidence is not None:
@@ -331,14 +331,16 @@ def _camera(camera: Camera | Sequence[Camera] | np.ndarray | None, distortion: S
     pose: dict[str, Any] = {"distortion": None if distortion is None else list(map(float, distortion))}
     if isinstance(camera, np.ndarray):
         return {"K": camera.tolist(), **pose}
-    each = [{"R": one.R.tolist(), "t": one.t.tolist()} for one in ([camera] if isinstance(camera, Camera) else camera)]
     if isinstance(camera, Camera):
-        return {"K": camera.K.tolist(), **pose, **each[0]}
+        return {"K": camera.K.tolist(), **pose, "R": camera.R.tolist(), "t": camera.t.tolist()}
+    if not camera or not all(isinstance(one, Camera) for one in camera):
+        raise MotionError("camera must be a Camera, one for each frame, or an array (3, 3) of its intrinsics")
     if any((one.K != camera[0].K).any() for one in camera):
         raise MotionError(
             "camera must have the same intrinsics K in all frames: lift films that zoom without a service"
         )
-    return {"K": camera[0].K.tolist(), **pose, "poses": each}
+    poses = [{"R": one.R.tolist(), "t": one.t.tolist()} for one in camera]
+    return {"K": camera[0].K.tolist(), **pose, "poses": poses}
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:

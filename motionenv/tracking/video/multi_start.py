@@ -37,7 +37,7 @@ class Attempt:
         poses: expected poses (T, 25).
         particles: (T, particles, 25), equally weighted.
         effective: (T,) effective sample sizes.
-        overlap: (T,) of the expected silhouette and the foreground, as of `overlap`.
+        overlap: (T,) of the expected silhouette and the foreground, over the silhouette alone where `merged`.
         starts: start and restarts, by frame.
     """
 
@@ -156,8 +156,8 @@ class _Record:
         self.poses[i], self.effective[i] = belief.mean, belief.effective
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
         body, camera = self._likelihood.skeleton, self._likelihood.camera
-        either = overlap(self.poses[i], body, camera, self._film[i])
-        self.overlap[i] = overlap(self.poses[i], body, camera, self._film[i], True) if self._merged[i] else either
+        either, own = overlap(self.poses[i], body, camera, self._film[i])
+        self.overlap[i] = own if self._merged[i] else either
         return either
 
 
@@ -166,18 +166,16 @@ def exchanged(start: Start) -> Start:
     return Start(_reflected(start.poses), start.log_weights, _reflected(start.previous), start.spread, start.heights)
 
 
-def overlap(
-    pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray, merged: bool = False
-) -> float:
-    """Intersection over union of a pose's silhouette and a foreground; over the silhouette if somebody else is in it.
+def overlap(pose: np.ndarray, skeleton: Skeleton, camera: Camera, foreground: np.ndarray) -> tuple[float, float]:
+    """Intersection of a pose's silhouette and a foreground, over their union and over the silhouette alone.
 
-    `pose` (25,) [m, rad] is of a `skeleton`; the `camera` is that of `foreground` (height, width), probabilities;
-    `merged` tells whether the foreground is also somebody else's.
+    `pose` (25,) [m, rad] is of a `skeleton`; the `camera` is that of `foreground` (height, width), probabilities.
     """
     from motionenv.render import render
 
     body, seen = render(pose, skeleton, camera).limbs > 0, foreground > 0.5
-    return float((body & seen).sum() / max((body if merged else body | seen).sum(), 1))
+    both = (body & seen).sum()
+    return float(both / max((body | seen).sum(), 1)), float(both / max(body.sum(), 1))
 
 
 def _reflected(poses: np.ndarray) -> np.ndarray:

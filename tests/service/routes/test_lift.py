@@ -60,6 +60,9 @@ def test_a_camera_and_confidences_are_used(server):
             client.lift(seen, distortion=[0.01, 0, 0, 0])
         with pytest.raises(motionenv.MotionError, match="one pose for each of the 90 frames, got 2"):
             client.lift(seen, camera=[camera] * 2)
+        for wrong in ([], camera.K.tolist()):
+            with pytest.raises(motionenv.MotionError, match="camera must be a Camera, one for each frame, or"):
+                client.lift(seen, camera=wrong)
         zoomed = replace(camera, K=camera.K * [[2, 1, 1], [1, 2, 1], [1, 1, 1]])
         with pytest.raises(motionenv.MotionError, match="same intrinsics"):
             client.lift(seen, camera=[camera, zoomed])

@@ -35,18 +35,18 @@ def test_an_exchanged_start_is_the_mirror_image_in_the_plane_of_walking(walk):
     np.testing.assert_allclose(exchanged(other).previous, start.previous, atol=1e-12)
 
 
-def test_overlap_is_what_both_show_of_what_either_shows_and_of_the_body_if_somebody_else_does():
+def test_overlap_is_what_both_show_of_what_either_shows_and_of_the_body():
     body = from_height()
     pose = np.eye(25)[2] * 0.93
     there = render(pose, body, CAMERA, rgb=False).limbs > 0
-    assert overlap(pose, body, CAMERA, there.astype(float)) == 1.0
+    assert overlap(pose, body, CAMERA, there.astype(float)) == (1.0, 1.0)
     upper = there & (np.arange(96) < 48)[:, None]
-    assert overlap(pose, body, CAMERA, 0.9 * upper) == pytest.approx(upper.sum() / there.sum())
-    assert overlap(pose, body, CAMERA, 0.4 * there) == 0.0
-    assert overlap(pose + np.eye(25)[1] * 1e6, body, CAMERA, np.zeros((96, 96))) == 0.0
+    assert overlap(pose, body, CAMERA, 0.9 * upper)[0] == pytest.approx(upper.sum() / there.sum())
+    assert overlap(pose, body, CAMERA, 0.4 * there) == (0.0, 0.0)
+    assert overlap(pose + np.eye(25)[1] * 1e6, body, CAMERA, np.zeros((96, 96))) == (0.0, 0.0)
     other = upper | (np.arange(96) > 80)  # somebody else beside
     share = (there & other).sum() / there.sum()
-    assert overlap(pose, body, CAMERA, 0.9 * other, merged=True) == pytest.approx(share)
+    assert overlap(pose, body, CAMERA, 0.9 * other)[1] == pytest.approx(share)
 
 
 def test_a_track_goes_both_ways_from_where_it_begins(walk):
@@ -67,7 +67,7 @@ def test_a_track_goes_both_ways_from_where_it_begins(walk):
     assert np.median(found.overlap) > 0.6
     assert (found.effective >= 1).all()
     for t in (0, 6, 19):
-        shown = overlap(found.poses[t], walk.skeleton, CAMERA, film[t])
+        shown, _ = overlap(found.poses[t], walk.skeleton, CAMERA, film[t])
         assert found.overlap[t] == pytest.approx(shown)
         spread = np.linalg.norm(found.particles[t, :, :3] - found.poses[t, :3], axis=-1)
         assert np.median(spread) < 0.5
