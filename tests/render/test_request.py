@@ -55,7 +55,7 @@ def test_frames_have_the_shape_of_the_batch_and_are_flattened_in_place():
 def test_a_frame_that_does_not_fit_is_told_what_it_should_be(name, change, says):
     made = batch(np.zeros((2, 25)), SKELETON, views(1)[0])
     frame = made.empty(rgb=True)
-    arrays = {key: getattr(frame, key) for key in ("rgb", "depth", "limbs")}
+    arrays = {key: np.zeros_like(getattr(frame, key)) for key in ("rgb", "depth", "limbs")}
     with pytest.raises(MotionError, match=says):
         made.flat(Frame(**arrays | {name: change(arrays[name])}))
 

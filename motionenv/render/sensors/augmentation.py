@@ -58,7 +58,7 @@ class Augmentation:
 class Augmenter:
     """Applies the augmentation `choice` to the images of `n` episodes, on a number of `threads`.
 
-    Images are `width` × `height` [pixels], 16 to 512; `fps` is the frame rate [Hz], for the speed of moving objects.
+    Images are `width` × `height` [pixels], 16 to 1024; `fps` is the frame rate [Hz], for the speed of moving objects.
     """
 
     def __init__(
@@ -67,8 +67,8 @@ class Augmenter:
         if not isinstance(choice, Augmentation):
             raise MotionError(f"choice must be an Augmentation, got {type(choice).__name__}")
         self.choice, self.n, self.fps = choice, checked_whole(n, "n", 1), checked_fps(fps)
-        self.width = checked_whole(width, "width", 16, 512, "pixels")
-        self.height = checked_whole(height, "height", 16, 512, "pixels")
+        self.width = checked_whole(width, "width", 16, 1024, "pixels")
+        self.height = checked_whole(height, "height", 16, 1024, "pixels")
         self._workers = Workers(threads, "scenery")
         self._which, self._offset, self._gain = np.zeros(n, np.int64), np.zeros(n), np.zeros(n)
         self._colours, self._rise = np.zeros((n, 3), np.uint8), np.zeros(n)
