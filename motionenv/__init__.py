@@ -9,6 +9,7 @@ From recordings to pictures to estimates, and the folder of each step:
     likelihoods/            how well a pose explains a picture
     tracking/, lifting/     particle filters; 3D walks from 2D points
     metrics/, envs/         errors and scores; Gymnasium environments
+    data/                   data sets of any size, as files or streams
     cli/, client/           command line; client of the HTTP service
 
     >>> import motionenv

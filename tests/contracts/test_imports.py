@@ -26,10 +26,11 @@ RANK = {
     "gait": 4,
     "metrics": 8,
     "envs": 9,
-    "": 10,  # motionenv/__init__.py: the public names
-    "client": 11,
-    "cli": 12,
-    "__main__": 13,
+    "data": 10,
+    "": 11,  # motionenv/__init__.py: the public names
+    "client": 12,
+    "cli": 13,
+    "__main__": 14,
 }
 STAGES = set(RANK) - {"errors", "types"}
 HOME = {
@@ -50,9 +51,15 @@ HOME = {
     "OpenGL": {"render"},
     "pyglet": {"render"},
     "av": {"render"},
-    "PIL": {"render"},
+    "PIL": {"render", "data"},
     "matplotlib": {"lifting", "gait"},
     "gymnasium": {"envs"},
+    "fsspec": {"data"},
+    "orjson": {"data"},
+    "pyarrow": {"data"},
+    "pydantic": {"data"},
+    "ray": {"data"},
+    "torch": {"data"},
     "typer": {"cli"},
     "rich": {"cli"},
     "httpx": {"client"},
@@ -157,9 +164,9 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("detect", "plots", "rerun")),
+        ("motionenv", ("agents", "data", "detect", "plots", "ray", "rerun")),
         ("service", ()),
-        ("tests", ("test", "agents", "integrations")),
+        ("tests", ("test", "agents", "data", "integrations")),
         ("benchmarks", ("test", "bench")),
     ],
 )

@@ -12,12 +12,13 @@ MOST = 14
 #: Folders that may show more, each for a reason.
 MORE = {
     "motionenv/models": 17,  # a folder for each family of models, and one file for each thing that they share
-    "benchmarks": 19,  # a folder for each family of claims, and single ones beside them
+    "benchmarks": 20,  # a folder for each family of claims, and single ones beside them
     "motionenv": 17,  # the steps of the flow, side by side
     "renders": 15,  # every picture of the README, and what makes them
     "renders/fixtures": 16,  # eight, each a picture and its truth
     "motionenv/mocap/marker_sets/sets": 20,  # one table per marker set
-    "tests": 21,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
+    "tests": 22,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
+    "tests/cli": 16,  # mirrors cli, and adds what commands say
     "tests/envs": 16,  # mirrors envs, and adds what tests share and other libraries
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
     "tests/models": 19,  # mirrors models, and adds a model that a package of somebody else brings

@@ -33,7 +33,11 @@ def test_commands_exist_with_their_options(words):
     while words and words[0] in getattr(command, "commands", {}):
         command, words = command.commands[words[0]], words[1:]
     assert not (getattr(command, "commands", {}) and words), f"no command {words[0]} under {command.name}"
-    known = {option for p in command.params for option in (*p.opts, *p.secondary_opts)} | {"--help"}
+    params = list(command.params)
+    if command.name == "batch":  # options of the command that it runs follow
+        top = get_command(app).commands
+        params += (top.get(words[0]) or top["mocap"].commands[words[0]]).params
+    known = {option for p in params for option in (*p.opts, *p.secondary_opts)} | {"--help"}
     assert {word.split("=")[0] for word in words if re.match(r"--?[a-z]", word)} <= known
 
 

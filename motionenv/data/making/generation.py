@@ -1,0 +1,214 @@
+"""Making data sets: `generate`."""
+
+import hashlib
+import json
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+from motionenv.data.formats import format_of
+from motionenv.data.formats.card import describe
+from motionenv.data.making import manifest
+from motionenv.data.making.engine import run
+from motionenv.data.samples import Sampler
+from motionenv.data.specification import Specification
+from motionenv.data.store import MAKING, Store
+from motionenv.errors import MotionError
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a call of `generate` did.
+
+    Attributes:
+        shards: numbers of the shards that it made.
+        skipped: numbers of shards that were there already.
+        failed: reasons, by number, for shards that couldn't be made.
+        missing: number of the set's shards that aren't there yet.
+        frames, bytes: of the shards that it made.
+        interrupted: whether it was stopped by Ctrl-C.
+    """
+
+    shards: tuple[int, ...]
+    skipped: tuple[int, ...]
+    failed: dict[int, str]
+    missing: int
+    frames: int
+    bytes: int
+    interrupted: bool
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole set is there."""
+        return not self.missing
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What a worker needs to make a shard."""
+
+    content: str  # of the specification, in JSON
+    url: str
+    options: tuple[tuple[str, Any], ...]
+    form: str
+
+
+def generate(
+    spec: Specification,
+    out,
+    shards: Iterable[int] | None = None,
+    executor: Executor | None = None,
+    resume: str = "if-possible",
+    *,
+    format: str = "webdataset",
+    workers: int | None = None,
+    options: dict[str, Any] | None = None,
+    patience: float = 3600.0,
+    on_shard: Callable[[dict], object] | None = None,
+) -> Made:
+    """Make a data set, or what is missing of it.
+
+    A script that calls this with more than one worker needs `if __name__ == "__main__":`, as Python's processes do.
+
+    Args:
+        spec: what it shows.
+        out: a folder, or a URL that `fsspec` knows, such as `s3://bucket/folder`.
+        shards: numbers of the shards to make, as for one of several jobs that share the work; None makes all. Whoever
+            finishes the last one describes the whole.
+        executor: any `concurrent.futures.Executor`, such as Dask's, MPI's or `motionenv.data.ray_executor`'s; None
+            starts `workers` processes. It must be able to import motionenv, and to write to `out`.
+        resume: "never", "always" or "if-possible": whether to go on with what is in `out`.
+        format: one of `motionenv.data.FORMATS`.
+        workers: processes; None is one for each core.
+        options: of the file system; see `motionenv.data.Store`.
+        patience: seconds without any finished shard after which the executor is given up.
+        on_shard: called with each row of the manifest as it is written.
+
+    Returns:
+        What was made. Shards that failed are in it, with the reason; the others are whole, and a later call makes the
+        rest.
+
+    Raises:
+        MotionError: `out` holds another data set, `resume` forbids it, no such shard, or no such format.
+    """
+    store, form = Store(out, options), format_of(format)
+    form.check(spec)
+    wanted = sorted(set(range(spec.shards) if shards is None else shards))
+    for shard in wanted[:1] + wanted[-1:]:
+        spec.range_of(shard)
+    try:
+        manifest.begin(store, spec, format, resume)
+        before = manifest.done(store, spec)
+    except OSError as error:
+        raise MotionError(f"can't write to {store.url}: {error}") from error
+    todo = [shard for shard in wanted if shard not in before]
+    job = _Job(spec.json(), store.url, tuple(sorted(store.options.items())), format)
+    outcome = run(
+        partial(make_shard, job), todo, executor=executor, workers=workers, patience=patience, on_done=on_shard
+    )
+    return _concluded(store, spec, format, wanted, before, outcome)
+
+
+def _concluded(store: Store, spec: Specification, form: str, wanted: list[int], before: set[int], outcome) -> Made:
+    """What was made, by the manifest alone; describes the whole set if nothing is missing."""
+    there = manifest.done(store, spec)
+    failed = {shard: why for shard, why in outcome.failed.items() if shard not in there}
+    for shard in outcome.done.keys() - there:
+        failed[shard] = "the executor says that it is done, but it has no row in the manifest"
+    missing = spec.shards - len(there)
+    if not missing:
+        finish(store, spec, form)
+    made = [row for shard, row in outcome.done.items() if shard in there]
+    return Made(
+        tuple(sorted(row["shard"] for row in made)), tuple(shard for shard in wanted if shard in before),
+        dict(sorted(failed.items())), missing, sum(row["frames"] for row in made),
+        sum(file["bytes"] for row in made for file in row["files"]), outcome.interrupted,
+    )  # fmt: skip
+
+
+def finish(store: Store, spec: Specification, form: str) -> None:
+    """Describe the data set of `spec` in a `store` and the format `form`, of which all shards are done."""
+    rows = manifest.read_rows(store, spec)
+    format_of(form).finish(store, rows, spec)
+    describe(store, rows, spec, form)
+    if store.local is not None:
+        shutil.rmtree(store.local / MAKING, ignore_errors=True)  # of makers that died; nothing needs them now
+
+
+def make_shard(job: _Job, shard: int) -> dict[str, Any]:
+    """Make a `shard` of a `job` unless it is there; returns its row.
+
+    Raises:
+        OSError: the store can't be written.
+    """
+    sampler = _sampler(job.content)
+    spec, store, form = sampler.spec, Store(job.url, dict(job.options)), format_of(job.form)
+    row = manifest.read_row(store, spec, shard)
+    if row is not None:
+        return row
+    whole = spec.range_of(shard)
+    try:
+        with _folder(store) as folder:
+            form.write(sampler.samples(whole.start, whole.stop), folder, shard, spec)
+            files = [_described(file, folder) for file in sorted(folder.rglob("*")) if file.is_file()]
+            for file in files:
+                store.put(folder / file["path"], file["path"])
+        return manifest.write_row(store, spec, shard, files)
+    except FileNotFoundError:
+        row = manifest.read_row(store, spec, shard)  # another maker was faster, and cleaned up
+        if row is None:
+            raise
+        return row
+
+
+@lru_cache(maxsize=2)
+def _sampler(content: str) -> Sampler:
+    return Sampler(Specification.of(json.loads(content)))
+
+
+@contextmanager
+def _folder(store: Store) -> Iterator[Path]:
+    """An empty folder, on the same disk as a local store, that is gone afterwards."""
+    near = None if store.local is None else store.unfinished()
+    with tempfile.TemporaryDirectory(prefix="shard-", dir=near, ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
+
+
+def _described(file: Path, folder: Path) -> dict[str, Any]:
+    """Path, size and SHA-256 of a file."""
+    with file.open("rb") as content:
+        digest = hashlib.file_digest(content, "sha256").hexdigest()
+    return {"path": file.relative_to(folder).as_posix(), "bytes": file.stat().st_size, "sha256": digest}
+
+
+def verify(out, options: dict[str, Any] | None = None) -> dict[str, str]:
+    """Compare every file of the data set in `out` with the manifest; the problems by path, none if all is well.
+
+    Args:
+        out: folder or URL of the data set.
+        options: of the file system; see `motionenv.data.Store`.
+
+    Raises:
+        MotionError: there is no data set.
+    """
+    store = Store(out, options)
+    spec, _ = manifest.read_head(store)
+    wrong: dict[str, str] = {}
+    for shard in range(spec.shards):
+        row = manifest.read_row(store, spec, shard)
+        if row is None:
+            wrong[f"shard {shard}"] = "isn't made yet"
+            continue
+        for file in row["files"]:
+            content = store.read(file["path"])
+            if content is None:
+                wrong[file["path"]] = "is gone"
+            elif hashlib.sha256(content).hexdigest() != file["sha256"]:
+                wrong[file["path"]] = f"differs from what was written ({len(content)} of {file['bytes']} bytes)"
+    return wrong

@@ -1,0 +1,158 @@
+"""The manifest of a data set: what it is, and which of its shards are done.
+
+`dataset.json` holds the specification. A shard is done when its row, `manifest/000012-49152-53248.json`, is there: it
+is written last. The row's name has shard, first and last index, so that a listing tells what is left to do; rows say
+nothing of who made them, so that two makers of one shard write the same.
+"""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import orjson
+
+from motionenv.data.specification import Specification
+from motionenv.data.store import Store
+from motionenv.errors import MotionError
+
+RESUME = ("never", "always", "if-possible")
+_HEAD, _ROWS = "dataset.json", "manifest"
+_AT_ONCE = 1000  # rows that are read together
+
+
+def begin(store: Store, spec: Specification, form: str, resume: str) -> None:
+    """Begin a data set, or go on with one.
+
+    Args:
+        store: where.
+        spec: its specification; one that is there may have fewer frames, but nothing else may differ.
+        form: name of the format.
+        resume: "never" refuses what is there, "always" a store without a data set; "if-possible" takes both.
+
+    Raises:
+        MotionError: refused; says which part differs.
+    """
+    if resume not in RESUME:
+        raise MotionError(f"resume must be one of {', '.join(RESUME)}, got {resume!r}")
+    head, before = _head(spec, form), store.read(_HEAD)
+    if before is None:
+        if resume == "always":
+            raise MotionError(f'there is no data set in {store.url} to go on with: use resume="if-possible"')
+        store.write(_HEAD, _json(head))
+        return
+    if resume == "never":
+        raise MotionError(f'{store.url} has a data set: choose another place, or resume="if-possible"')
+    there = _parsed(before, store)
+    if differing := sorted(_differences(there, head)):
+        raise MotionError(
+            f"{store.url} has another data set: {', '.join(differing)} differ(s); choose another place, or give the "
+            "same specification, format and versions"
+        )
+    had = int(there["specification"]["frames"])
+    if spec.frames < had:
+        raise MotionError(f"{store.url} has a data set of {had} frames: give as many or more, got {spec.frames}")
+    if spec.frames > had:
+        store.write(_HEAD, _json(head))
+
+
+def read_head(store: Store) -> tuple[Specification, str]:
+    """The specification and the format of the data set in a `store`.
+
+    Raises:
+        MotionError: there is none.
+    """
+    content = store.read(_HEAD)
+    if content is None:
+        raise MotionError(f"there is no data set in {store.url}: it would have a {_HEAD}")
+    head = _parsed(content, store)
+    return Specification.of(head["specification"]), str(head["format"])
+
+
+def done(store: Store, spec: Specification) -> set[int]:
+    """Numbers of the shards of `spec` that are done in a `store`."""
+    there = set(store.names(_ROWS))
+    return {shard for shard in range(spec.shards) if row_name(spec, shard) in there}
+
+
+def row_name(spec: Specification, shard: int) -> str:
+    """Name of the row's file of a `shard` of `spec`."""
+    whole = spec.range_of(shard)
+    return f"{shard:06d}-{whole.start}-{whole.stop}.json"
+
+
+def read_row(store: Store, spec: Specification, shard: int) -> dict[str, Any] | None:
+    """The row of a `shard` of `spec` in a `store`; None if it isn't done."""
+    content = store.read(f"{_ROWS}/{row_name(spec, shard)}")
+    return None if content is None else orjson.loads(content)
+
+
+def read_rows(store: Store, spec: Specification) -> list[dict[str, Any]]:
+    """The rows of all shards of `spec` in a `store`, in order, all of which are done."""
+    paths = [f"{_ROWS}/{row_name(spec, shard)}" for shard in range(spec.shards)]
+    together = [paths[k : k + _AT_ONCE] for k in range(0, len(paths), _AT_ONCE)]
+    rows = [orjson.loads(content) for some in together for content in store.read_all(some)]
+    return sorted(rows, key=lambda row: row["shard"])
+
+
+def write_row(store: Store, spec: Specification, shard: int, files: list[dict[str, Any]]) -> dict[str, Any]:
+    """Write that a `shard` of `spec` is done in a `store`, in `files` with path, bytes and sha256; returns the row."""
+    whole = spec.range_of(shard)
+    row = {
+        "shard": shard, "start": whole.start, "stop": whole.stop, "samples": len(whole),
+        "frames": len(whole) * spec.clip, "files": files, "versions": _versions(),
+    }  # fmt: skip
+    store.write(f"{_ROWS}/{row_name(spec, shard)}", _json(row))
+    return row
+
+
+def _head(spec: Specification, form: str) -> dict[str, Any]:
+    from motionenv import __version__
+
+    return {
+        "specification": spec.model_dump(mode="json"),
+        "hash": spec.hash,
+        "format": form,
+        "motionenv": __version__,
+        "models": {name: _model_version(name) for name in spec.people.models},
+    }
+
+
+def _model_version(name: str) -> str:
+    """Version of the package that a ready-made model comes with, or what is in a model's file."""
+    from motionenv.models.registry import load, names, version
+
+    if name in names():
+        return version(name)
+    load(name)  # says what is wrong with the name
+    return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+
+
+def _differences(there: dict[str, Any], here: dict[str, Any]) -> set[str]:
+    """Names of what differs between the heads of two data sets, except for the number of frames."""
+    one, other = (dict(head.get("specification", {}), frames=0) for head in (there, here))
+    parts = {name for name in ("format", "motionenv", "models") if there.get(name) != here.get(name)}
+    for name in {*one, *other}:
+        a, b = one.get(name), other.get(name)
+        if isinstance(a, dict) and isinstance(b, dict):
+            parts |= {f"{name}.{key}" for key in {*a, *b} if a.get(key) != b.get(key)}
+        elif a != b:
+            parts.add(name)
+    return parts
+
+
+def _versions() -> dict[str, str]:
+    """Versions of what a shard's bytes depend on."""
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("motionenv", "numpy", "scipy", "numba", "pillow", "pyarrow")}
+
+
+def _json(content: dict[str, Any]) -> bytes:
+    return orjson.dumps(content, option=orjson.OPT_INDENT_2 | orjson.OPT_SORT_KEYS)
+
+
+def _parsed(content: bytes, store: Store) -> dict[str, Any]:
+    try:
+        return orjson.loads(content)
+    except orjson.JSONDecodeError as error:
+        raise MotionError(f"{_HEAD} in {store.url} is damaged: {error}") from None

@@ -1,0 +1,126 @@
+"""What a specification will look like and cost, before anything is made."""
+
+import math
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from motionenv._core.validation import checked_whole
+from motionenv.data.formats import format_of
+from motionenv.data.samples import Sample, Sampler
+from motionenv.data.specification import Specification
+from motionenv.render.draw2d.overlay import draw_pose
+from motionenv.types import Camera
+
+_TILE = 240  # pixels, least width of a picture in the sheet
+_FRAMES = 4096  # most that are made to measure
+_GREY = 60
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a data set takes, from a small part of it that was made.
+
+    Attributes:
+        frames, samples, shards: of the set.
+        bytes: of its files.
+        core_hours: of processor cores like this one.
+    """
+
+    frames: int
+    samples: int
+    shards: int
+    bytes: int
+    core_hours: float
+
+    def text(self, workers: int, price: float) -> str:
+        """A paragraph for people, for so many `workers` and a `price` of a core and hour."""
+        hours = self.core_hours / workers
+        long = (
+            f"{hours:.1f} h" if hours >= 1 else f"{60 * hours:.1f} min" if hours >= 1 / 60 else f"{3600 * hours:.0f} s"
+        )
+        return (
+            f"{self.frames:,} frames in {self.samples:,} samples and {self.shards:,} shards: {_size(self.bytes)}, "
+            f"{self.core_hours:,.2f} core hours; {long} with {workers} worker(s), "
+            f"{self.core_hours * price:,.2f} at {price:g} per core and hour"
+        )
+
+
+def estimate(spec: Specification, form: str = "webdataset") -> Estimate:
+    """Make a group of `spec`'s samples in the format `form` in a folder that is then deleted, and extrapolate.
+
+    Raises:
+        MotionError: the format can't hold it.
+    """
+    written = format_of(form)
+    written.check(spec)
+    sampler = Sampler(spec)
+    count = min(spec.samples, sampler.per_group, max(1, _FRAMES // spec.clip))
+    sampler.sample(sampler.per_group)  # compiles, and makes what is made once
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        written.write(sampler.samples(0, count), Path(folder), 0, spec)
+        spent = time.perf_counter() - began
+        size = sum(file.stat().st_size for file in Path(folder).rglob("*") if file.is_file())
+    share = spec.samples / count
+    frames = spec.samples * spec.clip
+    return Estimate(frames, spec.samples, spec.shards, round(size * share), spent * share / 3600)
+
+
+def contact_sheet(spec: Specification, samples: int = 16) -> np.ndarray:
+    """A picture (height, width, 3) uint8 of the first `samples` of `spec`, each with its joints.
+
+    Of a clip it shows the frame in the middle, and below it the first and the last one.
+
+    Raises:
+        MotionError: `samples` isn't from 1 to 256.
+    """
+    count = min(checked_whole(samples, "samples", 1, 256), spec.samples)
+    pictures = () if spec.pictures.background == "black" and "rgb" not in spec.output.fields else ("rgb",)
+    shown = spec.replace(output={"fields": (*(pictures or ("mask",)), "joints", "camera")})
+    tiles = [_tile(sample, shown) for sample in Sampler(shown).samples(0, count)]
+    columns = math.ceil(math.sqrt(count * tiles[0].shape[0] / tiles[0].shape[1]))
+    rows = -(-count // columns)
+    tiles += [np.full_like(tiles[0], _GREY)] * (rows * columns - count)
+    return np.concatenate([np.concatenate(tiles[r * columns : (r + 1) * columns], axis=1) for r in range(rows)])
+
+
+def _tile(sample: Sample, spec: Specification) -> np.ndarray:
+    """The frame in the middle of a sample, with its stick figure; of a clip also the first and the last, smaller."""
+    if spec.clip == 1:
+        return _framed(_drawn(sample, spec, sample))
+    frames = [0, spec.clip // 2, spec.clip - 1]
+    first, middle, last = (
+        _drawn(sample, spec, {name: sample[name][k] for name in sample if name in ("rgb", "mask", "joints", "t")})
+        for k in frames
+    )
+    below = np.concatenate([first[::2, ::2], last[::2, ::2]], axis=1)[:, : middle.shape[1]]
+    return _framed(np.concatenate([middle, np.pad(below, ((0, 0), (0, middle.shape[1] - below.shape[1]), (0, 0)))]))
+
+
+def _drawn(sample: Sample, spec: Specification, now: dict[str, np.ndarray]) -> np.ndarray:
+    """One frame, `now`, enlarged, with its stick figure."""
+    picture = now["rgb"] if "rgb" in now else np.repeat(now["mask"][..., None] // 2, 3, axis=2)
+    finer = max(1, -(-_TILE // picture.shape[1]))
+    picture = np.repeat(np.repeat(picture, finer, axis=0), finer, axis=1)
+    K = sample["K"].copy()
+    K[:2] *= finer
+    K[:2, 2] += (finer - 1) / 2  # pixel centres are at integers
+    camera = Camera(K, sample["R"], now["t"], picture.shape[1], picture.shape[0])
+    return draw_pose(picture, now["joints"], camera, width=max(1.0, picture.shape[0] / 200))
+
+
+def _framed(tile: np.ndarray) -> np.ndarray:
+    return np.pad(tile, ((2, 2), (2, 2), (0, 0)), constant_values=_GREY)
+
+
+def _size(count: float) -> str:
+    """Bytes as "12.3 GB"."""
+    for unit in ("bytes", "kB", "MB", "GB", "TB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} PB"

@@ -1,0 +1,152 @@
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from motionenv.data.making.engine import run
+from motionenv.errors import MotionError
+
+
+def square(task: int) -> int:
+    return task * task
+
+
+def fails(folder: str, task: int) -> int:
+    """Fails for odd tasks, always; and at the first attempt for multiples of four."""
+    first = Path(folder) / f"tried-{task}"
+    if task % 2 or (task % 4 == 0 and not first.exists()):
+        first.touch()
+        raise RuntimeError(f"not {task}")
+    return task
+
+
+def dies(folder: str, task: int) -> int:
+    """Kills its process in task 2, the first time."""
+    if task == 2 and not (Path(folder) / "died").exists():
+        (Path(folder) / "died").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return task
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_all_is_done_once_told(workers):
+    told = []
+    outcome = run(square, range(9), workers=workers, on_done=told.append)
+    assert outcome.done == {k: k * k for k in range(9)}
+    assert sorted(told) == sorted(outcome.done.values())
+    assert not outcome.failed
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_failures_are_tried_again_then_told_and_stop_nobody(workers, tmp_path):
+    outcome = run(partial(fails, str(tmp_path)), range(8), workers=workers)
+    assert set(outcome.done) == {0, 2, 4, 6}
+    assert outcome.failed == {k: f"RuntimeError: not {k}" for k in (1, 3, 5, 7)}
+
+
+def test_a_worker_that_is_killed_is_replaced(tmp_path):
+    outcome = run(partial(dies, str(tmp_path)), range(12), workers=2)
+    assert outcome.done == {k: k for k in range(12)}
+
+
+class Bad(Executor):
+    """An executor with a fault of a `kind`, otherwise one thread."""
+
+    def __init__(self, kind: str):
+        self.kind, self.count, self._pool = kind, 0, ThreadPoolExecutor(1)
+
+    def submit(self, fn, /, *args, **kwargs) -> Future:
+        self.count += 1
+        if self.kind == "raises" and self.count in (1, 2, 5):
+            raise ConnectionError("the scheduler is away")
+        if self.kind == "hangs" and self.count > 3:
+            return Future()
+        if self.kind == "cancels" and self.count in (1, 2, 5):
+            future: Future = Future()
+            future.cancel()
+            return future
+        if self.kind == "twice":
+            self._pool.submit(fn, *args, **kwargs)
+        return self._pool.submit(fn, *args, **kwargs)
+
+
+@pytest.mark.parametrize("kind", ["raises", "cancels", "twice"])
+def test_faulty_executors_that_do_the_work_in_the_end(kind):
+    assert run(square, range(6), executor=Bad(kind)).done == {k: k * k for k in range(6)}
+
+
+def test_an_executor_that_hangs_is_given_up():
+    outcome = run(square, range(6), executor=Bad("hangs"), patience=0.5)
+    assert set(outcome.done) == {0, 1, 2}
+    assert outcome.failed == {k: "no answer within 0.5 s" for k in (3, 4, 5)}
+
+
+def test_an_executor_that_takes_nothing():
+    class Closed(Executor):
+        def submit(self, fn, /, *args, **kwargs):
+            raise RuntimeError("cannot schedule new futures after shutdown")
+
+    outcome = run(square, range(3), executor=Closed())
+    assert not outcome.done
+    assert set(outcome.failed) == {0, 1, 2}
+
+
+def test_the_caller_s_executor_stays_open():
+    with ThreadPoolExecutor(2) as pool:
+        run(square, range(3), executor=pool)
+        assert pool.submit(square, 3).result() == 9
+
+
+def test_workers_are_counted():
+    with pytest.raises(MotionError, match="workers must be a whole number at least 1, got 0|from 1, got 0"):
+        run(square, [1], workers=0)
+
+
+INTERRUPTED = """
+import sys, time
+from pathlib import Path
+from motionenv.data.making.engine import run
+
+def slow(task):
+    Path(sys.argv[1], f"begun-{task}").touch()
+    time.sleep(0.2 if task < 2 else 60)
+    return task
+
+if __name__ == "__main__":
+    outcome = run(slow, range(8), workers=int(sys.argv[2]))
+    print(sorted(outcome.done), outcome.interrupted, len(outcome.failed))
+"""
+
+
+def gone(group: int) -> bool:
+    """Whether all processes of a group end within a minute; Python's own tracker of resources takes a moment."""
+    for _ in range(600):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_ctrl_c_ends_the_work_and_leaves_no_process(workers, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(textwrap.dedent(INTERRUPTED))
+    started = subprocess.Popen(
+        [sys.executable, script, tmp_path, workers], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    while not (tmp_path / "begun-2").exists():
+        assert started.poll() is None
+        time.sleep(0.05)
+    os.killpg(started.pid, signal.SIGINT)  # the terminal sends it to all of them
+    said, _ = started.communicate(timeout=60)
+    assert said.strip() == "[0, 1] True 0"
+    assert gone(started.pid)

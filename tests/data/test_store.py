@@ -1,0 +1,64 @@
+import os
+import pickle
+import threading
+
+import pytest
+
+from motionenv.data import Store
+from motionenv.data.store import MAKING
+from motionenv.errors import MotionError
+from tests.data.s3 import options
+
+
+@pytest.fixture(params=["folder", "s3", "memory"])
+def store(request, tmp_path) -> Store:
+    if request.param == "folder":
+        return Store(tmp_path / "set")
+    if request.param == "memory":
+        return Store(f"memory://{tmp_path.name}")
+    return Store(f"s3://sets/{tmp_path.name}", options(request.getfixturevalue("s3")))
+
+
+def test_what_is_written_is_read_and_listed(store, tmp_path):
+    assert store.names("") == []
+    assert store.read("a/b.json") is None
+    store.write("a/b.json", b"one")
+    store.write("a/b.json", b"two")
+    (tmp_path / "file").write_bytes(bytes(range(256)) * 1000)
+    store.put(tmp_path / "file", "a/c/d.bin")
+    assert store.read("a/b.json") == b"two"
+    assert store.read("a/c/d.bin") == bytes(range(256)) * 1000
+    assert store.read_all(["a/c/d.bin", "a/b.json"]) == [b"two", bytes(range(256)) * 1000]  # by name
+    assert store.names("a") == ["b.json", "c"]
+    assert [name for name in store.names("") if name != MAKING] == ["a"]
+    again = pickle.loads(pickle.dumps(store))
+    assert again.read("a/b.json") == b"two"
+
+
+def test_a_reader_never_sees_half_a_file(tmp_path):
+    store, seen, stop = Store(tmp_path), set(), threading.Event()
+    contents = [bytes([k]) * 300_000 for k in range(2)]
+    store.write("file", contents[0])
+
+    def look() -> None:
+        while not stop.is_set():
+            seen.add((tmp_path / "file").read_bytes())
+
+    reader = threading.Thread(target=look)
+    reader.start()
+    for k in range(60):
+        store.write("file", contents[k % 2])
+    stop.set()
+    reader.join()
+    assert seen <= set(contents)
+    assert os.listdir(tmp_path / MAKING) == []
+
+
+def test_stores_that_can_not_be_reached(tmp_path):
+    with pytest.raises(MotionError, match="Protocol not known: gopher"):
+        Store("gopher://here/there")
+    with pytest.raises(OSError, match="s3://sets/x"):
+        Store("s3://sets/x", options(1)).read("a")
+    (tmp_path / "plain").write_text("")
+    with pytest.raises(OSError, match="plain"):
+        Store(tmp_path / "plain").write("a", b"")
