@@ -1,6 +1,7 @@
 """The command line.
 
-`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | serve | bench | mocap`.
+`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | serve | bench | mocap |
+dataset | batch`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -13,7 +14,7 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import bench, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
+from motionenv.cli import batch, bench, dataset, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err, note
 from motionenv.errors import MotionError
 
@@ -36,6 +37,15 @@ app.command()(models.models)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command(context_settings=_passed_on)(bench.bench)
+app.command(context_settings=_passed_on)(batch.batch)
+
+dataset_app = typer.Typer(help="Data sets of walking people: preview, make, verify.", no_args_is_help=True)
+dataset_app.command()(dataset.presets)
+dataset_app.command()(dataset.schema)
+dataset_app.command()(dataset.preview)
+dataset_app.command()(dataset.make)
+dataset_app.command()(dataset.verify)
+app.add_typer(dataset_app, name="dataset")
 
 mocap_app = typer.Typer(help="Motion capture: download, inspect and convert files.", no_args_is_help=True)
 mocap_app.command("list")(mocap.mocap_list)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from motionenv.errors import MotionError
 
@@ -50,6 +50,26 @@ def progress(title: str, total: int | None) -> Iterator[Callable[..., None]]:
     with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
         task = bar.add_task(title, total=total)
         yield lambda _=None: bar.advance(task)
+
+
+@contextmanager
+def made_progress(title: str, total: int, unit: str = "frames") -> Iterator[Callable[[int, int], None]]:
+    """A progress bar of much work, with rate, time left and bytes; yields a function of how much more, and bytes."""
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+        TextColumn("{task.fields[size]}"), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
+        task, written = bar.add_task(title, total=total, rate="", size=""), 0
+
+        def step(more: int, size: int) -> None:
+            nonlocal written
+            written += size
+            speed = bar.tasks[0].finished_speed or bar.tasks[0].speed
+            rate = f"{speed:,.0f} {unit}/s" if speed else ""
+            bar.update(task, advance=more, rate=rate, size=f"{written / 1e6:,.0f} MB" if written else "")
+
+        yield step
 
 
 def detected(film: Path, weights: tuple[Path, Path] | None, seconds: float = 3600.0) -> tuple[list, int, float]:

@@ -1,0 +1,191 @@
+"""The `dataset` commands: presets, schema, preview, make, verify."""
+
+import json
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motionenv.cli._shared import check_folder, err, made_progress, note
+from motionenv.errors import MotionError
+
+if TYPE_CHECKING:
+    from motionenv.data import Made, Specification
+
+Spec = Annotated[
+    str, typer.Argument(help="Specification, .toml or .json, or a preset: see `motionenv dataset presets`.")
+]
+Frames = Annotated[str | None, typer.Option(help="Frames, as 1e6; by default the specification's.")]
+Seed = Annotated[int | None, typer.Option(min=0, help="The same seed gives the same bytes; default: specification's.")]
+Form = Annotated[str, typer.Option(help="Format: webdataset, coco or lerobot.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one for each core.")]
+Options = Annotated[
+    str | None, typer.Option(help='Options of the file system in JSON, as \'{"endpoint_url": "http://..."}\'.')
+]
+
+
+def presets(
+    name: Annotated[str | None, typer.Argument(help="Print this one, to begin your own with.")] = None,
+) -> None:
+    """List the specifications that come with motionenv, or print one.
+
+    Example: motionenv dataset presets tracking > mine.toml
+    """
+    from motionenv.data import PRESETS, Specification
+    from motionenv.data.specification import preset
+
+    if name is not None:
+        typer.echo(preset(name), nl=False)
+        return
+    for each in PRESETS:
+        spec = Specification.read(each)
+        size = f"{spec.pictures.width}x{spec.pictures.height}"
+        typer.echo(f"{each:16} clips of {spec.clip} frame(s), {size}: {', '.join(spec.output.fields)}")
+
+
+def schema() -> None:
+    """Print the JSON Schema of specifications, for editors that check files as they are written.
+
+    Example: motionenv dataset schema > specification.schema.json
+    """
+    from motionenv.data import Specification
+
+    typer.echo(json.dumps(Specification.schema(), indent=1))
+
+
+def preview(
+    spec: Spec,
+    out: Annotated[Path, typer.Option(help="Contact sheet, .png.")] = Path("preview.png"),
+    samples: Annotated[int, typer.Option(min=1, help="Samples in the contact sheet.")] = 16,
+    frames: Frames = None,
+    seed: Seed = None,
+    format: Form = "webdataset",
+    workers: Annotated[int, typer.Option(min=1, help="Processes that the estimate is for.")] = 1,
+    price: Annotated[float, typer.Option(min=0, help="Price of a core and hour, in any currency.")] = 0.05,
+) -> None:
+    """Draw a contact sheet of a data set, and say what it takes, before anything is made.
+
+    Example: motionenv dataset preview tracking --frames 1e6 --workers 64 --out preview.png
+    """
+    from motionenv.data.preview import contact_sheet, estimate
+    from motionenv.render.video.encode import write_image
+
+    check_folder(out)
+    wanted = _specification(spec, frames, seed)
+    with err.status("drawing"):
+        write_image(out, contact_sheet(wanted, samples))
+    typer.echo(f"{out}  the first samples, with their joints")
+    with err.status("measuring"):
+        typer.echo(estimate(wanted, format).text(workers, price))
+
+
+def make(
+    spec: Spec,
+    out: Annotated[str, typer.Option(help="Folder or URL, such as s3://bucket/walkers.")],
+    frames: Frames = None,
+    seed: Seed = None,
+    format: Form = "webdataset",
+    workers: Workers = None,
+    shards: Annotated[str | None, typer.Option(help="Only these: FIRST:STOP, as 0:100, for a job of an array.")] = None,
+    resume: Annotated[str, typer.Option(help="Go on with what is there? never, always, if-possible.")] = "if-possible",
+    engine: Annotated[str, typer.Option(help="processes on this machine, or ray.")] = "processes",
+    address: Annotated[str | None, typer.Option(help="Of Ray's head, as auto; by default Ray starts here.")] = None,
+    options: Options = None,
+) -> None:
+    """Make a data set, or what is missing of it. Ctrl-C stops it; the same command goes on.
+
+    Exit codes: 0, all that was asked for is there; 3, some shards failed (listed on stderr, the others are whole); 130,
+    stopped.
+    Example: motionenv dataset make keypoints --frames 1e5 --format coco --out people --workers 2
+    """
+    from motionenv.data import generate, ray_executor
+
+    wanted = _specification(spec, frames, seed)
+    if engine not in ("processes", "ray"):
+        raise MotionError(f"--engine must be processes or ray, got {engine!r}")
+    if engine == "processes" and address is not None:
+        raise MotionError("--address is only for --engine ray")
+    chosen = _shards(shards, wanted)
+    with ExitStack() as stack:
+        executor = stack.enter_context(ray_executor(address)) if engine == "ray" else None
+        step = stack.enter_context(made_progress("making", len(chosen) * wanted.shard_samples * wanted.clip))
+        made = generate(
+            wanted, out, chosen, executor, resume, format=format, workers=workers, options=_parsed_options(options),
+            on_shard=lambda row: step(row["frames"], sum(file["bytes"] for file in row["files"])),
+        )  # fmt: skip
+    _tell(made, wanted, out)
+
+
+def verify(
+    out: Annotated[str, typer.Argument(help="Folder or URL of a data set.")],
+    options: Options = None,
+) -> None:
+    """Compare every file of a data set with the manifest. Exit code 3 if anything is missing or differs.
+
+    Example: motionenv dataset verify people
+    """
+    from motionenv.data import verify as check
+
+    with err.status("reading"):
+        wrong = check(out, _parsed_options(options))
+    for path, why in wrong.items():
+        note(f"{path} {why}")
+    if wrong:
+        raise typer.Exit(3)
+    typer.echo(f"{out}  all files are as they were written")
+
+
+def _specification(source: str, frames: str | None, seed: int | None) -> "Specification":
+    """The specification of `source` with --frames and --seed."""
+    from motionenv.data import Specification
+
+    spec = Specification.read(source)
+    if frames is not None:
+        try:
+            count = float(frames)
+        except ValueError:
+            count = 0.5
+        if count != int(count) or count < 1:
+            raise MotionError(f"--frames must be a whole number from 1, such as 5000 or 1e6, got {frames!r}")
+        spec = spec.replace(frames=int(count))
+    return spec if seed is None else spec.replace(seed=seed)
+
+
+def _shards(text: str | None, spec: "Specification") -> range:
+    """Shards from "0:100", both ends optional; all from None."""
+    if text is None:
+        return range(spec.shards)
+    parts = text.split(":")
+    if len(parts) != 2 or not all(part == "" or part.isdecimal() for part in parts):
+        raise MotionError(f"--shards must be FIRST:STOP, such as 0:100, got {text!r}")
+    chosen = range(int(parts[0] or 0), min(int(parts[1] or spec.shards), spec.shards))
+    if not chosen:
+        raise MotionError(f"--shards {text} has none of the data set's {spec.shards}: they are 0 to {spec.shards - 1}")
+    return chosen
+
+
+def _parsed_options(text: str | None) -> dict[str, Any] | None:
+    try:
+        parsed = None if text is None else json.loads(text)
+    except json.JSONDecodeError:
+        parsed = text
+    if parsed is not None and not isinstance(parsed, dict):
+        raise MotionError(f"--options must be a JSON object, got {text!r}")
+    return parsed
+
+
+def _tell(made: "Made", spec: "Specification", out: str) -> None:
+    """Say what was made, and end with the exit code that fits."""
+    typer.echo(
+        f"{out}  {made.frames:,} frames in {len(made.shards)} shards ({made.bytes / 1e6:,.1f} MB); "
+        f"{len(made.skipped)} were there; {made.missing} of {spec.shards} are missing"
+    )
+    for shard, why in made.failed.items():
+        note(f"shard {shard} failed: {why}")
+    if made.interrupted:
+        note("stopped: run the same command again to go on")
+        raise typer.Exit(130)
+    if made.failed:
+        note("run the same command again to make the failed shards")
+        raise typer.Exit(3)

@@ -1,0 +1,51 @@
+import json
+
+import numpy as np
+from PIL import Image
+
+from motionenv.data import PRESETS, Specification
+from tests.data.walks import EVERYTHING
+
+
+def test_presets_are_listed_and_printed_for_editing(run, tmp_path):
+    listed = run("dataset", "presets")
+    assert [line.split()[0] for line in listed.out.splitlines()] == list(PRESETS)
+    (tmp_path / "mine.toml").write_text(run("dataset", "presets", "lifting").out)
+    assert Specification.read(tmp_path / "mine.toml") == Specification.read("lifting")
+    assert json.loads(run("dataset", "schema").out)["title"] == "Specification"
+    assert "there is no preset 'walks'" in run("dataset", "presets", "walks").err
+
+
+def test_preview_make_and_verify(run, tmp_path):
+    (tmp_path / "spec.json").write_text(EVERYTHING.json())
+    seen = run(
+        "dataset", "preview", "spec.json", "--frames", "1e5", "--workers", 8, "--out", "sheet.png", "--samples", 4
+    )
+    assert seen.code == 0
+    assert "100,002 frames in 16,667 samples" in seen.out
+    assert np.asarray(Image.open(tmp_path / "sheet.png")).ndim == 3
+    made = run("dataset", "make", "spec.json", "--out", "set", "--workers", 1, "--shards", "0:2")
+    assert made.code == 0
+    assert "36 frames in 2 shards" in made.out
+    assert "1 of 3 are missing" in made.out
+    assert run("dataset", "verify", "set").code == 3
+    assert "0 of 3 are missing" in run("dataset", "make", "spec.json", "--out", "set", "--workers", 1).out
+    assert run("dataset", "verify", "set").code == 0
+    refused = run("dataset", "make", "spec.json", "--out", "set", "--seed", 3)
+    assert refused.code == 2
+    assert "set has another data set: seed differ(s)" in refused.err
+
+
+def test_options_are_checked_in_the_command_s_words(run):
+    for args, told in (
+        (("--shards", "5"), "--shards must be FIRST:STOP, such as 0:100, got '5'"),
+        (("--shards", "9:"), "--shards 9: has none of the data set's"),
+        (("--frames", "many"), "--frames must be a whole number from 1, such as 5000 or 1e6, got 'many'"),
+        (("--engine", "slurm"), "--engine must be processes or ray, got 'slurm'"),
+        (("--address", "auto"), "--address is only for --engine ray"),
+        (("--options", "3"), "--options must be a JSON object, got '3'"),
+        (("--format", "csv"), "format must be one of"),
+    ):
+        ended = run("dataset", "make", "lifting", "--frames", "600", "--out", "set", *args)
+        assert ended.code == 2
+        assert told in ended.err
