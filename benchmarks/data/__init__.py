@@ -1,0 +1,1 @@
+"""Data sets: how fast they are made, and whether they are good."""
