@@ -300,7 +300,7 @@ def test_refuses_impossible_choices(bad, message):
         ({"choice": "clutter"}, "choice must be an Augmentation"),
         ({"n": 0}, "n must be a whole number from 1"),
         ({"width": 8}, "width must be a whole number of pixels from 16 to 1024, got 8"),
-        ({"height": 600}, "height must be"),
+        ({"height": 1025}, "height must be"),
         ({"fps": 0.0}, "fps"),
         ({"threads": 0}, "threads"),
     ],
