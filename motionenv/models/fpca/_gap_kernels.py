@@ -61,22 +61,25 @@ def observe(start, stop, values, groups, centre, y, square, n_runs, runs, found)
 
 @sums
 def project(rows, y, out):
-    """Products out (n, c) of a few basis functions `rows` (n, P) with y (P, c), eight samples at a time.
+    """Products out (n, c) of a few basis functions `rows` (n, P) with y (P, c), four by four samples at a time.
 
     BLAS would start threads within our threads, and they would wait for each other.
     """
-    whole = y.shape[0] // 8 * 8
+    many, whole = len(rows) // 4 * 4, y.shape[0] // 4 * 4
     out[:] = 0.0
+    for h in range(0, many, 4):
+        b0, b1, b2, b3 = rows[h], rows[h + 1], rows[h + 2], rows[h + 3]
+        for j in range(0, whole, 4):
+            for c in range(y.shape[1]):
+                y0, y1, y2, y3 = y[j, c], y[j + 1, c], y[j + 2, c], y[j + 3, c]
+                out[h, c] += b0[j] * y0 + b0[j + 1] * y1 + b0[j + 2] * y2 + b0[j + 3] * y3
+                out[h + 1, c] += b1[j] * y0 + b1[j + 1] * y1 + b1[j + 2] * y2 + b1[j + 3] * y3
+                out[h + 2, c] += b2[j] * y0 + b2[j + 1] * y1 + b2[j + 2] * y2 + b2[j + 3] * y3
+                out[h + 3, c] += b3[j] * y0 + b3[j + 1] * y1 + b3[j + 2] * y2 + b3[j + 3] * y3
     for h in range(len(rows)):
-        b, sums = rows[h], out[h]
-        for j in range(0, whole, 8):
+        for j in range(whole if h < many else 0, y.shape[0]):
             for c in range(y.shape[1]):
-                four = b[j] * y[j, c] + b[j + 1] * y[j + 1, c] + b[j + 2] * y[j + 2, c] + b[j + 3] * y[j + 3, c]
-                more = b[j + 4] * y[j + 4, c] + b[j + 5] * y[j + 5, c] + b[j + 6] * y[j + 6, c] + b[j + 7] * y[j + 7, c]
-                sums[c] += four + more
-        for j in range(whole, y.shape[0]):
-            for c in range(y.shape[1]):
-                sums[c] += b[j] * y[j, c]
+                out[h, c] += rows[h, j] * y[j, c]
 
 
 @sums
@@ -251,18 +254,3 @@ def _multiply(lower, z, out):
         for j in range(len(z)):
             total += lower[i * (i + 1) // 2 + j if j <= i else j * (j + 1) // 2 + i] * z[j]
         out[i] = total
-
-
-@kernel
-def fill(start, stop, values, groups, means, scores, components, out):
-    """Copy cycles `values` (K, P, m) to `out` and fill gaps from means (G, P, m) and components (q, P, m)."""
-    _, p, m = values.shape
-    for k in range(start, stop):
-        for j in range(p):
-            for a in range(m):
-                x = values[k, j, a]
-                if x != x:
-                    x = means[groups[k], j, a]
-                    for i in range(len(components)):
-                        x += scores[k, i] * components[i, j, a]
-                out[k, j, a] = x

@@ -12,7 +12,8 @@ import numpy as np
 
 from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.anderson import Anderson
-from motionenv.models.fpca.observations import Observations
+from motionenv.models.fpca.blocks import merged
+from motionenv.models.fpca.observations import Block, Observations
 
 FLOOR = 1e-9  # least noise variance relative to the data's; keeps exact data invertible
 WARM = 500  # cycles of the subset to which a large fit is fitted first
@@ -30,12 +31,10 @@ class Parameters:
 
 
 @dataclass
-class Posterior:
-    """Result of an E step: the posterior of the latents, and sufficient statistics."""
+class Statistics:
+    """Result of an E step: sums over all cycles of what the posterior of the latents says."""
 
-    z: np.ndarray  # (K, q) means
-    covariance: np.ndarray  # (K, q, q)
-    twice: np.ndarray  # (K,) twice the log-likelihood of each cycle's seen samples, plus Σ y² / σ²
+    twice: float  # twice the log-likelihood of the seen samples, plus Σ y² / σ²
     zz: np.ndarray  # (q, q) Σ E[z zᵀ]
     z_sum: np.ndarray  # (G, q) Σ E[z]
     missing_zz: np.ndarray  # (D, q, q) Σ E[z zᵀ] over the cycles that lack sample d
@@ -43,24 +42,55 @@ class Posterior:
     yz: np.ndarray  # (n·m, q) Σ y E[z]ᵀ, y in the basis
 
 
-def e_step(data: Observations, parameters: Parameters) -> Posterior:
-    """Posterior of the latents of all cycles of `data` under the present `parameters`."""
-    from motionenv.models.fpca._gap_kernels import group_sums, posterior
+@dataclass
+class Posterior:
+    """The latents of the cycles of a block: normal with these means and covariances."""
 
-    k, q, m = len(data.groups), parameters.w.shape[1], len(parameters.noise)
-    tables, n_edges = _tables(data.basis, parameters), (len(data.basis) + 1) * m
-    z, covariance, twice = np.empty((k, q)), np.empty((k, q, q)), np.empty(k)
-    shapes = [(q, len(parameters.w)), (n_edges, q * (q + 1) // 2), (len(data.sizes), n_edges, q)]
-    yz, zz_edges, z_edges = obs.in_parts(posterior, data, tables, (z, covariance, twice), shapes)
-    z_sum = np.zeros((len(data.sizes), q))
-    group_sums(z, data.groups, z_sum)
+    z: np.ndarray  # (K, q) means
+    covariance: np.ndarray  # (K, q, q)
+    twice: np.ndarray  # (K,) twice the log-likelihood of each cycle's seen samples, plus Σ y² / σ²
+    sums: list[np.ndarray]  # Σ E[z] yᵀ (q, n·m), and at the edges of the gaps Σ E[z zᵀ] and Σ E[z]
+
+
+def e_step(data: Observations, parameters: Parameters) -> Statistics:
+    """Sums over the posterior of the latents of all cycles of `data` under the present `parameters`."""
+    m, q = len(parameters.noise), parameters.w.shape[1]
+    twice, zz, z_sum, yz, zz_edges, z_edges = merged(data.each(_sums, tables_of(data.basis, parameters)))
     missing_z = np.stack([obs.missed(edges, m) for edges in z_edges])
-    zz = covariance.sum(axis=0) + z.T @ z
-    return Posterior(z, covariance, twice, zz, z_sum, obs.from_triangle(obs.missed(zz_edges, m), q), missing_z, yz.T)
+    return Statistics(twice, zz, z_sum, obs.from_triangle(obs.missed(zz_edges, m), q), missing_z, yz.T)
 
 
-def _tables(basis, parameters: Parameters):
-    """The `tables` of the kernel `posterior`."""
+def latent_means(data: Observations, parameters: Parameters) -> np.ndarray:
+    """Posterior means (K, q) of the latents of all cycles of `data` under `parameters`."""
+    return np.concatenate(list(data.each(_means, tables_of(data.basis, parameters))))
+
+
+def posterior_of(block: Block, tables: tuple[np.ndarray, ...]) -> Posterior:
+    """Posterior of the latents of a block's cycles, with the `tables` of the parameters."""
+    from motionenv.models.fpca._gap_kernels import posterior
+
+    weights, means, outer = tables[:3]
+    k, q = len(block.groups), len(weights)
+    z, covariance, twice = np.empty((k, q)), np.empty((k, q, q)), np.empty(k)
+    shapes = [weights.shape, outer.shape, (len(means), len(outer), q)]
+    return Posterior(z, covariance, twice, obs.in_parts(posterior, block, tables, (z, covariance, twice), shapes))
+
+
+def _sums(block: Block, tables: tuple[np.ndarray, ...]) -> tuple:
+    from motionenv.models.fpca._gap_kernels import group_sums
+
+    found = posterior_of(block, tables)
+    z_sum = np.zeros((len(block.centre), found.z.shape[1]))
+    group_sums(found.z, block.groups, z_sum)
+    return found.twice.sum(), found.covariance.sum(axis=0) + found.z.T @ found.z, z_sum, *found.sums
+
+
+def _means(block: Block, tables: tuple[np.ndarray, ...]) -> np.ndarray:
+    return posterior_of(block, tables).z
+
+
+def tables_of(basis, parameters: Parameters) -> tuple[np.ndarray, ...]:
+    """The `tables` of the kernel `posterior` for a `basis` (P, n) and `parameters`."""
     (size, q), m = parameters.w.shape, len(parameters.noise)
     noise, by_row = parameters.noise[:, None], np.tile(parameters.noise, size // m)
     loading = obs.functions(parameters.w, basis, m)
@@ -76,12 +106,12 @@ def _tables(basis, parameters: Parameters):
     return weights, parameters.means / by_row, outer, all_outer, cross.reshape(len(cross), -1, q + 1), all_cross
 
 
-def log_likelihood(data: Observations, noise, found: Posterior) -> float:
+def log_likelihood(data: Observations, noise, found: Statistics) -> float:
     """Log-likelihood of the observed samples in `data`, with the `noise` (m,) under which `found` was computed."""
-    return 0.5 * float(found.twice.sum() - data.square.sum(axis=0) @ (1 / noise))
+    return 0.5 * float(found.twice - data.squares @ (1 / noise))
 
 
-def m_step(data: Observations, found: Posterior, old: Parameters) -> Parameters:
+def m_step(data: Observations, found: Statistics, old: Parameters) -> Parameters:
     """Parameters that raise the expected log-likelihood, from repeated regressions on latents and groups.
 
     The posterior `found` is that under the `old` ones, which fill the gaps in the first regression.
@@ -91,12 +121,12 @@ def m_step(data: Observations, found: Posterior, old: Parameters) -> Parameters:
         parameters = _regress(data, found, parameters)
     # Parameter expansion (Liu, Rubin & Wu 1998): absorb the latents' means and covariance in means and loadings.
     shift = found.z_sum / np.maximum(data.sizes, 1)[:, None]
-    covariance = (found.zz - found.z_sum.T @ shift) / len(data.square)
+    covariance = (found.zz - found.z_sum.T @ shift) / data.n
     means = parameters.means + shift @ parameters.w.T
     return Parameters(parameters.w @ np.linalg.cholesky(covariance), means, parameters.noise)
 
 
-def _regress(data: Observations, found: Posterior, old: Parameters) -> Parameters:
+def _regress(data: Observations, found: Statistics, old: Parameters) -> Parameters:
     """Regress the seen samples, and the expectations of `old` in the gaps, on latents and groups."""
     q, m, (p, n) = old.w.shape[1], len(old.noise), data.basis.shape
     loading = obs.functions(old.w, data.basis, m).reshape(-1, q)
@@ -110,11 +140,11 @@ def _regress(data: Observations, found: Posterior, old: Parameters) -> Parameter
     sizes = np.diag(np.maximum(data.sizes, 1))  # a warm start may lack a group
     w = np.linalg.solve(np.block([[found.zz, found.z_sum.T], [found.z_sum, sizes]]), right.T).T
     square = (loading * (filled_zz + 2 * mean_z)).sum(axis=1) + (data.n_missing * means**2).sum(axis=0)
-    square = square.reshape(p, m).sum(axis=0) + data.square.sum(axis=0)
+    square = square.reshape(p, m).sum(axis=0) + data.squares
     square += data.n_missing.reshape(-1, p, m).sum(axis=(0, 1)) * old.noise
     explained = (w * right).sum(axis=1).reshape(n, m).sum(axis=0)
-    floor = FLOOR * data.square.sum() / data.n_seen
-    noise = np.maximum((square - explained) / (p * len(data.square)), floor)
+    floor = FLOOR * data.squares.sum() / data.n_seen
+    noise = np.maximum((square - explained) / (p * data.n), floor)
     return Parameters(w[:, :q], w[:, q:].T, noise)
 
 
@@ -128,8 +158,8 @@ def fit_ppca(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
         and the negative log-likelihood of the observed samples at each iteration.
     """
     start = first_parameters(data, rank)
-    if len(data.groups) >= 2 * WARM:  # most iterations run on the cheap subset
-        start, _ = _em(data.every(len(data.groups) // WARM), start, tol, max_iter)
+    if data.n >= 2 * WARM:  # most iterations run on the cheap subset
+        start, _ = _em(data.every(data.n // WARM), start, tol, max_iter)
     found, errors = _em(data, start, tol, max_iter)
     left, scale, _ = np.linalg.svd(found.w, full_matrices=False)
     shape = data.centre.shape[1:]
@@ -172,14 +202,19 @@ def _extrapolate(ahead: Anderson, old: Parameters, new: Parameters) -> Parameter
 
 def first_parameters(data: Observations, rank: int) -> Parameters:
     """Starting point: `rank` components of the zero-filled deviations of `data`, or of a subset if there are many."""
-    k = len(data.coefficients)
-    some = data.coefficients[:: k // START if k >= 2 * WARM else 1]
-    m = data.square.shape[1]
+    subset = data.every(data.n // START) if data.n >= 2 * WARM else data
+    some = np.concatenate(list(subset.each(_coefficients)))
     values, vectors = np.linalg.eigh(some @ some.T if len(some) < some.shape[1] else some.T @ some)
     values, vectors = values[: -rank - 1 : -1], vectors[:, : -rank - 1 : -1]
     if len(some) < some.shape[1]:
         vectors = some.T @ (vectors / np.sqrt(np.maximum(values, 1e-300)))
     w = vectors * np.sqrt(np.maximum(values, 0) / len(some))
-    variance = data.square.sum() / data.n_seen
-    residual = np.clip(1 - values.sum() / data.square.sum() * len(data.square) / len(some), 0.05, 1)
-    return Parameters(w, np.zeros((len(data.sizes), len(w))), np.full(m, residual * variance))
+    total = data.squares.sum()
+    residual = np.clip(1 - values.sum() / total * data.n / len(some), 0.05, 1)
+    return Parameters(
+        w, np.zeros((len(data.sizes), len(w))), np.full(len(data.squares), residual * total / data.n_seen)
+    )
+
+
+def _coefficients(block: Block) -> np.ndarray:
+    return block.coefficients

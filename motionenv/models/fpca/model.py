@@ -1,15 +1,19 @@
 """Functional principal components of motion cycles with missing samples (paper A, section 4)."""
 
+from concurrent.futures import Executor
+from functools import cached_property
+
 import numpy as np
 
-from motionenv._core.threads import in_chunks
 from motionenv._core.validation import random_generator
+from motionenv.cycles import StoredCycles
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.em_fit import Parameters, e_step, fit_ppca
+from motionenv.models.fpca.blocks import Selected, merged, over, selected
+from motionenv.models.fpca.em_fit import Parameters, fit_ppca, latent_means
 from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
-from motionenv.models.fpca.observations import Observations
-from motionenv.models.fpca.residual import expected_residual, residual_model
+from motionenv.models.fpca.observations import Block, Columns, Observations
+from motionenv.models.fpca.residual import expected_residual, residual_model, residual_moments
 from motionenv.models.fpca.svd_fit import fit_svd
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
@@ -62,7 +66,8 @@ class FunctionalPCA(StoredModel):
         residual_spectrum_, white_variance_: (m, 2·residual_harmonics - 1) spectrum of the residuals' smooth part, and
             (m,) variance of the rest.
         scores_: (K, q) scores of the fitted cycles, relative to their group's mean.
-        imputed_: (K, P, m) the fitted cycles with gaps filled; observed samples are unchanged.
+        imputed_: (K, P, m) the fitted cycles with gaps filled; observed samples are unchanged. They are
+            computed when first asked for.
         errors_: (iterations,) the objective, which never rises: Theorem 1's ‖X⁽²⁾ - X⁽⁵⁾‖ for "svd", the negative
             log-likelihood of the observed samples for "ppca".
         n_cycles_: number of fitted cycles K.
@@ -79,34 +84,50 @@ class FunctionalPCA(StoredModel):
         self.tol, self.max_iter = tol, max_iter
         self.card_: dict = {}
 
-    def fit(self, cycles: Cycles, channels=None) -> "FunctionalPCA":
-        """Estimate mean and components from `cycles`.
+    def fit(
+        self, cycles: Cycles | StoredCycles, channels=None, executor: Executor | None = None
+    ) -> "FunctionalPCA":  # fmt: skip
+        """Estimate mean and components from `cycles`, of which a block of 64 MB at a time is worked on.
 
         Args:
-            cycles: of any number of people, NaN where missing. A channel may be missing in some of them altogether.
+            cycles: of any number of people, NaN where missing: `Cycles`, or `motionenv.cycles.StoredCycles` of files
+                that don't fit in memory. A channel may be missing in some of them altogether.
             channels: names of the channels to use; by default all that at least one cycle shows, so that a capture of
                 the lower body gives a model of the lower body. `channels_` tells which they are.
+            executor: any `concurrent.futures.Executor`, whose workers then compute blocks; None uses the threads of
+                this process. The model is the same to the bit.
 
         Raises:
             MotionError: a setting out of range, an unknown channel, an infinite value, too few cycles.
             GapError: a channel of `channels`, or all channels, without one observed sample.
         """
         self._check_settings()
-        self.channels_ = _shown(cycles) if channels is None else tuple(channels)
-        values = _select(cycles, self.channels_)
-        labels = cycles.subject if self.centre == "subject" else ("all",) * len(values)
+        self.__dict__.pop("imputed_", None)
+        values = _select(cycles, channels)
+        labels = cycles.subject if self.centre == "subject" else ("all",) * len(cycles.values)
         subjects, groups = np.unique(labels, return_inverse=True)
-        self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(values)
-        _check_numbers(len(values), self.n_components, len(subjects))
-        columns = obs.column_sums(values, groups)
+        self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(cycles.values)
+        _check_numbers(self.n_cycles_, self.n_components, len(subjects))
+        columns = obs.column_sums(values, groups, executor)
+        if channels is None:
+            values, columns = _shown(values, columns, cycles.channels)
+        self.channels_ = tuple(cycles.channels[i] for i in values.which)
         _check_columns(columns, self.channels_)
         basis = self._basis_of(values.shape[1])
-        data = Observations(values, basis, obs.group_centres(columns, basis), groups)
+        data = Observations(values, basis, obs.group_centres(columns, basis), groups, executor)
         means, components, variance, noise, errors = FITS[self.method](data, self.n_components, self.tol, self.max_iter)
         self._set(basis, means, components)
         self.explained_variance_, self.noise_variance_, self.errors_ = variance, noise, np.array(errors)
-        self._describe(values, data)
+        self._describe(data)
         return self
+
+    @cached_property
+    def imputed_(self) -> np.ndarray:
+        """(K, P, m) the fitted cycles with gaps filled, computed when they are first asked for."""
+        self._check_fitted()
+        if not hasattr(self, "_fitted"):
+            raise ModelError("a model from a file doesn't hold its cycles: fill gaps with impute(values)")
+        return self._filled(*self._fitted, self.scores_, self.subject_means_)
 
     def transform(self, values) -> np.ndarray:
         """Scores (..., q) of cycles `values` (..., P, m), NaN where missing, relative to `mean_`.
@@ -140,11 +161,8 @@ class FunctionalPCA(StoredModel):
         values = np.asarray(values, dtype=np.float64)
         flat = values.reshape(-1, *self.mean_.shape)
         scores = self.transform(flat)
-        if not self.residual_harmonics:
-            return fill_gaps(flat, self.mean_[None], np.zeros(len(flat), int), scores, self.components_).reshape(
-                values.shape
-            )
-        return self._fill(flat, self.inverse_transform(scores)).reshape(values.shape)
+        which = np.zeros(len(flat), dtype=np.int64)
+        return self._filled(selected(flat), which, scores, self.mean_[None]).reshape(values.shape)
 
     def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
         """The model (..., m) at any phase, from its Fourier series: smooth and periodic in every derivative.
@@ -245,29 +263,34 @@ class FunctionalPCA(StoredModel):
         self.subject_means_ = basis @ self.subject_coefficients_
         self.mean_ = basis @ self.mean_coefficients_
 
-    def _describe(self, values, data: Observations):
-        """Set scores, imputations and shares of variance of the fitted cycles."""
+    def _describe(self, data: Observations):
+        """Set scores and shares of variance of the fitted cycles, and the model of their residuals."""
+        self._fitted = data.values, data.groups
         self.scores_ = self._scores(data, self.subject_coefficients_)
-        n = self.residual_harmonics
-        self.residual_spectrum_, self.white_variance_ = np.zeros((values.shape[2], 0)), self.noise_variance_
+        n, samples = self.residual_harmonics, len(self.mean_)
+        self.residual_spectrum_, self.white_variance_ = np.zeros((len(self.channels_), 0)), self.noise_variance_
         if n:
-            fitted = self.subject_means_[data.groups] + np.tensordot(self.scores_, self.components_, axes=1)
-            self.residual_spectrum_, self.white_variance_ = residual_model(
-                values - fitted, sampled_basis(values.shape[1], n)
-            )
-            self.imputed_ = self._fill(values, fitted)
-        else:
-            self.imputed_ = fill_gaps(values, self.subject_means_, data.groups, self.scores_, self.components_)
-        freedom = len(values) - len(self.subject_means_)
+            given = self.subject_means_, self.components_, sampled_basis(samples, n)
+            rows = (data.groups, self.scores_)
+            moments = merged(over(_residual_moments, data.values, rows, given, data.executor))
+            self.residual_spectrum_, self.white_variance_ = residual_model(moments)
+        freedom = data.n - len(self.subject_means_)
         self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
-        total = data.sum_of_squares(self.subject_coefficients_) / data.n_seen * self.mean_.size * len(values) / freedom
+        total = data.sum_of_squares(self.subject_coefficients_) / data.n_seen * self.mean_.size * data.n / freedom
         self.explained_variance_ratio_ = self.explained_variance_ / total
 
-    def _fill(self, values, fitted) -> np.ndarray:
-        """`values` (K, P, m) with gaps filled from `fitted` and the residuals around them."""
-        basis = sampled_basis(values.shape[1], self.residual_harmonics)
-        smooth = expected_residual(values - fitted, basis, self.residual_spectrum_, self.white_variance_)
-        return np.where(np.isnan(values), fitted + smooth, values)
+    def _filled(self, values: Selected, groups, scores, means) -> np.ndarray:
+        """Cycles `values` (K, P, m) with gaps filled from components and the residuals around them.
+
+        `means` (G, P, m) are those of the groups, `groups` (K,) those of the cycles, `scores` (K, q).
+        """
+        n, samples = self.residual_harmonics, values.shape[1]
+        smooth = (sampled_basis(samples, n), self.residual_spectrum_, self.white_variance_) if n else None
+        out, done = np.empty(values.shape), 0
+        for part in over(_filled, values, (groups, scores), (means, self.components_, smooth)):
+            out[done : done + len(part)] = part
+            done += len(part)
+        return out
 
     def _scores(self, data: Observations, means) -> np.ndarray:
         """Scores (K, q) relative to the groups' `means` (G, n, m), given in the basis."""
@@ -276,25 +299,35 @@ class FunctionalPCA(StoredModel):
             return _least_squares(data, w)
         scale = np.sqrt(self.explained_variance_)
         shift = (means - data.centre).reshape(len(means), -1)
-        return e_step(data, Parameters(w * scale, shift, self.noise_variance_)).z * scale
+        return latent_means(data, Parameters(w * scale, shift, self.noise_variance_)) * scale
 
 
-def fill_gaps(values, means, groups, scores, components) -> np.ndarray:
-    """A copy of cycles (K, P, m) with gaps, NaN, filled from the components (q, P, m).
+def _residual_moments(values, groups, scores, means, components, basis) -> tuple:
+    """Moments of the residuals of a block's cycles."""
+    return residual_moments(values - _explained(groups, scores, means, components), basis)
 
-    `means` (G, P, m) are those of the groups, `groups` (K,) those of the cycles, `scores` (K, q).
-    """
-    from motionenv.models.fpca._gap_kernels import fill
 
-    out = np.empty_like(values)
-    in_chunks(lambda a, b: fill(a, b, values, groups, means, scores, components, out), len(values))
-    return out
+def _explained(groups, scores, means, components) -> np.ndarray:
+    """What the model says (K, P, m) of cycles with `scores` (K, q)."""
+    return means[groups] + np.tensordot(scores, components, axes=1)
+
+
+def _filled(values, groups, scores, means, components, smooth) -> np.ndarray:
+    """A block's cycles with gaps filled; `smooth` is basis, spectrum and white variance of the residuals, or None."""
+    explained = _explained(groups, scores, means, components)
+    if smooth is not None:
+        explained += expected_residual(values - explained, *smooth)
+    return np.where(np.isnan(values), explained, values)
 
 
 def _least_squares(data: Observations, w) -> np.ndarray:
     """Least-squares scores (K, q) on each cycle's seen samples; the shortest if underdetermined."""
-    curves = obs.functions(w, data.basis, data.square.shape[1])
+    curves = obs.functions(w, data.basis, len(data.squares))
     products = obs.triangle(curves[..., :, None] * curves[..., None, :])
+    return np.concatenate(list(data.each(_block_least_squares, w, products)))
+
+
+def _block_least_squares(data: Block, w, products) -> np.ndarray:
     normal, right = np.eye(w.shape[1]) - obs.from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
     # All eigenvalues lie in [0, 1], so the least is at least the determinant.
     safe = np.linalg.det(normal) > SAFE
@@ -304,22 +337,22 @@ def _least_squares(data: Observations, w) -> np.ndarray:
     return scores
 
 
-def _select(cycles: Cycles, channels) -> np.ndarray:
-    """Values (K, P, m) of the named channels."""
+def _select(cycles: Cycles | StoredCycles, channels) -> Selected:
+    """Values (K, P, m) of the named channels; None is all."""
+    if channels is None:
+        return selected(cycles.values)
     unknown = [c for c in channels if c not in cycles.channels]
     if unknown or not channels:
         raise MotionError(f"no channel is named {unknown}; the cycles have: {', '.join(cycles.channels)}")
-    if channels == cycles.channels:
-        return cycles.values
-    return cycles.values[..., [cycles.channels.index(c) for c in channels]]
+    return selected(cycles.values, [cycles.channels.index(c) for c in channels])
 
 
-def _shown(cycles: Cycles) -> tuple[str, ...]:
+def _shown(values: Selected, columns: Columns, channels) -> tuple[Selected, Columns]:
     """The channels of which at least one cycle has a sample."""
-    seen = ~np.isnan(cycles.values).all(axis=(0, 1))
-    if len(cycles.values) and not seen.any():
-        raise GapError(f"these cycles have no samples of any channel: {', '.join(cycles.channels)}")
-    return tuple(name for name, some in zip(cycles.channels, seen, strict=True) if some or not len(cycles.values))
+    seen = np.flatnonzero(columns.count.any(axis=(0, 1))).tolist()
+    if not seen:
+        raise GapError(f"these cycles have no samples of any channel: {', '.join(channels)}")
+    return selected(values.values, seen), columns.of(seen)
 
 
 def _check_numbers(cycles: int, rank: int, people: int):

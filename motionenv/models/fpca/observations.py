@@ -5,13 +5,18 @@ which are computed once. And gaps are runs: a sum over a gap is a difference of 
 by the number of gaps, not of samples (`motionenv.models.fpca._gap_kernels`).
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from motionenv._core.threads import in_chunks
+from motionenv.models.fpca.blocks import merged, over, parts, selected
 
-BLOCK = 32  # cycles projected on the basis at a time; small enough for the cache
+KEPT = 2**26, 0.12  # bytes, or share of values in memory, of blocks that are kept; others are prepared for each pass
+_TOGETHER = 32  # cycles projected on the basis at a time; small enough for the cache
 
 
 @dataclass
@@ -23,13 +28,28 @@ class Columns:
     low: np.ndarray  # (P, m) least value, inf without samples
     high: np.ndarray  # (P, m) greatest value, -inf without samples
 
+    def of(self, channels: list[int]) -> "Columns":
+        """Those of some `channels` only."""
+        return replace(self, **{name: value[..., channels] for name, value in vars(self).items()})
 
-def column_sums(values, groups) -> Columns:
-    """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0."""
+
+def column_sums(values, groups, executor: Executor | None = None) -> Columns:
+    """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0.
+
+    Values are as of `Observations`, and so is the `executor`.
+    """
+    n_groups = int(groups.max(initial=0)) + 1
+    found = list(over(_columns, selected(values), (groups,), (n_groups,), executor))
+    total, count = merged((c.total, c.count) for c in found)
+    return Columns(total, count, np.min([c.low for c in found], axis=0), np.max([c.high for c in found], axis=0))
+
+
+def _columns(values, groups, n_groups: int) -> Columns:
+    """`column_sums` of a block."""
     from motionenv.models.fpca._gap_kernels import columns
 
     k, p, m = values.shape
-    flat, n_groups = np.ascontiguousarray(values).reshape(k, -1), int(groups.max(initial=0)) + 1
+    flat = np.ascontiguousarray(values).reshape(k, -1)
 
     def add(start, stop):
         total, count = np.zeros((2, n_groups, p * m))
@@ -37,12 +57,12 @@ def column_sums(values, groups) -> Columns:
         columns(start, stop, flat, groups, part.total, part.count, part.low, part.high)
         return part
 
-    parts = in_chunks(add, k)
+    chunks = in_chunks(add, k)
     return Columns(
-        sum(c.total for c in parts).reshape(-1, p, m),
-        sum(c.count for c in parts).reshape(-1, p, m),
-        np.min([c.low for c in parts], axis=0).reshape(p, m),
-        np.max([c.high for c in parts], axis=0).reshape(p, m),
+        sum(c.total for c in chunks).reshape(-1, p, m),
+        sum(c.count for c in chunks).reshape(-1, p, m),
+        np.min([c.low for c in chunks], axis=0).reshape(p, m),
+        np.max([c.high for c in chunks], axis=0).reshape(p, m),
     )
 
 
@@ -65,36 +85,103 @@ def group_centres(columns: Columns, basis) -> np.ndarray:
     return centre + basis.T @ np.where(columns.count > 0, own, 0.0)
 
 
+@dataclass(frozen=True)
+class Totals:
+    """Sums over all cycles; of blocks, they are added."""
+
+    squares: np.ndarray  # (m,) squared deviations of the observed samples
+    y_sum: np.ndarray  # (G, n·m) coefficients
+    sizes: np.ndarray  # (G,) numbers of cycles
+    n_missing: np.ndarray  # (G, P·m) numbers of cycles that lack each sample
+
+
 class Observations:
-    """Cycles prepared for a fit: coefficients of the zero-filled deviations from `centre`, and the gaps.
+    """Cycles prepared for a fit, block by block: sums over all of them, and work on each block.
 
     Args:
-        values: (K, P, m), NaN where missing.
+        values: (K, P, m), NaN where missing: an array, `motionenv.cycles.CycleFiles` or `blocks.Selected`.
         basis: (P, n) orthonormal.
         centre: (G, n, m) coefficients of the function subtracted from each group's cycles.
         groups: (K,) group of each cycle, 0 … G - 1.
+        executor: computes blocks; None computes them in this process.
+
+    Attributes:
+        values, basis, centre, groups, executor: the arguments.
+        n: number of cycles K.
+        n_seen: number of observed samples.
+        squares, y_sum, sizes, n_missing: see `Totals`.
+    """
+
+    def __init__(self, values, basis, centre, groups, executor: Executor | None = None):
+        self.values, self.basis, self.centre, self.executor = selected(values), basis, centre, executor
+        self.groups = np.asarray(groups, dtype=np.int64)
+        self.n, p, m = self.values.shape
+        self._kept: list[Block] = []
+        if executor is None:
+            self._kept = [Block(self.values[some], basis, centre, self.groups[some]) for some in self._keepable()]
+        totals = Totals(*merged(tuple(vars(found).values()) for found in self.each(_totals)))
+        self.squares, self.y_sum, self.sizes, self.n_missing = vars(totals).values()
+        self.n_seen = self.n * p * m - self.n_missing.sum()
+
+    def each(self, work: Callable, *given, rows: tuple[np.ndarray, ...] = ()) -> Iterator:
+        """work(block, *rows of its cycles, *given) of each `Block`, in order; see `blocks.over`."""
+        every, prepared = parts(self.values.shape), partial(_prepared, work, self.basis, self.centre)
+        for block, part in zip(self._kept, every, strict=False):
+            yield work(block, *(row[part] for row in rows), *given)
+        rest = every[len(self._kept) :]
+        yield from over(prepared, self.values, (self.groups, *rows), given, self.executor, rest)
+
+    def _keepable(self) -> list[slice]:
+        """The first blocks, whose coefficients may be kept from pass to pass."""
+        least, share = KEPT
+        each, size = self.centre[0].nbytes, 8 * self.basis.shape[0] * self.centre.shape[2]
+        most = max(least, share * self.n * size if self.values.in_memory else 0)
+        return [part for part in parts(self.values.shape) if part.stop * each <= most]
+
+    def sum_of_squares(self, means) -> float:
+        """Sum of squared deviations of all observed samples from the groups' `means` (G, n, m) in the basis."""
+        shift = means - self.centre
+        seen = self.sizes[:, None] - self.n_missing
+        curves = (self.basis @ shift).reshape(seen.shape)
+        cross = (self.y_sum * shift.reshape(self.y_sum.shape)).sum()
+        return float(self.squares.sum() - 2 * cross + (seen * curves**2).sum())
+
+    def every(self, step: int) -> "Observations":
+        """A subset, in memory: one of every `step` cycles."""
+        return Observations(self.values[::step], self.basis, self.centre, self.groups[::step])
+
+
+def _prepared(work: Callable, basis, centre, values, groups, *more):
+    return work(Block(values, basis, centre, groups), *more)
+
+
+def _totals(block: "Block") -> Totals:
+    return block.totals()
+
+
+class Block:
+    """Some cycles: coefficients of their zero-filled deviations from the centre, and their gaps.
+
+    Args:
+        values: (K, P, m), NaN where missing.
+        basis, centre, groups: as of `Observations`.
 
     Attributes:
         values, basis, centre, groups: the arguments.
         coefficients: (K, n·m).
         square: (K, m) sums of squared deviations of the observed samples.
         offsets, runs: runs[offsets[k] : offsets[k + 1]] are cycle k's gaps.
-        sizes: (G,) numbers of cycles.
-        n_missing: (G, P·m) numbers of cycles that lack each sample.
-        y_sum: (G, n·m) sums of the coefficients.
-        n_seen: number of observed samples.
     """
 
     def __init__(self, values, basis, centre, groups):
         self.values = values = np.ascontiguousarray(values)
         k = len(values)
-        self.basis, self.centre, self.groups = basis, centre, np.asarray(groups, dtype=np.int64)
+        self.basis, self.centre, self.groups = basis, centre, groups
         self.coefficients = np.empty((k, centre[0].size))
         self.square = np.zeros((k, values.shape[2]))
         n_runs, curves = np.zeros(k, dtype=np.int64), basis @ centre
         gaps = in_chunks(lambda start, stop: self._observe(start, stop, values, curves, n_runs), k)
         self.runs, self.offsets = np.concatenate(gaps), np.r_[0, np.cumsum(n_runs)]
-        self._count()
 
     def _observe(self, start, stop, values, curves, n_runs):
         """Coefficients and squares of some cycles; returns their gaps."""
@@ -103,8 +190,8 @@ class Observations:
         _, p, m = values.shape
         rows = np.ascontiguousarray(self.basis.T)
         runs, found = np.empty(((stop - start) * m * ((p + 1) // 2), 2), dtype=np.int32), 0
-        for first in range(start, stop, BLOCK):
-            last = min(first + BLOCK, stop)
+        for first in range(start, stop, _TOGETHER):
+            last = min(first + _TOGETHER, stop)
             y = np.empty((p, last - first, m))
             found = observe(first, last, values, self.groups, curves, y, self.square, n_runs, runs, found)
             projected = np.empty((len(rows), (last - first) * m))
@@ -113,30 +200,19 @@ class Observations:
             self.coefficients[first:last] = by_cycle.reshape(last - first, -1)
         return runs[:found].copy()
 
-    def _count(self):
+    def totals(self) -> Totals:
+        """Sums over these cycles."""
         from motionenv.models.fpca._gap_kernels import group_sums
 
         g, m, size = len(self.centre), self.square.shape[1], self.centre[0].size
         p = len(self.basis)
-        self.sizes = np.bincount(self.groups, minlength=g).astype(float)
-        self.y_sum = np.zeros((g, size))
-        group_sums(self.coefficients, self.groups, self.y_sum)
+        y_sum = np.zeros((g, size))
+        group_sums(self.coefficients, self.groups, y_sum)
         group = np.repeat(self.groups, np.diff(self.offsets)) * (p + 1) * m
         begin, end = (np.bincount(group + self.runs[:, i], minlength=g * (p + 1) * m) for i in (0, 1))
-        self.n_missing = np.cumsum((begin - end).reshape(g, p + 1, m), axis=1)[:, :-1].reshape(g, -1).astype(float)
-        self.n_seen = len(self.groups) * p * m - self.n_missing.sum()
-
-    def sum_of_squares(self, means) -> float:
-        """Sum of squared deviations of all observed samples from the groups' `means` (G, n, m) in the basis."""
-        shift = means - self.centre
-        seen = self.sizes[:, None] - self.n_missing
-        curves = (self.basis @ shift).reshape(seen.shape)
-        cross = (self.y_sum * shift.reshape(self.y_sum.shape)).sum()
-        return float(self.square.sum() - 2 * cross + (seen * curves**2).sum())
-
-    def every(self, step: int) -> "Observations":
-        """A subset: one of every `step` cycles."""
-        return Observations(self.values[::step], self.basis, self.centre, self.groups[::step])
+        n_missing = np.cumsum((begin - end).reshape(g, p + 1, m), axis=1)[:, :-1].reshape(g, -1).astype(float)
+        sizes = np.bincount(self.groups, minlength=g).astype(float)
+        return Totals(self.square.sum(axis=0), y_sum, sizes, n_missing)
 
     def gap_sums(self, columns) -> np.ndarray:
         """Sums (K, c) over each cycle's missing samples of `columns` (P, m, c)."""
@@ -166,20 +242,20 @@ def missed(edges, m: int) -> np.ndarray:
     return running(edges.reshape(-1, m, edges.shape[1]))[1:-1].reshape(-1, edges.shape[1])
 
 
-def in_parts(kernel, data: Observations, tables, found, shapes, *more) -> list[np.ndarray]:
-    """Run a kernel over all cycles in threads, each with its own tallies, and return the sums of the tallies.
+def in_parts(kernel, block: Block, tables, found, shapes, *more) -> list[np.ndarray]:
+    """Run a kernel over the cycles of a block in threads, each with its own tallies; return the sums of these.
 
     The kernel, from `_gap_kernels`, takes (start, stop, data, tables, found, tallies, …): `tables` are read-only input,
     `found` is output by cycle, `shapes` are those of the tallies, and `more` further arguments.
     """
-    given = (data.coefficients, data.groups, data.offsets, data.runs)
+    given = (block.coefficients, block.groups, block.offsets, block.runs)
 
     def part(start, stop):
         tallies = tuple(np.zeros(shape) for shape in shapes)
         kernel(start, stop, given, tables, found, tallies, *more)
         return tallies
 
-    return [sum(parts) for parts in zip(*in_chunks(part, len(data.groups)), strict=True)]
+    return [sum(parts) for parts in zip(*in_chunks(part, len(block.groups)), strict=True)]
 
 
 def triangle(symmetric) -> np.ndarray:

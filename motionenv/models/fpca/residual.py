@@ -11,11 +11,10 @@ from motionenv._core.threads import in_chunks
 from motionenv.models.fpca.observations import from_triangle, running, triangle
 
 
-def residual_model(residuals, basis) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra ψ (m, J) and white variances σ² (m,) of residuals (K, P, m), by the method of moments; NaN is missing.
+def residual_moments(residuals, basis) -> tuple:
+    """The sums over cycles of which `residual_model` makes a model; those of blocks may be added.
 
-    With F = Bᵀ B over the n seen samples of the orthonormal basis B (P, J) and g = Bᵀ r: E[g_i²] = Σ_j F_ij² ψ_j + σ²
-    F_ii and E[Σ r²] = Σ_j F_jj ψ_j + σ² n. Summed over cycles, this is one linear system per channel.
+    Residuals are (K, P, m), NaN where missing, the `basis` (P, J) orthonormal.
     """
     from motionenv.models.fpca._residual_kernels import moments
 
@@ -28,7 +27,18 @@ def residual_model(residuals, basis) -> tuple[np.ndarray, np.ndarray]:
         moments(start, stop, residuals, basis, outer, *out)
         return out
 
-    squared, diagonal, g_squared, r_squared = (sum(parts) for parts in zip(*in_chunks(part, k), strict=True))
+    return tuple(sum(parts) for parts in zip(*in_chunks(part, k), strict=True))
+
+
+def residual_model(moments) -> tuple[np.ndarray, np.ndarray]:
+    """Spectra ψ (m, J) and white variances σ² (m,) of residuals, by the method of moments.
+
+    With F = Bᵀ B over the n seen samples of the orthonormal basis B (P, J) and g = Bᵀ r: E[g_i²] = Σ_j F_ij² ψ_j + σ²
+    F_ii and E[Σ r²] = Σ_j F_jj ψ_j + σ² n. Summed over cycles (`residual_moments`), this is one linear system per
+    channel.
+    """
+    squared, diagonal, g_squared, r_squared = moments
+    m, j = diagonal.shape
     harmonic = harmonics(j)
     pool = np.eye(harmonic.max() + 1)[harmonic]
     system = np.empty((m, pool.shape[1] + 1, pool.shape[1] + 1))

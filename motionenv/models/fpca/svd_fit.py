@@ -11,8 +11,9 @@ import numpy as np
 
 from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.anderson import Anderson
+from motionenv.models.fpca.blocks import merged
 from motionenv.models.fpca.em_fit import FLOOR, WARM, first_parameters
-from motionenv.models.fpca.observations import Observations
+from motionenv.models.fpca.observations import Block, Observations
 
 REPEATS = 3  # imputations per pass, of scores and of components
 OVERSAMPLING = 2  # factor on q for the first components of a large fit (Halko, Martinsson & Tropp 2011)
@@ -26,7 +27,7 @@ def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
     `em_fit.fit_ppca` does. But errors are ‖X⁽²⁾ - X⁽⁵⁾‖ with the gaps of X⁽²⁾ filled from X⁽⁵⁾, that is, the root of
     the squared error on the observed samples; noise is the mean square of their residuals.
     """
-    if len(data.groups) < 2 * WARM:
+    if data.n < 2 * WARM:
         loadings = np.linalg.qr(first_parameters(data, rank).w)[0]
     else:  # The first parameters are of a subset: of more components, keep those that explain all cycles best.
         wide = np.linalg.qr(first_parameters(data, OVERSAMPLING * rank).w)[0]
@@ -40,31 +41,54 @@ def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
 
 def _descend(data: Observations, loadings, tol, max_iter):
     """Loadings (n·m, q), scores (K, q), noise (m,) and errors at convergence, from orthonormal starting loadings."""
-    from motionenv.models.fpca._gap_kernels import impute_scores
-
-    (size, q), m = loadings.shape, data.square.shape[1]
-    z, squares, total = np.zeros((len(data.groups), q)), np.empty(len(data.groups)), data.square.sum()
-    shapes = [(q, size), ((len(data.basis) + 1) * m, q * (q + 1) // 2)]
+    m, total, least = len(data.squares), data.squares.sum(), LEAST**2 * data.squares.sum()
+    z = np.zeros((data.n, loadings.shape[1]))
     errors: list[float] = []
     ahead, plain, small = Anderson(), (loadings, z), 0
     while True:
-        curves = obs.functions(loadings, data.basis, m)
-        outer = obs.running(obs.triangle(curves[..., :, None] * curves[..., None, :])).reshape(shapes[1])
-        tables = np.ascontiguousarray(loadings.T), outer
-        yz, edges = obs.in_parts(impute_scores, data, tables, (z, squares), shapes, REPEATS)
-        error = float(np.sqrt(max(total + squares.sum(), LEAST**2 * total)))
+        z, squares, zz, missing_zz, yz = _imputed(data, loadings, z)
+        error = float(np.sqrt(max(total + squares, least)))
         if loadings is not plain[0] and not error <= errors[-1]:
             loadings, z = plain
             ahead.forget()
             continue
         small = small + 1 if errors and errors[-1] - error <= tol * errors[-1] else 0
         errors.append(error)
-        zz, missing_zz = z.T @ z, obs.from_triangle(obs.missed(edges, m), q)
         if len(errors) >= max_iter or small == 2:  # a single small gain may come from a poor extrapolation
-            return loadings, z, _noise(data, loadings, zz, missing_zz, yz.T), errors
-        following, turn = _orthonormal(_regress(data.basis, loadings, zz, missing_zz, yz.T))
+            return loadings, z, _noise(data, loadings, zz, missing_zz, yz), errors
+        following, turn = _orthonormal(_regress(data.basis, loadings, zz, missing_zz, yz, m))
         plain = following, z @ turn
-        loadings, z = _orthonormal(ahead.propose(loadings, following))[0], plain[1].copy()
+        loadings, z = _orthonormal(ahead.propose(loadings, following))[0], plain[1]
+
+
+def _imputed(data: Observations, loadings, z):
+    """Scores (K, q) after imputations that begin with scores `z`, and sums over all cycles.
+
+    The sums: squared errors on the seen samples less y², z zᵀ (q, q), the same over the cycles that lack each sample
+    (D, q, q), and y zᵀ (n·m, q).
+    """
+    q, m = loadings.shape[1], len(data.squares)
+    curves = obs.functions(loadings, data.basis, m)
+    outer = obs.running(obs.triangle(curves[..., :, None] * curves[..., None, :])).reshape(-1, q * (q + 1) // 2)
+    found = []
+
+    def kept(parts):
+        for scores, *sums in parts:
+            found.append(scores)
+            yield sums
+
+    squares, zz, yz, edges = merged(kept(data.each(_impute, np.ascontiguousarray(loadings.T), outer, rows=(z,))))
+    return np.concatenate(found), squares, zz, obs.from_triangle(obs.missed(edges, m), q), yz.T
+
+
+def _impute(block: Block, z, loadings, outer) -> tuple:
+    """`_imputed` of a block, with loadings (q, n·m) and cumulative sums of products of their curves."""
+    from motionenv.models.fpca._gap_kernels import impute_scores
+
+    z, squares = z.copy(), np.empty(len(z))
+    shapes = [loadings.shape, outer.shape]
+    yz, edges = obs.in_parts(impute_scores, block, (loadings, outer), (z, squares), shapes, REPEATS)
+    return z, squares.sum(), z.T @ z, yz, edges
 
 
 def _orthonormal(w):
@@ -73,9 +97,8 @@ def _orthonormal(w):
     return left @ right, (right.T * scale) @ right
 
 
-def _regress(basis, loadings, zz, missing_zz, yz):
+def _regress(basis, loadings, zz, missing_zz, yz, m: int):
     """Regress the seen samples, and the gaps filled by the last loadings, on the scores; repeat. Loadings (n·m, q)."""
-    m = len(missing_zz) // len(basis)
     inverse = np.linalg.pinv(zz, hermitian=True)
     for _ in range(REPEATS):
         curves = obs.functions(loadings, basis, m).reshape(len(missing_zz), -1, 1)
@@ -86,9 +109,9 @@ def _regress(basis, loadings, zz, missing_zz, yz):
 
 def _noise(data: Observations, loadings, zz, missing_zz, yz):
     """Mean squared residual (m,) of each channel's observed samples."""
-    m = data.square.shape[1]
+    m = len(data.squares)
     curves = obs.functions(loadings, data.basis, m).reshape(len(missing_zz), -1)
     explained = 2 * (loadings * yz).sum(axis=1).reshape(-1, m).sum(axis=0)
     explained -= np.einsum("di,dij,dj->d", curves, zz - missing_zz, curves).reshape(-1, m).sum(axis=0)
-    seen = len(data.groups) * len(data.basis) - data.n_missing.reshape(-1, m).sum(axis=0)
-    return np.maximum(data.square.sum(axis=0) - explained, FLOOR * data.square.sum() / m) / seen
+    seen = data.n * len(data.basis) - data.n_missing.reshape(-1, m).sum(axis=0)
+    return np.maximum(data.squares - explained, FLOOR * data.squares.sum() / m) / seen

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from motionenv.models.fpca.em_fit import Parameters, e_step, first_parameters, log_likelihood, m_step
+from motionenv.models.fpca.em_fit import (
+    Parameters,
+    e_step,
+    first_parameters,
+    latent_means,
+    log_likelihood,
+    m_step,
+    posterior_of,
+    tables_of,
+)
 from motionenv.models.fpca.fourier_basis import sampled_basis
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.fpca.observations import Observations, functions
@@ -18,10 +27,12 @@ def test_posterior_and_likelihood_are_those_of_the_dense_gaussian():
     w, mean, centre = rng.standard_normal((15, 2)), rng.standard_normal((1, 15)), rng.standard_normal((1, 5, 3))
     parameters = Parameters(w, mean, np.array([0.3, 0.5, 0.8]))
     data = Observations(values, basis, centre, np.zeros(5, int))
-    found = e_step(data, parameters)
+    (block,) = data.each(lambda block: block)
+    found = posterior_of(block, tables_of(basis, parameters))
     z, covariance = found.z, found.covariance
-    loglik = 0.5 * (found.twice - data.square @ (1 / parameters.noise))
-    assert log_likelihood(data, parameters.noise, found) == pytest.approx(loglik.sum())
+    loglik = 0.5 * (found.twice - block.square @ (1 / parameters.noise))
+    assert log_likelihood(data, parameters.noise, e_step(data, parameters)) == pytest.approx(loglik.sum())
+    np.testing.assert_array_equal(latent_means(data, parameters), z)
     loading = functions(w, basis, 3).reshape(-1, 2)
     level, noise = (functions(mean.T, basis, 3)[..., 0] + basis @ centre[0]).ravel(), np.tile(parameters.noise, 12)
     for k, y in enumerate(values.reshape(5, -1)):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from motionenv.models.fpca.fourier_basis import sampled_basis
-from motionenv.models.fpca.residual import expected_residual, harmonics, residual_model
+from motionenv.models.fpca.residual import expected_residual, harmonics, residual_model, residual_moments
 from tests.models.fpca.made_cycles import with_gaps
 
 
@@ -27,7 +27,7 @@ def test_the_residual_spectrum_is_recovered():
     true = np.array([4.0, 2.0, 1.0, 0.5, 2.0, 1.0, 0.5])
     u = rng.standard_normal((800, 2, 7)) * np.sqrt(true)
     residuals = np.moveaxis(u @ basis.T, 1, 2) + 0.1 * rng.standard_normal((800, 64, 2))
-    spectrum, white = residual_model(with_gaps(residuals)[0], basis)
+    spectrum, white = residual_model(residual_moments(with_gaps(residuals)[0], basis))
     np.testing.assert_allclose(spectrum, np.tile(true, (2, 1)), rtol=0.15)
     np.testing.assert_allclose(white, 0.01, rtol=0.05)
 
@@ -39,6 +39,6 @@ def test_columns_of_one_harmonic_are_those_of_one_frequency():
 
 def test_noise_alone_has_no_spectrum_and_variances_stay_above_zero():
     residuals = np.random.default_rng(0).standard_normal((400, 32, 1))
-    spectrum, white = residual_model(residuals, sampled_basis(32, 4))
+    spectrum, white = residual_model(residual_moments(residuals, sampled_basis(32, 4)))
     assert ((spectrum > 0) & (spectrum < 0.2)).all()
     np.testing.assert_allclose(white, 1.0, rtol=0.05)
