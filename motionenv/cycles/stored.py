@@ -12,7 +12,7 @@ _REALS = (np.dtype(np.float32), np.dtype(np.float64))
 
 
 @dataclass(frozen=True)
-class _File:
+class Stored:
     """Where the numbers of an array (cycles, samples, channels) lie in a file."""
 
     path: str
@@ -36,7 +36,7 @@ class CycleFiles:
     Pickles as the files' names.
     """
 
-    def __init__(self, files: Sequence[_File]):
+    def __init__(self, files: Sequence[Stored]):
         self._files = tuple(files)
         self._starts = np.cumsum([0, *(file.shape[0] for file in files)])
         self.shape = (int(self._starts[-1]), *files[0].shape[1:])
@@ -55,6 +55,8 @@ class CycleFiles:
                 continue
             ranges = [(low, high)] if step == 1 else [(k, k + 1) for k in range(low, high, step)]
             found += [file.read(*pair) for pair in ranges]
+        if len(found) == 1:
+            return found[0].astype(np.float64, copy=False)
         return np.concatenate([*found, np.empty((0, *self.shape[1:]))], dtype=np.float64)
 
 
@@ -92,7 +94,7 @@ class StoredCycles:
             raise MotionError(f"subject must hold {len(self.values)} labels, got {len(self.subject)}")
 
 
-def _opened(file) -> _File:
+def _opened(file) -> Stored:
     """The place of an array in a file, from a path or a memory map."""
     try:
         array = file if isinstance(file, np.memmap) else np.load(file, mmap_mode="r", allow_pickle=False)
@@ -106,7 +108,7 @@ def _opened(file) -> _File:
             f"{array.shape}"
         )
     inside = array.__array_interface__["data"][0] - _origin(array)
-    return _File(str(array.filename), inside, array.shape, array.dtype)
+    return Stored(str(array.filename), inside, array.shape, array.dtype)
 
 
 def _origin(array: np.memmap) -> int:

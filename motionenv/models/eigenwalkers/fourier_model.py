@@ -8,25 +8,18 @@ from motionenv._core.validation import checked_number, checked_whole, random_gen
 from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
-from motionenv.models.eigenwalkers.extraction import fourier_walker
-from motionenv.models.eigenwalkers.fourier_series import (
-    PARTS,
-    FourierWalker,
-    body_heights,
-    centred,
-    in_phase,
-    stride_lengths,
-)  # fmt: skip
+from motionenv.models.eigenwalkers.fourier_series import FourierWalker, body_heights, stride_lengths
 from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.eigenwalkers.speed import at_speed, longer
+from motionenv.models.eigenwalkers.table import COEFFICIENTS, Columns, Rows, each
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
 from motionenv.models.people.population import draw_person
+from motionenv.models.storage.blocks import selected
 from motionenv.models.synthesis import scaled
 from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
 
-COEFFICIENTS = (len(PARTS), len(MARKERS), 3)  #: shape of a walker's coefficients
 _EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits
 _TRIES = 100
 _TIE = 1e-6  # entries whose sizes differ by less than this share count as equal
@@ -273,33 +266,34 @@ class FourierModel(GaitModel):
             model.mean_ = np.where(unknown, np.nan, model.mean_)
         return model
 
-    def _learn(self, coefficients: np.ndarray, rank: int) -> None:
-        """Mean, components, variances and scores of columns (R, 5, 15, 3)."""
-        self.mean_, self.components_, self.explained_variance_, total = self._decomposed(coefficients, rank)
+    def _learn(self, rows: Rows, rank: int) -> None:
+        """Mean, components, variances and scores of the walkers in a table."""
+        self.mean_, self.components_, self.explained_variance_, total = self._decomposed(rows, rank)
         self.explained_variance_ratio_ = self.explained_variance_ / total
-        self.scores_ = self._scores(coefficients)
+        self.scores_ = np.concatenate(list(each(self._scores, rows)))
 
-    def _decomposed(self, coefficients: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of columns (R, 5, 15, 3).
+    def _decomposed(self, rows: Rows, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of the walkers in a table.
 
-        Markers that no column shows are NaN in the mean and 0 in the components.
+        Markers that no walker shows are NaN in the mean and 0 in the components.
         """
-        shown = np.broadcast_to(_shown(coefficients, self._needed)[:, None], COEFFICIENTS).ravel()
-        x = coefficients.reshape(len(coefficients), -1)[:, shown]
-        decompose = _by_svd if np.isfinite(x).all() else self._by_likelihood
-        known_mean, known_components, variance, total = decompose(x, rank)
+        markers, gaps = _shown(rows, self._needed)
+        shown = np.broadcast_to(markers[:, None], COEFFICIENTS).ravel()
+        decompose = self._by_likelihood if gaps else _by_svd
+        known_mean, known_components, variance, total = decompose(rows, shown, rank)
         mean, components = np.full(shown.size, np.nan), np.zeros((rank, shown.size))
         mean[shown], components[:, shown] = known_mean, known_components
         return mean.reshape(COEFFICIENTS), _signed(components).reshape(-1, *COEFFICIENTS), variance, total
 
-    def _by_likelihood(self, x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Like `_by_svd`, but for x (R, n) with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
-        values, groups, basis = x[:, :, None], np.zeros(len(x), dtype=np.int64), np.eye(x.shape[1])
+    def _by_likelihood(self, rows: Rows, shown: np.ndarray, rank: int) -> tuple:
+        """Like `_by_svd`, but for walkers with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
+        values, n = selected(Columns(rows, shown)), len(rows)
+        groups, basis = np.zeros(n, dtype=np.int64), np.eye(values.shape[1])
         centre = group_centres(column_sums(values, groups), basis)
         data = Observations(values, basis, centre, groups)
         means, components, signal, noise, _ = fit_ppca(data, rank, self.tol, self.max_iter)
-        unbiased = len(x) / (len(x) - 1)
-        total = unbiased * (signal.sum() + noise[0] * x.shape[1])
+        unbiased = n / (n - 1)
+        total = unbiased * (signal.sum() + noise[0] * len(basis))
         return means[0, :, 0], components[:, :, 0], unbiased * (signal + noise[0]), float(total)
 
     def _scores(self, w: np.ndarray) -> np.ndarray:
@@ -333,41 +327,16 @@ def _phases(frequency: float, request: Request) -> np.ndarray:
     return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
 
 
-def labelled(walks, subjects) -> tuple[list[FourierWalker], list[str]]:
-    """Walks, as of `FourierModel.fit`, as Fourier walkers, and the label of each person; None: all are different.
-
-    Raises:
-        MotionError: not one label per walk; see also `fourier_walker`.
-    """
-    walkers = [walk if isinstance(walk, FourierWalker) else fourier_walker(walk) for walk in walks]
-    subjects = [str(s) for s in (range(len(walkers)) if subjects is None else subjects)]
-    if len(subjects) != len(walkers):
-        raise MotionError(f"fit needs a subject for each walk, got {len(walkers)} walks and {len(subjects)} subjects")
-    return walkers, subjects
-
-
-def mean_walkers(walkers: list[FourierWalker], subjects: list[str]) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
-    """Means over each person's walks: known coefficients (R, 5, 15, 3), log frequency (R,), and the label."""
-    people = tuple(dict.fromkeys(subjects))
-    w, log_frequencies = np.full((len(people), *COEFFICIENTS), np.nan), np.empty(len(people))
-    for i, person in enumerate(people):
-        mine = [walker for walker, subject in zip(walkers, subjects, strict=True) if subject == person]
-        stack = np.stack([walker.coefficients for walker in mine])
-        known = np.isfinite(stack).sum(axis=0)
-        np.divide(np.nansum(stack, axis=0), known, out=w[i], where=known > 0)
-        log_frequencies[i] = np.mean([np.log(walker.frequency) for walker in mine])
-    return centred(in_phase(w)), log_frequencies, people
-
-
-def _shown(coefficients: np.ndarray, needed: tuple[str, ...]) -> np.ndarray:
-    """Which markers (15,) at least one of the walkers (R, 5, 15, 3) shows."""
-    shown = np.isfinite(coefficients).all(axis=(1, 3)).any(axis=0)
+def _shown(rows: Rows, needed: tuple[str, ...]) -> tuple[np.ndarray, bool]:
+    """Which markers (15,) at least one of the walkers shows, and whether one lacks a marker that others show."""
+    known = [np.isfinite(w).all(axis=(1, 3)) for w in rows.blocks()]
+    shown = np.any([some.any(axis=0) for some in known], axis=0)
     if unseen := [name for name, seen in zip(MARKERS, shown, strict=True) if name in needed and not seen]:
         raise GapError(
             f"no walker shows {', '.join(unseen)}: add walkers that do, or fill them first (motionenv.fill, or "
             "motionenv fit --fill)"
         )
-    return shown
+    return shown, not all(some[:, shown].all() for some in known)
 
 
 def _signed(components: np.ndarray) -> np.ndarray:
@@ -381,9 +350,17 @@ def _signed(components: np.ndarray) -> np.ndarray:
     return components * np.sign(np.take_along_axis(components, first[:, None], axis=1))
 
 
-def _by_svd(x: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Mean (n,), components (rank, n), λ = s² / (R - 1) (rank,) and the sum of all λ, of complete x (R, n)."""
-    mean = x.mean(axis=0)
-    _, s, vt = np.linalg.svd(x - mean, full_matrices=False)
-    variance = s**2 / (len(x) - 1)
+def _by_svd(rows: Rows, shown: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Mean (n,), components (rank, n), λ = s² / (R - 1) (rank,) and the sum of all λ, of R complete walkers.
+
+    Of the n entries `shown` (225,). The SVD is that of the triangular factor of [1, X], which grows block by block; the
+    column of ones takes the mean out of the others.
+    """
+    factor = np.empty((0, 1 + int(shown.sum())))
+    for w in rows.blocks():
+        x = w.reshape(len(w), -1)[:, shown]
+        factor = np.linalg.qr(np.concatenate([factor, np.column_stack([np.ones(len(x)), x])]))[1]
+    mean = factor[0, 1:] / factor[0, 0]
+    _, s, vt = np.linalg.svd(factor[1:, 1:], full_matrices=False)
+    variance = s**2 / (len(rows) - 1)
     return mean, vt[:rank], variance[:rank], float(variance.sum())

@@ -1,14 +1,18 @@
 """Eigenwalkers: principal components of walkers in Fourier representation (paper B, section 3.1)."""
 
+from concurrent.futures import Executor
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import ClassVar
 
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.models.eigenwalkers.fourier_model import FourierModel, labelled, mean_walkers
+from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import WALKING
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
+from motionenv.models.eigenwalkers.table import mean_walkers, read_walks
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 
@@ -36,26 +40,28 @@ class Eigenwalkers(FourierModel):
     _needed: ClassVar[tuple[str, ...]] = WALKING
     about: ClassVar[str] = "Fifteen points that swing in two harmonics: body shape and style in one space."
 
-    def fit(self, motions, subjects=None) -> "Eigenwalkers":
-        """Learn mean and components.
+    def fit(self, motions, subjects=None, executor: Executor | None = None) -> "Eigenwalkers":
+        """Learn mean and components, block by block: memory holds as little as 200 bytes of each walk.
 
         Args:
             motions: walks, as `Motion`s, as `Markers` of the 15 markers, or as `FourierWalker`s with NaN in the
-                coefficients of markers that were not seen.
+                coefficients of markers that were not seen. Any iterable, such as a generator that reads files.
             subjects: the person's label for each walk; None takes each walk for a different person.
+            executor: any `concurrent.futures.Executor`, which then computes the walks' Fourier representations.
 
         Raises:
             MotionError: fewer than two people, too few for `n_components`, or labels that don't match the walks.
             GapError: the pelvis or a marker of the legs is missing in all walks. Others may be: then they are NaN in
                 what the model makes.
         """
-        walkers, subjects = labelled(motions, subjects)
-        coefficients, log_frequencies, self.people_ = mean_walkers(walkers, subjects)
-        self.n_people_, self.n_walkers_ = len(coefficients), len(walkers)
-        self._learn(coefficients, self._rank())
-        learn_speed(self, walkers, subjects, coefficients, log_frequencies)
+        with TemporaryDirectory() as folder:
+            walks = read_walks(motions, subjects, Path(folder), executor)
+            people = mean_walkers(walks, walks.people, Path(folder))
+            self.n_people_, self.n_walkers_, self.people_ = len(people), len(walks), people.people
+            self._learn(people.rows, self._rank())
+            learn_speed(self, walks, people)
         standard = self.scores_ / np.sqrt(self.explained_variance_)
-        fitted = shrunk_regression(standard, log_frequencies)
+        fitted = shrunk_regression(standard, np.log(people.frequencies))
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
         return self
 

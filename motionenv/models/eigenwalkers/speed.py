@@ -4,15 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motionenv.models.eigenwalkers.fourier_series import (
-    FourierWalker,
-    body_heights,
-    centred,
-    in_phase,
-    mirrored,
-    stride_lengths,
-)  # fmt: skip
-from motionenv.models.people.pace import EXPONENT, direction, exponent, reached
+from motionenv.models.eigenwalkers.fourier_series import body_heights, centred, in_phase, mirrored, stride_lengths
+from motionenv.models.eigenwalkers.table import Table, each
+from motionenv.models.people.pace import EXPONENT, exponent, reached, shrunk, within
 
 if TYPE_CHECKING:
     from motionenv.models.eigenwalkers.fourier_model import FourierModel
@@ -40,33 +34,55 @@ def longer(model: "FourierModel", w: np.ndarray, change) -> np.ndarray:
     return w + step[..., None, None, None] * way
 
 
-def learn_speed(model: "FourierModel", walkers: list[FourierWalker], subjects, merged, log_frequencies) -> None:
+def learn_speed(model: "FourierModel", walks: Table, people: Table) -> None:
     """Fit what speed does; left and right learn from each other.
 
     Args:
         model: gets `speed_direction_`, `speed_exponent_` and `learned_speeds_`.
-        walkers: captured walks.
-        subjects: the person's label of each.
-        merged: (R, 5, 15, 3) [m] people's walks, to learn from if the walks show one leg each.
-        log_frequencies: (R,) of these [Hz].
+        walks: captured walks.
+        people: means of people's walks, to learn from if the walks show one leg each.
     """
-    w = centred(in_phase(np.stack([walker.coefficients for walker in walkers])))
-    pace, people = np.array([walker.frequency for walker in walkers]), np.array(subjects)
-    if np.isfinite(stride_lengths(w)).sum() < 2:
-        w, pace, people = merged, np.exp(log_frequencies), np.arange(len(merged))
-    heights, strides = body_heights(w), stride_lengths(w)
-    known = np.isfinite(heights * strides)
+    heights, strides = _sizes(walks)
+    if np.isfinite(strides).sum() < 2:
+        walks = Table(people.rows, people.frequencies, tuple(map(str, range(len(people)))))
+        heights, strides = _sizes(walks)
+    known, pace = np.isfinite(heights * strides), walks.frequencies
     if known.sum() < 2:  # no two walks or people show both legs
         model.speed_direction_, model.speed_exponent_ = np.zeros(model.mean_.shape), EXPONENT
         model.learned_speeds_ = stride_lengths(model.mean_) * np.array([pace.min(), pace.max()])
         return
-    w, heights, strides, pace, people = (values[known] for values in (w, heights, strides, pace, people))
-    values = (w / heights[:, None, None, None]).reshape(len(w), -1)
-    seen = np.isfinite(values)
-    values = np.where(seen, values - np.nansum(values, axis=0) / np.maximum(seen.sum(axis=0), 1), 0.0)
-    log_lengths, speeds = np.log(strides / heights), strides * pace
+    who = np.array(walks.people)[known]
+    log_lengths, speeds = np.log((strides / heights)[known]), (strides * pace)[known]
     x = log_lengths - log_lengths.mean()
-    found = direction(values, log_lengths, people, x @ values / max(float(x @ x), 1e-9)).reshape(model.mean_.shape)
+    weights = np.zeros((len(walks), 2))
+    weights[known] = np.column_stack([within(log_lengths, who), x])
+    inside, between = _slopes(walks, known, heights, weights)
+    found = shrunk(inside, log_lengths, who, between / max(float(x @ x), 1e-9)).reshape(model.mean_.shape)
     model.speed_direction_ = 0.5 * (found + mirrored(found))
-    model.speed_exponent_ = exponent(log_lengths, np.log(speeds / heights), people)
+    model.speed_exponent_ = exponent(log_lengths, np.log(speeds / heights[known]), who)
     model.learned_speeds_ = np.array([speeds.min(), speeds.max()])
+
+
+def _sizes(walks: Table) -> tuple[np.ndarray, np.ndarray]:
+    """Body heights and stride lengths (n,) [m] of walks."""
+    found = [(body_heights(w), stride_lengths(w)) for w in map(_comparable, walks.rows.blocks())]
+    heights, strides = zip(*found, strict=True)
+    return np.concatenate(heights), np.concatenate(strides)
+
+
+def _comparable(w: np.ndarray) -> np.ndarray:
+    return centred(in_phase(w))
+
+
+def _slopes(walks: Table, known: np.ndarray, heights: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Weighted sums (2, 225) of the `known` walks' coefficients in body heights, less their means; unknown are 0."""
+    (total, seen), (sums, count) = np.zeros((2, weights.shape[1], 225)), np.zeros((2, 225))
+    for w, use, height, weight in each(lambda *block: block, walks.rows, known, heights, weights):
+        values = _comparable(w[use]).reshape(-1, 225) / height[use, None]
+        there = np.isfinite(values)
+        values = np.where(there, values, 0.0)
+        total += weight[use].T @ values
+        seen += weight[use].T @ there
+        sums += values.sum(axis=0)
+        count += there.sum(axis=0)
+    return total - seen * (sums / np.maximum(count, 1))

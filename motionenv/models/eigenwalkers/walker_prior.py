@@ -12,16 +12,21 @@ Paper B has one column per person and one noise variance for all residuals. This
 So w ~ N(w̄, Eᵀ diag(λ) E + diag(noise)), over the 225 coefficients.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import ClassVar
 
 import numpy as np
 
 from motionenv.errors import MotionError
-from motionenv.models.eigenwalkers.fourier_model import FourierModel, labelled, mean_walkers
-from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, columns, mirrored
+from motionenv.models.eigenwalkers.fourier_model import FourierModel
+from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, columns
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
+from motionenv.models.eigenwalkers.table import Rows, each, mean_walkers, read_walks
 from motionenv.types import MARKERS
 
 _USUAL = 20  # components; 15 to 25 give equal errors
@@ -29,6 +34,7 @@ _FOLDS = 12  # at most
 _VIEWS = np.arange(-90, 90, 15) * (np.pi / 180)  # the opposite views show the same from behind
 _CYCLE = columns(np.arange(12) * (2 * np.pi / 12))  # over time
 _FACTORS = np.geomspace(0.5, 8, 9)  # candidate factors on the noise
+_BINS = np.geomspace(1e-6, 1e3, 40_000)  # of errors in deviations
 _FLOOR = 1e-8  # [m²], (0.1 mm)²: keeps the posterior of exact walkers defined
 _LEAST_INFLATION = 0.01  # for markers without error, such as the pelvis, the origin
 _BAND, _NORMAL = 0.9, 1.6448536269514722  # coverage of the bands, and the half-width of a normal one [deviations]
@@ -39,12 +45,17 @@ _NOISE_SHAPE = (len(PARTS), len(MARKERS))
 class _LeftOut:
     """One fold of the cross-validation: the walks left out, and the components of all others."""
 
-    w: np.ndarray  # (n, 5, 15, 3) walks left out
+    rows: Rows  # n walks left out
     weights: np.ndarray  # (n,) 1 / number of the person's walks: each person counts once
     mean: np.ndarray
     components: np.ndarray
     variance: np.ndarray
-    squares: np.ndarray  # (2, 5, 15) weighted sums of squared residuals, and sums of the weights
+
+    @cached_property
+    def squares(self) -> np.ndarray:
+        """Weighted sums of squared residuals, and sums of the weights, (2, 5, 15)."""
+        found = each(lambda w, weights: _rest(w, weights, self.mean, self.components), self.rows, self.weights)
+        return np.sum(list(found), axis=0)
 
 
 class WalkerPrior(FourierModel):
@@ -79,11 +90,12 @@ class WalkerPrior(FourierModel):
         super().__init__(n_components, tol, max_iter)
         self.merge = merge
 
-    def fit(self, motions, subjects=None) -> "WalkerPrior":
+    def fit(self, motions, subjects=None, executor: Executor | None = None) -> "WalkerPrior":
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 
         Args:
-            motions, subjects: as of `Eigenwalkers.fit`. Cross-validation leaves out all walks of a person together.
+            motions, subjects, executor: as of `Eigenwalkers.fit`. Cross-validation leaves out all walks of a person
+                together.
 
         Raises:
             MotionError: fewer than three people, too few columns for `n_components`, or labels that don't match the
@@ -91,25 +103,26 @@ class WalkerPrior(FourierModel):
             GapError: a marker is missing in all walks, or in all walks outside one fold: lifting needs to know how each
                 one errs.
         """
-        walkers, subjects = labelled(motions, subjects)
-        own = subjects if self.merge else [str(i) for i in range(len(walkers))]
-        w, log_frequencies, _ = mean_walkers(walkers, own)
-        labels = tuple(dict.fromkeys(subjects)) if self.merge else tuple(subjects)
-        self.people_ = labels * 2
-        self.n_people_, self.n_walkers_ = len(set(labels)), len(walkers)
-        if self.n_people_ < 3:
-            raise MotionError(
-                f"a prior needs walks of three people for its cross-validation, got {self.n_people_}: add other "
-                "people's walks (subjects= labels the person; for files, the name up to the first '_')"
-            )
-        self._learn(_with_mirror_images(w), self._columns_rank(2 * len(w)))
-        self._learn_pace(log_frequencies)
-        learn_speed(self, walkers, subjects, w, log_frequencies)
-        left_out = self._leave_out(w, np.array(labels))
-        # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
-        factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
-        self.noise_ = _noise(_total(left_out), factor)
-        self.inflation_ = _inflation(left_out, factor)
+        with TemporaryDirectory() as folder:
+            walks = read_walks(motions, subjects, Path(folder), executor)
+            own = walks.people if self.merge else tuple(map(str, range(len(walks))))
+            merged = mean_walkers(walks, own, Path(folder))
+            labels = merged.people if self.merge else walks.people
+            self.people_ = labels * 2
+            self.n_people_, self.n_walkers_ = len(set(labels)), len(walks)
+            if self.n_people_ < 3:
+                raise MotionError(
+                    f"a prior needs walks of three people for its cross-validation, got {self.n_people_}: add other "
+                    "people's walks (subjects= labels the person; for files, the name up to the first '_')"
+                )
+            self._learn(merged.rows.with_mirror_images(), self._columns_rank(2 * len(merged)))
+            self._learn_pace(np.log(merged.frequencies))
+            learn_speed(self, walks, merged)
+            left_out = self._leave_out(merged.rows, np.array(labels))
+            # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
+            factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
+            self.noise_ = _noise(_total(left_out), factor)
+            self.inflation_ = _inflation(left_out, factor)
         return self
 
     def _columns_rank(self, n_columns: int) -> int:
@@ -131,22 +144,17 @@ class WalkerPrior(FourierModel):
         fitted = shrunk_regression(mean / np.sqrt(self.explained_variance_), frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
 
-    def _leave_out(self, w: np.ndarray, labels: np.ndarray) -> list[_LeftOut]:
-        """Cross-validation folds over people, from walks w (n, 5, 15, 3) and their people's labels (n,)."""
+    def _leave_out(self, rows: Rows, labels: np.ndarray) -> list[_LeftOut]:
+        """Cross-validation folds over people, from n walks and their people's labels (n,)."""
         _, of, walks = np.unique(labels, return_inverse=True, return_counts=True)
         fold, weights = of % _FOLDS, 1 / walks[of]
         found = []
         for out in (fold == i for i in range(fold.max() + 1)):
-            others = _with_mirror_images(w[~out])
+            others = rows.take(~out).with_mirror_images()
             rank = min(len(self.components_), len(others) - 1)
             mean, components, variance, _ = self._decomposed(others, rank)
-            squares = _rest(w[out], weights[out], mean, components)
-            found.append(_LeftOut(w[out], weights[out], mean, components, variance, squares))
+            found.append(_LeftOut(rows.take(out), weights[out], mean, components, variance))
         return found
-
-
-def _with_mirror_images(w: np.ndarray) -> np.ndarray:
-    return np.concatenate([w, mirrored(w)])
 
 
 def _rest(w, weights, mean, components) -> np.ndarray:
@@ -157,9 +165,11 @@ def _rest(w, weights, mean, components) -> np.ndarray:
     deviations = (w - mean).reshape(len(w), -1)
     flat = components.reshape(len(components), -1)
     rest, known = np.zeros_like(deviations), np.isfinite(deviations)
-    for one, some, deviation in zip(rest, known, deviations, strict=True):
-        e = flat[:, some]
-        one[some] = deviation[some] - np.linalg.lstsq(e.T, deviation[some], rcond=None)[0] @ e
+    patterns, which = np.unique(known, axis=0, return_inverse=True)
+    for i, some in enumerate(patterns):
+        rows, e = which.reshape(-1) == i, flat[:, some]
+        deviation = deviations[np.ix_(rows, some)]
+        rest[np.ix_(rows, some)] = deviation - deviation @ np.linalg.pinv(e) @ e
     sums = np.stack([np.tensordot(weights, part, 1).reshape(w.shape[1:]).sum(axis=-1) for part in (rest**2, known)])
     for pair in (slice(1, 3), slice(3, 5)):
         sums[:, pair] = sums[:, pair].sum(axis=1, keepdims=True)
@@ -189,11 +199,12 @@ def _every_lift(left_out: list[_LeftOut], factor: float):
     total = _total(left_out)
     for out in left_out:
         noise = _noise(total - out.squares, factor)  # of the other folds
-        patterns, which = np.unique(np.isfinite(out.w).all(axis=(1, 3)), axis=0, return_inverse=True)
-        for i, seen in enumerate(patterns):
-            rows = which.reshape(-1) == i
-            for alpha in _VIEWS:
-                yield seen, out.weights[rows], *_lifted(out, noise, alpha, seen, out.w[rows])
+        for w, weights in each(lambda *block: block, out.rows, out.weights):
+            patterns, which = np.unique(np.isfinite(w).all(axis=(1, 3)), axis=0, return_inverse=True)
+            for i, seen in enumerate(patterns):
+                rows = which.reshape(-1) == i
+                for alpha in _VIEWS:
+                    yield seen, weights[rows], *_lifted(out, noise, alpha, seen, w[rows])
 
 
 def _total(left_out: list[_LeftOut]) -> np.ndarray:
@@ -214,19 +225,33 @@ def _unlikeliness(left_out: list[_LeftOut], factor: float) -> float:
 
 
 def _inflation(left_out: list[_LeftOut], factor: float) -> np.ndarray:
-    """Factors (15,) on the variances with which bands cover left-out people; equal for left and right."""
-    found: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in MARKERS]
+    """Factors (15,) on the variances with which bands cover left-out people; equal for left and right.
+
+    They come from weighted quantiles of |error| / deviation over walks, views and phases. A first pass adds up weights
+    in bins of equal ratio; a second one sorts what lies in the quantile's bin.
+    """
+    weights = np.zeros((len(MARKERS), len(_BINS) + 1))
+    for marker, z, each_weight in _deviates(left_out, factor):
+        weights[marker] += np.bincount(np.searchsorted(_BINS, z), each_weight, len(_BINS) + 1)
+    below = np.cumsum(weights + weights[list(OTHER_SIDE)], axis=1)
+    goal = _BAND * below[:, -1]
+    at = (below < goal[:, None]).sum(axis=1)
+    inside: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in MARKERS]
+    for marker, z, each_weight in _deviates(left_out, factor):
+        there = np.searchsorted(_BINS, z) == at[marker]
+        inside[marker].append((z[there], each_weight[there]))
+    z90 = np.empty(len(MARKERS))
+    for i, j in enumerate(OTHER_SIDE):
+        values, own = (np.concatenate(some) for some in zip(*inside[i], *inside[j], strict=True))
+        order = np.argsort(values, kind="stable")
+        reached = (below[i, at[i] - 1] if at[i] else 0.0) + np.cumsum(own[order])
+        z90[i] = values[order[min(np.searchsorted(reached, goal[i]), len(order) - 1)]]
+    return np.maximum((z90 / _NORMAL) ** 2, _LEAST_INFLATION)
+
+
+def _deviates(left_out: list[_LeftOut], factor: float):
+    """Yield markers, |error| / deviation of some walks' depths over views and phases (k,), and weights (k,)."""
     for seen, weights, error, variance in _every_lift(left_out, factor):
         z = np.abs(np.einsum("th,nhm->ntm", _CYCLE, error)) / np.sqrt(variance)
         for i, marker in enumerate(np.flatnonzero(seen)):
-            found[marker].append((z[..., i].ravel(), np.repeat(weights, len(_CYCLE))))
-    z90 = [_quantile(found[i] + found[j]) for i, j in enumerate(OTHER_SIDE)]
-    return np.maximum((np.array(z90) / _NORMAL) ** 2, _LEAST_INFLATION)
-
-
-def _quantile(parts: list[tuple[np.ndarray, np.ndarray]]) -> float:
-    """The weighted quantile `_BAND` of values and their weights, both in `parts`."""
-    values, weights = (np.concatenate(some) for some in zip(*parts, strict=True))
-    order = np.argsort(values)
-    share = np.cumsum(weights[order]) / weights.sum()
-    return float(values[order[np.searchsorted(share, _BAND)]])
+            yield marker, z[..., i].ravel(), np.repeat(weights, len(_CYCLE))

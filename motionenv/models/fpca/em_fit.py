@@ -12,8 +12,8 @@ import numpy as np
 
 from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.anderson import Anderson
-from motionenv.models.fpca.blocks import merged
 from motionenv.models.fpca.observations import Block, Observations
+from motionenv.models.storage.blocks import merged
 
 FLOOR = 1e-9  # least noise variance relative to the data's; keeps exact data invertible
 WARM = 500  # cycles of the subset to which a large fit is fitted first

@@ -9,12 +9,12 @@ from motionenv._core.validation import random_generator
 from motionenv.cycles import StoredCycles
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.blocks import Selected, merged, over, selected
 from motionenv.models.fpca.em_fit import Parameters, fit_ppca, latent_means
 from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
 from motionenv.models.fpca.observations import Block, Columns, Observations
 from motionenv.models.fpca.residual import expected_residual, residual_model, residual_moments
 from motionenv.models.fpca.svd_fit import fit_svd
+from motionenv.models.storage.blocks import Selected, merged, over, selected
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
 
@@ -87,7 +87,7 @@ class FunctionalPCA(StoredModel):
     def fit(
         self, cycles: Cycles | StoredCycles, channels=None, executor: Executor | None = None
     ) -> "FunctionalPCA":  # fmt: skip
-        """Estimate mean and components from `cycles`, of which a block of 64 MB at a time is worked on.
+        """Estimate mean and components from `cycles`, of which a block of 32 MB at a time is worked on.
 
         Args:
             cycles: of any number of people, NaN where missing: `Cycles`, or `motionenv.cycles.StoredCycles` of files
@@ -304,12 +304,15 @@ class FunctionalPCA(StoredModel):
 
 def _residual_moments(values, groups, scores, means, components, basis) -> tuple:
     """Moments of the residuals of a block's cycles."""
-    return residual_moments(values - _explained(groups, scores, means, components), basis)
+    explained = _explained(groups, scores, means, components)
+    return residual_moments(np.subtract(values, explained, out=explained), basis)
 
 
 def _explained(groups, scores, means, components) -> np.ndarray:
     """What the model says (K, P, m) of cycles with `scores` (K, q)."""
-    return means[groups] + np.tensordot(scores, components, axes=1)
+    explained = np.tensordot(scores, components, axes=1)
+    explained += means if len(means) == 1 else means[groups]
+    return explained
 
 
 def _filled(values, groups, scores, means, components, smooth) -> np.ndarray:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from motionenv._core.threads import in_chunks
-from motionenv.models.fpca.blocks import merged, over, parts, selected
+from motionenv.models.storage.blocks import CHUNK, merged, over, parts, selected
 
 KEPT = 2**26, 0.12  # bytes, or share of values in memory, of blocks that are kept; others are prepared for each pass
 _TOGETHER = 32  # cycles projected on the basis at a time; small enough for the cache
@@ -57,7 +57,7 @@ def _columns(values, groups, n_groups: int) -> Columns:
         columns(start, stop, flat, groups, part.total, part.count, part.low, part.high)
         return part
 
-    chunks = in_chunks(add, k)
+    chunks = in_chunks(add, k, CHUNK)
     return Columns(
         sum(c.total for c in chunks).reshape(-1, p, m),
         sum(c.count for c in chunks).reshape(-1, p, m),
@@ -167,20 +167,20 @@ class Block:
         basis, centre, groups: as of `Observations`.
 
     Attributes:
-        values, basis, centre, groups: the arguments.
+        basis, centre, groups: the arguments.
         coefficients: (K, n·m).
         square: (K, m) sums of squared deviations of the observed samples.
         offsets, runs: runs[offsets[k] : offsets[k + 1]] are cycle k's gaps.
     """
 
     def __init__(self, values, basis, centre, groups):
-        self.values = values = np.ascontiguousarray(values)
+        values = np.ascontiguousarray(values)
         k = len(values)
         self.basis, self.centre, self.groups = basis, centre, groups
         self.coefficients = np.empty((k, centre[0].size))
         self.square = np.zeros((k, values.shape[2]))
         n_runs, curves = np.zeros(k, dtype=np.int64), basis @ centre
-        gaps = in_chunks(lambda start, stop: self._observe(start, stop, values, curves, n_runs), k)
+        gaps = in_chunks(lambda start, stop: self._observe(start, stop, values, curves, n_runs), k, CHUNK)
         self.runs, self.offsets = np.concatenate(gaps), np.r_[0, np.cumsum(n_runs)]
 
     def _observe(self, start, stop, values, curves, n_runs):
@@ -255,7 +255,7 @@ def in_parts(kernel, block: Block, tables, found, shapes, *more) -> list[np.ndar
         kernel(start, stop, given, tables, found, tallies, *more)
         return tallies
 
-    return [sum(parts) for parts in zip(*in_chunks(part, len(block.groups)), strict=True)]
+    return [sum(parts) for parts in zip(*in_chunks(part, len(block.groups), CHUNK), strict=True)]
 
 
 def triangle(symmetric) -> np.ndarray:

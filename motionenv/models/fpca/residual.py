@@ -9,6 +9,7 @@ import numpy as np
 
 from motionenv._core.threads import in_chunks
 from motionenv.models.fpca.observations import from_triangle, running, triangle
+from motionenv.models.storage.blocks import CHUNK
 
 
 def residual_moments(residuals, basis) -> tuple:
@@ -27,7 +28,7 @@ def residual_moments(residuals, basis) -> tuple:
         moments(start, stop, residuals, basis, outer, *out)
         return out
 
-    return tuple(sum(parts) for parts in zip(*in_chunks(part, k), strict=True))
+    return tuple(sum(parts) for parts in zip(*in_chunks(part, k, CHUNK), strict=True))
 
 
 def residual_model(moments) -> tuple[np.ndarray, np.ndarray]:
@@ -62,7 +63,7 @@ def expected_residual(residuals, basis, spectrum, white) -> np.ndarray:
     from motionenv.models.fpca._residual_kernels import expect
 
     out = np.zeros(residuals.shape)
-    in_chunks(lambda a, b: expect(a, b, residuals, basis, _running_outer(basis), spectrum, white, out), len(out))
+    in_chunks(lambda a, b: expect(a, b, residuals, basis, _running_outer(basis), spectrum, white, out), len(out), CHUNK)
     return out
 
 

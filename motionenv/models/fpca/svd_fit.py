@@ -11,9 +11,9 @@ import numpy as np
 
 from motionenv.models.fpca import observations as obs
 from motionenv.models.fpca.anderson import Anderson
-from motionenv.models.fpca.blocks import merged
 from motionenv.models.fpca.em_fit import FLOOR, WARM, first_parameters
 from motionenv.models.fpca.observations import Block, Observations
+from motionenv.models.storage.blocks import merged
 
 REPEATS = 3  # imputations per pass, of scores and of components
 OVERSAMPLING = 2  # factor on q for the first components of a large fit (Halko, Martinsson & Tropp 2011)

@@ -130,8 +130,13 @@ def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.nda
     `log_lengths` (n,) and `people` (n,), the person's label, are of each walk; `prior` (k,) is what is expected, which
     counts as much as one person's walks at two speeds.
     """
-    x, v = within(log_lengths, people), within(values, people)
-    return (x @ v + _PRIOR * prior) / (x @ x + _PRIOR)
+    return shrunk(within(log_lengths, people) @ values, log_lengths, people, prior)
+
+
+def shrunk(products: np.ndarray, log_lengths: np.ndarray, people, prior: np.ndarray) -> np.ndarray:
+    """`direction`, from the `products` (k,) of the log lengths, less each person's mean, with the walks' values."""
+    x = within(log_lengths, people)
+    return (products + _PRIOR * prior) / (x @ x + _PRIOR)
 
 
 def exponent(log_lengths: np.ndarray, log_speeds: np.ndarray, people) -> float:

@@ -7,13 +7,11 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.eigenwalkers.fourier_model import labelled, mean_walkers
-from motionenv.models.eigenwalkers.fourier_series import FourierWalker, grounded, later, positions_at
+from motionenv.models.eigenwalkers.fourier_series import grounded, positions_at
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.models.registry import load
 from motionenv.models.storage.model_file import save_model
 from motionenv.types import MARKERS
-from tests.models.eigenwalkers.walks import hide
 
 
 @given(st.lists(st.floats(-3, 3), min_size=3, max_size=3))
@@ -86,24 +84,6 @@ def test_a_model_file_with_other_shapes_is_refused(model, tmp_path):
     save_model(tmp_path / "bad.npz", "eigenwalkers", arrays | {"mean_": np.zeros((5, 14, 3))}, meta)
     with pytest.raises(ModelError, match=r"mean_ has shape \(5, 14, 3\)"):
         load(tmp_path / "bad.npz")
-
-
-def test_a_persons_mean_is_of_what_is_known_whatever_the_phase(walkers):
-    """One walk begun later than it was, another without a wrist: the mean is as if they began together."""
-    one, other = walkers[:2]
-    shifted = FourierWalker(later(one.coefficients, 2.0), 0.8)
-    w, log_frequencies, people = mean_walkers([shifted, hide(shifted, [7])], ["a", "a"])
-    np.testing.assert_allclose(w[0], one.coefficients, atol=1e-9)
-    w, log_frequencies, people = mean_walkers([one, hide(other, [7]), other], ["b", "b", "a"])
-    assert people == ("b", "a")
-    np.testing.assert_allclose(w[0, 3:, 7], one.coefficients[3:, 7], atol=0.01)
-    np.testing.assert_allclose(np.exp(log_frequencies), [np.sqrt(one.frequency * other.frequency), other.frequency])
-
-
-def test_walks_get_labels_of_their_own_unless_told(walkers):
-    assert labelled(walkers[:3], None) == (walkers[:3], ["0", "1", "2"])
-    with pytest.raises(MotionError, match="a subject for each walk, got 3 walks and 2 subjects"):
-        labelled(walkers[:3], ["a", "b"])
 
 
 @pytest.mark.parametrize(

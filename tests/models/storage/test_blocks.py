@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from motionenv.cycles import StoredCycles
-from motionenv.models.fpca import FunctionalPCA, blocks
+from motionenv.models.fpca import FunctionalPCA
+from motionenv.models.storage import blocks
 from tests.models.fpca.made_cycles import as_cycles, low_rank, with_gaps
 
 CHANNELS = 3

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-BLOCK = 2**26  # bytes of float64 values in a block
+BLOCK = 2**25  # bytes of float64 values in a block
+CHUNK = 250  # cycles of a block that a thread takes, at least
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,13 @@ def selected(values, which=None) -> Selected:
     return Selected(values, tuple(range(values.shape[2]) if which is None else which))
 
 
-def parts(shape: tuple[int, int, int]) -> list[slice]:
-    """Slices of K cycles of an array (K, P, m), each of about `BLOCK` bytes; at least one, which may be empty."""
+def parts(shape: tuple[int, int, int], most: int | None = None) -> list[slice]:
+    """Slices of K cycles of an array (K, P, m), each of at most `most` bytes; at least one, which may be empty.
+
+    A cycle of more bytes is a slice of its own. By default `most` is `BLOCK`.
+    """
     k, p, m = shape
-    size = max(1, BLOCK // (8 * max(1, p * m)))
+    size = max(1, (BLOCK if most is None else most) // (8 * max(1, p * m)))
     return [slice(first, min(first + size, k)) for first in range(0, max(k, 1), size)]
 
 

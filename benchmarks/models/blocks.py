@@ -1,0 +1,127 @@
+"""Fitting models to more than memory holds: memory above the data, time, and whether the models are the same.
+
+    python -m benchmarks.models.blocks [--cycles 1000000] [--in-memory 64000] [--folder DIR]
+
+Functional PCA with q = 5 of synthetic cycles of 128 samples x 19 channels, 20 % missing (as of
+`benchmarks.models.imputation`), 19.5 kB each: a million are 20 GB, written to DIR first. Each fit runs in a process of
+its own. Memory is the peak of its resident set less what it was before the fit, and that of the largest of its workers.
+The models of the same cycles are compared with the first one: the greatest difference relative to the greatest entry.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from benchmarks.models.imputation import hide_blocks
+from motionenv.cycles import StoredCycles
+from motionenv.models.fpca import FunctionalPCA
+from motionenv.models.fpca.fourier_basis import sampled_basis
+from motionenv.types import Cycles
+
+CHANNELS = tuple(f"a{i}" for i in range(19))
+PER_FILE = 4000
+COMPARED = ("mean_", "components_", "explained_variance_", "noise_variance_", "residual_spectrum_")
+
+
+def write(folder: Path, cycles: int) -> None:
+    """Write files of 4,000 cycles each: ten smooth components, a smooth residual per cycle, white noise, and gaps."""
+    basis = sampled_basis(128, 20)
+    rng = np.random.default_rng(0)
+    decay = np.sqrt(128) * (1 + np.r_[0, np.arange(1, 20), np.arange(1, 20)])[:, None] ** -1.5
+    components = rng.standard_normal((10, 39, 19)) * decay * np.sqrt(0.65 ** np.arange(10))[:, None, None]
+    masks = hide_blocks(np.zeros((PER_FILE, 128, 19)), 0.2, seed=1)
+    for first in range(0, cycles, PER_FILE):
+        rng = np.random.default_rng([1, first])
+        n = min(PER_FILE, cycles - first)
+        smooth = np.tensordot(rng.standard_normal((n, 10)), components, 1) / 3
+        smooth[:, :15] += 0.11 * rng.standard_normal((n, 15, 19)) * decay[:15]
+        values = basis @ smooth + 0.08 * rng.standard_normal((n, 128, 19))
+        values[masks[rng.permutation(PER_FILE)[:n]]] = np.nan
+        np.save(folder / f"{first:08d}.npy", values)
+
+
+def fit(folder: str, files: int, kind: str, workers: int, method: str) -> dict:
+    """Fit in this process; returns seconds, memory [bytes] and saves the model's arrays beside the files."""
+    paths = sorted(Path(folder).glob("*.npy"))[:files]
+    stored = StoredCycles(paths, CHANNELS)
+    cycles = in_memory(stored) if kind == "memory" else stored
+    FunctionalPCA(5, method=method).fit(in_memory(StoredCycles(paths[:1], CHANNELS)))  # compiles
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn")) if workers else None
+    process = psutil.Process()
+    before, ended, peaks = process.memory_info().rss, threading.Event(), [0, 0]
+
+    def watch() -> None:
+        while not ended.wait(0.02):
+            peaks[0] = max(peaks[0], process.memory_info().rss)
+            peaks[1] = max([peaks[1], *(child.memory_info().rss for child in process.children())])
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    start = time.perf_counter()
+    model = FunctionalPCA(5, method=method).fit(cycles, executor=pool)
+    seconds = time.perf_counter() - start
+    ended.set()
+    watcher.join()
+    if pool is not None:
+        pool.shutdown()
+    np.savez(Path(folder) / "model.npz", **{name: getattr(model, name) for name in COMPARED})
+    data = 8 * int(np.prod(stored.values.shape))
+    return {"seconds": seconds, "above": peaks[0] - before, "worker": peaks[1], "data": data}
+
+
+def in_memory(stored: StoredCycles) -> Cycles:
+    """Cycles read into memory."""
+    k = len(stored.values)
+    return Cycles(stored.values[:], CHANNELS, np.ones(k), np.arange(k), stored.subject)
+
+
+def measured(*arguments) -> tuple[dict, dict]:
+    """`fit` in a new process: what it measured, and the model's arrays."""
+    code = f"import json; from benchmarks.models.blocks import fit; print(json.dumps(fit(*{arguments!r})))"
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True, text=True)
+    return json.loads(done.stdout.splitlines()[-1]), dict(np.load(Path(arguments[0]) / "model.npz"))
+
+
+def main() -> None:
+    """Write the cycles and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cycles", type=int, default=1_000_000)
+    parser.add_argument("--in-memory", type=int, default=64_000)
+    parser.add_argument("--folder", type=Path)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = given.folder or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        write(folder, given.cycles)
+        some, every = (str(-(-n // PER_FILE)) for n in (given.in_memory, given.cycles))
+        rows = [("memory", some, 0), ("files", some, 0), ("files", some, 1), ("files", some, 2), ("files", every, 0)]
+        print("| cycles | method | from | worker processes | µs per cycle | above, MB | above / data | difference |")
+        print("|-|-|-|-|-|-|-|-|", flush=True)
+        for method in ("ppca", "svd"):
+            first = None
+            for kind, files, workers in rows:
+                found, model = measured(str(folder), int(files), kind, workers, method)
+                first = model if first is None else first
+                same = max(np.abs(model[n] - first[n]).max() / np.abs(first[n]).max() for n in COMPARED)
+                cycles = found["data"] // (8 * 128 * 19)
+                beside = f" + {found['worker'] / 1e6:.0f} each" if workers else ""
+                print(
+                    f"| {cycles:,} | {method} | {kind} | {workers or '-'} | {found['seconds'] / cycles * 1e6:.0f} | "
+                    f"{found['above'] / 1e6:.0f}{beside} | {found['above'] / found['data']:.2f} | "
+                    + ("" if files != some else f"{same:.0e}") + " |",
+                    flush=True,
+                )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
