@@ -9,6 +9,8 @@ with the paper's probabilistic search (eq. 7, 8), which is very fast but only ap
 `method="exact"` draws from the distribution itself.
 """
 
+import tempfile
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -41,6 +43,10 @@ PARTS = {
     "left_arm": tuple(range(9, 13)), "right_arm": tuple(range(13, 17)),
 }  # fmt: skip
 METHODS = ("tree", "exact")
+
+
+_IN_MEMORY = 2**28  # bytes of coefficients; more of them lie in a file, whose pages the system may take back
+_CHUNK = 2**16  # windows
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,18 +105,14 @@ class MotionTree(GaitModel):
         """Build a `Database` of motions of any kind, on the body of the first, and fit the tree to it.
 
         Args:
-            motions: (frames, 25) at any frame rate; a gap splits a motion into clips. Names become activities.
+            motions: (frames, 25) at any frame rate; a gap splits a motion into clips. Names become activities. Any
+                iterable: memory holds one motion at a time, and the database lies in a temporary file.
             subjects: the person's label for each motion; None takes each motion for a different person.
 
         Raises:
             MotionError: labels don't match the motions, or no motion is longer than ten frames at 30 frames/s.
         """
-        motions = list(motions)
-        people = [str(s) for s in (range(len(motions)) if subjects is None else subjects)]
-        if len(people) != len(motions):
-            raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(people)}")
-        clips = (Clip(m, m.name, m.name or "motion", person) for m, person in zip(motions, people, strict=True))
-        return self.fit_database(build_database(clips))
+        return self.fit_database(build_database(_clips(motions, subjects)))
 
     def fit_database(self, database: Database) -> "MotionTree":
         """Fit the tree to `database`, whose arrays are kept without a copy; a MotionError if it isn't finite."""
@@ -118,9 +120,9 @@ class MotionTree(GaitModel):
         self.database_ = database
         self.basis_ = fit_basis(database, np.concatenate([channels, channels + 25]))
         n = len(database.windows)
-        rows = np.empty((-(-n // BLOCK) * BLOCK, len(self.basis_.deviation)), dtype=np.float32)
+        rows = _room((-(-n // BLOCK) * BLOCK, len(self.basis_.deviation)))
         project(database, self.basis_, rows)
-        if not np.isfinite(rows[:n]).all():
+        if not all(np.isfinite(rows[i : min(i + _CHUNK, n)]).all() for i in range(0, n, _CHUNK)):
             raise MotionError("the database's poses must be finite: build_database leaves out frames with gaps")
         self.forecast_ = fit_forecast(database, rows[:n])
         order = np.arange(n, dtype=np.int32)
@@ -343,3 +345,25 @@ class MotionTree(GaitModel):
             raise ModelError("this MotionTree is not fitted: call fit(motions) first, or motionenv.load")
         if self.mapping_ is not None:
             self.mapping_.check()
+
+
+def _clips(motions: Iterable[Motion], subjects: Iterable | None) -> Iterator[Clip]:
+    """Motions as clips, each made when its turn comes."""
+    people = None if subjects is None else [str(s) for s in subjects]
+    n = 0
+    for n, motion in enumerate(motions, 1):
+        if people is not None and n > len(people):
+            raise MotionError(f"fit needs a subject for each motion, got {len(people)} and more motions")
+        yield Clip(motion, motion.name, motion.name or "motion", str(n - 1) if people is None else people[n - 1])
+    if people is not None and n < len(people):
+        raise MotionError(f"fit needs a subject for each motion, got {n} motions and {len(people)} subjects")
+
+
+def _room(shape: tuple[int, int]) -> np.ndarray:
+    """An array of float32 for what is computed: in memory, or mapped from an unnamed temporary file if it is large."""
+    size = 4 * shape[0] * shape[1]
+    if size <= _IN_MEMORY:
+        return np.empty(shape, dtype=np.float32)
+    with tempfile.TemporaryFile() as file:
+        file.truncate(size)
+        return np.asarray(np.memmap(file, np.float32, "r+", shape=shape))

@@ -207,3 +207,20 @@ def test_the_smallest_database(stranger):
     np.testing.assert_allclose(drawn.log_probability, 0, atol=0.01)
     step = parameters(stranger.poses)[10, :25]
     np.testing.assert_allclose(local(stranger.poses[-1], drawn.poses[0]), step, atol=1e-5)
+
+
+def test_a_database_larger_than_memory_gives_the_same_tree(database, tree, stranger, monkeypatch):
+    """With the coefficients in a file, whose size is bounded by nothing but the disk."""
+    monkeypatch.setattr("motionenv.models.motion_tree.model._IN_MEMORY", 1000)
+    mapped = MotionTree().fit_database(database)
+    for name, value in tree.to_arrays()[0].items():
+        np.testing.assert_array_equal(mapped.to_arrays()[0][name], value, err_msg=name)
+
+
+def test_motions_may_come_one_by_one(stranger):
+    parts = [Motion(stranger.poses[i : i + 30], stranger.skeleton, 30.0) for i in range(3)]
+    tree = MotionTree().fit((part for part in parts), "abc")
+    assert tree.database_.persons == ("a", "b", "c")
+    for labels, said in (("ab", "got 2 and more motions"), ("abcd", "got 3 motions and 4 subjects")):
+        with pytest.raises(MotionError, match=said):
+            MotionTree().fit(iter(parts), labels)
