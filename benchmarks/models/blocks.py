@@ -1,11 +1,17 @@
 """Fitting models to more than memory holds: memory above the data, time, and whether the models are the same.
 
-    python -m benchmarks.models.blocks [--cycles 1000000] [--in-memory 64000] [--folder DIR]
+    python -m benchmarks.models.blocks [--cycles 1000000] [--in-memory 64000] [--walkers 100000] [--clips 3000]
 
 Functional PCA with q = 5 of synthetic cycles of 128 samples x 19 channels, 20 % missing (as of
-`benchmarks.models.imputation`), 19.5 kB each: a million are 20 GB, written to DIR first. Each fit runs in a process of
-its own. Memory is the peak of its resident set less what it was before the fit, and that of the largest of its workers.
-The models of the same cycles are compared with the first one: the greatest difference relative to the greatest entry.
+`benchmarks.models.imputation`), 19.5 kB each: a million are 20 GB, written to --folder (by default, a temporary one)
+first. Each fit runs in a process of its own. Memory is the peak of its resident set less what it was before the fit,
+and that of the largest of its workers. The models of the same cycles are compared with the first one: the greatest
+difference relative to the greatest entry.
+
+Eigenwalkers, the walkers' prior and the tree are fitted to iterables, whose items are made when their turn comes:
+walkers drawn from walk/eigenwalkers with 4 mm of noise, two of each person, and a minute at 30 frames/s per clip. Of
+the tree, anonymous memory counts, as its database and coefficients lie in mapped files, whose pages the system may take
+back.
 """
 
 import argparse
@@ -16,16 +22,22 @@ import tempfile
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import psutil
 
+import motionenv
 from benchmarks.models.imputation import hide_blocks
 from motionenv.cycles import StoredCycles
+from motionenv.models.eigenwalkers.fourier_series import FourierWalker
+from motionenv.models.eigenwalkers.model import Eigenwalkers
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.fpca import FunctionalPCA
 from motionenv.models.fpca.fourier_basis import sampled_basis
+from motionenv.models.motion_tree import MotionTree
 from motionenv.types import Cycles
 
 CHANNELS = tuple(f"a{i}" for i in range(19))
@@ -57,26 +69,74 @@ def fit(folder: str, files: int, kind: str, workers: int, method: str) -> dict:
     cycles = in_memory(stored) if kind == "memory" else stored
     FunctionalPCA(5, method=method).fit(in_memory(StoredCycles(paths[:1], CHANNELS)))  # compiles
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn")) if workers else None
+    model, found = watched(lambda: FunctionalPCA(5, method=method).fit(cycles, executor=pool))
+    if pool is not None:
+        pool.shutdown()
+    np.savez(Path(folder) / "model.npz", **{name: getattr(model, name) for name in COMPARED})
+    return found | {"data": 8 * int(np.prod(stored.values.shape))}
+
+
+def watched(work) -> tuple:
+    """What `work()` returns, and its seconds, memory above that before, and that of its largest worker [bytes]."""
     process = psutil.Process()
-    before, ended, peaks = process.memory_info().rss, threading.Event(), [0, 0]
+    before, ended = (process.memory_info().rss, anonymous()), threading.Event()
+    peaks = [0, 0, 0]
 
     def watch() -> None:
         while not ended.wait(0.02):
-            peaks[0] = max(peaks[0], process.memory_info().rss)
+            peaks[0] = max(peaks[0], process.memory_info().rss - before[0])
             peaks[1] = max([peaks[1], *(child.memory_info().rss for child in process.children())])
+            peaks[2] = max(peaks[2], anonymous() - before[1])
 
     watcher = threading.Thread(target=watch)
     watcher.start()
     start = time.perf_counter()
-    model = FunctionalPCA(5, method=method).fit(cycles, executor=pool)
+    result = work()
     seconds = time.perf_counter() - start
     ended.set()
     watcher.join()
-    if pool is not None:
-        pool.shutdown()
-    np.savez(Path(folder) / "model.npz", **{name: getattr(model, name) for name in COMPARED})
-    data = 8 * int(np.prod(stored.values.shape))
-    return {"seconds": seconds, "above": peaks[0] - before, "worker": peaks[1], "data": data}
+    return result, {"seconds": seconds, "above": peaks[0], "worker": peaks[1], "anonymous": peaks[2]}
+
+
+def anonymous() -> int:
+    """Bytes of this process's memory that no file holds."""
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("RssAnon"))
+
+
+def walkers(n: int):
+    """Yield Fourier walkers, two of each person."""
+    model, rng = motionenv.load("walk/eigenwalkers"), np.random.default_rng(0)
+    for i in range(n):
+        if i % 2 == 0:
+            scores = rng.standard_normal(len(model.components_)) * np.sqrt(model.explained_variance_)
+        w = model.inverse_transform(scores) + 0.004 * rng.standard_normal((5, 15, 3))
+        yield FourierWalker(w, float(model.frequency(scores) * np.exp(0.03 * rng.standard_normal())))
+
+
+def clips(n: int):
+    """Yield motions of a minute."""
+    base = motionenv.synthesize("walk/fpca", seconds=60, fps=30, seed=0)
+    rng, t = np.random.default_rng(0), np.arange(len(base.poses))[:, None] / 30
+    for _ in range(n):
+        wave = 0.15 * np.sin(t * rng.uniform(0.3, 3, 25) + rng.uniform(0, 6, 25))
+        wave[:, :3] *= 0.05
+        yield replace(base, poses=base.poses + wave)
+
+
+def fit_stream(kind: str, n: int) -> dict:
+    """Fit a model to `n` walkers or clips, as they come."""
+    made = {"Eigenwalkers": Eigenwalkers, "WalkerPrior": WalkerPrior, "MotionTree": MotionTree}[kind]
+    items = clips if kind == "MotionTree" else walkers
+    subjects = None if kind == "MotionTree" else [str(i // 2) for i in range(n)]
+    made().fit(items(200), None)  # compiles
+    start = time.perf_counter()
+    for _ in items(n):
+        pass
+    making = time.perf_counter() - start
+    found = watched(lambda: made().fit(items(n), subjects))[1]
+    data = n * (1800 * 25 * 8 if kind == "MotionTree" else 225 * 8)
+    return found | {"seconds": found["seconds"] - making, "data": data}
 
 
 def in_memory(stored: StoredCycles) -> Cycles:
@@ -85,11 +145,11 @@ def in_memory(stored: StoredCycles) -> Cycles:
     return Cycles(stored.values[:], CHANNELS, np.ones(k), np.arange(k), stored.subject)
 
 
-def measured(*arguments) -> tuple[dict, dict]:
-    """`fit` in a new process: what it measured, and the model's arrays."""
-    code = f"import json; from benchmarks.models.blocks import fit; print(json.dumps(fit(*{arguments!r})))"
+def measured(function: str, *arguments) -> dict:
+    """What `fit` or `fit_stream` measures in a new process."""
+    code = f"import json; from benchmarks.models.blocks import *; print(json.dumps({function}(*{arguments!r})))"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True, text=True)
-    return json.loads(done.stdout.splitlines()[-1]), dict(np.load(Path(arguments[0]) / "model.npz"))
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def main() -> None:
@@ -97,6 +157,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cycles", type=int, default=1_000_000)
     parser.add_argument("--in-memory", type=int, default=64_000)
+    parser.add_argument("--walkers", type=int, default=100_000)
+    parser.add_argument("--clips", type=int, default=3000)
     parser.add_argument("--folder", type=Path)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
@@ -110,7 +172,8 @@ def main() -> None:
         for method in ("ppca", "svd"):
             first = None
             for kind, files, workers in rows:
-                found, model = measured(str(folder), int(files), kind, workers, method)
+                found = measured("fit", str(folder), int(files), kind, workers, method)
+                model = dict(np.load(folder / "model.npz"))
                 first = model if first is None else first
                 same = max(np.abs(model[n] - first[n]).max() / np.abs(first[n]).max() for n in COMPARED)
                 cycles = found["data"] // (8 * 128 * 19)
@@ -121,6 +184,16 @@ def main() -> None:
                     + ("" if files != some else f"{same:.0e}") + " |",
                     flush=True,
                 )  # fmt: skip
+    print("\n| model | fitted to | µs each | above, MB | data, MB |\n|-|-|-|-|-|", flush=True)
+    for kind, n, unit in (
+        ("Eigenwalkers", given.walkers, "walkers"),
+        ("WalkerPrior", given.walkers, "walkers"),
+        ("MotionTree", given.clips, "clips"),
+    ):
+        found = measured("fit_stream", kind, n)
+        above = found["anonymous" if kind == "MotionTree" else "above"]
+        each, data = found["seconds"] / n * 1e6, found["data"]
+        print(f"| {kind} | {n:,} {unit} | {each:.0f} | {above / 1e6:.0f} | {data / 1e6:,.0f} |", flush=True)
 
 
 if __name__ == "__main__":
