@@ -5,6 +5,7 @@ Each is a recording with its phase and the contacts of its feet; a sample shows 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from motionenv.body import LIMBS, feet, limb_segments
 from motionenv.body.joints_kernel import joints_of
 from motionenv.data.specification import Specification
 from motionenv.errors import MotionError
+from motionenv.models.base import GaitModel
 from motionenv.models.paths import bend, random_path
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE, SPEED_RANGE, Motion, Skeleton
@@ -74,7 +76,7 @@ def record(spec: Specification, group: int, stream: int = MOTION) -> list[Record
         MotionError: a model that doesn't walk steadily.
     """
     rng, people = generator(spec.seed, group, stream), spec.people
-    model = gait_model(people.models[int(rng.integers(len(people.models)))])
+    model = _model(people.models[int(rng.integers(len(people.models)))])
     if not model.steady:
         raise MotionError(
             f"people.models takes models that walk steadily, such as walk/fpca; a {model.kind} model doesn't"
@@ -90,6 +92,12 @@ def record(spec: Specification, group: int, stream: int = MOTION) -> list[Record
         _recording(motion, people.radius if turns else None, int(course))
         for motion, turns, course in zip(made, turning, courses, strict=True)
     ]
+
+
+@lru_cache(maxsize=8)
+def _model(name: str) -> GaitModel:
+    """The model of a name or file, read once in a process: a tenth of what a group takes."""
+    return gait_model(name)
 
 
 def _recording(motion: Motion, radius: float | None, course: int) -> Recording:
