@@ -129,9 +129,9 @@ def against_pyrender() -> None:
     sampler, folder = Sampler(spec), Path(tempfile.mkdtemp())
     from motionenv.data.formats.coco import Coco
 
-    Coco().write(sampler.samples(0, 256), folder, 0, spec)  # photographs are made once in a process
+    Coco().write(sampler.samples(0, 256), folder / "first", 0, spec)  # photographs are made once in a process
     began = time.perf_counter()
-    Coco().write(sampler.samples(256, 512), folder, 1, spec)
+    Coco().write(sampler.samples(256, 512), folder / "second", 1, spec)
     ours = (time.perf_counter() - began) / 256
     shutil.rmtree(folder)
     group, renderer = Group(spec, 0), PyrenderRenderer()

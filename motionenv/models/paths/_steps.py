@@ -124,7 +124,7 @@ def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
     toes = np.linalg.norm(balls - before, axis=-1)
     ankles = np.concatenate([steps.balls - toes[..., None] * ahead, steps.ankles[..., None]], axis=-1)
     weight = _weights(steps)
-    for _ in range(_ROUNDS):
+    for i in range(_ROUNDS):
         nodes, rotations = forward(poses, skeleton)
         apart = ankles - nodes[:, _HIP_NODES]
         level = (apart[..., :2] ** 2).sum(-1)
@@ -143,7 +143,9 @@ def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
             turn = _leg(apart[:, side], ahead[:, side], thigh[side], shin[side])
             local = rotations[:, 0].swapaxes(-1, -2) @ turn[0]
             at = HIPS[side]
-            poses[:, at : at + 3] = unwrap_euler(to_euler("YXZ", local)) * _SIGNS[side]
+            angles = to_euler("YXZ", local)
+            last = i == _ROUNDS - 1  # before, which of the angles of a rotation they are makes no difference
+            poses[:, at : at + 3] = (unwrap_euler(angles) if last else angles) * _SIGNS[side]
             poses[:, at + 3] = turn[1]
         ankles[..., :2] += steps.balls - feet(poses, skeleton)[1][..., :2]
     return poses
