@@ -7,7 +7,7 @@ import { parameters } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
 import { normals } from "./walkers/random.js";
 import { Stage } from "./stage/stage.js";
-import { fresh, fromLink, LIMIT, link } from "./state.js";
+import { enter, fromLink, level, LIMIT, link } from "./state.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
 const $ = (id) => document.getElementById(id);
@@ -47,23 +47,25 @@ export class App {
     return this.walkers[this.guest ? 0 : this.state.chosen];
   }
 
-  /** Load a model: parameters, walkers, sliders. */
-  async load(name) {
-    this.state.model = name;
+  /** Load a model: parameters, walkers, sliders; until it is there, the page goes on as it was. */
+  async load(name, state = this.state) {
+    this.wanted = name;
     this.mark("models", name);
     this.say("");
     const slow = setTimeout(() => this.say("Loading the model …"), SLOW);
     try {
       const found = await this.patiently(name);
-      if (this.state.model !== name) return;
+      if (this.wanted !== name) return;
       this.say("");
       this.parameters = found;
-      for (const one of this.state.people) if (!found.activities?.includes(one.activity)) one.activity = null;
-      this.loaded = name;
+      this.state = state;
+      state.model = name;
+      for (const one of state.people) enter(one, name, found);
       this.controls = new Controls(this, found);
       this.people();
+      if (state.camera) this.stage.look(state.camera);
     } catch (error) {
-      if (this.state.model === name) this.failed(error);
+      if (this.wanted === name) this.failed(error);
     } finally {
       clearTimeout(slow);
     }
@@ -72,9 +74,8 @@ export class App {
   /** Report that a model can't be loaded, and keep the current one. */
   failed(error) {
     this.say(error.message);
-    if (!this.parameters) return;
-    this.state.model = this.loaded;
-    this.mark("models", this.loaded);
+    this.wanted = this.state.model;
+    if (this.parameters) this.mark("models", this.wanted);
   }
 
   /** A model's parameters; retries while the service is loading it. */
@@ -83,7 +84,7 @@ export class App {
       try {
         return await parameters(name);
       } catch (error) {
-        if (!error.retryAfter || this.state.model !== name) throw error;
+        if (!error.retryAfter || this.wanted !== name) throw error;
         this.say("The service is loading this model. Please wait …");
         await pause(error.retryAfter);
       }
@@ -177,7 +178,7 @@ export class App {
     this.plot.show(walkers);
     for (const id of ["lines", "inverted", "scattered"]) $(id).checked = state[id];
     this.mark("figure", state.figure);
-    this.mark("models", state.model);
+    this.mark("models", this.wanted);
     this.mark("chosen", String(state.chosen));
     $("compare").setAttribute("aria-pressed", String(walkers.length > 1));
     $("seed").value = this.one.seed;
@@ -216,7 +217,7 @@ export class App {
 
   /** The average walker at its own speed. */
   reset() {
-    Object.assign(this.one, fresh().people[0]);
+    level(this.one);
     this.anew();
   }
 
@@ -282,9 +283,8 @@ export class App {
   /** The address changed: show its state. */
   follow() {
     if (location.hash === `#${link(this.state)}`) return;
-    this.state = fromLink(location.hash);
-    if (this.state.camera) this.stage.look(this.state.camera);
-    this.load(this.state.model);
+    const state = fromLink(location.hash);
+    this.load(state.model, state);
   }
 
   /** One frame, `now` [ms]. */

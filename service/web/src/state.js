@@ -2,9 +2,12 @@
 
 export const LIMIT = 3; // standard deviations to either side
 
+const FAR = 1e4; // greatest number of a view
 const TEMPERATURE = 0.05; // default for trees
 const person = () => ({
   deviations: [],
+  of: null, // the model of the deviations; null is the one that the state names
+  elsewhere: {}, // deviations in other models, by their names
   speed: null,
   height: null,
   activity: null,
@@ -52,6 +55,20 @@ export function link(state) {
   return fields.toString().replaceAll("%2F", "/").replaceAll("%2C", ",");
 }
 
+/** Let a person enter a model: with the deviations that were set there, and with nothing that it doesn't have. */
+export function enter(one, name, { components, activities }) {
+  if (one.of !== null && one.of !== name) {
+    one.elsewhere = { ...one.elsewhere, [one.of]: one.deviations };
+    one.deviations = one.elsewhere[name] ?? [];
+  }
+  one.of = name;
+  one.deviations = one.deviations.slice(0, components ?? 0);
+  if (!activities?.includes(one.activity)) one.activity = null;
+}
+
+/** Make a person average in the present model. */
+export const level = (one) => Object.assign(one, { ...person(), of: one.of, elsewhere: one.elsewhere });
+
 function personFrom(fields, mark) {
   const one = person();
   const given = fields.get(`walker${mark}`);
@@ -74,7 +91,7 @@ export function fromLink(text) {
   if (["body", "stick", "points"].includes(fields.get("figure"))) state.figure = fields.get("figure");
   for (const flag of ["lines", "inverted", "scattered"]) state[flag] = fields.get(flag) === "1";
   const camera = (fields.get("camera") ?? "").split(",").map(Number);
-  if (camera.length === 3 && camera.every(Number.isFinite)) state.camera = camera;
+  if (camera.length === 3 && camera.every((x) => Math.abs(x) <= FAR)) state.camera = camera;
   state.people = [personFrom(fields, "")];
   if (fields.has("walker2")) state.people.push(personFrom(fields, "2"));
   return state;

@@ -61,7 +61,9 @@ export class Stream {
     this.say = () => {};
     clearTimeout(this.timer);
     clearTimeout(this.sending);
-    this.socket.close();
+    // A browser complains of a socket that is closed while it opens.
+    if (this.socket.readyState === WebSocket.CONNECTING) this.socket.onopen = () => this.socket.close();
+    else this.socket.close();
   }
 
   handle(message) {

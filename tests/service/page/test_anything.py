@@ -1,0 +1,118 @@
+"""Whatever somebody does to the page, in whatever order, somebody walks and nothing says NaN.
+
+Some thousand actions at random: sliders to any place, buttons, models, keys, links that are true, odd or nonsense.
+"""
+
+import numpy as np
+import pytest
+
+from tests.service.page.browsing import tab
+
+MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior", "mixed/tree")
+ODD = ("", "NaN", "Infinity", "-1e308", "1e999", "x", ",,,", "-0", "\u0000", "0x10", "9" * 400)
+
+#: Does an action [kind, number] in the page; returns after the next frame, with what is wrong.
+ACT = """async ([kind, number, text]) => {
+  const app = globalThis.motionenv;
+  const pick = (selector) => {
+    const all = [...document.querySelectorAll(selector)].filter((e) => !e.disabled && e.offsetParent !== null);
+    return all[Math.floor(number * all.length)];
+  };
+  if (kind === "slide") {
+    const input = pick("input[type=range]");
+    if (input) {
+      const share = (number * 7919) % 1;
+      input.value = Number(input.min) + share * (input.max - input.min);
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+  } else if (kind === "end") {
+    const input = pick("input[type=range]");
+    if (input) {
+      input.value = (number * 7919) % 1 < 0.5 ? input.min : input.max;
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+  } else if (kind === "press") pick("#randomise, #reset, #compare, #pause, [data-view], .own, #chosen input")?.click();
+  else if (kind === "choose") pick("input[name=model], #figure input, input[type=checkbox]")?.click();
+  else if (kind === "seed") {
+    document.getElementById("seed").value = text;
+    document.getElementById("seed").dispatchEvent(new Event("change", { bubbles: true }));
+  } else if (kind === "link") location.hash = text;
+  for (let wait = 0; wait < 2400 && (app.wanted !== app.state.model || !app.shown); wait++) {
+    await new Promise((done) => setTimeout(done, 25));
+  }
+  await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  const wrong = [];
+  if (app.wanted !== app.state.model) wrong.push(`${app.state.model} never came`);
+  const said = [document.body.innerText, ...[...document.querySelectorAll("output, [aria-valuetext]")].map((e) =>
+    `${e.textContent} ${e.getAttribute("aria-valuetext") ?? ""}`)].join(" ");
+  const odd = said.match(/NaN|Infinity|undefined|\\[object/);
+  if (odd) wrong.push(`it says ${odd[0]}`);
+  if (app.stage.figures.length !== app.walkers.length || !app.walkers.length) wrong.push("nobody is on the stage");
+  for (const walker of app.walkers) {
+    if (walker.cyclic && !walker.limbs.every(Number.isFinite)) wrong.push("limbs are nowhere");
+    if (!Number.isFinite(walker.body.height)) wrong.push("a body has no height");
+  }
+  if (!app.stage.view.every(Number.isFinite)) wrong.push("the camera is nowhere");
+  return wrong;
+}"""
+
+
+def link(rng: np.random.Generator) -> str:
+    """A link: any model, any number of deviations, now and then nonsense."""
+    word = lambda: ODD[rng.integers(len(ODD))] if rng.random() < 0.2 else f"{rng.normal(0, 2):.2f}"
+    fields = {
+        "model": [*MODELS, "walk/none", "../x"][rng.integers(len(MODELS) + (rng.random() < 0.05) * 2)],
+        "walker": ",".join(word() for _ in range(rng.integers(0, 40))),
+        "walker2": ",".join(word() for _ in range(rng.integers(0, 12))),
+        "camera": ",".join(word() for _ in range(rng.integers(1, 5))),
+        **{name: word() for name in ("speed", "height", "speed2", "height2", "seed", "temperature", "heading")},
+        "figure": ["body", "stick", "points", "ghost"][rng.integers(4)],
+    }
+    kept = [name for name in fields if name == "model" or rng.random() < 0.4]
+    return "&".join(f"{name}={fields[name]}" for name in kept if "\u0000" not in fields[name])
+
+
+def action(rng: np.random.Generator) -> list:
+    kind = rng.choice(["slide", "end", "press", "choose", "seed", "link"], p=[0.4, 0.15, 0.15, 0.15, 0.05, 0.1])
+    text = (
+        link(rng) if kind == "link" else ODD[rng.integers(len(ODD))] if rng.random() < 0.3 else str(rng.integers(9999))
+    )
+    return [str(kind), float(rng.random()), text]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_order_of_clicks_and_no_link_shows_nobody(browser, server, seed):
+    rng, done = np.random.default_rng(seed), []
+    shown = tab(browser, server.url).open(link(rng) if seed else "")
+    for _ in range(300):
+        done.append(action(rng))
+        wrong = shown.page.evaluate(ACT, done[-1])
+        assert not wrong, (wrong, done[-5:], shown.page.evaluate("() => location.hash"))
+        # The browser says itself that "x" is no number, and that there is no model walk/none.
+        heard = [c for c in shown.complaints if "cannot be parsed" not in c and "404" not in c]
+        assert not heard, (heard, done[-5:])
+    shown.page.context.close()
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        "model=walk/fpca&walker=1,0,0,0,0,0,0,0,1,1",
+        "model=walk/eigenwalkers&walker=" + ",".join(["3"] * 64),
+        "model=walk/fpca&walker=NaN,Infinity,-Infinity,1e999&speed=NaN&height=x&camera=1e300,0,0",
+    ],
+)
+def test_a_link_of_too_much_shows_what_the_model_has(browser, server, state):
+    shown = tab(browser, server.url).open(state)
+    assert shown.page.evaluate(ACT, ["none", 0.0, ""]) == []
+    assert shown.ask("motionenv.one.deviations.length <= motionenv.parameters.components")
+    shown.page.context.close()
+
+
+def test_each_model_keeps_its_own_deviations(browser, server):
+    shown = tab(browser, server.url).open("model=walk/eigenwalkers&walker=0,1.8,0,0,0,0,0,0,0.5,0.5")
+    for name, expected in (("walk/fpca", []), ("walk/eigenwalkers", [0, 1.8, 0, 0, 0, 0, 0, 0, 0.5, 0.5])):
+        shown.page.evaluate("(name) => motionenv.load(name)", name)
+        shown.until(f"motionenv.state.model === '{name}'")
+        assert shown.ask("motionenv.one.deviations") == expected
+    shown.page.context.close()
