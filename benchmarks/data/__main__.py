@@ -63,8 +63,7 @@ def against_renderer() -> None:
             ("single pictures, 16 views of a walker", of_size(size, clip=1, people={"views": 16})),
             ("single pictures, 64 views of a walker", of_size(size, clip=1, people={"views": 64})),
         ):
-            per_group = Sampler(spec).per_group
-            count = per_group if spec.clip == 1 else (32 if size == 64 else 8)
+            count = Sampler(spec).per_group
             consumed(spec, 0, count)
             ours = seconds(lambda spec=spec, count=count: consumed(spec, 0, count))
             group, drawing, whole = Group(spec, 0), Drawing(spec, rgb=True), np.arange(count)
