@@ -38,10 +38,10 @@ class Rows:
     def __init__(self, stored, which: np.ndarray | None = None, both: bool = False):
         self._stored = stored
         self._which = np.arange(stored.shape[0]) if which is None else which
-        self.both = both
+        self._both = both
 
     def __len__(self) -> int:
-        return (1 + self.both) * len(self._which)
+        return (1 + self._both) * len(self._which)
 
     def take(self, which: np.ndarray) -> "Rows":
         """Some of the rows, by their ascending numbers (n,) or a mask; of a table without mirror images."""
@@ -51,11 +51,16 @@ class Rows:
         """The rows, and after them their mirror images."""
         return Rows(self._stored, self._which, both=True)
 
+    def __getitem__(self, part: slice) -> np.ndarray:
+        """Coefficients (k, 5, 15, 3) of a slice of the rows."""
+        which, half = np.arange(*part.indices(len(self))), len(self._which)
+        own, images = which[which < half], which[which >= half] - half
+        return np.concatenate([self._read(self._which[own]), mirrored(self._read(self._which[images]))])
+
     def blocks(self) -> Iterator[np.ndarray]:
         """Coefficients (k, 5, 15, 3) of all rows in order, a block at a time."""
-        for change in (_same, mirrored)[: 1 + self.both]:
-            for part in parts((len(self._which), *_FLAT), BLOCK):
-                yield change(self._read(self._which[part]))
+        for part in parts((len(self), *_FLAT), BLOCK):
+            yield self[part]
 
     def _read(self, which: np.ndarray) -> np.ndarray:
         if isinstance(self._stored, np.ndarray):
@@ -63,14 +68,6 @@ class Rows:
         runs = np.split(which, np.flatnonzero(np.diff(which) != 1) + 1)
         read = [self._stored[int(run[0]) : int(run[-1]) + 1] for run in runs if len(run)]
         return np.concatenate([np.empty((0, *_FLAT)), *read]).reshape(-1, *COEFFICIENTS)
-
-
-def _both(w: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return w, more
-
-
-def _same(w: np.ndarray) -> np.ndarray:
-    return w
 
 
 @dataclass(frozen=True)
@@ -87,11 +84,7 @@ class Columns:
 
     def __getitem__(self, part: slice) -> np.ndarray:
         """Values (k, entries, 1) of a slice."""
-        half = len(self.rows) // (1 + self.rows.both)
-        which = np.arange(len(self.rows))[part]
-        sides = [(which[which < half], _same), (which[which >= half] - half, mirrored)]
-        read = [change(self.rows._read(self.rows._which[some])) for some, change in sides if len(some)]
-        return np.concatenate([np.empty((0, *COEFFICIENTS)), *read]).reshape(-1, self.shown.size)[:, self.shown, None]
+        return self.rows[part].reshape(-1, self.shown.size)[:, self.shown, None]
 
 
 @dataclass(frozen=True)
@@ -161,7 +154,7 @@ def _means_in_order(table: Table, who: np.ndarray) -> Iterator[np.ndarray]:
     """Means of blocks of people, whose numbers `who` (n,) ascend; the last person of a block may go on in the next."""
     total, known = np.zeros((1, *COEFFICIENTS)), np.zeros((1, *COEFFICIENTS), np.int32)
     current = 0
-    for w, mine in each(_both, table.rows, who):
+    for w, mine in each(pair, table.rows, who):
         sums, seen = _sums(w, mine - current, int(mine[-1] - current) + 1)
         sums[:1] += total
         seen[:1] += known
@@ -173,7 +166,7 @@ def _means_in_order(table: Table, who: np.ndarray) -> Iterator[np.ndarray]:
 def _means_of_few(table: Table, who: np.ndarray, people: int) -> Iterator[np.ndarray]:
     """Means of all people, whose walks come in any order: memory holds their sums."""
     total, known = np.zeros((people, *COEFFICIENTS)), np.zeros((people, *COEFFICIENTS), np.int32)
-    for w, mine in each(_both, table.rows, who):
+    for w, mine in each(pair, table.rows, who):
         present, own = np.unique(mine, return_inverse=True)
         sums, seen = _sums(w, own, len(present))
         total[present] += sums
@@ -217,6 +210,11 @@ def _in_file(kept: list[np.ndarray], waiting: Iterator[np.ndarray], path: Path) 
                 count += len(block)
             kept.clear()
     return Rows(CycleFiles([Stored(str(path), 0, (count, *_FLAT), np.dtype(np.float64))]))
+
+
+def pair(w: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A block's coefficients `w` and values of the same rows, as `each` gives them."""
+    return w, more
 
 
 def each(work: Callable[..., Any], rows: Rows, *more: np.ndarray) -> Iterator[Any]:

@@ -26,7 +26,7 @@ from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, columns
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
-from motionenv.models.eigenwalkers.table import Rows, each, mean_walkers, read_walks
+from motionenv.models.eigenwalkers.table import Rows, each, mean_walkers, pair, read_walks
 from motionenv.types import MARKERS
 
 _USUAL = 20  # components; 15 to 25 give equal errors
@@ -171,8 +171,8 @@ def _rest(w, weights, mean, components) -> np.ndarray:
         deviation = deviations[np.ix_(rows, some)]
         rest[np.ix_(rows, some)] = deviation - deviation @ np.linalg.pinv(e) @ e
     sums = np.stack([np.tensordot(weights, part, 1).reshape(w.shape[1:]).sum(axis=-1) for part in (rest**2, known)])
-    for pair in (slice(1, 3), slice(3, 5)):
-        sums[:, pair] = sums[:, pair].sum(axis=1, keepdims=True)
+    for wave in (slice(1, 3), slice(3, 5)):
+        sums[:, wave] = sums[:, wave].sum(axis=1, keepdims=True)
     return sums + sums[..., OTHER_SIDE]
 
 
@@ -199,7 +199,7 @@ def _every_lift(left_out: list[_LeftOut], factor: float):
     total = _total(left_out)
     for out in left_out:
         noise = _noise(total - out.squares, factor)  # of the other folds
-        for w, weights in each(lambda *block: block, out.rows, out.weights):
+        for w, weights in each(pair, out.rows, out.weights):
             patterns, which = np.unique(np.isfinite(w).all(axis=(1, 3)), axis=0, return_inverse=True)
             for i, seen in enumerate(patterns):
                 rows = which.reshape(-1) == i
