@@ -111,7 +111,7 @@ def read_walks(
         executor: computes the representations; None is this process.
 
     Raises:
-        MotionError: not one label per walk; see also `fourier_walker`.
+        MotionError: no walks, or not one label per walk; see also `fourier_walker`.
     """
     frequencies: list[float] = []
 
@@ -123,6 +123,8 @@ def read_walks(
             yield np.stack([walker.coefficients for walker in made])
 
     rows = _stored(blocks(), folder / "walks")
+    if not len(rows):
+        raise MotionError("fit needs walks of several people, got none")
     labels = [str(s) for s in (range(len(rows)) if subjects is None else subjects)]
     if len(labels) != len(rows):
         raise MotionError(f"fit needs a subject for each walk, got {len(rows)} walks and {len(labels)} subjects")

@@ -98,10 +98,14 @@ class FunctionalPCA(StoredModel):
                 this process. The model is the same to the bit.
 
         Raises:
-            MotionError: a setting out of range, an unknown channel, an infinite value, too few cycles.
+            MotionError: no cycles, a setting out of range, an unknown channel, an infinite value, too few cycles.
             GapError: a channel of `channels`, or all channels, without one observed sample.
         """
         self._check_settings()
+        if not isinstance(cycles, (Cycles, StoredCycles)):
+            raise MotionError(
+                f"cycles must be Cycles, as motionenv.segment makes them, or StoredCycles; got {type(cycles).__name__}"
+            )
         self.__dict__.pop("imputed_", None)
         values = _select(cycles, channels)
         labels = cycles.subject if self.centre == "subject" else ("all",) * len(cycles.values)

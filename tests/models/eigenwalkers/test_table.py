@@ -103,3 +103,9 @@ def test_a_person_without_an_ankle_is_refused(walkers, tmp_path):
     with pytest.raises(GapError, match="too few frames show either ankle"):
         mean_walkers(read, read.people, tmp_path)
     assert all_of(read.rows).shape == (1, *COEFFICIENTS)
+
+
+@pytest.mark.parametrize("kind", [Eigenwalkers, WalkerPrior])
+def test_nobody_is_no_crowd(kind):
+    with pytest.raises(MotionError, match="fit needs walks of several people, got none"):
+        kind().fit(iter([]))

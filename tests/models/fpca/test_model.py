@@ -190,6 +190,17 @@ def test_bad_input_is_refused(change, kwargs, error, says):
         FunctionalPCA(**{"n_components": 3, "n_harmonics": 10, **kwargs}).fit(as_cycles(change(values)))
 
 
+def test_what_is_no_cycles_is_named():
+    with pytest.raises(MotionError, match=r"cycles must be Cycles, as motionenv\.segment makes them.* got ndarray"):
+        FunctionalPCA().fit(low_rank()[0])
+
+
+def test_a_model_from_a_file_has_no_cycles_to_fill(gappy, tmp_path):
+    FunctionalPCA(3, 10).fit(as_cycles(gappy[2])).save(tmp_path / "model.npz")
+    with pytest.raises(ModelError, match="doesn't hold its cycles: fill gaps with impute"):
+        _ = load(tmp_path / "model.npz").imputed_
+
+
 def test_channels_that_no_cycle_shows_are_left_out():
     """The model is that of the other channels alone; asked for by name, a missing channel is refused."""
     values = low_rank()[0]
