@@ -7,7 +7,8 @@ import { parameters } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
 import { normals } from "./walkers/random.js";
 import { Stage } from "./stage/stage.js";
-import { enter, fromLink, level, LIMIT, link } from "./state.js";
+import { History } from "./controls/history.js";
+import { enter, fresh, fromLink, level, LIMIT, link } from "./state.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
 const $ = (id) => document.getElementById(id);
@@ -29,6 +30,7 @@ export class App {
     this.cycles = [0, 0];
     this.walkers = [];
     this.guest = null;
+    this.history = new History();
     this.paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.stats = { frames: 0, times: [] };
     this.stage = new Stage($("view"));
@@ -65,17 +67,18 @@ export class App {
       this.people();
       if (state.camera) this.stage.look(state.camera);
     } catch (error) {
-      if (this.wanted === name) this.failed(error);
+      if (this.wanted === name) await this.failed(error);
     } finally {
       clearTimeout(slow);
     }
   }
 
-  /** Report that a model can't be loaded, and keep the current one. */
-  failed(error) {
-    this.say(error.message);
+  /** Report that a model can't be loaded, and keep the current one; a first link to none shows the default one. */
+  async failed(error) {
     this.wanted = this.state.model;
     if (this.parameters) this.mark("models", this.wanted);
+    else if (this.wanted !== fresh().model) await this.load(fresh().model, fresh());
+    this.say(error.message);
   }
 
   /** A model's parameters; retries while the service is loading it. */
@@ -140,6 +143,7 @@ export class App {
 
   /** Apply a function to the selected person and update its walker. */
   change(by) {
+    this.history.remember(this.state);
     by(this.one);
     if (this.guest) {
       this.invite(null);
@@ -182,6 +186,8 @@ export class App {
     this.mark("chosen", String(state.chosen));
     $("compare").setAttribute("aria-pressed", String(walkers.length > 1));
     $("seed").value = this.one.seed;
+    $("undo").disabled = !this.history.past.length;
+    $("redo").disabled = !this.history.future.length;
     this.arrange();
     this.tell();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to return to the models." : this.parameters.about;
@@ -209,14 +215,17 @@ export class App {
 
   /** A random walker. */
   draw(seed) {
+    this.history.remember(this.state, true);
     const within = (d) => Math.round(100 * Math.min(LIMIT, Math.max(-LIMIT, d))) / 100;
     this.one.seed = seed;
+    this.one.held = [];
     this.one.deviations = normals(seed, this.parameters.components).map(within);
     this.anew();
   }
 
   /** The average walker at its own speed. */
   reset() {
+    this.history.remember(this.state, true);
     level(this.one);
     this.anew();
   }
@@ -229,12 +238,19 @@ export class App {
 
   /** Two walkers side by side, or one again. */
   compare() {
+    this.history.remember(this.state, true);
     const { people } = this.state;
     if (people.length > 1) people.length = 1;
-    else people.push({ ...people[0], deviations: [...people[0].deviations] });
+    else people.push({ ...people[0], deviations: [...people[0].deviations], held: [...people[0].held] });
     this.state.chosen = people.length - 1;
     this.cycles[1] = this.cycles[0];
     this.people();
+  }
+
+  /** Go one step back in what was done to people, or forward again; the model comes along. */
+  turnBack(back = true) {
+    const then = back ? this.history.back(this.state) : this.history.forth(this.state);
+    if (then) this.load(then.model, { ...this.state, ...then });
   }
 
   /** Pause or resume. */
@@ -282,7 +298,7 @@ export class App {
 
   /** The address changed: show its state. */
   follow() {
-    if (location.hash === `#${link(this.state)}`) return;
+    if (this.wanted === this.state.model && location.hash === `#${link(this.state)}`) return;
     const state = fromLink(location.hash);
     this.load(state.model, state);
   }

@@ -6,8 +6,9 @@ const FAR = 1e4; // greatest number of a view
 const TEMPERATURE = 0.05; // default for trees
 const person = () => ({
   deviations: [],
-  of: null, // the model of the deviations; null is the one that the state names
-  elsewhere: {}, // deviations in other models, by their names
+  held: [], // sliders whose values stay: t0 is the first trait, c0 the first component
+  of: null, // the model of deviations and held; null is the one that the state names
+  elsewhere: {}, // deviations and held in other models, by their names
   speed: null,
   height: null,
   activity: null,
@@ -45,6 +46,7 @@ export function link(state) {
   state.people.forEach((one, i) => {
     const mark = i === 0 ? "" : "2";
     if (one.deviations.some((d) => d !== 0) || i > 0) fields.set(`walker${mark}`, one.deviations.map(short).join(","));
+    if (one.held.length) fields.set(`held${mark}`, one.held.join(","));
     if (one.speed !== null) fields.set(`speed${mark}`, short(one.speed));
     if (one.height !== null) fields.set(`height${mark}`, short(one.height));
     if (one.activity !== null) fields.set(`activity${mark}`, one.activity);
@@ -56,13 +58,16 @@ export function link(state) {
 }
 
 /** Let a person enter a model: with the deviations that were set there, and with nothing that it doesn't have. */
-export function enter(one, name, { components, activities }) {
+export function enter(one, name, { components, traits, activities }) {
   if (one.of !== null && one.of !== name) {
-    one.elsewhere = { ...one.elsewhere, [one.of]: one.deviations };
-    one.deviations = one.elsewhere[name] ?? [];
+    const { deviations, held } = one;
+    one.elsewhere = { ...one.elsewhere, [one.of]: { deviations, held } };
+    Object.assign(one, one.elsewhere[name] ?? { deviations: [], held: [] });
   }
   one.of = name;
   one.deviations = one.deviations.slice(0, components ?? 0);
+  const most = { t: traits?.length ?? 0, c: components ?? 0 };
+  one.held = one.held.filter((slider) => Number(slider.slice(1)) < most[slider[0]]);
   if (!activities?.includes(one.activity)) one.activity = null;
 }
 
@@ -73,6 +78,8 @@ function personFrom(fields, mark) {
   const one = person();
   const given = fields.get(`walker${mark}`);
   if (given) one.deviations = given.split(",").slice(0, 64).map((d) => number(d, -LIMIT, LIMIT, 0));
+  const held = (fields.get(`held${mark}`) ?? "").split(",");
+  one.held = [...new Set(held.filter((slider) => /^[tc]\d{1,2}$/.test(slider)))];
   if (fields.has(`speed${mark}`)) one.speed = number(fields.get(`speed${mark}`), 0.3, 2.6, null);
   if (fields.has(`height${mark}`)) one.height = number(fields.get(`height${mark}`), 1, 2.2, null);
   one.activity = fields.get(`activity${mark}`);

@@ -3,8 +3,8 @@ import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 const folder = pathToFileURL(`${process.argv[2]}/`);
-const [{ decodeParameters }, { walkInPlace }, { walkerInPlace, Frame }, { Body, forward, limbEnds }, { between }] = await Promise.all(
-  ["api/parameters", "walkers/treadmill_cycle", "walkers/eigenwalkers", "walkers/kinematics", "walkers/periodic"].map(
+const [{ decodeParameters }, { moved }, { walkInPlace }, { walkerInPlace, Frame }, { Body, forward, limbEnds }, { between }] = await Promise.all(
+  ["api/parameters", "controls/holding", "walkers/treadmill_cycle", "walkers/eigenwalkers", "walkers/kinematics", "walkers/periodic"].map(
     (name) => import(new URL(`${name}.js`, folder)),
   ),
 );
@@ -28,6 +28,9 @@ function bodies(poses, body) {
 }
 
 const answers = {
+  moved({ deviations, direction, value, held }) {
+    return moved(deviations, direction, value, held);
+  },
   walk({ deviations, options }, parameters) {
     const { poses, stride, seconds, body } = walkInPlace(parameters, deviations, options);
     return { frames: [...poses], stride, seconds, ...bodies(poses, body) };

@@ -1,6 +1,7 @@
 """Whatever somebody does to the page, in whatever order, somebody walks and nothing says NaN.
 
-Some thousand actions at random: sliders to any place, buttons, models, keys, links that are true, odd or nonsense.
+Actions at random, thousands with -m benchmark: sliders to any place, buttons, models, links that are true, odd or
+nonsense.
 """
 
 import numpy as np
@@ -14,6 +15,7 @@ ODD = ("", "NaN", "Infinity", "-1e308", "1e999", "x", ",,,", "-0", "\u0000", "0x
 #: Does an action [kind, number] in the page; returns after the next frame, with what is wrong.
 ACT = """async ([kind, number, text]) => {
   const app = globalThis.motionenv;
+  const BUTTONS = "#randomise, #reset, #compare, #pause, #undo, #redo, .lock, [data-view], .own, #chosen input";
   const pick = (selector) => {
     const all = [...document.querySelectorAll(selector)].filter((e) => !e.disabled && e.offsetParent !== null);
     return all[Math.floor(number * all.length)];
@@ -31,18 +33,24 @@ ACT = """async ([kind, number, text]) => {
       input.value = (number * 7919) % 1 < 0.5 ? input.min : input.max;
       input.dispatchEvent(new Event("input", { bubbles: true }));
     }
-  } else if (kind === "press") pick("#randomise, #reset, #compare, #pause, [data-view], .own, #chosen input")?.click();
+  } else if (kind === "press") pick(BUTTONS)?.click();
   else if (kind === "choose") pick("input[name=model], #figure input, input[type=checkbox]")?.click();
   else if (kind === "seed") {
     document.getElementById("seed").value = text;
     document.getElementById("seed").dispatchEvent(new Event("change", { bubbles: true }));
-  } else if (kind === "link") location.hash = text;
-  for (let wait = 0; wait < 2400 && (app.wanted !== app.state.model || !app.shown); wait++) {
+  } else if (kind === "link") {
+    const before = location.hash;
+    const followed = new Promise((done) => addEventListener("hashchange", done, { once: true }));
+    location.hash = text;
+    if (location.hash !== before) await followed; // the event comes later
+  }
+  for (let wait = 0; wait < 4800 && (app.wanted !== app.state.model || !app.shown); wait++) {
     await new Promise((done) => setTimeout(done, 25));
   }
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   const wrong = [];
-  if (app.wanted !== app.state.model) wrong.push(`${app.state.model} never came`);
+  const told = document.getElementById("note").textContent;
+  if (app.wanted !== app.state.model) wrong.push(`${app.wanted} never came: ${told}`);
   const said = [document.body.innerText, ...[...document.querySelectorAll("output, [aria-valuetext]")].map((e) =>
     `${e.textContent} ${e.getAttribute("aria-valuetext") ?? ""}`)].join(" ");
   const odd = said.match(/NaN|Infinity|undefined|\\[object/);
@@ -64,6 +72,7 @@ def link(rng: np.random.Generator) -> str:
         "model": [*MODELS, "walk/none", "../x"][rng.integers(len(MODELS) + (rng.random() < 0.05) * 2)],
         "walker": ",".join(word() for _ in range(rng.integers(0, 40))),
         "walker2": ",".join(word() for _ in range(rng.integers(0, 12))),
+        "held": ",".join(rng.choice(["t0", "c3", "c99", "t-1", "x", "t2"], int(rng.integers(0, 5)))),
         "camera": ",".join(word() for _ in range(rng.integers(1, 5))),
         **{name: word() for name in ("speed", "height", "speed2", "height2", "seed", "temperature", "heading")},
         "figure": ["body", "stick", "points", "ghost"][rng.integers(4)],
@@ -80,11 +89,13 @@ def action(rng: np.random.Generator) -> list:
     return [str(kind), float(rng.random()), text]
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_no_order_of_clicks_and_no_link_shows_nobody(browser, server, seed):
+@pytest.mark.parametrize(
+    ("seed", "count"), [(0, 100), (1, 100), *(pytest.param(s, 1000, marks=pytest.mark.benchmark) for s in (2, 3, 4))]
+)
+def test_no_order_of_clicks_and_no_link_shows_nobody(browser, server, seed, count):
     rng, done = np.random.default_rng(seed), []
     shown = tab(browser, server.url).open(link(rng) if seed else "")
-    for _ in range(300):
+    for _ in range(count):
         done.append(action(rng))
         wrong = shown.page.evaluate(ACT, done[-1])
         assert not wrong, (wrong, done[-5:], shown.page.evaluate("() => location.hash"))
@@ -109,10 +120,48 @@ def test_a_link_of_too_much_shows_what_the_model_has(browser, server, state):
     shown.page.context.close()
 
 
+def test_a_link_to_no_model_shows_the_average_walker_and_says_so(browser, server):
+    shown = tab(browser, server.url).open("model=walk/none&walker=1,2")
+    assert shown.ask("motionenv.state.model") == "walk/fpca"
+    assert shown.ask("motionenv.one.deviations") == []
+    assert "walk/none" in shown.ask("document.getElementById('note').textContent")
+    shown.page.context.close()
+
+
 def test_each_model_keeps_its_own_deviations(browser, server):
     shown = tab(browser, server.url).open("model=walk/eigenwalkers&walker=0,1.8,0,0,0,0,0,0,0.5,0.5")
     for name, expected in (("walk/fpca", []), ("walk/eigenwalkers", [0, 1.8, 0, 0, 0, 0, 0, 0, 0.5, 0.5])):
         shown.page.evaluate("(name) => motionenv.load(name)", name)
         shown.until(f"motionenv.state.model === '{name}'")
         assert shown.ask("motionenv.one.deviations") == expected
+    shown.page.context.close()
+
+
+def test_sliders_hold_what_was_set_and_undo_takes_it_back(browser, server):
+    shown = tab(browser, server.url).open("model=walk/fpca")
+    names = shown.ask("motionenv.parameters.traits.map((t) => t.name)")
+    wanted = {"arm swing": -2.0, "lean": 2.0, "pace": 2.0}
+    assert set(wanted) <= set(names), names
+    put = """([i, value]) => { const input = document.querySelectorAll('#traits input')[i];
+        input.value = value; input.dispatchEvent(new Event('input', { bubbles: true })); }"""
+    values = lambda: shown.ask("[...document.querySelectorAll('#traits input')].map((input) => input.valueAsNumber)")
+    for name, value in wanted.items():
+        shown.page.evaluate(put, [names.index(name), value])
+        shown.page.wait_for_timeout(700)  # a step of its own
+    found = dict(zip(names, values(), strict=True))
+    assert {name: found[name] for name in wanted} == pytest.approx(wanted, abs=0.051)
+    locks = (
+        "[...document.querySelectorAll('#traits .lock')].map((lock) => lock.getAttribute('aria-pressed') === 'true')"
+    )
+    assert [name for name, on in zip(names, shown.ask(locks), strict=True) if on] == [n for n in names if n in wanted]
+    assert shown.ask("motionenv.one.held.length") == 3
+    shown.page.click("#undo")
+    shown.until("motionenv.one.held.length === 2")
+    assert dict(zip(names, values(), strict=True))["arm swing"] == pytest.approx(-2, abs=0.051)
+    shown.page.keyboard.press("Control+z")
+    shown.until("motionenv.one.held.length === 1")
+    shown.page.click("#redo")
+    shown.until("motionenv.one.held.length === 2")
+    shown.picture("held")
+    assert shown.complaints == []
     shown.page.context.close()

@@ -38,7 +38,7 @@ def test_somebody_walks_and_the_console_is_silent(browser, server, model, scheme
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_slider_moves_the_pose_at_once_and_as_python_says(shown, model):
-    """Deviations after each of the sliders, and the cycle that is shown in the very next frame."""
+    """Deviations after each of the sliders, with the others let go, and the cycle that is shown in the very next frame."""
     shown.open(f"model={model}")
     fitted = motionenv.load(model)
     mean, deviation = fitted.components().means, fitted.components().deviations
@@ -46,7 +46,8 @@ def test_a_slider_moves_the_pose_at_once_and_as_python_says(shown, model):
     assert sliders == 6 + (model != "walk/fpca") + len(mean)
     for i in range(sliders):
         found = shown.ask(
-            f"{{ const input = document.querySelectorAll('#traits input, #components input')[{i}];"
+            "{ document.querySelectorAll('.lock[aria-pressed=true]').forEach((lock) => lock.click());"
+            f"  const input = document.querySelectorAll('#traits input, #components input')[{i}];"
             "  input.value = 1.35; input.dispatchEvent(new Event('input', {bubbles: true}));"
             "  const [walker] = motionenv.walkers;"
             "  return [motionenv.one.deviations, walker.poses ?? walker.cycle, walker.seconds, input.value]; }"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import linprog
 
 import motionenv
 from motionenv.body import forward, limb_segments
@@ -95,3 +96,35 @@ def test_between_samples_it_is_a_smooth_ring(computed):
     slopes = 0.5 * (np.roll(values, -1, 0) - np.roll(values, 1, 0))
     spline = CubicHermiteSpline(np.arange(13), ring, np.concatenate([slopes, slopes[:1]]))
     np.testing.assert_allclose(found, spline((phases % 1.0) * 12), rtol=0, atol=1e-12)
+
+
+def unit(rng, *shape) -> np.ndarray:
+    drawn = rng.normal(size=shape)
+    return drawn / np.linalg.norm(drawn, axis=-1, keepdims=True)
+
+
+def test_what_is_held_stays_and_the_rest_moves_as_far_as_it_can(computed):
+    """Against linear programming: how far a direction can go at all, with the others held and within ±3."""
+    rng, cases = np.random.default_rng(0), []
+    for i in range(60):
+        q = int(rng.integers(1, 12))
+        held = unit(rng, int(rng.integers(0, min(q + 1, 5))), q)
+        start = np.clip(rng.normal(0, 1.5, q), -3, 3)
+        direction = held[0] if i % 10 == 9 and len(held) else unit(rng, q)
+        value = float(rng.uniform(-4, 4))
+        cases.append(
+            {"deviations": start.tolist(), "direction": direction.tolist(), "value": value, "held": held.tolist()}
+        )
+    reached = 0
+    for case, z in zip(cases, computed([{"kind": "moved", **case} for case in cases]), strict=True):
+        start, direction, held = (np.array(case[name]) for name in ("deviations", "direction", "held"))
+        assert np.abs(z).max() <= 3 + 1e-9
+        if len(held):
+            np.testing.assert_allclose(held @ z, held @ start, atol=1e-6)
+        equal = {"A_eq": held, "b_eq": held @ start} if len(held) else {}
+        ends = [linprog(sign * direction, bounds=(-3, 3), **equal).fun * sign for sign in (1, -1)]
+        best = np.clip(case["value"], *ends)
+        now, then = direction @ start, direction @ z
+        assert abs(best - then) <= abs(best - now) + 1e-6  # never away from what was asked
+        reached += abs(best - then) < 0.05
+    assert reached >= 0.8 * len(cases)  # greedy: it stops at corners that a linear program goes around

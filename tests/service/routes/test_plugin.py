@@ -53,7 +53,7 @@ def test_it_moves_on_the_page(browser, server):
     page = tab(browser, server.url).open("model=walk/fpca")
     page.until("document.querySelector('#models input[value=\"toy/bounce\"]')")
     page.page.check("#models input[value='toy/bounce']", force=True)
-    page.until("motionenv.loaded === 'toy/bounce' && motionenv.walkers[0].end > 1", 60)
+    page.until("motionenv.state.model === 'toy/bounce' && motionenv.walkers[0].end > 1", 60)
     assert page.ask("document.getElementById('components-section').hidden")
     heights = np.array(page.ask("motionenv.walkers[0].poses"))[:, 2]
     assert np.ptp(heights) == pytest.approx(1.75 * 0.06, rel=0.05)

@@ -37,6 +37,8 @@ function bindWalkers(app) {
   on("seed", "change", ({ target }) => app.draw(Math.max(0, Math.round(target.valueAsNumber || 0))));
   on("reset", "click", () => app.reset());
   on("compare", "click", () => app.compare());
+  on("undo", "click", () => app.turnBack());
+  on("redo", "click", () => app.turnBack(false));
   on("link", "click", async ({ target }) => {
     target.textContent = (await app.copyLink()) ? "Copied" : "See the address bar";
     setTimeout(() => (target.textContent = "Copy link"), 2000);

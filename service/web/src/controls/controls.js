@@ -1,5 +1,6 @@
 // The sliders of the selected walker.
 
+import { moved } from "./holding.js";
 import { Choice, Slider } from "./widgets.js";
 import { LIMIT } from "../state.js";
 
@@ -39,27 +40,40 @@ export class Controls {
 
   traits() {
     const { traits, arrays, components } = this.parameters;
-    this.directions = traits.map((_, i) => arrays.traits.subarray(i * components, (i + 1) * components));
+    this.directions = Object.fromEntries(
+      traits.map((_, i) => [`t${i}`, Array.from(arrays.traits.subarray(i * components, (i + 1) * components))]),
+    );
     return traits.map(
       ({ name, low, high }, i) =>
         new Slider({
           label: `${capital(name)}: from ${low} to ${high}, in standard deviations`,
           low: capital(low),
           high: capital(high),
-          min: -LIMIT,
-          max: LIMIT,
-          step: 0.05,
-          text: deviation,
-          changed: (value) => this.app.change((one) => this.along(one, this.directions[i], value)),
+          ...this.holding(`t${i}`, capital(name)),
         }),
     );
   }
 
-  /** Move a person along a direction to `value`, with components clamped to their limits. */
-  along(one, direction, value) {
-    const now = sum(direction, one.deviations);
-    const within = (d) => Math.min(LIMIT, Math.max(-LIMIT, d));
-    one.deviations = Array.from(direction, (share, k) => within((one.deviations[k] ?? 0) + (value - now) * share));
+  /** What sliders have in common whose values stay where a user puts them. */
+  holding(slider, name) {
+    return {
+      min: -LIMIT,
+      max: LIMIT,
+      step: 0.05,
+      text: deviation,
+      changed: (value) => this.app.change((one) => this.along(one, slider, value, name)),
+      held: (on) =>
+        this.app.change((one) => (one.held = [...one.held.filter((other) => other !== slider), ...(on ? [slider] : [])])),
+    };
+  }
+
+  /** Move a person along a slider's direction to `value`, as far as the held ones let it; then hold this one, too. */
+  along(one, slider, value, name) {
+    const others = one.held.filter((other) => other !== slider);
+    one.deviations = moved(one.deviations, this.directions[slider], value, others.map((other) => this.directions[other]));
+    one.held = [...others, slider];
+    const missed = Math.abs(value - sum(this.directions[slider], one.deviations)) > 0.05;
+    this.app.say(missed ? `“${name}” goes no further while other sliders are held. Let one of them go.` : "");
   }
 
   pacing() {
@@ -130,22 +144,14 @@ export class Controls {
   components() {
     const { components, shares } = this.parameters;
     const percent = (share) => `${(100 * share).toFixed(share < 0.095 ? 1 : 0)} %`;
-    return Array.from(
-      { length: components },
-      (_, k) =>
-        new Slider({
-          label: `Component ${k + 1}, in standard deviations; it explains ${percent(shares[k])} of the variance`,
-          named: `${k + 1}  ·  ${percent(shares[k])}`,
-          min: -LIMIT,
-          max: LIMIT,
-          step: 0.05,
-          text: deviation,
-          changed: (value) =>
-            this.app.change((one) => {
-              one.deviations = Array.from({ length: components }, (_, i) => (i === k ? value : (one.deviations[i] ?? 0)));
-            }),
-        }),
-    );
+    return Array.from({ length: components }, (_, k) => {
+      this.directions[`c${k}`] = Array.from({ length: components }, (_, i) => Number(i === k));
+      return new Slider({
+        label: `Component ${k + 1}, in standard deviations; it explains ${percent(shares[k])} of the variance`,
+        named: `${k + 1}  ·  ${percent(shares[k])}`,
+        ...this.holding(`c${k}`, `Component ${k + 1}`),
+      });
+    });
   }
 
   /** Show the settings of a person. */
@@ -158,8 +164,9 @@ export class Controls {
       heading.show(one.heading ?? 0, one.heading !== null, "none");
       return;
     }
-    this.traitsSliders.forEach((slider, i) => slider.show(sum(this.directions[i], one.deviations)));
-    this.componentsSliders.forEach((slider, k) => slider.show(one.deviations[k] ?? 0));
+    const holds = (slider, name) => slider.show(sum(this.directions[name], one.deviations)).hold(one.held.includes(name));
+    this.traitsSliders.forEach((slider, i) => holds(slider, `t${i}`));
+    this.componentsSliders.forEach((slider, k) => holds(slider, `c${k}`));
     const [speed, height] = this.paceSliders;
     speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");
     height.show(walker.body.height, one.height !== null);

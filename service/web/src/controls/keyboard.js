@@ -7,13 +7,22 @@ const FIGURES = { 1: "body", 2: "stick", 3: "points" };
 /** Install the shortcuts. */
 export function keys(app) {
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { target, key } = event;
+    if (event.ctrlKey || event.metaKey) turnBack(app, event);
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const action = target.id === "view" ? (onStage(app, key) ?? onPage(app, key)) : onPage(app, key);
     if (!action || (target !== document.body && needs(target, key))) return;
     event.preventDefault();
     action();
   });
+}
+
+/** Ctrl+Z and Ctrl+Y, or Ctrl+Shift+Z, where no text is being written. */
+function turnBack(app, event) {
+  const key = event.key.toLowerCase();
+  if ((key !== "z" && key !== "y") || event.target.matches("input[type=number], textarea")) return;
+  event.preventDefault();
+  app.turnBack(key === "z" && !event.shiftKey);
 }
 
 /** Whether the focused element uses a key itself. */

@@ -22,10 +22,11 @@ function fill(input, home) {
  *
  * `label`: accessible name; `low` and `high`: words at its ends, or `named`: a name in front; `text`: formats a value;
  * `home`: default, restored by a double click; `own`: label of a button that restores the walker's own value.
- * `changed(value)` is called on each change, with null from that button.
+ * `changed(value)` is called on each change, with null from that button. `held(on)`: called by a button that holds the
+ * value while other sliders move.
  */
 export class Slider {
-  constructor({ label, low, high, named, min, max, step, home = 0, text, own, changed }) {
+  constructor({ label, low, high, named, min, max, step, home = 0, text, own, changed, held }) {
     this.home = home;
     this.text = text;
     this.input = part("input", { type: "range", min, max, step, value: home });
@@ -42,6 +43,12 @@ export class Slider {
       this.own.addEventListener("click", () => changed(null));
       this.row.append(this.own);
     }
+    if (held) {
+      this.lock = part("button", { type: "button", className: "lock", title: "Hold this value while other sliders move" });
+      this.lock.setAttribute("aria-label", `Hold ${label.split(/[:,]/)[0]}`);
+      this.lock.addEventListener("click", () => held(this.lock.getAttribute("aria-pressed") !== "true"));
+      this.row.append(this.lock);
+    }
     this.input.addEventListener("input", () => changed(this.input.valueAsNumber));
     this.input.addEventListener("dblclick", () => changed(own ? null : this.home));
     this.show(home);
@@ -55,6 +62,12 @@ export class Slider {
     this.input.setAttribute("aria-valuetext", words);
     if (this.own) this.own.hidden = !given;
     fill(this.input, this.own && !given ? value : this.home);
+    return this;
+  }
+
+  /** Show whether the value is held. */
+  hold(on) {
+    this.lock.setAttribute("aria-pressed", String(on));
   }
 }
 
