@@ -38,7 +38,7 @@ def test_somebody_walks_and_the_console_is_silent(browser, server, model, scheme
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_slider_moves_the_pose_at_once_and_as_python_says(shown, model):
-    """Deviations after each of the sliders, with the others let go, and the cycle that is shown in the very next frame."""
+    """Deviations after each of the sliders, the others let go, and the cycle that is shown in the very next frame."""
     shown.open(f"model={model}")
     fitted = motionenv.load(model)
     mean, deviation = fitted.components().means, fitted.components().deviations
