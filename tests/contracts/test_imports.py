@@ -68,6 +68,7 @@ HOME = {
 
 #: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.
 DISTRIBUTION = {
+    "axe_playwright_python": "axe-playwright-python",
     "PIL": "pillow",
     "OpenGL": "pyrender",
     "pyglet": "pyrender",

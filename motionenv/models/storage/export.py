@@ -35,7 +35,8 @@ def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     Returns:
         The arrays by name, and the description. Its `contact` is the `ContactRule`, its `treadmill` is None if only the
-        service can make motion, and its `activities` are those of a steerable model.
+        service can make motion, its `activities` are those of a steerable model, and `learned_speeds` [m/s] are the
+        least and the greatest that it learned from, None for any.
 
     Raises:
         MotionError: a model that makes no motion.
@@ -70,6 +71,7 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
         "about": model.about,
         "treadmill": None if treadmill is None else treadmill.frame,
         "steerable": model.steerable,
+        "learned_speeds": [float(v) if np.isfinite(v) else None for v in model.learned_speeds()],
         "height": height,
         "ankle_height": skeleton.ANKLE_HEIGHT,
         "leg_share": skeleton.LEG_SHARE,

@@ -5,10 +5,9 @@ import { scattered } from "./stage/point_lights.js";
 import { Figure } from "./stage/figure.js";
 import { parameters } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
-import { normals } from "./walkers/random.js";
 import { Stage } from "./stage/stage.js";
 import { History } from "./controls/history.js";
-import { enter, fresh, fromLink, level, LIMIT, link } from "./state.js";
+import { drawn, enter, fresh, fromLink, level, link } from "./state.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
 const $ = (id) => document.getElementById(id);
@@ -216,10 +215,7 @@ export class App {
   /** A random walker. */
   draw(seed) {
     this.history.remember(this.state, true);
-    const within = (d) => Math.round(100 * Math.min(LIMIT, Math.max(-LIMIT, d))) / 100;
-    this.one.seed = seed;
-    this.one.held = [];
-    this.one.deviations = normals(seed, this.parameters.components).map(within);
+    drawn(this.one, seed, this.parameters.components);
     this.anew();
   }
 
@@ -236,12 +232,12 @@ export class App {
     else this.change(() => {});
   }
 
-  /** Two walkers side by side, or one again. */
+  /** Two walkers side by side, the second drawn at random, or one again. */
   compare() {
     this.history.remember(this.state, true);
     const { people } = this.state;
     if (people.length > 1) people.length = 1;
-    else people.push({ ...people[0], deviations: [...people[0].deviations], held: [...people[0].held] });
+    else people.push(drawn({ ...people[0] }, people[0].seed + 1, this.parameters.components));
     this.state.chosen = people.length - 1;
     this.cycles[1] = this.cycles[0];
     this.people();

@@ -1,5 +1,7 @@
 // The state of the page, and its encoding as a link.
 
+import { normals } from "./walkers/random.js";
+
 export const LIMIT = 3; // standard deviations to either side
 
 const FAR = 1e4; // greatest number of a view
@@ -69,6 +71,12 @@ export function enter(one, name, { components, traits, activities }) {
   const most = { t: traits?.length ?? 0, c: components ?? 0 };
   one.held = one.held.filter((slider) => Number(slider.slice(1)) < most[slider[0]]);
   if (!activities?.includes(one.activity)) one.activity = null;
+}
+
+/** A person drawn at random with a `seed`, in a model of `components` components. */
+export function drawn(one, seed, components) {
+  const within = (d) => Math.round(100 * Math.min(LIMIT, Math.max(-LIMIT, d))) / 100;
+  return Object.assign(one, { seed, held: [], deviations: normals(seed, components).map(within) });
 }
 
 /** Make a person average in the present model. */

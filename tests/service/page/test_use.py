@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 
 import motionenv
 from motionenv.types import POSE
-from tests.service.page.browsing import tab
+from tests.service.page.browsing import DESK, PHONE, tab
 
 
 def test_keys_work_where_no_field_is_in_use(shown):
@@ -54,8 +55,54 @@ def test_every_control_is_reached_with_tab_and_can_be_seen_to_be(shown):
             break
     names = {name for name, _ in reached}
     assert {"view", "pause", "scrub", "randomise", "reset", "compare", "link", "seed", "seconds", "lines"} <= names
-    assert len([name for name in names if "standard deviations" in name]) == 6 + 8
+    assert len([name for name in names if "standard deviations" in name]) == 5 + 8
     assert [name for name, seen in reached if not seen] == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_axe_finds_no_barrier(browser, server, size, scheme):
+    for state in ("model=walk/fpca", "model=mixed/tree&figure=points&walker2="):
+        seen = tab(browser, server.url, size, color_scheme=scheme).open(state)
+        seen.ask("{ document.querySelectorAll('details').forEach((d) => (d.open = true)); }")
+        seen.page.keyboard.press(" ")
+        found = Axe().run(seen.page)
+        assert found.violations_count == 0, found.generate_report()
+        seen.page.context.close()
+
+
+def test_fingers_find_everything(browser, server):
+    """44 pixels each way, as WCAG 2.5.5 asks for; links within text may be smaller."""
+    touched = tab(browser, server.url, PHONE, has_touch=True, is_mobile=True).open("model=walk/fpca&figure=points")
+    touched.ask("{ document.querySelectorAll('details').forEach((d) => (d.open = true)); }")
+    small = touched.ask(
+        "[...document.querySelectorAll('button, input, select, summary')].filter((e) => e.offsetParent !== null)"
+        ".map((e) => [e.id || e.textContent || e.getAttribute('aria-label') || e.name, e.getBoundingClientRect()])"
+        ".filter(([, b]) => b.width > 0 && (b.width < 43.9 || b.height < 43.9)).map(([n, b]) => [n, b.width, b.height])"
+    )
+    touched.picture("touch")
+    assert small == []
+    touched.page.context.close()
+
+
+def test_a_first_visit_is_told_what_to_do_once(browser, server):
+    first = tab(browser, server.url).open()
+    first.picture("first")
+    assert first.page.is_visible("#welcome")
+    first.page.click("#welcomed")
+    assert not first.page.is_visible("#welcome")
+    first.open("model=walk/eigenwalkers")
+    assert not first.page.is_visible("#welcome")
+    first.page.context.close()
+
+
+def test_compare_begins_with_two_people(shown):
+    shown.open("model=walk/eigenwalkers")
+    shown.page.click("#compare")
+    one, two = shown.ask("motionenv.state.people.map((one) => one.deviations)")
+    assert one == []
+    assert np.abs(two).max() > 0.5
+    assert shown.ask("motionenv.walkers[0].speed") != shown.ask("motionenv.walkers[1].speed")
 
 
 def test_sliders_move_by_keyboard(shown):

@@ -4,6 +4,7 @@ import { capturePanel } from "../capture/panel.js";
 import { downloads, synthesisRequest } from "./download.js";
 import { keys } from "./keyboard.js";
 
+const WELCOMED = "motionenv-welcomed";
 const $ = (id) => document.getElementById(id);
 const on = (id, event, then) => $(id).addEventListener(event, then);
 
@@ -13,8 +14,26 @@ export function bind(app) {
   bindLooks(app);
   bindWalkers(app);
   bindDownloads(app);
+  welcome();
   capturePanel($("capture-panel"), app);
   addEventListener("hashchange", () => app.follow());
+}
+
+/** A hint on the first visit, until it is closed; a browser that keeps nothing shows it each time. */
+function welcome() {
+  const kept = (then) => {
+    try {
+      return then(localStorage);
+    } catch {
+      return null;
+    }
+  };
+  $("welcome").hidden = kept((storage) => storage.getItem(WELCOMED)) !== null;
+  on("welcomed", "click", () => {
+    $("welcome").hidden = true;
+    kept((storage) => storage.setItem(WELCOMED, "1"));
+    $("randomise").focus();
+  });
 }
 
 function bindLooks(app) {

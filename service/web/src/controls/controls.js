@@ -4,6 +4,7 @@ import { moved } from "./holding.js";
 import { Choice, Slider } from "./widgets.js";
 import { LIMIT } from "../state.js";
 
+const PACE = "pace"; // the trait that the slider of the speed moves
 const deviation = (value) => `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(2)}`;
 const WALKING = {
   "pace-title": "Speed and size",
@@ -43,20 +44,18 @@ export class Controls {
     this.directions = Object.fromEntries(
       traits.map((_, i) => [`t${i}`, Array.from(arrays.traits.subarray(i * components, (i + 1) * components))]),
     );
-    return traits.map(
-      ({ name, low, high }, i) =>
-        new Slider({
-          label: `${capital(name)}: from ${low} to ${high}, in standard deviations`,
-          low: capital(low),
-          high: capital(high),
-          ...this.holding(`t${i}`, capital(name)),
-        }),
-    );
+    return traits.flatMap(({ name, low, high }, i) => (name === PACE ? [] : [this.trait(`t${i}`, capital(name), low, high)]));
+  }
+
+  trait(id, name, low, high) {
+    const label = `${name}: from ${low} to ${high}, in standard deviations`;
+    return new Slider({ label, low: capital(low), high: capital(high), ...this.holding(id, name) });
   }
 
   /** What sliders have in common whose values stay where a user puts them. */
   holding(slider, name) {
     return {
+      id: slider,
       min: -LIMIT,
       max: LIMIT,
       step: 0.05,
@@ -77,6 +76,8 @@ export class Controls {
   }
 
   pacing() {
+    const [least, most] = this.parameters.learned_speeds;
+    const learned = (value) => value >= 0.99 * (least ?? 0) && value <= 1.01 * (most ?? Infinity);
     const speed = new Slider({
       label: "Speed in metres per second",
       named: "Speed",
@@ -84,7 +85,7 @@ export class Controls {
       max: 2.6,
       step: 0.01,
       own: "use the walker's own",
-      text: (value) => `${value.toFixed(2)} m/s`,
+      text: (value) => `${value.toFixed(2)} m/s${learned(value) ? "" : ", extrapolated"}`,
       changed: (value) => this.app.change((one) => (one.speed = value)),
     });
     const height = new Slider({
@@ -147,9 +148,9 @@ export class Controls {
     return Array.from({ length: components }, (_, k) => {
       this.directions[`c${k}`] = Array.from({ length: components }, (_, i) => Number(i === k));
       return new Slider({
-        label: `Component ${k + 1}, in standard deviations; it explains ${percent(shares[k])} of the variance`,
+        label: `Direction ${k + 1}, in standard deviations; it explains ${percent(shares[k])} of the variance`,
         named: `${k + 1}  ·  ${percent(shares[k])}`,
-        ...this.holding(`c${k}`, `Component ${k + 1}`),
+        ...this.holding(`c${k}`, `Direction ${k + 1}`),
       });
     });
   }
@@ -164,9 +165,9 @@ export class Controls {
       heading.show(one.heading ?? 0, one.heading !== null, "none");
       return;
     }
-    const holds = (slider, name) => slider.show(sum(this.directions[name], one.deviations)).hold(one.held.includes(name));
-    this.traitsSliders.forEach((slider, i) => holds(slider, `t${i}`));
-    this.componentsSliders.forEach((slider, k) => holds(slider, `c${k}`));
+    for (const slider of [...this.traitsSliders, ...this.componentsSliders]) {
+      slider.show(sum(this.directions[slider.id], one.deviations)).hold(one.held.includes(slider.id));
+    }
     const [speed, height] = this.paceSliders;
     speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");
     height.show(walker.body.height, one.height !== null);

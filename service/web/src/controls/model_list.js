@@ -4,7 +4,12 @@ import { models, parametersOf } from "../api/requests.js";
 import { make } from "./widgets.js";
 
 const SHIPPED = ["walk/fpca", "walk/eigenwalkers", "mixed/tree"];
-const TITLES = { "walk/fpca": "Functional", "walk/eigenwalkers": "Eigenwalkers", "mixed/tree": "Tree", "walk/prior": "Prior" };
+const TITLES = {
+  "walk/fpca": ["Joint angles", "Functional principal components of joint angles; feet stand on the ground"],
+  "walk/eigenwalkers": ["Points", "Eigenwalkers: fifteen points that swing in two harmonics, as perception research uses them"],
+  "mixed/tree": ["Endless", "A tree of captured clips, from which motion grows without end: it can turn, stop and be steered"],
+  "walk/prior": ["Points, all people", "Eigenwalkers of every walk and its mirror image, which know how they err"],
+};
 const cache = new Map();
 
 /** A model's parameters, cached. */
@@ -23,8 +28,8 @@ export async function listModels(fieldset, current, chosen) {
     const labels = names.map((name) => {
       const input = make("input", { type: "radio", name: "model", value: name, checked: name === current() });
       input.addEventListener("change", () => chosen(name));
-      const title = TITLES[name] ?? name.replace("fitted/", "");
-      return make("label", { title: name }, input, make("span", { textContent: title }));
+      const [textContent, title] = TITLES[name] ?? [name.replace("fitted/", ""), "A model of this service"];
+      return make("label", { title: `${title} (${name})` }, input, make("span", { textContent }));
     });
     fieldset.replaceChildren(fieldset.firstElementChild, ...labels);
   };

@@ -23,10 +23,11 @@ function fill(input, home) {
  * `label`: accessible name; `low` and `high`: words at its ends, or `named`: a name in front; `text`: formats a value;
  * `home`: default, restored by a double click; `own`: label of a button that restores the walker's own value.
  * `changed(value)` is called on each change, with null from that button. `held(on)`: called by a button that holds the
- * value while other sliders move.
+ * value while other sliders move. `id`: what the value is of, for who shows it.
  */
 export class Slider {
-  constructor({ label, low, high, named, min, max, step, home = 0, text, own, changed, held }) {
+  constructor({ id, label, low, high, named, min, max, step, home = 0, text, own, changed, held }) {
+    this.id = id;
     this.home = home;
     this.text = text;
     this.input = part("input", { type: "range", min, max, step, value: home });
