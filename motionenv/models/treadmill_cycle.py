@@ -21,7 +21,7 @@ from motionenv.models.contact_rule import CONTACT
 from motionenv.models.eigenwalkers.fourier_series import body_heights, grounded, positions_at
 from motionenv.models.eigenwalkers.speed import at_speed
 from motionenv.models.walking.tables import in_order, lacking_angles
-from motionenv.types import MARKERS, POSE, SPEED_RANGE, Skeleton
+from motionenv.types import HEIGHT_RANGE, MARKERS, POSE, SPEED_RANGE, Skeleton
 
 if TYPE_CHECKING:
     from motionenv.models.eigenwalkers.fourier_model import FourierModel
@@ -92,19 +92,23 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
     return InPlace(walked.reshape(*lead, SAMPLES, 25), strides.reshape(lead), seconds.reshape(lead))
 
 
-def markers_in_place(model: "FourierModel", scores, *, speed: float | None = None) -> InPlace:
+def markers_in_place(
+    model: "FourierModel", scores, *, speed: float | None = None, height: float | None = None
+) -> InPlace:
     """Cycles of walkers of a fitted `model` with `scores` (..., N) [m], as the 15 markers.
 
-    `speed` is in m/s, None for the pace that suits the scores. A `MotionError` if it is out of range, or scores have
-    another shape.
+    `speed` is in m/s, None for the pace that suits the scores; `height` in metres, None for the body that the scores
+    say. A `MotionError` if one is out of range, or scores have another shape.
     """
+    seconds, w = 1 / model.frequency(scores), model.inverse_transform(scores)
+    lead, flat, seconds = w.shape[:-3], w.reshape(-1, *w.shape[-3:]), np.reshape(seconds, -1)
+    if height is not None:
+        checked_number(height, "height", *HEIGHT_RANGE)
     if speed is not None:
         checked_number(speed, "speed", *SPEED_RANGE)
-    seconds, w = 1 / model.frequency(scores), model.inverse_transform(scores)
-    if speed is not None:
-        w = at_speed(model, w, seconds, speed)
-    w = grounded(w)
-    lead, flat = w.shape[:-3], w.reshape(-1, *w.shape[-3:])
+        flat = at_speed(model, flat, seconds, speed if height is None else speed * body_heights(flat) / height)
+    flat = grounded(flat)
+    scale = np.ones(len(flat)) if height is None else height / body_heights(flat)
     cycle = positions_at(flat, np.arange(SAMPLES) * (2 * np.pi / SAMPLES))
     ball = _balls(cycle, body_heights(flat))
     back = -_slope(ball[..., 0]) * SAMPLES  # [m per cycle]
@@ -115,8 +119,9 @@ def markers_in_place(model: "FourierModel", scores, *, speed: float | None = Non
     way, stride = _evenly(velocity)
     cycle[..., :2] += way[:, :, None]
     _turned(cycle[..., :2], stride)
-    strides = np.hypot(stride[:, 0], stride[:, 1])
-    seconds = seconds.reshape(-1) if speed is None else strides / speed
+    strides = scale * np.hypot(stride[:, 0], stride[:, 1])
+    seconds = seconds if speed is None else strides / speed
+    cycle *= scale[:, None, None, None]
     return InPlace(cycle.reshape(*lead, *cycle.shape[1:]), strides.reshape(lead), seconds.reshape(lead))
 
 
@@ -151,17 +156,30 @@ def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
     }
 
 
-def walk_cycles(model: "WalkingModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:
-    """Cycles of `scores` (n, q) of a fitted `model`, their markers (n, samples, 15, 3) and body heights (n,) [m]."""
-    cycle, body = walk_in_place(model, scores), model.skeleton()
+def walk_cycles(
+    model: "WalkingModel", scores: np.ndarray, speed: float | None = None, height: float | None = None
+) -> tuple[InPlace, np.ndarray, np.ndarray]:
+    """Cycles of `scores` (n, q) of a fitted `model`, their markers (n, samples, 15, 3) and body heights (n,) [m].
+
+    At a `speed` [m/s] and of a body `height` [m], if they are given.
+    """
+    cycle, body = walk_in_place(model, scores, speed=speed, height=height), model.skeleton(height)
     shown = np.where(known_markers(cycle.frames)[..., None], markers(cycle.frames, body), np.nan)
     return cycle, shown, np.full(len(scores), body.height)
 
 
-def marker_cycles(model: "FourierModel", scores: np.ndarray) -> tuple[InPlace, np.ndarray, np.ndarray]:
-    """What `walk_cycles` gives, of walkers with `scores` (n, q) [m] of a fitted `model` of markers."""
-    cycle = markers_in_place(model, scores)
-    return cycle, cycle.frames, body_heights(model.inverse_transform(scores))
+def marker_cycles(
+    model: "FourierModel", scores: np.ndarray, speed: float | None = None, height: float | None = None
+) -> tuple[InPlace, np.ndarray, np.ndarray]:
+    """What `walk_cycles` gives, of walkers with `scores` (n, q) [m] of a fitted `model` of markers.
+
+    Args:
+        model, scores: see above.
+        speed, height: as of `walk_cycles`.
+    """
+    cycle = markers_in_place(model, scores, speed=speed, height=height)
+    own = body_heights(model.inverse_transform(scores))
+    return cycle, cycle.frames, own if height is None else np.full(len(own), float(height))
 
 
 def _carried(poses, heights, rate, body: Skeleton) -> tuple[np.ndarray, np.ndarray]:

@@ -71,14 +71,15 @@ class Treadmill:
         arrays: see `motionenv.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
-        cycles: maps scores (n, q) to the cycles, their markers (n, samples, 15, 3) [m] and body heights (n,) [m].
+        cycles: maps scores (n, q), and a speed [m/s] and a body height [m] or None, to the cycles, their markers
+            (n, samples, 15, 3) [m] and body heights (n,) [m].
     """
 
     frame: str
     arrays: dict[str, np.ndarray]
     offsets: np.ndarray
     height: float
-    cycles: "Callable[[np.ndarray], tuple[InPlace, np.ndarray, np.ndarray]]"
+    cycles: "Callable[..., tuple[InPlace, np.ndarray, np.ndarray]]"
 
 
 @dataclass(frozen=True)

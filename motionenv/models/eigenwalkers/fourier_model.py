@@ -1,5 +1,6 @@
 """Base class of the models of Fourier walkers: linear combinations of components, sampling, synthesis, storage."""
 
+from functools import partial
 from typing import ClassVar, Self
 
 import numpy as np
@@ -190,9 +191,7 @@ class FourierModel(GaitModel):
         """The walk in place as Fourier series of markers; the drawn body has average proportions."""
         from motionenv.models.treadmill_cycle import marker_cycles, marker_series
 
-        return Treadmill(
-            "markers", marker_series(self), from_height(1.0).offsets, 1.75, lambda scores: marker_cycles(self, scores)
-        )
+        return Treadmill("markers", marker_series(self), from_height(1.0).offsets, 1.75, partial(marker_cycles, self))
 
     def body(self, height: float | None = None) -> None:
         """None for any `height`: each walker's markers determine its limb lengths."""

@@ -9,7 +9,7 @@ the root's height.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import ClassVar
 
 import numpy as np
@@ -199,7 +199,7 @@ class WalkingModel(GaitModel):
         """The walk in place as Fourier series of poses."""
         from motionenv.models.treadmill_cycle import pose_series, walk_cycles
 
-        return Treadmill("poses", pose_series(self), self.proportions_, self.height_, lambda s: walk_cycles(self, s))
+        return Treadmill("poses", pose_series(self), self.proportions_, self.height_, partial(walk_cycles, self))
 
     def body(self, height: float | None = None) -> Skeleton:
         """The mean body, scaled to `height` [m]."""

@@ -68,7 +68,7 @@ def test_eigenwalkers_are_the_same(computed):
     cases = [
         {"kind": "eigenwalkers", "model": "walk/eigenwalkers", "deviations": d, "options": o}
         for d in PEOPLE
-        for o in OPTIONS[:3]
+        for o in OPTIONS
     ]
     for case, found in zip(cases, computed(cases), strict=True):
         want = markers_in_place(model, scores(model, case["deviations"]), **case["options"])
