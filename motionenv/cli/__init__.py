@@ -1,7 +1,7 @@
 """The command line.
 
-`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | serve | bench | mocap |
-dataset | batch`.
+`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | stimuli | serve | bench |
+mocap | dataset | batch`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -14,7 +14,20 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import batch, bench, dataset, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
+from motionenv.cli import (
+    batch,
+    bench,
+    dataset,
+    evaluate,
+    gait,
+    lifting,
+    mocap,
+    models,
+    serve,
+    stimuli,
+    synthesis,
+    tracking,
+)
 from motionenv.cli._shared import err, note
 from motionenv.errors import MotionError
 
@@ -34,6 +47,7 @@ app.command()(evaluate.evaluate)
 app.command()(gait.report)
 app.command()(models.fit)
 app.command()(models.models)
+app.command()(stimuli.stimuli)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command(context_settings=_passed_on)(bench.bench)

@@ -9,13 +9,12 @@ import json
 import tomllib
 from functools import cached_property
 from importlib.resources import files
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
+from motionenv.data.record import Record, read_content
 from motionenv.errors import MotionError
-from motionenv.models.registry import did_you_mean
 from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SPEED_RANGE
 
 #: Fields that are pictures, and those that are numbers; see `motionenv.data.samples` for shapes and units.
@@ -40,11 +39,7 @@ def _ordered(low: float, high: float) -> AfterValidator:
     return AfterValidator(check)
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class People(_Section):
+class People(Record):
     """Who walks.
 
     Attributes:
@@ -68,7 +63,7 @@ class People(_Section):
     views: int = Field(1, ge=1, le=256)
 
 
-class Cameras(_Section):
+class Cameras(Record):
     """Where cameras stand, and what they have in view.
 
     Attributes:
@@ -88,7 +83,7 @@ class Cameras(_Section):
     follow: float = Field(0.0, ge=0, le=1)
 
 
-class Pictures(_Section):
+class Pictures(Record):
     """How pictures look.
 
     Attributes:
@@ -117,7 +112,7 @@ class Pictures(_Section):
         return self
 
 
-class Output(_Section):
+class Output(Record):
     """What is written.
 
     Attributes:
@@ -137,7 +132,7 @@ class Output(_Section):
         return self
 
 
-class Specification(_Section):
+class Specification(Record):
     """A data set: who walks, what is seen of them, and how much of it.
 
     Attributes:
@@ -167,24 +162,6 @@ class Specification(_Section):
         return self
 
     @classmethod
-    def of(cls, content: dict[str, Any]) -> Self:
-        """The specification of a `content` as a file holds it.
-
-        Raises:
-            MotionError: a field that is unknown, missing or out of range; names it.
-        """
-        try:
-            return cls.model_validate(content)
-        except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(str(part) for part in first["loc"] if not str(part).startswith(("function-", "tuple")))
-            what = first["msg"].removeprefix("Value error, ")
-            if first["type"] == "extra_forbidden":
-                what = "there is no such field" + did_you_mean(str(first["loc"][-1]), _field_names())
-            given = "" if isinstance(first["input"], dict) else f"; got {first['input']!r}"
-            raise MotionError(f"specification: {where or 'the whole'}: {what}{given}") from None
-
-    @classmethod
     def read(cls, source) -> Self:
         """Read a TOML or JSON file, also a data set's `dataset.json`, or one of `PRESETS` by its name.
 
@@ -196,18 +173,7 @@ class Specification(_Section):
         """
         if str(source) in PRESETS:
             return cls.of(tomllib.loads(preset(str(source))))
-        path = Path(source)
-        if path.suffix.lower() not in (".toml", ".json"):
-            raise MotionError(
-                f"a specification is a .toml or .json file, or one of {', '.join(PRESETS)}; got {str(source)!r}"
-            )
-        try:
-            text = path.read_text("utf-8")
-            content = tomllib.loads(text) if path.suffix.lower() == ".toml" else json.loads(text)
-        except OSError as error:
-            raise MotionError(f"can't read {path}: {error.strerror}") from None
-        except (tomllib.TOMLDecodeError, json.JSONDecodeError, UnicodeDecodeError) as error:
-            raise MotionError(f"{path} isn't {path.suffix[1:].upper()}: {error}") from None
+        content = read_content(source, f"a specification is a .toml or .json file, or one of {', '.join(PRESETS)}")
         return cls.of(content.get("specification", content))  # the former is in a set's dataset.json
 
     def replace(self, **changes) -> Self:
@@ -262,11 +228,6 @@ class Specification(_Section):
             raise MotionError(f"shard must be from 0 to {self.shards - 1}, got {shard!r}")
         start = shard * self.shard_samples
         return range(start, min(start + self.shard_samples, self.samples))
-
-
-def _field_names() -> set[str]:
-    """Names of all fields of all sections."""
-    return {name for section in (Specification, People, Cameras, Pictures, Output) for name in section.model_fields}
 
 
 def preset(name: str) -> str:
