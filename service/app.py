@@ -12,7 +12,7 @@ from service import errors
 from service.jobs.manager import JobManager
 from service.metrics import Metrics
 from service.model_registry import ModelRegistry
-from service.routes import docs, health, jobs, lift, models, openapi, page, parameters, stream, synthesis, tree
+from service.routes import docs, health, jobs, lift, models, openapi, page, parameters, stimuli, stream, synthesis, tree
 from service.settings import Settings
 from service.transport.middleware import AccessMiddleware, ObservabilityMiddleware, trusted_hosts
 from service.transport.worker_pool import WorkerPool
@@ -62,6 +62,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     errors.install(app)
     if service.settings.keys:
         openapi.require_keys(app)
-    for module in (synthesis, tree, lift, health, jobs, models, stream, parameters, page, docs):  # the most used first
+    most_used_first = synthesis, tree, lift, stimuli, health, jobs, models, stream, parameters, page, docs
+    for module in most_used_first:
         app.router.routes.extend(module.router.routes)  # an included router would be matched twice
     return app

@@ -142,6 +142,18 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
         self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
 
+    def stimuli(self, asked: Mapping[str, Any], out: str | Path) -> None:
+        """Save a set of point-light stimuli as a ZIP archive.
+
+        Args:
+            asked: the set, as `motionenv.data.stimuli.StimulusSet` has it: people, displays, seconds, fps and so on.
+            out: path of the archive.
+
+        Raises:
+            ServiceError: the service refuses the set, and says which field is wrong.
+        """
+        self._connection.save(out, "POST", "/v1/stimuli", json=dict(asked), headers={"Accept": "application/zip"})
+
     def tree_samples(
         self, history: Motion | np.ndarray | str | None = None, n: int = 1, *, model: str = "mixed/tree", **how: Any
     ) -> "Samples":

@@ -13,6 +13,7 @@ CSV = "text/csv"
 BVH = "model/x-bvh"
 TRC, MOT = "text/x-trc", "text/x-mot"
 HTML = "text/html"
+ZIP = "application/zip"
 MP4, GIF, PNG = "video/mp4", "image/gif", "image/png"
 #: Suffixes of the formats that `motionenv.write` writes.
 FILES = {

@@ -38,7 +38,7 @@ async def parsed(request: Request, kind: type[Body]) -> Body:
     if said != "application/json" and not (said.startswith("application/") and said.endswith("+json")):
         raise Problem(415, "the body must be JSON with Content-Type: application/json")
     try:
-        return kind.model_validate_json(await request.body())
+        return kind.model_validate_json(await request.body(), strict=True)
     except ValidationError as error:
         found = error.errors(include_url=False, include_input=False)
         raise RequestValidationError([{**one, "loc": ("body", *one["loc"])} for one in found]) from None

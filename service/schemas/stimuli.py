@@ -1,0 +1,18 @@
+"""`POST /v1/stimuli`."""
+
+from pydantic import Field
+
+from motionenv.data.stimuli import Person, StimulusSet
+from service.schemas.common import ModelName
+
+
+class Walker(Person):
+    """Who walks."""
+
+    model: ModelName = "walk/fpca"
+
+
+class StimuliRequest(StimulusSet):
+    """Stimuli: each person in each display."""
+
+    people: tuple[Walker, ...] = Field((Walker(),), min_length=1)
