@@ -51,7 +51,7 @@ class Tab:
         """Go to the page in a state, and wait until somebody walks."""
         self.page.goto("about:blank")
         self.page.goto(f"{self.url}/#{state}")
-        self.until("globalThis.motionenv?.stats.frames > 0", 30)
+        self.until("globalThis.motionenv?.stats.frames > 0", 120)  # a busy service still loads the tree
         return self
 
     def ask(self, expression: str) -> Any:
