@@ -58,5 +58,6 @@ async def stimuli(request: Request, asked: StimuliRequest) -> Response:
 def _check_limits(asked: StimuliRequest, settings: Settings) -> None:
     """Reject, before any work, what is larger than this service allows."""
     frames, pixels = asked.stimuli * asked.frames, asked.width * asked.height
-    at_most(frames, settings.max_video_frames, "/people", "people · displays · seconds · fps", "frames")
+    limit, each = settings.max_video_frames, asked.stimuli * asked.fps
+    at_most(frames, limit, "/seconds", "people · displays · seconds · fps", "frames", each=each)
     at_most(pixels, settings.max_pixels, "/width", "width · height", "pixels", each=asked.height)

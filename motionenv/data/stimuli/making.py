@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
 from motionenv.body import EDGES
 from motionenv.data.stimuli.dots import Dots, Ring, dots_at
 from motionenv.data.stimuli.specification import Display, Person, StimulusSet
@@ -21,7 +21,7 @@ from motionenv.render.draw2d.shapes import draw_figures
 from motionenv.render.video.encode import png, stream_video
 from motionenv.types import MARKERS
 
-_GRID = 64  # positions are rounded to this part of a pixel: rounding errors of a processor change no picture
+_GRID = 64  # positions are rounded to this part of a pixel: a processor's rounding errors hardly ever reach a picture
 _MOST = 100  # frames that are drawn together
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of files in an archive, so that its bytes depend on nothing else
 
@@ -140,14 +140,14 @@ def _table(pixels: np.ndarray, fps: float) -> bytes:
 
 
 def write_stimuli(asked: StimulusSet, out, *, step: Callable[[int], None] | None = None) -> Path:
-    """Write a set into a new or empty folder; returns the path of its `stimuli.json`, which is written last.
+    """Write a set as a new folder, whole or not at all; returns the path of its `stimuli.json`.
 
-    Beside films or folders of frames there is a table (.csv) of where the dots of each stimulus are. The pixels are the
-    same wherever a set is made, and `stimuli.json` has their SHA-256; encoded files depend on the encoder's version.
+    Beside films or folders of frames there is a table (.csv) of where the dots of each stimulus are. `stimuli.json` has
+    the SHA-256 of the pixels, by which to compare two sets; encoded files depend on the encoder's version.
 
     Args:
         asked: the set.
-        out: the folder.
+        out: the folder, new or empty, in one that exists.
         step: called with the number of frames done.
 
     Raises:
@@ -156,11 +156,15 @@ def write_stimuli(asked: StimulusSet, out, *, step: Callable[[int], None] | None
     folder = Path(out)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise MotionError(f"{folder} must be a new or an empty folder: choose another")
-    for name, content in files_of(asked, step):
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(path) as part:
-            part.write_bytes(content)
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as beside:
+            part = Path(beside) / "set"
+            for name, content in files_of(asked, step):
+                (part / name).parent.mkdir(parents=True, exist_ok=True)
+                (part / name).write_bytes(content)
+            part.replace(folder)
+    except OSError as error:
+        raise MotionError(f"can't write {folder}: {error.strerror or error}; nothing was left half-written") from error
     return folder / "stimuli.json"
 
 

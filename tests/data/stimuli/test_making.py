@@ -88,3 +88,18 @@ def test_who_cannot_walk_in_place_is_refused(tmp_path):
     with pytest.raises(MotionError, match="must be a new or an empty folder"):
         write_stimuli(SMALL, tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["other"]
+
+
+def test_a_set_that_fails_leaves_nothing(tmp_path):
+    def stop(done: int) -> None:
+        if done > 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_stimuli(SMALL, tmp_path / "set", step=stop)
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(MotionError, match="can't write"):
+        write_stimuli(SMALL, tmp_path / "nowhere" / "set")
+    (tmp_path / "empty").mkdir()
+    assert write_stimuli(SMALL, tmp_path / "empty").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["empty"]
