@@ -1,6 +1,9 @@
 // Application state, and the frame loop.
 
 import { Controls } from "./controls/controls.js";
+import { StimulusDialogue } from "./stimuli/dialogue.js";
+import { plain } from "./stimuli/settings.js";
+import { walkerRequest } from "./controls/download.js";
 import { scattered } from "./stage/point_lights.js";
 import { Figure } from "./stage/figure.js";
 import { parameters } from "./controls/model_list.js";
@@ -65,6 +68,7 @@ export class App {
       this.controls = new Controls(this, found);
       this.people();
       if (state.camera) this.stage.look(state.camera);
+      if (state.stimulus) this.stimulate();
     } catch (error) {
       if (this.wanted === name) await this.failed(error);
     } finally {
@@ -76,7 +80,7 @@ export class App {
   async failed(error) {
     this.wanted = this.state.model;
     if (this.parameters) this.mark("models", this.wanted);
-    else if (this.wanted !== fresh().model) await this.load(fresh().model, fresh());
+    else if (error.status === 404 && this.wanted !== fresh().model) await this.load(fresh().model, fresh());
     this.say(error.message);
   }
 
@@ -191,6 +195,7 @@ export class App {
     this.tell();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to return to the models." : this.parameters.about;
     for (const button of $("downloads").children) button.disabled = guest !== null;
+    $("stimulate").disabled = guest !== null || streamed(this.parameters);
     stage.changed = true;
     this.write();
   }
@@ -275,6 +280,27 @@ export class App {
     this.write();
   }
 
+  /** Open the dialogue of stimuli for experiments, which needs walkers in place. */
+  stimulate() {
+    this.stimuli?.close();
+    if (this.guest || streamed(this.parameters)) {
+      this.state.stimulus = null;
+      this.say("Stimuli need a walker in place: choose another model.");
+      return;
+    }
+    const { state, walkers, paused } = this;
+    state.stimulus ??= this.stimulus ?? plain();
+    const changed = (stimulus) => {
+      this.stimulus = stimulus ?? state.stimulus; // for the next time
+      state.stimulus = stimulus;
+      this.write();
+    };
+    const people = state.people.map((one) => walkerRequest(state, one, this.parameters));
+    this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed });
+    this.stimuli.open();
+    this.write();
+  }
+
   /** Show a message over the stage; an empty one hides it. */
   say(words) {
     $("note").textContent = words;
@@ -296,6 +322,7 @@ export class App {
   follow() {
     if (this.wanted === this.state.model && location.hash === `#${link(this.state)}`) return;
     const state = fromLink(location.hash);
+    this.stimuli?.close();
     this.load(state.model, state);
   }
 
@@ -306,6 +333,7 @@ export class App {
     const passed = Math.min(0.1, (now - (this.before ?? now)) / 1000);
     this.before = now;
     this.stage.controls.update();
+    if (this.state.stimulus) return; // the dialogue is over the stage
     if (!this.walkers.length || (this.paused && !this.stage.changed)) return;
     if (!this.paused) this.pass(passed);
     this.walkers.forEach((walker, i) => walker.show(this.cycles[i]));

@@ -1,5 +1,6 @@
 // The state of the page, and its encoding as a link.
 
+import { parsed, plain, SETTINGS } from "./stimuli/settings.js";
 import { normals } from "./walkers/random.js";
 
 export const LIMIT = 3; // standard deviations to either side
@@ -27,6 +28,7 @@ export const fresh = () => ({
   inverted: false,
   scattered: false,
   camera: null,
+  stimulus: null, // the settings of the dialogue for experiments while it is open
   people: [person()],
   chosen: 0,
 });
@@ -45,6 +47,7 @@ export function link(state) {
   if (state.figure !== "body") fields.set("figure", state.figure);
   for (const flag of ["lines", "inverted", "scattered"]) if (state[flag]) fields.set(flag, "1");
   if (state.camera) fields.set("camera", state.camera.map(short).join(","));
+  if (state.stimulus) stimulusTo(fields, state.stimulus);
   state.people.forEach((one, i) => {
     const mark = i === 0 ? "" : "2";
     if (one.deviations.some((d) => d !== 0) || i > 0) fields.set(`walker${mark}`, one.deviations.map(short).join(","));
@@ -57,6 +60,20 @@ export function link(state) {
     if (one.seed) fields.set(`seed${mark}`, String(one.seed));
   });
   return fields.toString().replaceAll("%2F", "/").replaceAll("%2C", ",");
+}
+
+/** Settings that aren't the defaults, as fields. */
+function stimulusTo(fields, stimulus) {
+  fields.set("stimulus", "1");
+  for (const { name, home } of SETTINGS) {
+    const value = stimulus[name];
+    if (value !== home) fields.set(`stimulus.${name}`, typeof value === "boolean" ? "1" : String(value));
+  }
+}
+
+function stimulusFrom(fields) {
+  const given = SETTINGS.filter(({ name }) => fields.has(`stimulus.${name}`));
+  return { ...plain(), ...Object.fromEntries(given.map((setting) => [setting.name, parsed(setting, fields.get(`stimulus.${setting.name}`))])) };
 }
 
 /** Let a person enter a model: with the deviations that were set there, and with nothing that it doesn't have. */
@@ -107,6 +124,7 @@ export function fromLink(text) {
   for (const flag of ["lines", "inverted", "scattered"]) state[flag] = fields.get(flag) === "1";
   const camera = (fields.get("camera") ?? "").split(",").map(Number);
   if (camera.length === 3 && camera.every((x) => Math.abs(x) <= FAR)) state.camera = camera;
+  if (fields.get("stimulus") === "1") state.stimulus = stimulusFrom(fields);
   state.people = [personFrom(fields, "")];
   if (fields.has("walker2")) state.people.push(personFrom(fields, "2"));
   return state;

@@ -3,8 +3,8 @@ import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 const folder = pathToFileURL(`${process.argv[2]}/`);
-const [{ decodeParameters }, { moved }, { walkInPlace }, { walkerInPlace, Frame }, { Body, forward, limbEnds }, { between }] = await Promise.all(
-  ["api/parameters", "controls/holding", "walkers/treadmill_cycle", "walkers/eigenwalkers", "walkers/kinematics", "walkers/periodic"].map(
+const [{ decodeParameters }, { moved }, { walkInPlace }, { walkerInPlace, Frame }, { Body, forward, limbEnds }, { between }, { walkerOf }, { PointLights, ringOf }] = await Promise.all(
+  ["api/parameters", "controls/holding", "walkers/treadmill_cycle", "walkers/eigenwalkers", "walkers/kinematics", "walkers/periodic", "walkers/index", "stimuli/point_lights"].map(
     (name) => import(new URL(`${name}.js`, folder)),
   ),
 );
@@ -41,6 +41,12 @@ const answers = {
   },
   poses({ poses }, parameters) {
     return bodies(Float64Array.from(poses.flat()), new Body(parameters, parameters.height));
+  },
+  dots({ display, deviations, options, times }, parameters) {
+    const walker = walkerOf(parameters);
+    walker.set({ deviations, speed: null, height: null, ...options });
+    const lights = new PointLights(display, ringOf(walker));
+    return times.map((seconds) => lights.at(seconds).map(({ x, y, visible }) => [x, y, Number(visible)]));
   },
   between({ values, phases }) {
     return phases.map((phase) => [...between(Float64Array.from(values.flat()), values[0].length, phase, [])]);

@@ -12,6 +12,8 @@ from scipy.optimize import linprog
 
 import motionenv
 from motionenv.body import forward, limb_segments
+from motionenv.data.stimuli import Display, Person, dots_at
+from motionenv.data.stimuli.making import ring
 from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 from service.formats.parameters import packed
 
@@ -96,6 +98,32 @@ def test_between_samples_it_is_a_smooth_ring(computed):
     slopes = 0.5 * (np.roll(values, -1, 0) - np.roll(values, 1, 0))
     spline = CubicHermiteSpline(np.arange(13), ring, np.concatenate([slopes, slopes[:1]]))
     np.testing.assert_allclose(found, spline((phases % 1.0) * 12), rtol=0, atol=1e-12)
+
+
+DISPLAYS = [
+    Display(),
+    Display(view=90, turntable=45, roll=-30, rate=-1.3, phase=-0.4, inverted=True),
+    Display(scrambled=True, desynchronised=True, across=3.5, seed=5),
+    Display(dots=8, lifetime=0.21, mask=37, mask_size=1.9, seed=2**32 - 1),
+    Display(dots=1, lifetime=0.05, mask=4, scrambled=True, rate=0, seed=12),
+]
+
+
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
+def test_the_dots_of_stimuli_are_the_same(computed, model):
+    """Also which of them are random, as NumPy's Philox draws them."""
+    times = [0.0, 0.013, 0.5, 1.0, 2.39, 7.77]
+    people = [({}, ()), ({"speed": 1.7, "height": 1.4}, (1.5, -0.5))]
+    cases = [(display, options, deviations) for display in DISPLAYS for options, deviations in people]
+    asked = [
+        {"kind": "dots", "model": model, "display": d.model_dump(), "deviations": z, "options": o, "times": times}
+        for d, o, z in cases
+    ]
+    for (display, options, deviations), found in zip(cases, computed(asked), strict=True):
+        want = dots_at(display, ring(Person(model=model, deviations=deviations, **options)), times)
+        found = np.array(found)
+        np.testing.assert_array_equal(found[..., 2], want.visible)
+        np.testing.assert_allclose(found[..., :2], want.plane, rtol=0, atol=1e-9)
 
 
 def unit(rng, *shape) -> np.ndarray:

@@ -2,11 +2,12 @@
 
 import { decodeParameters } from "./parameters.js";
 
-/** An error with a message for the user; `retryAfter` [s] is 0 where retrying is useless. */
+/** An error with a message for the user; `retryAfter` [s] is 0 where retrying is useless, `status` 0 without an answer. */
 export class ServiceError extends Error {
-  constructor(message, retryAfter = 0) {
+  constructor(message, { retryAfter = 0, status = 0 } = {}) {
     super(message);
     this.retryAfter = retryAfter;
+    this.status = status;
   }
 }
 
@@ -21,7 +22,7 @@ export async function request(path, options = {}) {
   }
   if (answer.ok) return answer;
   const retryAfter = answer.status === 503 ? Number(answer.headers.get("retry-after") ?? 2) : 0;
-  throw new ServiceError(await reason(answer), retryAfter);
+  throw new ServiceError(await reason(answer), { retryAfter, status: answer.status });
 }
 
 async function reason(answer) {

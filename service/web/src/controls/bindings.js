@@ -65,6 +65,7 @@ function bindWalkers(app) {
 }
 
 function bindDownloads(app) {
+  on("stimulate", "click", () => app.stimulate());
   const wanted = () => {
     const seconds = Math.min(60, Math.max(1, $("seconds").valueAsNumber || 4));
     return synthesisRequest(app.state, app.one, app.parameters, { seconds, view: app.stage.view[0] });

@@ -8,10 +8,14 @@ export function synthesisRequest(state, one, parameters, { seconds, view }) {
   const picture = { width: 640, height: 480, view, style: state.figure === "points" ? "points" : "body" };
   const body = { model: state.model, seconds, seed: one.seed, picture };
   if (parameters.steerable) return { path: "/v1/tree/synthesis", body: { ...body, start: one.activity, ...steering(one) } };
-  const { speed, height } = one;
-  const given = Array.from({ length: parameters.components }, (_, k) => one.deviations[k] ?? 0);
-  const deviations = given.length ? given : null;
-  return { path: "/v1/synthesis", body: { ...body, fps: 30, speed, height, deviations, variation: 0 } };
+  const walker = walkerRequest(state, one, parameters);
+  const deviations = walker.deviations.length ? walker.deviations : null;
+  return { path: "/v1/synthesis", body: { ...body, ...walker, fps: 30, deviations, variation: 0 } };
+}
+
+/** How a request names a walker in place. */
+export function walkerRequest({ model }, { speed, height, deviations }, { components }) {
+  return { model, deviations: Array.from({ length: components }, (_, k) => deviations[k] ?? 0), speed, height };
 }
 
 /** Save a blob as a file. */
