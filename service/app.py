@@ -4,16 +4,20 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from fastapi.routing import APIRoute
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from motionenv import __version__
 from service import errors
 from service.jobs.manager import JobManager
-from service.metrics import Metrics
 from service.model_registry import ModelRegistry
-from service.routes import docs, health, jobs, lift, models, openapi, page, parameters, stimuli, stream, synthesis, tree
+from service.observability.metrics import Metrics
+from service.reference import asyncapi, openapi
+from service.reference import page as docs
+from service.routes import health, jobs, lift, models, page, parameters, stimuli, stream, synthesis, tree
 from service.settings import Settings
+from service.transport.compression import CompressionMiddleware
 from service.transport.middleware import AccessMiddleware, ObservabilityMiddleware, trusted_hosts
 from service.transport.worker_pool import WorkerPool
 
@@ -51,18 +55,23 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         redoc_url=None, telemetry={"tracing": False, "metrics": False, "logs": False},
     )  # fmt: skip
     app.state.service = service
+    app.add_middleware(CompressionMiddleware)
     app.add_middleware(AccessMiddleware, settings=service.settings)
     if service.settings.cors:
         app.add_middleware(
             CORSMiddleware, allow_origins=service.settings.cors, allow_methods=["*"], allow_headers=["*"],
-            expose_headers=["ETag", "Location", "Motion-Seed", "Motion-Warning", "Retry-After", "X-Request-ID"],
+            expose_headers=["ETag", "Location", "Motion-Seed", "Motion-Warning", "RateLimit",
+                            "RateLimit-Policy", "Retry-After", "X-Request-ID"],
         )  # fmt: skip
     app.add_middleware(TrustedHostMiddleware, allowed_hosts=trusted_hosts(service.settings), www_redirect=False)
     app.add_middleware(ObservabilityMiddleware, settings=service.settings, metrics=service.metrics)
     errors.install(app)
     if service.settings.keys:
         openapi.require_keys(app)
-    most_used_first = synthesis, tree, lift, stimuli, health, jobs, models, stream, parameters, page, docs
+    most_used_first = synthesis, tree, lift, stimuli, health, jobs, models, stream, parameters, page, docs, asyncapi
     for module in most_used_first:
-        app.router.routes.extend(module.router.routes)  # an included router would be matched twice
+        for route in module.router.routes:
+            app.router.routes.append(route)  # an included router would be matched twice
+            if isinstance(route, APIRoute):
+                route.unique_id = route.name  # operations are called as their functions
     return app

@@ -3,12 +3,12 @@
 Values sent by the client are never echoed: they may contain secrets, or what JSON can't hold (NaN, lone surrogates).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from http import HTTPStatus
-from typing import Any
+from typing import Any, get_args
 
 import orjson
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, ValidationError
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -16,9 +16,32 @@ from starlette.responses import Response
 from starlette.routing import Match
 
 from motionenv import MotionError
+from motionenv.models import did_you_mean
 from service.jobs.store import Full
 
 MEDIA_TYPE = "application/problem+json"
+#: What kinds of problems there are, by the last part of their `type`: the status, and a title.
+KINDS: dict[str, tuple[int, str]] = {
+    "malformed-request": (400, "The request can't be read"),
+    "no-key": (401, "This service needs an API key"),
+    "unknown-key": (401, "The API key isn't known"),
+    "cross-site": (403, "Pages of other sites may not do this"),
+    "not-found": (404, "There is no such thing"),
+    "method-not-allowed": (405, "The path takes other methods"),
+    "format-not-offered": (406, "No format that is accepted is offered"),
+    "conflict": (409, "The state of a job or model doesn't allow this"),
+    "too-large": (413, "The body is too large"),
+    "wrong-media-type": (415, "The body is of another media type"),
+    "range-not-satisfiable": (416, "There is no such part of the file"),
+    "invalid-field": (422, "A field is invalid"),
+    "rate-limited": (429, "Too many requests"),
+    "internal-error": (500, "The service failed"),
+    "not-possible-here": (501, "This machine can't do that"),
+    "busy": (503, "The service is busy or starting"),
+    "timeout": (504, "It took too long"),
+    "disk-full": (507, "The disk is full"),
+}
+_USUAL = {status: kind for kind, (status, _) in reversed(KINDS.items())}
 #: The detail of a 507.
 FULL = "the service's disk is full: remove jobs or models, or contact its operator"
 #: Names of bounds in pydantic's errors that are passed on.
@@ -36,8 +59,11 @@ class FieldProblem(BaseModel):
 class ProblemDetail(BaseModel):
     """An error response (RFC 9457)."""
 
-    type: str = Field("about:blank", description="Always about:blank: the status tells the kind.")
-    title: str = Field(description="Name of the status.", examples=["Unprocessable Entity"])
+    type: str = Field(
+        description="What kind of problem it is: `/docs#` and " + ", ".join(KINDS) + ".",
+        examples=["/docs#invalid-field"],
+    )
+    title: str = Field(description="The kind in words.", examples=["A field is invalid"])
     status: int = Field(ge=400, le=599, description="HTTP status.", examples=[422])
     detail: str = Field(description="What was wrong, and what to do.")
     request_id: str | None = Field(None, description="Id of the request in the logs.")
@@ -70,14 +96,24 @@ def at_most(value: float, most: float, field: str, name: str, unit: str, *, each
         raise Problem(422, f"{name} must be at most {most} {unit}, got {value:g}", field=field, bound=bound)
 
 
-def problem_response(
-    status: int, detail: str, *, request_id: str | None = None, errors: Sequence = (), headers=None
-) -> Response:
-    """An error response; `errors` are of single fields, like `FieldProblem`."""
-    body = {
-        "type": "about:blank", "title": HTTPStatus(status).phrase, "status": status,
-        "detail": detail.encode("utf-8", "replace").decode(), "request_id": request_id, "errors": list(errors),
+def told(
+    status: int, detail: str, *, request_id: str | None = None, errors: Sequence = (), kind: str | None = None
+) -> dict[str, Any]:
+    """`ProblemDetail`; `errors` are of single fields, like `FieldProblem`; `kind` is by default the status's."""
+    kind = kind or _USUAL.get(status)
+    if kind is None:  # of a status that only Starlette gives
+        about = {"type": "about:blank", "title": HTTPStatus(status).phrase}
+    else:
+        about = {"type": f"/docs#{kind}", "title": KINDS[kind][1]}
+    return {
+        **about, "status": status, "detail": detail.encode("utf-8", "replace").decode(), "request_id": request_id,
+        "errors": list(errors),
     }  # fmt: skip
+
+
+def problem_response(status: int, detail: str, *, headers=None, **more: Any) -> Response:
+    """An error response; arguments as of `told`."""
+    body = told(status, detail, **more)
     return Response(orjson.dumps(body), status, headers=headers, media_type=MEDIA_TYPE)
 
 
@@ -109,7 +145,9 @@ async def _of_problem(request: Request, error: Any) -> Response:
 
 
 async def _of_http(request: Request, error: Any) -> Response:
-    details = {404: f"not found: {request.url.path:.100}; see /docs", 405: f"method {request.method} is not allowed"}
+    path = request.url.path[:100]
+    near = did_you_mean(path, {getattr(route, "path", "") for route in request.app.routes} - {path})
+    details = {404: f"not found: {path}; see /docs{near}", 405: f"method {request.method} is not allowed"}
     detail = details.get(error.status_code, str(error.detail))
     headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers
     return _answer(request, error.status_code, detail, headers=headers)
@@ -120,14 +158,13 @@ def _allowed(request: Request) -> str:
     matching = (route for route in request.app.routes if route.matches(request.scope)[0] is not Match.NONE)
     path = getattr(next(matching, None), "path", None)
     same = (route for route in request.app.routes if getattr(route, "path", None) == path)
-    return ", ".join(sorted({method for route in same for method in getattr(route, "methods", None) or ()}))
+    methods = {method for route in same for method in getattr(route, "methods", None) or ()}
+    return ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
 
 
 async def _of_validation(request: Request, error: Any) -> Response:
-    errors = [field_problem(e) for e in error.errors()]
-    broken = any(e["type"] == "json_invalid" for e in error.errors())
-    detail = "the body is not valid JSON" if broken else "; ".join(f"{e['field']}: {e['problem']}" for e in errors[:5])
-    return _answer(request, 400 if broken else 422, detail, errors=errors[:100])
+    status, detail, errors = _of_fields(error.errors())
+    return _answer(request, status, detail, errors=errors)
 
 
 async def _of_motion(request: Request, error: Any) -> Response:
@@ -138,8 +175,25 @@ async def _of_full(request: Request, error: Any) -> Response:
     return _answer(request, 507, FULL)
 
 
-def field_problem(error: Mapping[str, Any]) -> dict[str, Any]:
-    """A pydantic error as `FieldProblem`."""
+def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
+    """The response to a body, or to the fields of a form, that isn't a `kind`."""
+    found = error.errors(include_url=False, include_input=False)
+    status, detail, errors = _of_fields([{**one, "loc": ("body", *one["loc"])} for one in found], kind)
+    problem = Problem(status, detail)
+    problem.errors = errors
+    return problem
+
+
+def _of_fields(found: Sequence[Mapping[str, Any]], kind: type[BaseModel] | None = None) -> tuple[int, str, list]:
+    """Status, detail and fields of pydantic's errors."""
+    errors = [field_problem(one, kind) for one in found]
+    if any(one["type"] == "json_invalid" for one in found):
+        return 400, "the body is not valid JSON", errors
+    return 422, "; ".join(f"{one['field']}: {one['problem']}" for one in errors[:5]), errors[:100]
+
+
+def field_problem(error: Mapping[str, Any], kind: type[BaseModel] | None = None) -> dict[str, Any]:
+    """A pydantic error as `FieldProblem`; `kind` is what the body should have been."""
     place = [str(part) for part in error["loc"]]
     if place and place[0] == "body":
         field = "/" + "/".join(part.replace("~", "~0").replace("/", "~1") for part in place[1:])
@@ -148,4 +202,24 @@ def field_problem(error: Mapping[str, Any]) -> dict[str, Any]:
     context = error.get("ctx") or {}
     bound = {name: context[name] for name in _BOUNDS if isinstance(context.get(name), (int, float, str))}
     problem = error["msg"].removeprefix("Value error, ")  # pydantic's words before a validator's own
+    if error["type"] == "extra_forbidden" and kind is not None:
+        problem = f"there is no such field{did_you_mean(place[-1], _fields(kind, error['loc'][1:-1]))}"
     return {"field": field, "problem": problem, "bound": bound or None}
+
+
+def _fields(kind: Any, loc: Sequence[str | int]) -> Iterable[str]:
+    """Names of the fields at a place in a body that should be a `kind`."""
+    for part in loc:
+        if isinstance(part, str):
+            field = kind.model_fields.get(part)
+            kind = next(_models(field.annotation), None) if field else None
+            if kind is None:
+                return ()
+    return kind.model_fields
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _models(part)

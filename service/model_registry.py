@@ -57,7 +57,7 @@ class ModelRegistry:
         try:
             return _loaded(path, path.stat().st_mtime_ns), None
         except FileNotFoundError:
-            raise _missing(name) from None
+            raise self.missing(name) from None
         except MotionError as error:
             return None, str(error)
 
@@ -65,22 +65,21 @@ class ModelRegistry:
         """The file of the fitted model called `name`, which need not exist; 404 for a name that no fitted model has."""
         match = _FITTED.fullmatch(name)
         if match is None:
-            raise _missing(name)
+            raise self.missing(name)
         return self.folder / f"{match[1]}.npz"
 
     def names(self) -> list[str]:
         """Names of all models, the ready-made ones first."""
         return [*names(), *sorted(f"fitted/{path.stem}" for path in self.folder.glob("[a-z0-9]*.npz"))]
 
+    def missing(self, name: str) -> Problem:
+        """404: there is no such model."""
+        near = did_you_mean(name, self.names())
+        return Problem(404, f"there is no model {name!r}: GET /v1/models lists them{near}", field="/model")
+
     def version(self, name: str) -> str:
         """What changes when the model called `name` does."""
         return version(name) if name in names() else str(self.path(name).stat().st_mtime_ns)
-
-
-def _missing(name: str) -> Problem:
-    return Problem(
-        404, f"there is no model {name!r}: GET /v1/models lists them" + did_you_mean(name, names()), field="/model"
-    )
 
 
 @lru_cache(maxsize=_KEPT)

@@ -10,7 +10,7 @@ import uvicorn
 from prometheus_client.multiprocess import mark_process_dead
 from uvicorn.supervisors import Multiprocess
 
-from service import logs
+from service.observability import logs
 from service.settings import Settings
 from service.transport.protocol import GuardedHttpProtocol
 

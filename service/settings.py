@@ -46,7 +46,7 @@ class Settings(BaseSettings):
     rate: int = Field(0, ge=0, description="Requests per minute, for each process and key or address; 0: unlimited.")
 
     max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Maximum size of an upload [bytes].")
-    max_json: int = Field(4 * _MEGABYTE, ge=1, description="Maximum size of any other request body [bytes].")
+    max_json: int = Field(12 * _MEGABYTE, ge=1, description="Maximum size of any other request body [bytes].")
     max_frames: int = Field(36_000, ge=1, description="Maximum number of frames of a motion.")
     max_pixels: int = Field(1920 * 1080, ge=256, description="Maximum number of pixels of a picture.")
     max_video_frames: int = Field(1_800, ge=1, description="Maximum number of frames of a video.")

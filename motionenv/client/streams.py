@@ -40,8 +40,7 @@ class Stream:
                 open_timeout=self._timeout, close_timeout=1.0,
             ))  # fmt: skip
         except InvalidStatus as error:
-            status = error.response.status_code
-            raise ServiceError(f"no stream from {self._url}: it needs a key, or has too many streams", status) from None
+            raise _refusal(self._url, error.response) from None
         except (OSError, WebSocketException) as error:
             raise ServiceError(f"no stream from {self._url} ({error}): start it with `motionenv serve`") from None
         try:
@@ -108,3 +107,14 @@ class Stream:
         if data["type"] == "problem":
             raise ServiceError(data["detail"], errors=data["errors"])
         return data
+
+
+def _refusal(url: str, response: Any) -> ServiceError:
+    """The error in the response to a handshake."""
+    try:
+        why = json.loads(response.body)["detail"]
+    except (ValueError, TypeError, KeyError):
+        why = "it needs a key, or has too many streams"
+    wait = response.headers.get("Retry-After")
+    retry_after = float(wait) if wait and wait.isdigit() else None
+    return ServiceError(f"no stream from {url}: {why}", response.status_code, retry_after=retry_after)

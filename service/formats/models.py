@@ -3,8 +3,10 @@
 from typing import Any
 
 from motionenv import MotionError
+from motionenv.body import EDGES
 from motionenv.models import GaitModel, card, names
-from service.schemas.models import ModelDescription, ModelSummary, Range
+from motionenv.types import MARKERS, POSE
+from service.schemas.models import BodyDescription, ModelDescription, ModelSummary, PoseEntry, Range
 
 _RANGES = {
     "speed": Range(minimum=0.1, maximum=3.0, unit="m/s"),
@@ -31,6 +33,12 @@ def description(name: str, model: GaitModel | None, problem: str | None) -> Mode
         synthesis=model is not None,
         ranges={key: value for key, value in _RANGES.items() if key in taken},
     )
+
+
+def body_description() -> BodyDescription:
+    """The orders of poses and markers."""
+    entries = [PoseEntry(name=name, unit="m" if name in POSE[:3] else "rad") for name in POSE]
+    return BodyDescription(pose=entries, markers=list(MARKERS), edges=list(EDGES))
 
 
 def _card(name: str, model: GaitModel | None) -> dict:

@@ -12,8 +12,8 @@ from service.jobs.file_store import FileStore
 from service.jobs.store import WAITING, Full, Job, Store, Taken, Waiting
 from service.jobs.supervisor import Supervisor
 from service.jobs.uploads import Received
-from service.metrics import Metrics
 from service.model_registry import ModelRegistry
+from service.observability.metrics import Metrics
 from service.settings import Settings
 
 
@@ -116,5 +116,5 @@ class JobManager:
         try:
             self.model_registry.path(name).unlink()
         except FileNotFoundError:
-            raise Problem(404, f"there is no model {name!r}: GET /v1/models lists them") from None
+            raise self.model_registry.missing(name) from None
         self.store.forget(name)

@@ -17,8 +17,8 @@ from service.errors import FULL
 from service.jobs.child_process import Failed, Interrupted, run
 from service.jobs.file_store import FileStore, sha256
 from service.jobs.store import ATTEMPTS, Full, Job, Store, full_disk_errors
-from service.metrics import Metrics
 from service.model_registry import ModelRegistry
+from service.observability.metrics import Metrics
 from service.settings import Settings
 
 _log = structlog.get_logger("motionenv.service")

@@ -22,8 +22,8 @@ def make_etag(*parts: str | bytes) -> str:
 def cache_headers(etag: str | None, *, control: str = _SEEDED) -> dict[str, str]:
     """Caching headers of a response; `etag` is None if it isn't reproducible."""
     if etag is None:
-        return {"Cache-Control": "no-store", "Vary": "Accept"}
-    return {"ETag": etag, "Cache-Control": control, "Vary": "Accept"}
+        return {"Cache-Control": "no-store", "Vary": "Accept, Accept-Encoding"}
+    return {"ETag": etag, "Cache-Control": control, "Vary": "Accept, Accept-Encoding"}
 
 
 def etag_matches(request: Request, etag: str | None) -> bool:

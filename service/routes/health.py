@@ -4,20 +4,20 @@ from fastapi import APIRouter, Request
 from starlette.responses import PlainTextResponse, Response
 
 from service.errors import documented, problem_response
-from service.metrics import MEDIA_TYPE
+from service.observability.metrics import MEDIA_TYPE
 
 router = APIRouter(tags=["health"])
 _REFUSALS = documented(401, 429)
 
 
 @router.get("/health/live", summary="Liveness")
-async def live() -> dict[str, str]:
+async def check_alive() -> dict[str, str]:
     """Always `alive`; restart a process that doesn't respond."""
     return {"status": "alive"}
 
 
 @router.get("/health/ready", summary="Readiness", responses=documented(503))
-async def ready(request: Request) -> Response:
+async def check_ready(request: Request) -> Response:
     """`ready` once the models are loaded, until shutdown begins."""
     if not request.app.state.service.ready:
         return problem_response(503, "models are being loaded", headers={"Retry-After": "1"})
@@ -25,6 +25,6 @@ async def ready(request: Request) -> Response:
 
 
 @router.get("/metrics", summary="Metrics for Prometheus", response_class=PlainTextResponse, responses=_REFUSALS)
-async def metrics(request: Request) -> Response:
+async def get_metrics(request: Request) -> Response:
     """Requests, latencies, threads and jobs, in the text format of Prometheus."""
     return Response(request.app.state.service.metrics.text(), media_type=MEDIA_TYPE)

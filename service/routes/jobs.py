@@ -2,29 +2,28 @@
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
-from http import HTTPStatus
-from typing import IO, Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar
 from urllib.parse import quote
 
 import orjson
 from fastapi import APIRouter, Header, Path, Query, Request
-from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ValidationError
-from starlette.responses import Response, StreamingResponse
+from starlette.responses import FileResponse, Response
 
-from service.errors import Problem, at_most, documented
+from service.errors import Problem, at_most, documented, invalid, told
 from service.formats import FILES, FILMS, HTML, JSON, REPORTS
 from service.jobs.manager import JobManager
 from service.jobs.store import WAITING, Job
 from service.jobs.uploads import CAPTURE, Received, Upload, as_fields, received, safe_name
+from service.responses.caching import etag_matches
+from service.responses.ranges import keep_one_range
 from service.schemas import jobs as schemas
 
 router = APIRouter(prefix="/v1", tags=["jobs"])
 _POLL = 0.1  # [s] between checks of a job for which a client waits
-_CHUNK = 1 << 18
 _FRESH = {"Cache-Control": "no-store"}
 _UPLOAD_ERRORS = (400, 401, 413, 415, 422, 429, 503, 504, 507)
 #: Headers of pages that browsers show: they hold names from uploaded files, and get no access to the API.
@@ -56,7 +55,7 @@ def _takes_files(path: str, summary: str, fields: type[BaseModel], *, few=False,
 
 
 @_takes_files("/models", "Fit a model to uploaded capture", schemas.FitFields, also=(409,), tags=["models"])
-async def fit(request: Request, key: Key = None) -> Response:
+async def fit_model(request: Request, key: Key = None) -> Response:
     """Fit a model to motion capture. The result of the job lists the files that were used and left out."""
     async with _uploaded(request, schemas.FitFields) as (manager, asked, files, _):
         about = {"media_type": JSON, "filename": f"{asked.name}.json", "model": f"fitted/{asked.name}"}
@@ -74,7 +73,7 @@ async def remove_model(request: Request, name: Name) -> Response:
 
 
 @_takes_files("/jobs/inspect", "Inspect capture files", schemas.ReadFields)
-async def inspect(request: Request, key: Key = None) -> Response:
+async def inspect_captures(request: Request, key: Key = None) -> Response:
     """Find markers or joints, the moving body and the gait cycles of a walk; the result is an `Inspection`."""
     async with _uploaded(request, schemas.ReadFields) as (manager, asked, files, _):
         about = {"media_type": JSON, "filename": "inspection.json"}
@@ -82,7 +81,7 @@ async def inspect(request: Request, key: Key = None) -> Response:
 
 
 @_takes_files("/jobs/points", "List the points of a capture file", schemas.ReadFields, few=True)
-async def points(request: Request, key: Key = None) -> Response:
+async def list_points(request: Request, key: Key = None) -> Response:
     """List the points of a file, where they are, and which landmarks they may be; the result is `CapturePoints`."""
     async with _uploaded(request, schemas.ReadFields, most=1) as (manager, asked, files, _):
         about = {"media_type": JSON, "filename": "points.json"}
@@ -90,7 +89,7 @@ async def points(request: Request, key: Key = None) -> Response:
 
 
 @_takes_files("/jobs/report", "Report on the gait in capture files", schemas.ReportFields)
-async def report(request: Request, key: Key = None) -> Response:
+async def report_gait(request: Request, key: Key = None) -> Response:
     """Step parameters and joint angles over the gait cycle, as a self-contained page, JSON or CSV."""
     async with _uploaded(request, schemas.ReportFields) as (manager, asked, files, names):
         suffix = REPORTS[asked.format]
@@ -100,7 +99,7 @@ async def report(request: Request, key: Key = None) -> Response:
 
 
 @_takes_files("/jobs/convert", "Convert a capture file", schemas.ConvertFields, few=True)
-async def convert(request: Request, key: Key = None) -> Response:
+async def convert_capture(request: Request, key: Key = None) -> Response:
     """Retarget motion capture to the body with 25 degrees of freedom and write it in another format."""
     async with _uploaded(request, schemas.ConvertFields, most=1) as (manager, asked, files, names):
         suffix = FILES.get(asked.format, ".json")
@@ -114,12 +113,12 @@ async def convert(request: Request, key: Key = None) -> Response:
     "/jobs/render", status_code=202, summary="Render a long walk",
     responses={**_ACCEPTED, **documented(400, 401, 404, 413, 422, 429, 503, 504, 507)},
 )  # fmt: skip
-async def render(request: Request, asked: schemas.RenderRequest, key: Key = None) -> Response:
+async def render_walk(request: Request, asked: schemas.RenderRequest, key: Key = None) -> Response:
     """Render a video that takes longer than a request may. Without a seed each job draws one."""
     manager, limits = _manager(request), request.app.state.service.settings
     manager.check_open()
     if asked.model not in manager.model_registry.names():
-        raise Problem(404, f"there is no model {asked.model!r}: GET /v1/models lists them", field="/model")
+        raise manager.model_registry.missing(asked.model)
     at_most(asked.frames, limits.max_frames, "/seconds", "seconds · fps", "frames", each=asked.fps)
     shown = asked.picture
     pixels = shown.width * shown.height
@@ -174,34 +173,36 @@ async def get_job(
             "description": "`Fitted` for fit, `Inspection` for inspect, `CapturePoints` for points, else a file.",
             "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in [*FILES, *FILMS, HTML]},
         },
+        206: {"description": "The part of the file that `Range` asks for."},
         304: {"description": "The result has not changed (`If-None-Match`)."},
-        **documented(401, 404, 409, 422, 429, 503, 504),
+        **documented(401, 404, 409, 416, 422, 429, 503, 504),
     },
 )  # fmt: skip
-async def result(request: Request, job: Id) -> Response:
-    """The result of a job that is done."""
+async def get_result(request: Request, job: Id) -> Response:
+    """The result of a job that is done; `Range` gets a part of a file, to go on with a download that broke off."""
     manager = _manager(request)
     found = manager.get(job)
     path, tag = manager.result(found), f'"{found.result}"'
     shown, policy = ("inline", _SANDBOX) if found.media_type == HTML else ("attachment", {})
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
-        "Content-Disposition": _disposition(shown, found.filename), "Content-Length": str(found.size), **policy,
+        "Content-Disposition": _disposition(shown, found.filename), **policy,
     }  # fmt: skip
-    if tag in request.headers.get("if-none-match", ""):
+    if etag_matches(request, tag):
         return Response(status_code=304, headers={"ETag": tag})
     try:
-        file = path.open("rb")
+        size = path.stat()
     except FileNotFoundError:
         raise Problem(404, "the job was removed") from None
-    return StreamingResponse(_chunks(file), media_type=found.media_type, headers=headers)
+    keep_one_range(request, size.st_size)
+    return FileResponse(path, media_type=found.media_type, headers=headers, stat_result=size)
 
 
 @router.post(
     "/jobs/{job}/cancel", summary="Cancel a job", response_model=schemas.JobStatus,
     responses=documented(401, 404, 409, 422, 429, 503, 504, 507),
 )  # fmt: skip
-async def cancel(request: Request, job: Id) -> Response:
+async def cancel_job(request: Request, job: Id) -> Response:
     """Cancel a queued or running job and keep its state. Cancelling it again is not an error."""
     manager = _manager(request)
     manager.cancel(manager.get(job))
@@ -216,7 +217,7 @@ async def cancel(request: Request, job: Id) -> Response:
     responses={204: {"description": "The job had ended and was removed with its files."},
                **documented(401, 404, 422, 429, 503, 504, 507)},
 )  # fmt: skip
-async def remove(request: Request, job: Id) -> Response:
+async def remove_job(request: Request, job: Id) -> Response:
     """Cancel a queued or running job; remove an ended one with its result. A fitted model stays."""
     manager = _manager(request)
     found = manager.get(job)
@@ -246,7 +247,7 @@ def _fields(model: type[Fields], upload: Upload) -> Fields:
     try:
         return model.model_validate(upload.fields)
     except ValidationError as error:
-        raise RequestValidationError([{**e, "loc": ("body", *e["loc"])} for e in error.errors()]) from None
+        raise invalid(error, model) from None
 
 
 def _check_files(upload: Upload, most: int | None = None) -> list[str]:
@@ -285,10 +286,7 @@ def _state(manager: JobManager, job: Job, status: int = 200, **headers: str) -> 
 
 def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
     """`JobStatus` of a job."""
-    error = job.error and {
-        "type": "about:blank", "title": HTTPStatus(job.error["status"]).phrase, "request_id": None, "errors": [],
-        **job.error,
-    }  # fmt: skip
+    error = job.error and told(job.error["status"], job.error["detail"])
     when = lambda time: time and datetime.fromtimestamp(time, UTC)
     return {
         "id": job.id, "kind": job.kind, "status": job.status, "progress": job.progress, "message": job.message,
@@ -297,12 +295,6 @@ def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
         "media_type": job.media_type, "size": job.size, "error": error,
         "result": f"/v1/jobs/{job.id}/result" if job.result else None,
     }  # fmt: skip
-
-
-def _chunks(file: IO[bytes]) -> Iterator[bytes]:
-    with file:
-        while chunk := file.read(_CHUNK):
-            yield chunk
 
 
 def _disposition(kind: str, name: str) -> str:

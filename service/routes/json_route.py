@@ -7,13 +7,12 @@ which takes as long as synthesizing a walk.
 from collections.abc import Callable
 from typing import Any, TypeVar, get_type_hints
 
-from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
 from pydantic import BaseModel, ValidationError
 from starlette.requests import ClientDisconnect, Request
 from starlette.types import Receive, Scope, Send
 
-from service.errors import Problem
+from service.errors import Problem, invalid
 
 Body = TypeVar("Body", bound=BaseModel)
 
@@ -40,7 +39,6 @@ async def parsed(request: Request, kind: type[Body]) -> Body:
     try:
         return kind.model_validate_json(await request.body(), strict=True)
     except ValidationError as error:
-        found = error.errors(include_url=False, include_input=False)
-        raise RequestValidationError([{**one, "loc": ("body", *one["loc"])} for one in found]) from None
+        raise invalid(error, kind) from None
     except ClientDisconnect:
         raise Problem(400, "the client disconnected") from None

@@ -21,7 +21,7 @@ router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
     "/lift", summary="Reconstruct motion in 3D from 2D points",
     responses={200: {"model": LiftResponse}, **documented(400, 401, 413, 415, 422, 429, 503, 504)},
 )  # fmt: skip
-async def lifting(request: Request, asked: LiftRequest) -> Response:
+async def lift_points(request: Request, asked: LiftRequest) -> Response:
     """The most probable motion for 2D points of one camera, with uncertainties."""
     service = request.app.state.service
     prior = service.model_registry.get("walk/prior")

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 from fastapi import APIRouter
-from starlette.middleware.gzip import GZipMiddleware
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
@@ -33,4 +32,4 @@ async def index() -> FileResponse:
     return FileResponse(FOLDER / "index.html", headers={**_HEADERS, "Cache-Control": "private, no-store"})
 
 
-router.mount("/assets", GZipMiddleware(Assets(directory=FOLDER / "assets"), compresslevel=6))
+router.mount("/assets", Assets(directory=FOLDER / "assets"))

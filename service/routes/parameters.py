@@ -33,7 +33,7 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     response_class=Response,
     responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
 )
-async def parameters(request: Request, group: Group, name: Name) -> Response:
+async def get_parameters(request: Request, group: Group, name: Name) -> Response:
     """What is needed to make the model's walks anywhere, as the page does.
 
     With sliders at `d` standard deviations, scores are `mean_scores + d · deviations`, and the cycle is

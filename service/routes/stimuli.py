@@ -34,7 +34,7 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     response_class=Response,
     responses={**_BYTES, **documented(400, 401, 404, 406, 413, 415, 422, 429, 500, 503, 504)},
 )
-async def stimuli(request: Request, asked: StimuliRequest) -> Response:
+async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
     """Point-light walkers as experiments on perception show them, as a ZIP archive that comes while it is made.
 
     `motionenv stimuli stimuli.json --out DIR` makes the same pixels again from the archive's `stimuli.json`.

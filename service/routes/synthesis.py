@@ -13,7 +13,7 @@ router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
 
 
 @router.post("/synthesis", summary="A walk", response_class=Response, responses=RESPONSES)
-async def synthesis(request: Request, asked: SynthesisRequest) -> Response:
+async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response:
     """A walk that a model makes, as JSON, numbers, a motion file, a film or a picture: `Accept` says which.
 
     Long JSON, CSV and BVH, and MP4 always, come while they are made. Asked for with a seed, the same bytes

@@ -23,7 +23,7 @@ _REFUSALS = documented(400, 401, 404, 413, 415, 422, 429, 503, 504)
 
 
 @router.post("/samples", summary="Next poses", responses={200: {"model": SamplesResponse}, **_REFUSALS})
-async def samples(request: Request, asked: SamplesRequest) -> Response:
+async def sample_poses(request: Request, asked: SamplesRequest) -> Response:
     """Poses drawn from p(next | history), each with the leaf, the probability and the clip that it came from."""
     service = request.app.state.service
     tree = tree_of(service, asked)
@@ -34,7 +34,7 @@ async def samples(request: Request, asked: SamplesRequest) -> Response:
 
 
 @router.post("/synthesis", summary="Motion that grows", response_class=Response, responses=RESPONSES)
-async def tree_synthesis(request: Request, asked: TreeSynthesisRequest) -> Response:
+async def synthesize_activity(request: Request, asked: TreeSynthesisRequest) -> Response:
     """Motion of any length, 30 frames a second, after a history, an activity, or anything; formats by `Accept`."""
     tree = tree_of(request.app.state.service, asked)
 

@@ -47,7 +47,7 @@ class LiftRequest(Request):
     """2D points of one person, seen by one camera."""
 
     points: list[Frame] = Field(
-        min_length=8, max_length=20_000,
+        min_length=8, max_length=10_000,
         description="(frames, 15, 2 or 3): head, sternum, pelvis, then left and right shoulder, elbow, wrist, hip, "
         "knee and ankle, in the order of `markers` in the answer; null for missing points. A third number is the "
         "detector's confidence from 0 to 1.",

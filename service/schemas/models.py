@@ -1,4 +1,4 @@
-"""`GET /v1/models`."""
+"""`GET /v1/models`, and `GET /v1/body`."""
 
 from typing import Any
 
@@ -57,3 +57,18 @@ class ModelList(BaseModel):
     """All models."""
 
     models: list[ModelSummary] = Field(description="Those that ship first, then the fitted ones.")
+
+
+class PoseEntry(BaseModel):
+    """A number of a pose."""
+
+    name: str = Field(examples=["left_knee_flexion"])
+    unit: str = Field(description="m or rad.", examples=["rad"])
+
+
+class BodyDescription(BaseModel):
+    """The orders of poses and markers. x is forward, y to the left, z up, and the ground is z = 0."""
+
+    pose: list[PoseEntry] = Field(description="The 25 entries of a pose.")
+    markers: list[str] = Field(description="The 15 markers [m].", examples=[["head", "sternum", "pelvis"]])
+    edges: list[tuple[int, int]] = Field(description="Pairs of markers that are joined in a stick figure.")

@@ -13,7 +13,7 @@ import itertools
 import re
 import secrets
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import structlog
 from limits import RateLimitItemPerMinute
@@ -23,13 +23,14 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.errors import problem_response
-from service.metrics import Metrics
+from service.observability.metrics import Metrics
 from service.settings import Settings
 
 _ID = re.compile(rb"[A-Za-z0-9_.-]{1,64}")
 _PROCESS, _NUMBER = secrets.token_hex(4), itertools.count(1)
 #: Paths without access control, for load balancers.
 FREE = ("/health/",)
+_CHALLENGE = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
 _log = structlog.get_logger("motionenv.service")
 
 
@@ -76,9 +77,11 @@ class ObservabilityMiddleware:
                 response.deadline.reschedule(asyncio.get_running_loop().time() + self.seconds)
             return message
 
+        # HEAD is a GET whose body the server doesn't send.
+        inner = {**scope, "method": "GET"} if scope["method"] == "HEAD" else scope
         try:
             async with asyncio.timeout(self.seconds) as response.deadline:
-                await self.app(scope, receive_chunk, response.send)
+                await self.app(inner, receive_chunk, response.send)
         except TimeoutError:
             if response.status:
                 raise
@@ -92,6 +95,8 @@ class ObservabilityMiddleware:
                 raise
             response.deadline = None
             await _send_problem(scope, receive, response.send, 500, "internal error: please report it")
+        finally:
+            scope.update({name: inner[name] for name in ("route", "key") if name in inner})
 
     def _note(self, scope: Scope, response: "_Response") -> None:
         seconds, route, client = time.perf_counter() - response.begun, _route(scope), scope.get("client")
@@ -123,6 +128,15 @@ class _Response:
         await self._send(message)
 
 
+class _Refusal(NamedTuple):
+    """Why a request is refused: status, detail, headers, and kind of problem if it isn't the status's usual one."""
+
+    status: int
+    detail: str
+    headers: dict[str, str] | None = None
+    kind: str | None = None
+
+
 class AccessMiddleware:
     """API keys, cross-site protection, rate and size limits."""
 
@@ -142,25 +156,27 @@ class AccessMiddleware:
         headers = dict(scope["headers"])
         form = headers.get(b"content-type", b"").lower().startswith(b"multipart/form-data")
         most = self.max_upload if form else self.max_json
+        if self.rate is not None:
+            send = self._counted(scope, send, self.rate.amount)
         if refusal := self._refusal(scope, headers, most):
-            await _refuse(scope, receive, send, *refusal)
+            await _refuse(scope, receive, send, refusal)
             return
         chunked = b"transfer-encoding" in headers
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
 
-    def _refusal(
-        self, scope: Scope, headers: dict[bytes, bytes], most: int
-    ) -> tuple[int, str, dict[str, str] | None] | None:
-        """Status, detail and headers of the response to a request that is refused."""
+    def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> "_Refusal | None":
+        """The response to a request that is refused."""
         if self.digests and not self._known(headers, scope):
-            challenge = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motionenv"'}
-            return 401, "an API key is required: Authorization: Bearer <key>", challenge
+            if _key(headers) is None:
+                return _Refusal(401, "an API key is required: Authorization: Bearer <key>", _CHALLENGE, "no-key")
+            unknown = {"WWW-Authenticate": f'{_CHALLENGE["WWW-Authenticate"]}, error="invalid_token"'}
+            return _Refusal(401, "this service doesn't know this API key: check it", unknown, "unknown-key")
         if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
-            return 403, "cross-site requests are allowed only from origins in cors", None
+            return _Refusal(403, "cross-site requests are allowed only from origins in cors")
         if wait := self._wait(scope):
-            return 429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)}
+            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         if int(headers.get(b"content-length", b"0")) > most:
-            return 413, f"the body must have at most {most} bytes", {"Connection": "close"}
+            return _Refusal(413, f"the body must have at most {most} bytes", {"Connection": "close"})
         return None
 
     def _known(self, headers: dict[bytes, bytes], scope: Scope) -> bool:
@@ -175,13 +191,34 @@ class AccessMiddleware:
 
     def _wait(self, scope: Scope) -> int:
         """Seconds until the next request is allowed; 0: now."""
-        if self.rate is None:
+        if self.rate is None or self.limiter.hit(self.rate, _who(scope)):
             return 0
-        client = scope.get("client")
-        who = scope.get("key") or (client[0] if client else "?")
-        if self.limiter.hit(self.rate, who):
-            return 0
-        return max(1, round(self.limiter.get_window_stats(self.rate, who).reset_time - time.time()))
+        return self._left(scope)[1]
+
+    def _left(self, scope: Scope) -> tuple[int, int]:
+        """Requests that a client has left, and the seconds until it has all of them again."""
+        assert self.rate is not None
+        stats = self.limiter.get_window_stats(self.rate, _who(scope))
+        return max(0, stats.remaining), max(1, round(stats.reset_time - time.time()))
+
+    def _counted(self, scope: Scope, send: Send, most: int) -> Send:
+        """`send` that adds what is left of the rate limit (draft-ietf-httpapi-ratelimit-headers-10)."""
+
+        async def counted(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                remaining, seconds = self._left(scope)
+                policy, state = f'"minute";q={most};w=60', f'"minute";r={remaining};t={seconds}'
+                told = [(b"ratelimit-policy", policy.encode()), (b"ratelimit", state.encode())]
+                message["headers"] = [*message.get("headers", ()), *told]
+            await send(message)
+
+        return counted
+
+
+def _who(scope: Scope) -> str:
+    """Who is counted: a key or an address."""
+    client = scope.get("client")
+    return scope.get("key") or (client[0] if client else "?")
 
 
 def trusted_hosts(settings: Settings) -> list[str]:
@@ -252,15 +289,13 @@ def _limited(receive: Receive, most: int) -> Receive:
     return limited
 
 
-async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any) -> None:
+async def _refuse(scope: Scope, receive: Receive, send: Send, why: _Refusal) -> None:
     """Send an error response; a WebSocket is closed (403) if the server doesn't support responses to its handshake."""
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
-        await send({"type": "websocket.close", "code": 1008, "reason": detail[:120]})
+        await send({"type": "websocket.close", "code": 1008, "reason": why.detail[:120]})
         return
-    await _send_problem(scope, receive, send, status, detail, headers)
+    await _send_problem(scope, receive, send, why.status, why.detail, headers=why.headers, kind=why.kind)
 
 
-async def _send_problem(
-    scope: Scope, receive: Receive, send: Send, status: int, detail: str, headers: Any = None
-) -> None:
-    await problem_response(status, detail, request_id=scope.get("request_id"), headers=headers)(scope, receive, send)
+async def _send_problem(scope: Scope, receive: Receive, send: Send, status: int, detail: str, **more: Any) -> None:
+    await problem_response(status, detail, request_id=scope.get("request_id"), **more)(scope, receive, send)

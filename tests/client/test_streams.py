@@ -11,7 +11,7 @@ def test_motion_without_end(client):
         assert (stream.fps, stream.height > 1) == (120, True)
         poses = [next(stream) for _ in range(60)]
         stream.change(speed=1.6)
-        with pytest.raises(ServiceError, match="settings are wrong") as wrong:
+        with pytest.raises(ServiceError, match="/speed: Input should be less than or equal to 3") as wrong:
             stream.change(speed=100)
         assert wrong.value.errors[0]["field"] == "/speed"
         poses += [next(stream) for _ in range(60)]

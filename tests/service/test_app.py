@@ -9,7 +9,14 @@ from service.app import create_app
 from service.settings import Settings
 from tests.service.inside import answers
 
-UNDOCUMENTED = {"/", "/assets", "/docs", "/openapi.json", "/v1/stream"}  # the page, the documents, and a WebSocket
+UNDOCUMENTED = {
+    "/",
+    "/assets",
+    "/docs",
+    "/openapi.json",
+    "/asyncapi.json",
+    "/v1/stream",
+}  # the page, the documents, and a WebSocket
 
 
 def test_every_route_is_in_the_document(tmp_path):
@@ -62,7 +69,8 @@ def test_pages_of_other_sites_are_told_what_they_may_read(tmp_path):
     mine, before, evil = answers(tmp_path / "a", asked, cors=("https://lab.example",))
     assert mine.headers["access-control-allow-origin"] == "https://lab.example"
     exposed = set(mine.headers["access-control-expose-headers"].split(", "))
-    assert {"ETag", "Location", "Motion-Seed", "Motion-Warning", "Retry-After", "X-Request-ID"} == exposed
+    assert exposed == {"ETag", "Location", "Motion-Seed", "Motion-Warning", "RateLimit", "RateLimit-Policy",
+                       "Retry-After", "X-Request-ID"}  # fmt: skip
     assert (before.status_code, before.headers["access-control-allow-origin"]) == (200, "https://lab.example")
     assert "access-control-allow-origin" not in evil.headers
     (closed,) = answers(tmp_path / "b", asked[:1])

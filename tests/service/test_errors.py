@@ -1,7 +1,6 @@
 """Problems name the field, its bound and what to do, and never what was sent."""
 
 import asyncio
-from http import HTTPStatus
 
 import httpx
 import pytest
@@ -69,10 +68,12 @@ def test_a_long_path_is_not_sent_back_whole(server):
 )
 def test_a_field_is_told_as_a_json_pointer(place, field):
     """RFC 6901 for bodies, the name for parameters."""
-    found = errors.field_problem({"loc": place, "msg": "no", "ctx": {"le": 3, "error": ValueError("secret")}})
+    found = errors.field_problem(
+        {"type": "x", "loc": place, "msg": "no", "ctx": {"le": 3, "error": ValueError("secret")}}
+    )
     assert found == {"field": field, "problem": "no", "bound": {"le": 3}}
     assert FieldProblem(**found).field == field
-    assert errors.field_problem({"loc": place, "msg": "no"})["bound"] is None
+    assert errors.field_problem({"type": "x", "loc": place, "msg": "no"})["bound"] is None
 
 
 def test_a_bound_is_in_the_unit_of_its_field():
@@ -90,7 +91,9 @@ def test_every_problem_is_as_the_document_says():
         for text in texts:
             answer = errors.problem_response(status, text, request_id="abc", errors=[{"field": "/a", "problem": "b"}])
             told = ProblemDetail.model_validate_json(answer.body)
-            assert (told.status, told.title, told.request_id) == (status, HTTPStatus(status).phrase, "abc")
+            kind = told.type.removeprefix("/docs#")
+            assert (told.status, told.title, told.request_id) == (status, errors.KINDS[kind][1], "abc")
+            assert errors.KINDS[kind][0] == status
             assert told.errors == [FieldProblem(field="/a", problem="b", bound=None)]
             assert answer.headers["content-type"] == "application/problem+json"
 
@@ -122,7 +125,7 @@ def test_what_there_is_not_is_a_problem_too(tmp_path, method, path, status, says
     assert answer.headers["content-type"] == "application/problem+json"
     if status == 405:
         allowed = answer.headers["allow"].split(", ")
-        assert sorted(allowed) == {"/v1/models": ["GET", "POST"], "/v1/synthesis": ["POST"]}[path]
+        assert sorted(allowed) == {"/v1/models": ["GET", "HEAD", "POST"], "/v1/synthesis": ["POST"]}[path]
 
 
 def test_errors_of_the_library_are_the_clients():
@@ -136,3 +139,23 @@ def test_errors_of_the_library_are_the_clients():
     answer = asyncio.run(ask())
     assert answer.status_code == 422
     assert "speed must be a number of m/s from 0.1 to 3, got 9" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "near"),
+    [
+        ("/v1/synthesis", {"sped": 1}, "/sped: there is no such field: did you mean speed?"),
+        ("/v1/synthesis", {"picture": {"widht": 5}}, "/picture/widht: there is no such field: did you mean width?"),
+        ("/v1/stimuli", {"displays": [{}, {"invert": True}]}, "/displays/1/invert: there is no such field: did you"),
+        ("/v1/synthesis", {"model": "walk/fcpa"}, "did you mean walk/fpca?"),
+        ("/v1/synthesys", {}, "did you mean /v1/synthesis?"),
+        ("/v1/synthesis", {"qqqqqqqqqq": 1}, "/qqqqqqqqqq: there is no such field"),
+    ],
+)
+def test_what_was_meant_is_guessed(server, path, body, near):
+    assert near in server.http.post(path, json=body).json()["detail"]
+
+
+def test_form_fields_are_guessed_too(server):
+    answer = server.http.post("/v1/jobs/inspect", files=[("files", ("a.bvh", b"x"))], data={"fpss": "30"})
+    assert answer.json()["detail"] == "/fpss: there is no such field: did you mean fps?"

@@ -25,7 +25,7 @@ def test_a_crash_of_the_process_fails_the_job_and_nothing_else(job_server):
         time.sleep(0.05)
     os.kill(found[0].pid, signal.SIGSEGV)
     job = ended(job_server, asked)
-    assert (job["status"], job["error"]["status"], job["error"]["title"]) == ("failed", 422, "Unprocessable Entity")
+    assert (job["status"], job["error"]["status"], job["error"]["title"]) == ("failed", 422, "A field is invalid")
     assert "crashed (SIGSEGV)" in job["error"]["detail"]
     assert job_server.http.get(f"{asked.headers['Location']}/result").status_code == 409
 

@@ -14,8 +14,8 @@ from service.errors import Problem
 from service.jobs.manager import JobManager
 from service.jobs.store import Full, Job, Store
 from service.jobs.uploads import Received
-from service.metrics import Metrics
 from service.model_registry import ModelRegistry
+from service.observability.metrics import Metrics
 from service.schemas.jobs import RenderRequest
 from service.settings import Settings
 from tests.service.jobs.handing import LONG, as_file, ended, uploads

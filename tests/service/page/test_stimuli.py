@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
-from pydantic_core import PydanticUndefined
 
 from motionenv.data.stimuli import Display, StimulusSet, frames_of
 from tests.service.page.browsing import DESK, PHONE, tab
@@ -45,7 +44,6 @@ def test_the_page_knows_every_setting_with_its_default_and_bounds(browser, serve
     fields = {**Display.model_fields, **StimulusSet.model_fields}
     assert names == stimulus.keys() == fields.keys() - {"people", "displays"}
     for name, default in stimulus.items():
-        assert fields[name].default is not PydanticUndefined
         assert default == fields[name].default
         field = seen.page.locator(f"dialog [name={name}]")
         for bound, edge in (("min", "ge"), ("max", "le")):
@@ -66,14 +64,18 @@ def test_what_is_seen_is_what_the_files_show(browser, server):
     np.testing.assert_array_equal(kept, film[0])
     shown = np.array(
         seen.ask(
-            "{ const c = motionenv.stimuli.canvas; return c.getContext('2d').getImageData(0, 0, c.width, c.height).data; }"
+            "{ const c = motionenv.stimuli.canvas;"
+            " return c.getContext('2d').getImageData(0, 0, c.width, c.height).data; }"
         )
     ).reshape(240, 240, 4)[..., 0]
     # The canvas smooths edges in its own way, on dots of a few pixels: where they are is compared.
     rows, columns = np.mgrid[:240, :240]
     for frame in (film[0][..., 0], shown):
         assert 100 < (frame > 128).sum() < 5000
-    both = [np.array([(p * (f / 255.0)).sum() for p in (rows, columns)]) / (f / 255.0).sum() for f in (film[0][..., 0], shown)]
+    both = [
+        np.array([(p * (f / 255.0)).sum() for p in (rows, columns)]) / (f / 255.0).sum()
+        for f in (film[0][..., 0], shown)
+    ]
     np.testing.assert_allclose(*both, atol=0.6)
     overlap = ((film[0][..., 0] > 128) & (shown > 128)).sum() / ((film[0][..., 0] > 128) | (shown > 128)).sum()
     assert overlap > 0.7
@@ -133,7 +135,11 @@ def test_a_tree_and_odd_links_open_nothing_or_what_is_possible(browser, server):
     seen = tab(browser, server.url).open("model=mixed/tree&stimulus=1")
     assert seen.page.locator("dialog").count() == 0
     assert seen.page.is_disabled("#stimulate")
-    odd = opened(browser, server, "model=walk/fpca&stimulus=1&stimulus.mask=1e9&stimulus.view=x&stimulus.format=exe&stimulus.size=-3")
+    odd = opened(
+        browser,
+        server,
+        "model=walk/fpca&stimulus=1&stimulus.mask=1e9&stimulus.view=x&stimulus.format=exe&stimulus.size=-3",
+    )
     told = odd.ask("motionenv.state.stimulus")
     assert (told["mask"], told["view"], told["format"], told["size"]) == (1000, 0, "mp4", 0.05)
     assert odd.complaints == []

@@ -40,8 +40,8 @@ def test_a_tag_is_compared_weakly_with_every_one_of_the_list(given, matches):
 
 
 def test_what_is_not_reproducible_is_not_stored():
-    assert caching.cache_headers(None) == {"Cache-Control": "no-store", "Vary": "Accept"}
+    assert caching.cache_headers(None) == {"Cache-Control": "no-store", "Vary": "Accept, Accept-Encoding"}
     kept = caching.cache_headers('"x"', control="private, no-cache")
-    assert kept == {"ETag": '"x"', "Cache-Control": "private, no-cache", "Vary": "Accept"}
+    assert kept == {"ETag": '"x"', "Cache-Control": "private, no-cache", "Vary": "Accept, Accept-Encoding"}
     answer = caching.not_modified(kept)
     assert (answer.status_code, answer.body, answer.headers["etag"]) == (304, b"", '"x"')

@@ -67,3 +67,14 @@ def test_odd_names_are_refused(server, path):
 
 def test_a_model_says_when_it_is_in_memory(server):
     assert server.http.get("/v1/models/walk/fpca").json()["ready"] is True
+
+
+def test_the_order_of_poses_and_markers_is_served(server):
+    told = server.http.get("/v1/body").json()
+    assert [entry["name"] for entry in told["pose"]] == list(motionenv.types.POSE)
+    assert [entry["unit"] for entry in told["pose"]] == ["m"] * 3 + ["rad"] * 22
+    assert told["markers"] == list(motionenv.types.MARKERS)
+    ends = [{told["markers"][i] for i in edge} for edge in told["edges"]]
+    assert {"left_knee", "left_ankle"} in ends
+    tag = server.http.get("/v1/body").headers["etag"]
+    assert server.http.get("/v1/body", headers={"If-None-Match": tag}).status_code == 304

@@ -61,7 +61,6 @@ def test_wrong_settings_are_told_and_the_motion_goes_on(server):
         say(connection, seed=1, fps=60)
         assert say(connection, speed=100)["errors"][0]["field"] == "/speed"
         assert "no model" in say(connection, model="walk/nobody")["detail"]
-        connection.send("{")
         frames_came = 0
         while frames_came < 5:
             message = connection.recv(timeout=10)

@@ -261,3 +261,33 @@ def test_slow_uploads_have_their_time(tmp_path):
 
     answer = asyncio.run(ask())
     assert answer.status_code == 503  # all of the body was read; models are loaded when the service starts, not here
+
+
+@pytest.mark.parametrize("path", ["/v1/models", "/", "/health/live", "/v1/body", "/docs", "/metrics"])
+def test_head_is_get_without_the_body(server, path):
+    whole, head = server.http.get(path), server.http.head(path)
+    assert (head.status_code, head.content) == (200, b"")
+    assert head.headers["content-type"] == whole.headers["content-type"]
+    assert head.headers.get("etag") == whole.headers.get("etag")
+    assert server.http.head("/v1/synthesis").status_code == 405
+    until(lambda: any(event["method"] == "HEAD" and event["route"] == path for event in server.events("request")))
+
+
+def test_a_wrong_key_is_not_told_as_none(locked):
+    none, wrong = (httpx.get(f"{locked.url}/v1/models", headers=h) for h in ({}, {"X-API-Key": "not-this-one-either"}))
+    assert (none.status_code, none.json()["type"]) == (401, "/docs#no-key")
+    assert (wrong.status_code, wrong.json()["type"]) == (401, "/docs#unknown-key")
+    assert 'error="invalid_token"' in wrong.headers["www-authenticate"]
+    assert "error" not in none.headers["www-authenticate"]
+
+
+def test_what_is_left_of_the_rate_is_told(tmp_path):
+    *allowed, refused = answers(tmp_path, [("GET", "/v1/body", {})] * 4, rate=3)
+    for left, answer in zip((2, 1, 0), allowed, strict=True):
+        assert answer.status_code == 200
+        assert answer.headers["ratelimit-policy"] == '"minute";q=3;w=60'
+        assert answer.headers["ratelimit"].startswith(f'"minute";r={left};t=')
+    assert (refused.status_code, refused.json()["type"]) == (429, "/docs#rate-limited")
+    assert refused.headers["ratelimit"] == f'"minute";r=0;t={refused.headers["retry-after"]}'
+    (free,) = answers(tmp_path / "other", [("GET", "/v1/body", {})])
+    assert "ratelimit" not in free.headers

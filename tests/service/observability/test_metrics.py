@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
-from service.metrics import Metrics
+from service.observability.metrics import Metrics
 
 ROOT = Path(__file__).parents[2]
 
@@ -54,7 +54,7 @@ def test_requests_are_counted_by_method_route_and_status():
 
 COUNTING = """
 import sys
-from service.metrics import Metrics
+from service.observability.metrics import Metrics
 metrics = Metrics()
 for _ in range(int(sys.argv[1])):
     metrics.count("GET", "/", 200, 0.1)

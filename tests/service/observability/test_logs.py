@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LOGGING = """
 import logging, pathlib, warnings, structlog
-from service import logs
+from service.observability import logs
 
 logs.configure()
 structlog.get_logger("motionenv.service").info("job done", job="a", seconds=1.5, where=pathlib.Path("x"), by={1: "é"})
