@@ -15,10 +15,11 @@ from service.model_registry import ModelRegistry
 from service.observability.metrics import Metrics
 from service.reference import asyncapi, openapi
 from service.reference import page as docs
-from service.routes import health, jobs, lift, models, page, parameters, stimuli, stream, synthesis, tree
+from service.routes import health, jobs, lift, models, page, parameters, stimuli, stream, synthesis, tree, uploads
 from service.settings import Settings
+from service.transport.access import AccessMiddleware, trusted_hosts
 from service.transport.compression import CompressionMiddleware
-from service.transport.middleware import AccessMiddleware, ObservabilityMiddleware, trusted_hosts
+from service.transport.middleware import ObservabilityMiddleware
 from service.transport.worker_pool import WorkerPool
 
 
@@ -66,9 +67,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(TrustedHostMiddleware, allowed_hosts=trusted_hosts(service.settings), www_redirect=False)
     app.add_middleware(ObservabilityMiddleware, settings=service.settings, metrics=service.metrics)
     errors.install(app)
-    if service.settings.keys:
+    if service.settings.all_keys:
         openapi.require_keys(app)
-    most_used_first = synthesis, tree, lift, stimuli, health, jobs, models, stream, parameters, page, docs, asyncapi
+    most_used_first = (
+        synthesis, tree, lift, stimuli, health, jobs, uploads, models, stream, parameters, page, docs, asyncapi,
+    )  # fmt: skip
     for module in most_used_first:
         for route in module.router.routes:
             app.router.routes.append(route)  # an included router would be matched twice

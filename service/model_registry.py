@@ -10,6 +10,7 @@ import structlog
 from motionenv import MotionError
 from motionenv.models import GaitModel, did_you_mean, gait_model, names, takes_long, version
 from service.errors import Problem, busy
+from service.transport.access import Access
 
 _log = structlog.get_logger("motionenv.service")
 _KEPT = 16  # fitted models in memory
@@ -17,7 +18,10 @@ _FITTED = re.compile(r"fitted/([a-z0-9][a-z0-9-]{0,62})")
 
 
 class ModelRegistry:
-    """Models by name; those in the folder, `<name>.npz` each, are called `fitted/<name>`."""
+    """Models by name.
+
+    Those in the folder are called `fitted/<name>`: `<name>.npz` belongs to all, `<name>.<owner>.npz` to one key.
+    """
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -40,46 +44,68 @@ class ModelRegistry:
             self._failed[name] = str(error)
         return True
 
-    def get(self, name: str) -> GaitModel:
-        """The model called `name`; 404 if there is none, 503 if it isn't loaded yet or can't be."""
-        model, problem = self.find(name)
+    def get(self, name: str, access: Access) -> GaitModel:
+        """The model called `name`; 404 if there is none to be seen, 503 if it isn't loaded yet or can't be."""
+        model, problem = self.find(name, access)
         if model is not None:
             return model
         if problem is not None:
             raise Problem(503, f"{name} can't be used here: {problem}")
         raise busy(f"{name} is still being loaded", seconds=5)
 
-    def find(self, name: str) -> tuple[GaitModel | None, str | None]:
+    def find(self, name: str, access: Access) -> tuple[GaitModel | None, str | None]:
         """The model called `name`, or None and why it can't be loaded, both None while loading; 404 if unknown."""
         if name in names():
             return self._ready.get(name), self._failed.get(name)
-        path = self.path(name)
+        path = self.find_path(name)
+        if path is None or not self.shows(path, access):
+            raise self.missing(name, access)
         try:
             return _loaded(path, path.stat().st_mtime_ns), None
         except FileNotFoundError:
-            raise self.missing(name) from None
+            raise self.missing(name, access) from None
         except MotionError as error:
             return None, str(error)
 
-    def path(self, name: str) -> Path:
-        """The file of the fitted model called `name`, which need not exist; 404 for a name that no fitted model has."""
+    def find_path(self, name: str) -> Path | None:
+        """The file of the fitted model called `name`, or None."""
         match = _FITTED.fullmatch(name)
         if match is None:
-            raise self.missing(name)
-        return self.folder / f"{match[1]}.npz"
+            return None
+        path = self.folder / f"{match[1]}.npz"
+        return path if path.exists() else next(self.folder.glob(f"{match[1]}.*.npz"), None)
 
-    def names(self) -> list[str]:
-        """Names of all models, the ready-made ones first."""
-        return [*names(), *sorted(f"fitted/{path.stem}" for path in self.folder.glob("[a-z0-9]*.npz"))]
+    def place(self, name: str, owner: str) -> Path:
+        """Where the fitted model called `name` is, or will be put if there is none yet."""
+        stem = name.removeprefix("fitted/")
+        return self.find_path(name) or self.folder / (f"{stem}.{owner}.npz" if owner else f"{stem}.npz")
 
-    def missing(self, name: str) -> Problem:
+    def name_of(self, path: Path) -> str:
+        """The name of the model in a file."""
+        return f"fitted/{path.name.split('.')[0]}"
+
+    def owner_of(self, path: Path) -> str:
+        """Whose model is in a file; empty for one that belongs to all."""
+        return ".".join(path.name.split(".")[1:-1])
+
+    def shows(self, path: Path, access: Access) -> bool:
+        """Whether the model in a file may be used."""
+        owner = self.owner_of(path)
+        return not owner or access.to(owner)
+
+    def names(self, access: Access) -> list[str]:
+        """Names of all models that may be used, the ready-made ones first."""
+        fitted = (path for path in self.folder.glob("[a-z0-9]*.npz") if self.shows(path, access))
+        return [*names(), *sorted(map(self.name_of, fitted))]
+
+    def missing(self, name: str, access: Access) -> Problem:
         """404: there is no such model."""
-        near = did_you_mean(name, self.names())
+        near = did_you_mean(name, self.names(access))
         return Problem(404, f"there is no model {name!r}: GET /v1/models lists them{near}", field="/model")
 
     def version(self, name: str) -> str:
         """What changes when the model called `name` does."""
-        return version(name) if name in names() else str(self.path(name).stat().st_mtime_ns)
+        return version(name) if name in names() else str(self.place(name, "").stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=_KEPT)

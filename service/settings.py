@@ -36,6 +36,9 @@ class Settings(BaseSettings):
         (), description="API keys, a JSON list. If there are any, every request needs one. Set them in the "
         "environment: flags are visible in process listings.",
     )  # fmt: skip
+    admin_keys: tuple[SecretStr, ...] = Field(
+        (), description="API keys that see the jobs and models of all keys, a JSON list."
+    )
     open: bool = Field(False, description="Allow access from other machines without keys.")
     hosts: tuple[str, ...] = Field(
         (), description="Host names, besides localhost, accepted by a service without keys, a JSON list; wildcards "
@@ -57,8 +60,11 @@ class Settings(BaseSettings):
     request_seconds: float = Field(60.0, gt=0, description="Seconds after which a request without a response gets 504.")
     shutdown_seconds: float = Field(30.0, ge=0, description="Seconds that running requests have to finish at shutdown.")
 
-    job_processes: int = Field(1, ge=1, le=64, description="Jobs that run at the same time.")
-    job_waiting: int = Field(100, ge=1, description="Jobs that may be queued; more get 503.")
+    job_processes: int = Field(1, ge=1, le=64, description="Fits and films that run at the same time.")
+    quick_processes: int = Field(
+        1, ge=1, le=64, description="Other jobs, which take seconds, that run at the same time."
+    )
+    job_waiting: int = Field(100, ge=1, description="Jobs of either kind that may be queued; more get 503.")
     job_seconds: float = Field(900.0, gt=0, description="Maximum duration of a job [s].")
     job_memory: int = Field(
         4_000 * _MEGABYTE, ge=1_000 * _MEGABYTE,
@@ -69,9 +75,16 @@ class Settings(BaseSettings):
         64 * _MEGABYTE, ge=0, description="Disk space to keep free [bytes]; with less, uploads get 507."
     )
 
+    @property
+    def all_keys(self) -> tuple[SecretStr, ...]:
+        """Keys of both kinds."""
+        return self.keys + self.admin_keys
+
     def environment(self) -> dict[str, str]:
         """The settings as environment variables, keys included: never log them."""
-        values = self.model_dump(mode="json") | {"keys": [key.get_secret_value() for key in self.keys]}
+        values = self.model_dump(mode="json") | {
+            name: [key.get_secret_value() for key in getattr(self, name)] for name in ("keys", "admin_keys")
+        }
         return {
             f"MOTIONENV_SERVICE_{name.upper()}": value if isinstance(value, str) else json.dumps(value)
             for name, value in values.items()
@@ -80,12 +93,12 @@ class Settings(BaseSettings):
     @model_validator(mode="after")
     def _safe(self) -> Self:
         """Require keys or `open` before other machines get access."""
-        if not self.keys and not self.open and not _loopback(self.host):
+        if not self.all_keys and not self.open and not _loopback(self.host):
             raise ValueError(
                 f"host {self.host!r} is reachable from other machines, but there are no keys: "
                 "set keys, or open=true to allow access without keys"
             )
-        if any(len(key.get_secret_value()) < 16 for key in self.keys):
+        if any(len(key.get_secret_value()) < 16 for key in self.all_keys):
             raise ValueError(
                 "each key must have at least 16 characters: "
                 "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"

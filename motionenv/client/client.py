@@ -103,6 +103,33 @@ class Client:
         """Remove the fitted model called `name`, fitted/…."""
         self._connection.request("DELETE", f"/v1/models/{quote(name)}")
 
+    def save_model(self, name: str, out: str | Path) -> None:
+        """Write the file of a fitted model, which `motionenv.load` and other services take.
+
+        Args:
+            name: of the model, "fitted/…".
+            out: the file, conventionally *.npz.
+
+        Raises:
+            ServiceError: there is no such model, or the response is incomplete.
+            MotionError: the file can't be written.
+        """
+        self._connection.save(out, "GET", f"/v1/models/{quote(name)}/file")
+
+    def upload_model(self, name: str, file: str | Path, *, replace: bool = False) -> Job:
+        """A job that adds the model in a file (.npz) as fitted/<name>.
+
+        Args:
+            name: the model will be called fitted/<name>.
+            file: of `save_model`, or of `motionenv train`.
+            replace: whether it may take the place of a model of that name; what has begun goes on with the old one.
+
+        Raises:
+            ServiceError: the name is taken, or the service rejected the file.
+            MotionError: no such file.
+        """
+        return self._uploaded("/v1/models/files", [file], {"name": name, "replace": replace})
+
     def synthesize(self, model: str, seconds: float, fps: float, **walk: Unpack[Walk]) -> Motion:
         """The motion (frames, 25) that `motionenv.synthesize` makes of the same arguments, to the last bit.
 
@@ -223,7 +250,8 @@ class Client:
                 before the first _ identifies the person.
             kind: fpca, eigenwalkers or tree.
             how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
-                their names; fill, to fill what the files don't show; for a tree, activity and mirrored.
+                their names; fill, to fill what the files don't show; replace, to take the place of a model of that
+                name; for a tree, activity and mirrored.
         """
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 

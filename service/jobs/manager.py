@@ -1,5 +1,6 @@
 """The interface between routes and jobs."""
 
+import base64
 import hashlib
 import secrets
 import time
@@ -9,12 +10,13 @@ from typing import Any
 
 from service.errors import Problem, busy
 from service.jobs.file_store import FileStore
-from service.jobs.store import WAITING, Full, Job, Store, Taken, Waiting
+from service.jobs.store import WAITING, Full, Job, Store, Taken, Waiting, lane_of
 from service.jobs.supervisor import Supervisor
 from service.jobs.uploads import Received
 from service.model_registry import ModelRegistry
 from service.observability.metrics import Metrics
 from service.settings import Settings
+from service.transport.access import Access
 
 
 class JobManager:
@@ -36,39 +38,41 @@ class JobManager:
         await self.supervisor.stop()
         self.store.close()
 
-    def check_open(self) -> None:
-        """Refuse jobs before their body is read, if they would be refused afterwards.
+    def check_open(self, kind: str) -> None:
+        """Refuse jobs of a kind before their body is read, if they would be refused afterwards.
 
         Raises:
             Problem: 503, too many jobs are queued.
             Full: the disk is full.
         """
-        if self.store.count("queued") >= self.settings.job_waiting:
-            raise busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
+        if self.store.queued(lane_of(kind)) >= self.settings.job_waiting:
+            raise self._full_queue()
         self.file_store.check_room()
 
     def add(
-        self, kind: str, settings: dict[str, Any], files: Sequence[Received], *, media_type: str, filename: str,
-        model: str | None = None, key: str | None = None,
+        self, kind: str, settings: dict[str, Any], files: Sequence[Received], access: Access, *, media_type: str,
+        filename: str, model: str | None = None, key: str | None = None,
     ) -> Job:  # fmt: skip
         """Queue a job, or find the one of an equal request with the same `key`, the client's Idempotency-Key.
 
-        Media type and filename are those of its result, `model` is the name of the model to fit.
+        Media type and filename are those of its result, `model` is the name of the model that it makes.
 
         Raises:
-            Problem: 409, the model exists or is being fitted; 422, the key was used for another request; 503, too many
+            Problem: 409, the model exists or is being made; 422, the key was used for another request; 503, too many
                 jobs are queued.
             Full: the disk is full.
         """
-        job = Job(secrets.token_urlsafe(16), kind, settings, model, media_type, filename, time.time())
+        job = Job(
+            secrets.token_urlsafe(16), kind, settings, model, media_type, filename, time.time(), owner=access.owner
+        )
         inputs = [(file.name, file.sha) for file in files]
-        unique = None if key is None else hashlib.sha256(f"{kind}\n{key}".encode()).hexdigest()
+        unique = None if key is None else hashlib.sha256(f"{access.owner}\n{kind}\n{key}".encode()).hexdigest()
         if unique and (same := self.store.same(unique)):
             if same.settings != settings or self.store.inputs(same.id) != inputs:
                 raise Problem(422, "this Idempotency-Key was used for another request", field="Idempotency-Key")
             return same
-        if model is not None and self.model_registry.path(model).exists():
-            raise Problem(409, f"model {model} exists already: remove it first, or choose another name", field="/name")
+        if model is not None:
+            self._check_model(model, access, settings["replace"])
         try:
             most = self.settings.job_waiting
             self.store.add(job, inputs, most=most, idempotency=unique, place=lambda: self._place(files))
@@ -76,22 +80,54 @@ class JobManager:
             self.store.sweep([sha for _, sha in inputs], self.file_store.remove)
             raise
         except Waiting:
-            raise busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10) from None
+            raise self._full_queue() from None
         except Taken:
-            raise Problem(409, f"a job is fitting {model} already: wait, cancel it, or choose another name") from None
+            raise Problem(409, f"a job is making {model} already: wait, cancel it, or choose another name") from None
         self.supervisor.wake()
         return job
+
+    def _full_queue(self) -> Problem:
+        return busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
+
+    def _check_model(self, name: str, access: Access, replace: bool) -> None:
+        """Refuse the name of a model that exists, unless it may be replaced."""
+        path = self.model_registry.find_path(name)
+        if path is None:
+            return
+        if not access.to(self.model_registry.owner_of(path)):
+            raise Problem(409, f"the name {name} is taken: choose another", field="/name")
+        if not replace:
+            told = f"model {name} exists already: set replace, remove it first, or choose another name"
+            raise Problem(409, told, field="/name")
 
     def _place(self, files: Sequence[Received]) -> None:
         for file in files:
             self.file_store.place(file.file.path, file.sha)
 
-    def get(self, job: str) -> Job:
+    def get(self, job: str, access: Access) -> Job:
         """The job with an id; 404 if there is none."""
         found = self.store.get(job)
-        if found is None:
+        if found is None or not access.to(found.owner):
             raise Problem(404, "there is no such job: GET /v1/jobs lists them")
         return found
+
+    def page(self, access: Access, most: int, status: str | None, cursor: str | None) -> tuple[list[Job], str | None]:
+        """At most `most` jobs, newest first, and the cursor of the next ones; 400 if `cursor` isn't one.
+
+        A cursor is the number of a job, which keeps its place when the job is removed.
+        """
+        before = None if cursor is None else self._number(cursor)
+        found = self.store.page(most + 1, status, before, None if access.everything else access.owner)
+        return found[:most], _cursor(found[most - 1].number) if len(found) > most else None
+
+    def _number(self, cursor: str) -> int:
+        try:
+            number = int.from_bytes(base64.b64decode(cursor, altchars=b"-_", validate=True))
+        except ValueError:
+            number = 0
+        if not (1 <= number <= self.store.last() and _cursor(number) == cursor):
+            raise Problem(400, "before must be the `next` of an earlier page", field="before")
+        return number
 
     def result(self, job: Job) -> Path:
         """The file of a result; 409 if the job isn't done."""
@@ -111,10 +147,14 @@ class JobManager:
         self.store.remove(job.id)
         self.store.sweep(shas, self.file_store.remove)
 
-    def remove_model(self, name: str) -> None:
+    def remove_model(self, name: str, access: Access) -> None:
         """Remove the fitted model "fitted/<name>"; 404 if there is none."""
-        try:
-            self.model_registry.path(name).unlink()
-        except FileNotFoundError:
-            raise self.model_registry.missing(name) from None
+        path = self.model_registry.find_path(name)
+        if path is None or not access.to(self.model_registry.owner_of(path)):
+            raise self.model_registry.missing(name, access)
+        path.unlink(missing_ok=True)
         self.store.forget(name)
+
+
+def _cursor(number: int) -> str:
+    return base64.urlsafe_b64encode(number.to_bytes(6)).decode()

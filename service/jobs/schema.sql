@@ -3,7 +3,8 @@ CREATE TABLE IF NOT EXISTS jobs (
     model TEXT, media_type TEXT NOT NULL, filename TEXT NOT NULL,
     status TEXT NOT NULL DEFAULT 'queued', progress REAL NOT NULL DEFAULT 0, message TEXT NOT NULL DEFAULT 'waiting',
     attempts INTEGER NOT NULL DEFAULT 0, created REAL NOT NULL, started REAL, ended REAL,
-    error TEXT, result TEXT, size INTEGER, idempotency TEXT UNIQUE
+    error TEXT, result TEXT, size INTEGER, idempotency TEXT UNIQUE,
+    owner TEXT NOT NULL DEFAULT ''
 );
 CREATE INDEX IF NOT EXISTS jobs_by_status ON jobs (status, number);
 CREATE INDEX IF NOT EXISTS jobs_by_result ON jobs (result);

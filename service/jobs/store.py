@@ -1,12 +1,13 @@
 """Database of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
 
+import contextlib
 import errno
 import json
 import sqlite3
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,6 +15,11 @@ T = TypeVar("T")
 #: Attempts to run a job that is interrupted by the end of the service.
 ATTEMPTS = 5
 WAITING = ("queued", "running")
+#: Kinds of jobs that wait for each other: an inspection of a second doesn't wait behind a film.
+LANES: dict[str, tuple[str, ...]] = {
+    "quick": ("inspect", "points", "convert", "report", "import"),
+    "long": ("fit", "render"),
+}
 _TIMEOUT = 10.0  # [s] for other processes' transactions, which take milliseconds
 
 
@@ -49,6 +55,8 @@ class Job:
     error: dict[str, Any] | None = None  # status and detail, if it failed
     result: str | None = None  # SHA-256 of the result
     size: int | None = None  # of the result [bytes]
+    owner: str = ""  # whose key made it; empty without keys
+    number: int = field(default=0, compare=False)  # in the order of their coming, given by the database
 
 
 _COLUMNS = ", ".join(Job.__dataclass_fields__)
@@ -78,19 +86,19 @@ class Store:
         Raises:
             Full: the disk is full.
             Taken: another job fits a model of that name.
-            Waiting: `most` jobs are queued.
+            Waiting: `most` jobs of its lane are queued.
         """
         with full_disk_errors(), self._transaction():
-            if self.count("queued") >= most:
+            if self.queued(lane_of(job.kind)) >= most:
                 raise Waiting
             if job.model and self._one("SELECT 1 FROM jobs WHERE model = ? AND status IN (?, ?)", job.model, *WAITING):
                 raise Taken
             place()
             self._db.execute(
-                "INSERT INTO jobs (id, kind, settings, model, media_type, filename, created, idempotency) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                "INSERT INTO jobs (id, kind, settings, model, media_type, filename, created, owner, idempotency) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 (job.id, job.kind, json.dumps(job.settings), job.model, job.media_type, job.filename, job.created,
-                 idempotency),
+                 job.owner, idempotency),
             )  # fmt: skip
             self._db.executemany("INSERT INTO inputs VALUES (?, ?, ?)", [(job.id, *given) for given in inputs])
 
@@ -106,30 +114,39 @@ class Store:
         """Name and SHA-256 of a job's files, in order of upload."""
         return self._db.execute("SELECT name, sha FROM inputs WHERE job = ? ORDER BY rowid", (job,)).fetchall()
 
-    def page(self, most: int, status: str | None = None, before: str | None = None) -> list[Job]:
-        """At most `most` jobs, newest first: those with a status, and older than the one whose id is `before`."""
+    def page(
+        self, most: int, status: str | None = None, before: int | None = None, owner: str | None = None
+    ) -> list[Job]:
+        """At most `most` jobs, newest first: those with a status, with a number less than `before`, of an owner."""
         query = (
-            f"SELECT {_COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND "
-            "(?2 IS NULL OR number < (SELECT number FROM jobs WHERE id = ?2)) ORDER BY number DESC LIMIT ?3"
+            f"SELECT {_COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND (?2 IS NULL OR number < ?2) "
+            "AND (?3 IS NULL OR owner = ?3) ORDER BY number DESC LIMIT ?4"
         )
-        return [_job(row) for row in self._db.execute(query, (status, before, most))]
+        return [_job(row) for row in self._db.execute(query, (status, before, owner, most))]
 
-    def count(self, status: str) -> int:
-        """Number of jobs with a status."""
-        return self._one("SELECT count(*) FROM jobs WHERE status = ?", status)[0]
+    def last(self) -> int:
+        """The number of the job that came last, whether it is still there or not."""
+        return (self._one("SELECT seq FROM sqlite_sequence WHERE name = 'jobs'") or (0,))[0]
+
+    def queued(self, lane: str) -> int:
+        """Number of queued jobs in a lane."""
+        kinds, marks = _kinds(lane)
+        return self._one(f"SELECT count(*) FROM jobs WHERE status = 'queued' AND kind IN ({marks})", *kinds)[0]
 
     def counts(self) -> dict[str, int]:
         """Number of jobs by status."""
         return dict(self._db.execute("SELECT status, count(*) FROM jobs GROUP BY status"))
 
-    def claim(self) -> Job | None:
-        """Mark the oldest queued job as running and return it; None if the queue is empty."""
+    def claim(self, lane: str) -> Job | None:
+        """Mark the oldest queued job of a lane as running and return it; None if there is none."""
+        kinds, marks = _kinds(lane)
         row = self._write(
             "UPDATE jobs SET status = 'running', attempts = attempts + 1, started = ?, progress = 0, "
-            "message = 'starting' WHERE number = (SELECT min(number) FROM jobs WHERE status = 'queued') "
+            "message = 'starting' "
+            f"WHERE number = (SELECT min(number) FROM jobs WHERE status = 'queued' AND kind IN ({marks})) "
             f"RETURNING {_COLUMNS}",
-            time.time(),
-        )
+            time.time(), *kinds,
+        )  # fmt: skip
         return _job(row[0]) if row else None
 
     def running(self) -> set[str]:
@@ -266,6 +283,16 @@ class Store:
             raise
 
 
+def lane_of(kind: str) -> str:
+    """The lane of a kind of job."""
+    return next(lane for lane, kinds in LANES.items() if kind in kinds)
+
+
+def _kinds(lane: str) -> tuple[tuple[str, ...], str]:
+    """The kinds of a lane, and as many question marks."""
+    return LANES[lane], ", ".join("?" * len(LANES[lane]))
+
+
 def _opened(path: Path) -> sqlite3.Connection:
     """Connect; retries while another process creates the database."""
     until = time.monotonic() + _TIMEOUT
@@ -284,6 +311,9 @@ def _connected(path: Path) -> sqlite3.Connection:
     db.execute("PRAGMA synchronous = NORMAL")
     db.execute("PRAGMA foreign_keys = ON")
     db.executescript(Path(__file__).with_name("schema.sql").read_text())
+    if "owner" not in {row[1] for row in db.execute("PRAGMA table_info(jobs)")}:  # made before there were owners
+        with contextlib.suppress(sqlite3.OperationalError):  # another process has just added it
+            db.execute("ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT ''")
     return db
 
 

@@ -39,6 +39,8 @@ class Supervisor:
         self.model_registry, self.metrics = model_registry, metrics
         self._folder = settings.data / "work"
         self._tasks: dict[str, asyncio.Task] = {}
+        self._lanes: dict[str, str] = {}  # of the running jobs
+        self._most = {"quick": settings.quick_processes, "long": settings.job_processes}
         self._wake = asyncio.Event()
         self._lock: IO | None = None
         self._cleaned = 0.0
@@ -99,7 +101,7 @@ class Supervisor:
         await asyncio.to_thread(shutil.rmtree, self._folder, ignore_errors=True)
         self._folder.mkdir(exist_ok=True)
         for path in sorted(self.model_registry.folder.glob("*.npz")):
-            name = f"fitted/{path.stem}"
+            name = self.model_registry.name_of(path)
             known = self.store.known(name)
             if known and await asyncio.to_thread(sha256, path) not in known:
                 _log.error("model is damaged and not served any more", model=name)
@@ -111,9 +113,11 @@ class Supervisor:
         for running, task in self._tasks.items():
             if running not in wanted:
                 task.cancel()
-        while len(self._tasks) < self.settings.job_processes and (job := self.store.claim()):
-            self._tasks[job.id] = task = asyncio.create_task(self._one(job))
-            task.add_done_callback(partial(self._ended, job.id))
+        for lane, most in self._most.items():
+            while list(self._lanes.values()).count(lane) < most and (job := self.store.claim(lane)):
+                self._lanes[job.id] = lane
+                self._tasks[job.id] = task = asyncio.create_task(self._one(job))
+                task.add_done_callback(partial(self._ended, job.id))
         counts = self.store.counts()
         for status in _STATUSES:
             self.metrics.jobs.labels(status).set(counts.get(status, 0))
@@ -125,7 +129,7 @@ class Supervisor:
             await asyncio.to_thread(self.file_store.load_ballast)
 
     def _ended(self, job: str, _: asyncio.Task) -> None:
-        del self._tasks[job]
+        del self._tasks[job], self._lanes[job]
         self.wake()
 
     async def _one(self, job: Job) -> None:
@@ -177,7 +181,7 @@ class Supervisor:
             if result.exists():
                 self.file_store.place(result, sha)
             if job.model and model.exists():
-                os.replace(model, self.model_registry.path(job.model))
+                os.replace(model, self.model_registry.place(job.model, job.owner))
 
         self.store.finish(job, sha, size, publish)
 
@@ -186,7 +190,7 @@ class Supervisor:
         if job.kind != "render":
             return {}
         name = job.settings["request"]["model"]
-        return {"model": name if name in names() else str(self.model_registry.path(name))}
+        return {"model": name if name in names() else str(self.model_registry.place(name, job.owner))}
 
     def _progress(self, job: str, share: float, message: str) -> None:
         with contextlib.suppress(Full):  # not worth failing for

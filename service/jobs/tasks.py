@@ -5,6 +5,7 @@ Imports that only one kind needs are local, since every job starts by importing 
 """
 
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,18 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
         "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_,
         "used": [path.name for path in files if path.name not in left_out],
         "left_out": {name: plain(why) for name, why in left_out.items()},
+    })  # fmt: skip
+
+
+def import_model(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
+    """Check the file of a model and take it; settings of `service.schemas.jobs.ModelFields`."""
+    (path,) = _captures(folder)
+    progress(0.0, f"reading {path.name}")
+    model = motionenv.load(path)
+    shutil.copyfile(path, folder / "model.npz")
+    _write_result(folder, {
+        "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_, "used": [path.name],
+        "left_out": {},
     })  # fmt: skip
 
 
@@ -168,7 +181,8 @@ def render(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 #: Functions by kind of job.
 KINDS = {
-    "fit": fit_model, "inspect": inspect, "points": points, "convert": convert, "report": report, "render": render,
+    "fit": fit_model, "import": import_model, "inspect": inspect, "points": points, "convert": convert,
+    "report": report, "render": render,
 }  # fmt: skip
 
 

@@ -35,7 +35,7 @@ with motionenv.Client("{origin}") as client, client.stream("walk/fpca", seed=7, 
 @router.get("/docs")
 async def docs(request: Request) -> Response:
     """The API reference: all operations, the stream, problems and schemas."""
-    origin, key = str(request.base_url).rstrip("/"), bool(request.app.state.service.settings.keys)
+    origin, key = str(request.base_url).rstrip("/"), bool(request.app.state.service.settings.all_keys)
     told = request.app.openapi()
     problems = "".join(
         f"<dt id='{kind}'><code>{kind}</code><dd>{status}. {escape(title)}." for kind, (status, title) in KINDS.items()

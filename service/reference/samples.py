@@ -51,6 +51,10 @@ SAMPLES: dict[str, Sample] = {
     "fit_model": Sample(
         'client.fit("my-walk", ["walk.c3d"]).wait()', arguments=f"{_FILE} -F kind=fpca -F name=my-walk"
     ),
+    "get_model_file": Sample('client.save_model("fitted/my-walk", "my-walk.npz")', arguments="-o my-walk.npz"),
+    "upload_model": Sample(
+        'client.upload_model("copied", "my-walk.npz").wait()', arguments="-F files=@my-walk.npz -F name=copied"
+    ),
     "inspect_captures": Sample('client.inspect(["walk.c3d"]).wait().result()', arguments=_FILE),
     "list_points": Sample('client.points(["walk.c3d"]).wait().result()', arguments=_FILE),
     "convert_capture": Sample(
@@ -70,7 +74,7 @@ SAMPLES: dict[str, Sample] = {
 }
 #: What stands for parameters of paths.
 PLACES = {"group": "walk", "name": "fpca", "job": "JOB"}
-_OWN = {"remove_model": {"name": "my-walk"}}
+_OWN = {"remove_model": {"name": "my-walk"}, "get_model_file": {"name": "my-walk"}}
 
 
 def path_of(operation: str, path: str) -> str:

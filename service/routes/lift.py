@@ -13,6 +13,7 @@ from service.errors import documented
 from service.responses.json import dumps
 from service.routes.json_route import JsonRoute
 from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
+from service.transport.access import EVERYTHING
 
 router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
 
@@ -24,7 +25,7 @@ router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
 async def lift_points(request: Request, asked: LiftRequest) -> Response:
     """The most probable motion for 2D points of one camera, with uncertainties."""
     service = request.app.state.service
-    prior = service.model_registry.get("walk/prior")
+    prior = service.model_registry.get("walk/prior", EVERYTHING)
     body = await service.worker_pool.run(lambda: _lifted(asked, prior))
     return Response(body, media_type="application/json")
 

@@ -13,6 +13,7 @@ from service.errors import Problem, documented
 from service.formats.parameters import MEDIA_TYPE, packed
 from service.responses import caching
 from service.routes.models import REVALIDATED, Group, Name
+from service.transport.access import EVERYTHING, access_of
 
 router = APIRouter(prefix="/v1", tags=["models"])
 _KEPT = 16  # models whose parameters stay in memory
@@ -40,7 +41,7 @@ async def get_parameters(request: Request, group: Group, name: Name) -> Response
     `mean + scores · components`.
     """
     service = request.app.state.service
-    model = service.model_registry.get(f"{group}/{name}")
+    model = service.model_registry.get(f"{group}/{name}", access_of(request.scope))
     try:
         body, tag = await service.worker_pool.run(lambda: _packed(model))
     except MotionError as error:
@@ -53,7 +54,7 @@ async def get_parameters(request: Request, group: Group, name: Name) -> Response
 
 def prepare(model_registry: Any) -> None:
     """Work out, in a thread of its own, what the page asks for first: it takes some tenths of a second."""
-    models = [model_registry.get(name) for name in ("walk/fpca", "walk/eigenwalkers")]
+    models = [model_registry.get(name, EVERYTHING) for name in ("walk/fpca", "walk/eigenwalkers")]
     threading.Thread(target=lambda: list(map(_packed, models)), name="parameters", daemon=True).start()
 
 

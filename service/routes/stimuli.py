@@ -15,6 +15,7 @@ from service.responses.threaded_response import ThreadedResponse
 from service.routes.json_route import JsonRoute
 from service.schemas.stimuli import StimuliRequest
 from service.settings import Settings
+from service.transport.access import access_of
 
 router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
 _BYTES: dict[int | str, dict[str, Any]] = {
@@ -42,8 +43,8 @@ async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
     service = request.app.state.service
     negotiated(request.headers.get("accept"), [ZIP])
     _check_limits(asked, service.settings)
-    registry = service.model_registry
-    models = {person.model: registry.get(person.model) for person in asked.people}
+    registry, access = service.model_registry, access_of(request.scope)
+    models = {person.model: registry.get(person.model, access) for person in asked.people}
     versions = [registry.version(name) for name in models]
     headers = caching.cache_headers(caching.make_etag(request.scope["path"], *versions, await request.body()))
     if caching.etag_matches(request, headers["ETag"]):

@@ -8,6 +8,7 @@ close code and a reason; `/asyncapi.json` describes all of this for programs.
 
 import asyncio
 import time
+from functools import partial
 
 import orjson
 from fastapi import APIRouter, WebSocket
@@ -19,6 +20,7 @@ from motionenv.types import POSE
 from service.errors import Problem, invalid, problem_response
 from service.responses.streaming import Stream
 from service.schemas.stream import StreamSettings
+from service.transport.access import access_of
 
 router = APIRouter(prefix="/v1", tags=["motion"])
 _PATIENCE = 10.0  # [s] for the first message
@@ -126,7 +128,8 @@ class _Conversation:
 
     def _change(self, settings: StreamSettings) -> None:
         if self.stream is None:
-            self.stream = Stream(self.service.model_registry.get, settings)
+            model = partial(self.service.model_registry.get, access=access_of(self.socket.scope))
+            self.stream = Stream(model, settings)
         else:
             self.stream.change(settings)
 

@@ -8,6 +8,7 @@ from starlette.responses import Response
 from service.responses.motion_response import RESPONSES, answer
 from service.routes.json_route import JsonRoute
 from service.schemas.synthesis import SynthesisRequest
+from service.transport.access import access_of
 
 router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
 
@@ -19,7 +20,7 @@ async def synthesize_walk(request: Request, asked: SynthesisRequest) -> Response
     Long JSON, CSV and BVH, and MP4 always, come while they are made. Asked for with a seed, the same bytes
     come each time, and `If-None-Match` with their ETag gives 304 without any work. 501: this machine has no OpenGL.
     """
-    model = request.app.state.service.model_registry.get(asked.model)
+    model = request.app.state.service.model_registry.get(asked.model, access_of(request.scope))
 
     quick = model.batch_size > 1 and asked.path is None and asked.speeds is None
     warning = model.extrapolation([max(v for _, v in asked.speeds) if asked.speeds else asked.speed])

@@ -16,6 +16,7 @@ from service.responses.json import dumps
 from service.responses.motion_response import RESPONSES, answer
 from service.routes.json_route import JsonRoute
 from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
+from service.transport.access import access_of
 
 router = APIRouter(prefix="/v1/tree", tags=["tree"], route_class=JsonRoute)
 _INLINE = 1000  # draws that take less than 2 ms
@@ -26,7 +27,7 @@ _REFUSALS = documented(400, 401, 404, 413, 415, 422, 429, 503, 504)
 async def sample_poses(request: Request, asked: SamplesRequest) -> Response:
     """Poses drawn from p(next | history), each with the leaf, the probability and the clip that it came from."""
     service = request.app.state.service
-    tree = tree_of(service, asked)
+    tree = tree_of(request, asked)
     seed = secrets.randbits(32) if asked.seed is None else asked.seed
     work = lambda: _samples(tree, asked, seed)
     body = work() if asked.n <= _INLINE else await service.worker_pool.run(work)
@@ -36,7 +37,7 @@ async def sample_poses(request: Request, asked: SamplesRequest) -> Response:
 @router.post("/synthesis", summary="Motion that grows", response_class=Response, responses=RESPONSES)
 async def synthesize_activity(request: Request, asked: TreeSynthesisRequest) -> Response:
     """Motion of any length, 30 frames a second, after a history, an activity, or anything; formats by `Accept`."""
-    tree = tree_of(request.app.state.service, asked)
+    tree = tree_of(request, asked)
 
     def make(seed: int) -> Motion:
         heading = None if asked.heading is None else math.radians(asked.heading)
@@ -49,9 +50,10 @@ async def synthesize_activity(request: Request, asked: TreeSynthesisRequest) -> 
     return await answer(request, asked, make, quick=False)
 
 
-def tree_of(service: Any, asked: FromTree) -> MotionTree:
+def tree_of(request: Request, asked: FromTree) -> MotionTree:
     """The tree that is asked for; 404 without such a model, 422 for one that is no tree."""
-    tree = service.model_registry.get(asked.model)
+    registry = request.app.state.service.model_registry
+    tree = registry.get(asked.model, access_of(request.scope))
     if not isinstance(tree, MotionTree):
         raise Problem(422, f"{asked.model} is no tree but a {tree.kind} model", field="/model")
     return tree

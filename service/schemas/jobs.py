@@ -11,9 +11,15 @@ from motionenv.mocap import MarkerMap
 from service.errors import ProblemDetail
 from service.schemas.synthesis import SynthesisRequest
 
-Kind = Literal["fit", "inspect", "points", "convert", "report", "render"]
+Kind = Literal["fit", "import", "inspect", "points", "convert", "report", "render"]
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
 _PROBLEM = 500  # characters of what is wrong with a marker map, at most
+
+
+ModelName = Field(
+    pattern=r"^[a-z0-9][a-z0-9-]{0,62}$", description="The model's name will be fitted/<name>.", examples=["my-walk"]
+)
+Replace = Field(False, description="Whether it may take the place of a model of that name.")
 
 
 def _checked_map(text: str) -> str:
@@ -62,15 +68,21 @@ class FitFields(FillFields):
         "several people: the part of a file's name before the first _ identifies the person.",
         examples=["fpca"],
     )  # fmt: skip
-    name: str = Field(
-        pattern=r"^[a-z0-9][a-z0-9-]{0,62}$",
-        description="The model's name will be fitted/<name>.",
-        examples=["my-walk"],
-    )
+    name: str = ModelName
+    replace: bool = Replace
     activity: str | None = Field(
         None, min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", description="Tree: the activity in the files."
     )
     mirrored: bool = Field(False, description="Tree: whether to add left-right mirror images.")
+
+
+class ModelFields(BaseModel):
+    """A model's file."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: str = ModelName
+    replace: bool = Replace
 
 
 class ConvertFields(FillFields):

@@ -24,14 +24,14 @@ def added(store: Store, *inputs: str, model: str | None = None, most: int = 100)
 def test_jobs_are_done_in_the_order_of_their_coming(store):
     jobs = [added(store, "x") for _ in range(3)]
     assert store.get(jobs[0].id) == jobs[0]
-    assert [store.claim().id for _ in jobs] == [job.id for job in jobs]
-    assert store.claim() is None
+    assert [store.claim("long").id for _ in jobs] == [job.id for job in jobs]
+    assert store.claim("long") is None
     assert store.running() == {job.id for job in jobs}
 
 
 def test_the_end_of_a_job_is_final(store):
     job = added(store, "x")
-    store.claim()
+    store.claim("long")
     assert store.end(job.id, "cancelled", "cancelled")
     assert not store.finish(job, "sha", 1, lambda: pytest.fail("published"))
     assert not store.end(job.id, "failed", "no")
@@ -41,7 +41,7 @@ def test_the_end_of_a_job_is_final(store):
 
 def test_what_is_published_fails_as_a_whole(store):
     job = added(store, "x")
-    store.claim()
+    store.claim("long")
 
     def publish() -> None:
         raise OSError("no")
@@ -63,13 +63,13 @@ def test_bounds_of_the_queue(store):
 def test_interrupted_jobs_begin_again_until_they_are_given_up(store):
     job = added(store, "x")
     for i in range(ATTEMPTS):
-        assert store.claim().attempts == i + 1
+        assert store.claim("long").attempts == i + 1
         assert store.recover() == [job.id]
     told = store.get(job.id)
     assert (told.status, told.error["status"]) == ("failed", 500)
     other = added(store, "x")
     for _ in range(2 * ATTEMPTS):  # a shutdown is no fault of the job's
-        store.claim()
+        store.claim("long")
         store.put_back(other.id)
     assert (store.get(other.id).status, store.get(other.id).attempts) == ("queued", 0)
 
@@ -77,7 +77,7 @@ def test_interrupted_jobs_begin_again_until_they_are_given_up(store):
 def test_old_jobs_expire_and_files_go_with_the_last_that_needs_them(store):
     old, new = added(store, "shared", "old"), added(store, "shared")
     for job in (old, new):
-        store.claim()
+        store.claim("long")
         store.finish(job, f"result-{job.id}", 1, lambda: None)
     now = time.time()
     assert store.expire(now - 60) == 0

@@ -33,7 +33,7 @@ def test_each_operation_has_a_sample_and_a_verb(running):
     assert told.keys() == SAMPLES.keys()
     verbs = {name.partition("_")[0] for name in told}
     assert verbs <= {"check", "get", "describe", "list", "synthesize", "sample", "lift", "make", "fit", "inspect",
-                     "convert", "report", "render", "cancel", "remove"}  # fmt: skip
+                     "convert", "report", "render", "cancel", "remove", "upload"}  # fmt: skip
 
 
 def points() -> motionenv.Points:
@@ -64,10 +64,9 @@ def test_lines_for_a_shell_run(running, tmp_path):
     for name in SAMPLES:
         line = curl(name, *told[name], server.url, key=False).replace("/JOB", f"/{job}")
         line = line.replace("curl -s ", "curl -s --fail-with-body --retry 30 --retry-delay 1 ")
-        if name == "get_result":
-            line = line.replace("--retry 30", "--retry 60 --retry-all-errors")  # 409 until the film is done
-        if name == "fit_model":
-            line = line.replace("my-walk", "my-other-walk")
+        line = line.replace("my-walk", "my-other-walk").replace("copied", "copied-too")
+        if name in ("get_result", "get_model_file"):
+            line = line.replace("--retry 30", "--retry 60 --retry-all-errors")  # until the job is done
         if name in ("remove_model", "cancel_job"):
             continue  # the model and the job are done with by then, or not yet
         done = subprocess.run(line, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=180)

@@ -10,6 +10,7 @@ from service.errors import Problem
 from service.model_registry import ModelRegistry
 from service.responses.streaming import Stream
 from service.schemas.stream import StreamSettings
+from service.transport.access import EVERYTHING
 
 
 def test_a_tree_is_steered_as_it_goes():
@@ -63,7 +64,7 @@ def test_standing_still_changes_nothing():
 
 def test_settings_that_can_not_be_leave_the_motion_as_it_was(tmp_path):
     settings, registry = StreamSettings(seed=1), ModelRegistry(tmp_path)
-    models = lambda name: motionenv.load(name) if name == "walk/fpca" else registry.get(name)
+    models = lambda name: motionenv.load(name) if name == "walk/fpca" else registry.get(name, EVERYTHING)
     stream, other = Stream(models, settings), Stream(models, settings)
     with pytest.raises(MotionError, match="deviations must be up to 8 finite numbers"):
         stream.change(settings.model_copy(update={"deviations": [0.0] * 9}))

@@ -35,7 +35,7 @@ def test_what_may_be_chosen_is_what_there_is():
 def test_a_model_of_every_name_that_is_taken_has_a_file(name):
     asked = FitFields(kind="fpca", name=name)
     registry = ModelRegistry(Path("models"))
-    assert registry.path(f"fitted/{asked.name}") == Path("models") / f"{name}.npz"
+    assert registry.place(f"fitted/{asked.name}", "") == Path("models") / f"{name}.npz"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,129 @@
+"""Models go from one service to another as files, and jobs on files belong to the key that made them."""
+
+import httpx
+import pytest
+
+import motionenv
+from tests.service.jobs.handing import as_file, ended, uploads
+from tests.service.running import run_service
+
+KEYS = {"anna": "anna-anna-anna-anna", "bert": "bert-bert-bert-bert", "root": "root-root-root-root"}
+ASK = {"seed": 1, "seconds": 1, "model": "fitted/mine"}
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    """A service, and a client of each of its keys; root's is an admin key."""
+    keys = {"keys": [KEYS["anna"], KEYS["bert"]], "admin_keys": [KEYS["root"]]}
+    with run_service(tmp_path_factory.mktemp("shared"), **keys) as server:
+        clients = {
+            name: httpx.Client(base_url=server.url, headers={"X-API-Key": key}, timeout=60)
+            for name, key in KEYS.items()
+        }
+        yield clients
+        for client in clients.values():
+            client.close()
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory) -> list[bytes]:
+    """The files of two models."""
+    folder = tmp_path_factory.mktemp("models")
+    for name in ("walk/fpca", "walk/eigenwalkers"):
+        motionenv.load(name).save(folder / f"{name[5:]}.npz")
+    return [(folder / f"{name}.npz").read_bytes() for name in ("fpca", "eigenwalkers")]
+
+
+class Talk:
+    """What `ended` needs of a server."""
+
+    def __init__(self, http: httpx.Client):
+        self.http = http
+
+
+def added(http: httpx.Client, content: bytes, **fields: str) -> dict:
+    answer = http.post("/v1/models/files", files=uploads({"m.npz": content}), data={"name": "mine"} | fields)
+    assert answer.status_code == 202, answer.text
+    return ended(Talk(http), answer)
+
+
+def test_a_model_is_added_replaced_downloaded_and_removed_by_its_owner(shared, files):
+    anna, bert, root = shared["anna"], shared["bert"], shared["root"]
+    assert added(anna, files[0])["status"] == "done"
+    kind = lambda http: http.get("/v1/models/fitted/mine").json()["kind"]
+    assert kind(anna) == kind(root) == "walking"
+    whole = anna.get("/v1/models/fitted/mine/file")
+    assert whole.content == files[0]
+    assert anna.get("/v1/models/fitted/mine/file", headers={"Range": "bytes=9-19"}).content == files[0][9:20]
+    tag = {"If-None-Match": whole.headers["etag"]}
+    assert anna.get("/v1/models/fitted/mine/file", headers=tag).status_code == 304
+    walk = anna.post("/v1/synthesis", json=ASK).json()
+
+    for method, path in (("GET", ""), ("GET", "/file"), ("GET", "/parameters"), ("DELETE", "")):
+        assert bert.request(method, f"/v1/models/fitted/mine{path}").status_code == 404
+    assert bert.post("/v1/synthesis", json=ASK).status_code == 404
+    assert bert.post("/v1/jobs/render", json=ASK).status_code == 404
+    assert "fitted/mine" not in bert.get("/v1/models").text
+    taken = bert.post("/v1/models/files", files=uploads({"m.npz": files[1]}), data={"name": "mine", "replace": "true"})
+    assert (taken.status_code, taken.json()["type"]) == (409, "/docs#conflict")
+
+    again = anna.post("/v1/models/files", files=uploads({"m.npz": files[1]}), data={"name": "mine"})
+    assert again.status_code == 409
+    assert "set replace" in again.json()["detail"]
+    assert added(anna, files[1], replace="true")["status"] == "done"
+    assert kind(anna) == "eigenwalkers"
+    assert anna.get("/v1/models/fitted/mine/file", headers=tag).content == files[1]
+    assert anna.post("/v1/synthesis", json=ASK).json()["poses"] != walk["poses"]
+    assert anna.delete("/v1/models/fitted/mine").status_code == 204
+    assert anna.get("/v1/models/fitted/mine/file").status_code == 404
+
+
+def test_what_is_no_model_is_told_and_leaves_the_old_one(shared, files):
+    anna = shared["anna"]
+    added(anna, files[0], name="kept")
+    walk = as_file(motionenv.synthesize("walk/fpca", 1, 30, seed=1), ".npz")
+    for content in (walk, files[0][:-200]):
+        told = added(anna, content, name="kept", replace="true")
+        assert (told["status"], told["error"]["status"]) == ("failed", 422)
+    assert anna.get("/v1/models/fitted/kept/file").content == files[0]
+
+
+def test_jobs_and_results_are_seen_by_their_key_and_by_admins(shared):
+    anna, bert, root = shared["anna"], shared["bert"], shared["root"]
+    walk = as_file(motionenv.synthesize("walk/fpca", 1, 30, seed=1), ".npz")
+    job = anna.post("/v1/jobs/inspect", files=uploads({"a.npz": walk}))
+    told = ended(Talk(anna), job)
+    for http, seen in ((anna, True), (root, True), (bert, False)):
+        listed = [one["id"] for one in http.get("/v1/jobs").json()["jobs"]]
+        assert (told["id"] in listed) == seen
+        for path in ("", "/result"):
+            assert http.get(f"/v1/jobs/{told['id']}{path}").status_code == (200 if seen else 404)
+    assert bert.post(f"/v1/jobs/{told['id']}/cancel").status_code == 404
+    assert bert.delete(f"/v1/jobs/{told['id']}").status_code == 404
+    assert root.delete(f"/v1/jobs/{told['id']}").status_code == 204
+
+
+def test_a_stream_of_ones_own_model_goes_on_when_it_is_replaced(shared, files):
+    anna = shared["anna"]
+    added(anna, files[0], name="live")
+    url = str(anna.base_url)
+    with motionenv.Client(url, KEYS["anna"]) as client, client.stream("fitted/live", seed=1, fps=60) as stream:
+        before = [next(stream) for _ in range(10)]
+        added(anna, files[1], name="live", replace="true")
+        after = [next(stream) for _ in range(60)]
+    steps = [abs(b - a).max() for a, b in zip([*before, *after], [*before, *after][1:], strict=False)]
+    assert max(steps) < 0.35
+    with motionenv.Client(url, KEYS["bert"]) as other, pytest.raises(motionenv.ServiceError, match="no model"):
+        other.stream("fitted/live", seed=1)
+
+
+def test_the_client_saves_and_uploads(shared, files, tmp_path):
+    with motionenv.Client(str(shared["bert"].base_url), KEYS["bert"]) as client:
+        (tmp_path / "m.npz").write_bytes(files[0])
+        client.upload_model("copied", tmp_path / "m.npz").wait()
+        client.save_model("fitted/copied", tmp_path / "back.npz")
+        assert (tmp_path / "back.npz").read_bytes() == files[0]
+        assert motionenv.load(tmp_path / "back.npz").kind == "walking"
+        with pytest.raises(motionenv.ServiceError, match="no model"):
+            client.save_model("fitted/none", tmp_path / "none.npz")
+        assert not (tmp_path / "none.npz").exists()
