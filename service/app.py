@@ -13,6 +13,7 @@ from service import errors
 from service.jobs.manager import JobManager
 from service.model_registry import ModelRegistry
 from service.observability.metrics import Metrics
+from service.observability.tracing import Tracer
 from service.reference import asyncapi, openapi
 from service.reference import page as docs
 from service.routes import health, jobs, lift, models, page, parameters, stimuli, stream, synthesis, tree, uploads
@@ -32,6 +33,7 @@ class Service:
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.model_registry, self.metrics)
+        self.tracer = Tracer(settings.traces, settings.trace_share) if settings.traces else None
         self.ready, self.streams = False, 0  # whether the models are loaded; number of open WebSockets
 
 
@@ -50,6 +52,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         await service.jobs.close()
         service.worker_pool.close()
         service.opengl_pool.close()
+        if service.tracer is not None:
+            service.tracer.close()
 
     app = FastAPI(
         title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False, docs_url=None,
@@ -65,12 +69,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                             "RateLimit-Policy", "Retry-After", "X-Request-ID"],
         )  # fmt: skip
     app.add_middleware(TrustedHostMiddleware, allowed_hosts=trusted_hosts(service.settings), www_redirect=False)
-    app.add_middleware(ObservabilityMiddleware, settings=service.settings, metrics=service.metrics)
+    app.add_middleware(
+        ObservabilityMiddleware, settings=service.settings, metrics=service.metrics, tracer=service.tracer
+    )
     errors.install(app)
     if service.settings.all_keys:
         openapi.require_keys(app)
     most_used_first = (
-        synthesis, tree, lift, stimuli, health, jobs, uploads, models, stream, parameters, page, docs, asyncapi,
+        synthesis, tree, lift, stimuli, health, uploads, jobs, models, stream, parameters, page, docs, asyncapi,
     )  # fmt: skip
     for module in most_used_first:
         for route in module.router.routes:

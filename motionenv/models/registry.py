@@ -88,6 +88,7 @@ def takes_long(name: str) -> bool:
     return bool(getattr(_value(name), "takes_long", False))
 
 
+@cache  # a distribution reads its metadata each time
 def version(name: str) -> str:
     """Version of the package that provides the ready-made model `name`, one of `names()`."""
     return _entries()[name].dist.version  # type: ignore[union-attr]

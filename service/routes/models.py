@@ -34,18 +34,6 @@ async def list_models(request: Request) -> Response:
 
 
 @router.get(
-    "/v1/models/{group}/{name}",
-    summary="All about a model",
-    responses={200: {"model": ModelDescription}, **_UNCHANGED, **_REFUSALS},
-)
-async def get_model(request: Request, group: Group, name: Name) -> Response:
-    """Its card, its size, the components that `deviations` and `scores` are along, and what may be asked of it."""
-    service, whole, access = request.app.state.service, f"{group}/{name}", access_of(request.scope)
-    told = await service.worker_pool.run(lambda: description(whole, *service.model_registry.find(whole, access)))
-    return _answer(request, told)
-
-
-@router.get(
     "/v1/models/fitted/{name}/file", summary="The file of a fitted model", response_class=Response,
     responses={
         200: {"description": "A file for `motionenv.load`, and for other services.", "content": {
@@ -77,6 +65,18 @@ async def remove_model(request: Request, name: Fitted) -> Response:
     """Remove a fitted model; shipped models can't be removed."""
     request.app.state.service.jobs.remove_model(f"fitted/{name}", access_of(request.scope))
     return Response(status_code=204)
+
+
+@router.get(
+    "/v1/models/{group}/{name}",
+    summary="All about a model",
+    responses={200: {"model": ModelDescription}, **_UNCHANGED, **_REFUSALS},
+)
+async def get_model(request: Request, group: Group, name: Name) -> Response:
+    """Its card, its size, the components that `deviations` and `scores` are along, and what may be asked of it."""
+    service, whole, access = request.app.state.service, f"{group}/{name}", access_of(request.scope)
+    told = await service.worker_pool.run(lambda: description(whole, *service.model_registry.find(whole, access)))
+    return _answer(request, told)
 
 
 @router.get(

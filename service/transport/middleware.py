@@ -10,6 +10,7 @@ import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.observability.metrics import Metrics
+from service.observability.tracing import Tracer, parent_of
 from service.settings import Settings
 from service.transport.access import send_problem
 
@@ -19,10 +20,10 @@ _log = structlog.get_logger("motionenv.service")
 
 
 class ObservabilityMiddleware:
-    """Id, time-out, log and metrics of each request; unexpected exceptions become status 500."""
+    """Id, time-out, log, metrics and trace of each request; unexpected exceptions become status 500."""
 
-    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics):
-        self.app, self.metrics, self.seconds = app, metrics, settings.request_seconds
+    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics, tracer: Tracer | None):
+        self.app, self.metrics, self.tracer, self.seconds = app, metrics, tracer, settings.request_seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle a request."""
@@ -32,7 +33,8 @@ class ObservabilityMiddleware:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        response = _Response(send, _request_id(scope))
+        headers = dict(scope["headers"])
+        response = _Response(send, _request_id(headers), headers.get(b"traceparent"))
         scope["request_id"] = response.request_id
         self.metrics.running.inc()
         try:
@@ -42,7 +44,8 @@ class ObservabilityMiddleware:
             self._note(scope, response)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        scope["request_id"], begun, client = _request_id(scope), time.perf_counter(), scope.get("client")
+        scope["request_id"], begun = _request_id(dict(scope["headers"])), time.perf_counter()
+        client = scope.get("client")
         try:
             await self.app(scope, receive, send)
         finally:
@@ -84,20 +87,29 @@ class ObservabilityMiddleware:
 
     def _note(self, scope: Scope, response: "_Response") -> None:
         seconds, route, client = time.perf_counter() - response.begun, _route(scope), scope.get("client")
+        parent = parent_of(response.traceparent)
         self.metrics.count(scope["method"], route, response.status, seconds)
         _log.info(
             "request", request_id=response.request_id, method=scope["method"], path=scope["path"], route=route,
             status=response.status, seconds=round(seconds, 6), bytes=response.size,
-            client=client[0] if client else None, key=scope.get("key"),
+            client=client[0] if client else None, key=scope.get("key"), trace=parent and parent.trace,
         )  # fmt: skip
+        if self.tracer is not None and self.tracer.wants(parent):
+            about = {
+                "http.request.method": scope["method"], "http.route": route, "url.path": scope["path"],
+                "http.response.status_code": response.status, "http.response.body.size": response.size,
+                "motionenv.request_id": response.request_id,
+            }  # fmt: skip
+            failed = response.status >= 500 or not response.status
+            self.tracer.record(f"{scope['method']} {route}", seconds, parent, failed, about)
 
 
 class _Response:
     """Status and size of a response while it is sent."""
 
-    def __init__(self, send: Send, request_id: str):
+    def __init__(self, send: Send, request_id: str, traceparent: bytes | None):
         self.begun, self.status, self.size = time.perf_counter(), 0, 0
-        self.request_id, self._send = request_id, send
+        self.request_id, self.traceparent, self._send = request_id, traceparent, send
         self.deadline: asyncio.Timeout | None = None
 
     async def send(self, message: Message) -> None:
@@ -112,12 +124,10 @@ class _Response:
         await self._send(message)
 
 
-def _request_id(scope: Scope) -> str:
+def _request_id(headers: dict[bytes, bytes]) -> str:
     """The client's X-Request-ID if it is well-formed, otherwise process id and request number."""
-    for name, value in scope["headers"]:
-        if name == b"x-request-id" and _ID.fullmatch(value):
-            return value.decode()
-    return f"{_PROCESS}{next(_NUMBER):08x}"
+    given = headers.get(b"x-request-id", b"")
+    return given.decode() if _ID.fullmatch(given) else f"{_PROCESS}{next(_NUMBER):08x}"
 
 
 def _route(scope: Scope) -> str:

@@ -78,6 +78,7 @@ DISTRIBUTION = {
     "prometheus_client": "prometheus-client",
     "pydantic_settings": "pydantic-settings",
     "rerun": "rerun-sdk",
+    "opentelemetry": "opentelemetry-sdk",
     "sklearn": "scikit-learn",
     "stable_baselines3": "stable-baselines3",
 }
@@ -166,8 +167,8 @@ def declared(*extras: str) -> set[str]:
     ("folder", "extras"),
     [
         ("motionenv", ("agents", "data", "detect", "plots", "ray", "rerun")),
-        ("service", ()),
-        ("tests", ("test", "agents", "data", "integrations")),
+        ("service", ("telemetry",)),
+        ("tests", ("test", "agents", "data", "integrations", "telemetry")),
         ("benchmarks", ("test", "bench")),
     ],
 )
