@@ -169,6 +169,20 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
         self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
 
+    def gait(self, model: str, seconds: float = 8.0, fps: float = 100.0, **walk: Unpack[Walk]) -> dict[str, Any]:
+        """The gait of a walk that a model makes: step parameters, events, and joint angles over the gait cycle.
+
+        Args:
+            model: its name.
+            seconds: duration [s], at least 2.
+            fps: frame rate [Hz], at least 30.
+            walk: see `Walk`.
+
+        Raises:
+            ServiceError: the service rejected the request, failed or can't be reached.
+        """
+        return self._connection.request("POST", "/v1/gait", json=_walk(model, seconds, fps, walk, None)).json()
+
     def stimuli(self, asked: Mapping[str, Any], out: str | Path) -> None:
         """Save a set of point-light stimuli as a ZIP archive.
 

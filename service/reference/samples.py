@@ -43,6 +43,11 @@ SAMPLES: dict[str, Sample] = {
         'client.tree_synthesize(10, "walk", seed=1)', {"start": "walk", "seconds": 10, "seed": 1}, "-o motion.json"
     ),
     "lift_points": Sample("client.lift(points)", arguments="--json @points.json -o lifted.json"),
+    "analyse_gait": Sample(
+        'client.gait("walk/fpca", seed=7, speed=1.3)["parameters"]',
+        {"model": "walk/fpca", "seed": 7, "speed": 1.3},
+        "-o gait.json",
+    ),
     "make_stimuli": Sample(
         'client.stimuli({"people": [{}], "displays": [{"inverted": True}], "seconds": 1}, "stimuli.zip")',
         {"people": [{}], "displays": [{"inverted": True}], "seconds": 1},

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from motionenv.gait.bands import Band
 from motionenv.gait.session import Session
 from motionenv.gait.trial import ANGLES
 
@@ -14,14 +15,14 @@ _COLUMNS = ("kind", "name", "side", "percent", "unit", "mean", "sd", "low", "hig
 
 
 def to_json(session: Session) -> str:
-    """The step parameters, mean angles, events and stretches of a session as JSON; null where unknown."""
+    """The step parameters, mean angles, band, events and stretches of a session as JSON; null where unknown."""
     content = {
         "person": session.person,
         "parameters": [p.to_dict() for p in session.parameters],
         "angles": {
             f"{side}_{name}": {"mean": _listed(mean), "sd": _listed(sd)} for side, name, mean, sd, _ in _curves(session)
         },
-        "band": None if session.band is None else {"people": session.band.people, "who": session.band.who},
+        "band": None if session.band is None else _band(session.band),
         "captures": [
             {
                 "name": t.name,
@@ -63,6 +64,11 @@ def _curves(session: Session) -> Iterator[tuple[str, str, np.ndarray, np.ndarray
             mean, sd = session.mean_curve(side, name)
             if np.isfinite(mean).any():
                 yield side, name, mean, sd, len(session.curves[side])
+
+
+def _band(band: Band) -> dict:
+    angles = {name: {"mean": _listed(band.mean[name]), "sd": _listed(band.sd[name])} for name in band.mean}
+    return {"people": band.people, "who": band.who, "angles": angles}
 
 
 def _listed(values: np.ndarray) -> list[float | None]:

@@ -9,6 +9,8 @@ import { Figure } from "./stage/figure.js";
 import { parameters } from "./controls/model_list.js";
 import { Plot } from "./stage/plot.js";
 import { Stage } from "./stage/stage.js";
+import { GaitDialogue } from "./gait/dialogue.js";
+import { gaitOf } from "./api/requests.js";
 import { History } from "./controls/history.js";
 import { drawn, enter, fresh, fromLink, level, link } from "./state.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
@@ -195,6 +197,7 @@ export class App {
     this.tell();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to return to the models." : this.parameters.about;
     for (const button of $("downloads").children) button.disabled = guest !== null;
+    $("gait").disabled = guest !== null || this.parameters.steerable;
     $("stimulate").disabled = guest !== null || streamed(this.parameters);
     stage.changed = true;
     this.write();
@@ -299,6 +302,14 @@ export class App {
     this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed });
     this.stimuli.open();
     this.write();
+  }
+
+  /** Show the gait of the selected person, as the service analyses it. */
+  async analyse() {
+    const { speed, height, ...who } = walkerRequest(this.state, this.one, this.parameters);
+    const deviations = who.deviations.length ? who.deviations : null;
+    const report = await gaitOf({ model: who.model, speed, height, deviations, seed: this.one.seed, variation: 0 });
+    new GaitDialogue(report, this.walkers.length > 1 ? `walker ${"AB"[this.state.chosen]}` : "this walker").open();
   }
 
   /** Show a message over the stage; an empty one hides it. */

@@ -265,3 +265,24 @@ def test_amc_is_asked_for_its_frame_rate_before_it_is_sent(shown, tmp_path):
     shown.until("document.querySelector('#capture .hint.bad')")
     assert "frames per second" in shown.page.text_content("#capture .hint.bad")
     assert shown.ask("document.activeElement.placeholder") == "as in the file"
+    shown.page.fill("#capture input[type=number]", "120")
+    shown.page.click("text=Read the files again")  # they need not be chosen once more
+    shown.until("document.querySelector('.found')?.textContent.includes('07_01.amc')", 60)
+
+
+def test_files_are_forgotten_when_asked(browser, server, tmp_path):
+    name = "a-very-long-name-without-a-blank-" * 5
+    motionenv.write(motionenv.synthesize("walk/fpca", 4, 60, seed=9), tmp_path / f"{name}.c3d")
+    seen = tab(browser, server.url, PHONE).open("model=walk/fpca")
+    seen.page.set_input_files("#capture-panel input[type=file]", tmp_path / f"{name}.c3d")
+    seen.until("document.querySelectorAll('.steps .done').length === 4", 120)
+    assert seen.ask("document.documentElement.scrollWidth") <= PHONE[0]
+    jobs = seen.ask("motionenv.guest && Array.from(document.querySelectorAll('.found li')).length")
+    assert jobs == 1
+    listed = lambda: [job for job in server.http.get("/v1/jobs").json()["jobs"] if name[:40] in job["files"][0]]
+    assert len(listed()) == 2  # the inspection and the fit
+    seen.page.click("text=Forget the files")
+    seen.until("document.querySelector('#capture').textContent.includes('Forgotten')")
+    assert listed() == []
+    assert seen.ask("motionenv.guest") is None
+    assert seen.complaints == []

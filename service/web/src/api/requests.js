@@ -53,6 +53,12 @@ export async function models() {
   return models;
 }
 
+/** The gait of a walk that a model makes. */
+export async function gaitOf(body) {
+  const headers = { "Content-Type": "application/json" };
+  return (await request("/v1/gait", { method: "POST", headers, body: JSON.stringify(body) })).json();
+}
+
 /** A motion as a file. */
 export async function motion({ path, body }, mediaType) {
   const answer = await request(path, {

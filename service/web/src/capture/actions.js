@@ -1,8 +1,9 @@
 // What can be done with capture that was read: name its points, save it in another format, report on its gait.
 
-import { finished, resultOf } from "../api/jobs.js";
+import { resultOf } from "../api/jobs.js";
 import { ServiceError } from "../api/requests.js";
 import { save } from "../controls/download.js";
+import { GaitDialogue } from "../gait/dialogue.js";
 import { make } from "../controls/widgets.js";
 
 const FORMATS = {
@@ -33,11 +34,13 @@ export class CaptureActions {
     const naming = this.button("Name the points", () => upload.name());
     naming.hidden = !upload.nameable;
     naming.classList.toggle("strong", !shown);
-    const parts = [make("div", { className: "actions" }, naming)];
+    const forgetting = this.button("Forget the files", () => upload.forget());
+    forgetting.title = "Remove the files and what was made of them from the service, but for a fitted model";
+    const parts = [make("div", { className: "actions" }, naming, forgetting)];
     if (shown) {
-      const report = this.button("Gait report", () => this.report());
-      report.classList.add("strong");
-      parts[0].prepend(report);
+      const gait = this.button("Gait analysis", () => this.gait());
+      gait.classList.add("strong");
+      parts[0].prepend(gait, this.button("Gait report", () => this.report()));
       const saving = Object.entries(FORMATS).map(([name, format]) => this.saving(name, format));
       parts.push(...this.statics(), make("p", { className: "hint", textContent: "Save as" }), make("div", { className: "save" }, ...saving));
       parts.push(...this.filling());
@@ -84,10 +87,17 @@ export class CaptureActions {
   async convert(name, format, suffix) {
     this.say(`Creating the ${name} …`);
     const { upload, shown } = this;
-    const job = await finished("/v1/jobs/convert", upload.sent([shown]), { ...upload.fields, format, fill: this.fill.checked }, () => {});
+    const job = await upload.job("/v1/jobs/convert", upload.sent([shown]), { ...upload.fields, format, fill: this.fill.checked }, () => {});
     const blob = await (await resultOf(job)).blob();
     save(blob, `${shown.name.replace(/\.[^.]*$/, "")}.${suffix}`);
     this.say(`Saved: ${(blob.size / 1000).toFixed(0)} kB.`);
+  }
+
+  /** Show the gait in all files. */
+  async gait() {
+    const report = await (await resultOf(await this.reported("application/json"))).json();
+    this.say("");
+    new GaitDialogue(report, report.person || this.shown.name).open();
   }
 
   /** Create the report, open it, and link to it. */
@@ -112,7 +122,7 @@ export class CaptureActions {
     const { upload } = this;
     this.say("Creating the report …");
     const fields = { ...upload.fields, format, static: this.static.value };
-    return finished("/v1/jobs/report", upload.sent(upload.usable), fields, (words) => this.say(words));
+    return upload.job("/v1/jobs/report", upload.sent(upload.usable), fields, (words) => this.say(words));
   }
 
   say(words, bad = false) {

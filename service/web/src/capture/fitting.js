@@ -1,6 +1,6 @@
 // Fitting a model to the walks of an upload.
 
-import { finished, resultOf } from "../api/jobs.js";
+import { resultOf } from "../api/jobs.js";
 import { request } from "../api/requests.js";
 import { make } from "../controls/widgets.js";
 
@@ -18,7 +18,7 @@ export class Fitting {
     upload.step(3, "Fitting a model …");
     const kind = people(walks) > 1 ? "eigenwalkers" : "fpca";
     const fields = { ...upload.fields, kind, name: nameFor(walks[0].name) };
-    const job = await finished("/v1/models", upload.sent(walks), fields, (words, progress) => upload.step(3, words, progress));
+    const job = await upload.job("/v1/models", upload.sent(walks), fields, (words, progress) => upload.step(3, words, progress));
     this.offer(await (await resultOf(job)).json());
     await upload.app.listModels();
   }

@@ -4,7 +4,7 @@ import { make } from "../controls/widgets.js";
 import { Upload } from "./upload.js";
 
 const KINDS = ".bvh,.c3d,.amc,.asf,.trc,.npz";
-const UNTOLD = "AMC files don't contain their frame rate: enter the frames per second (120 for CMU), then choose the files again.";
+const UNTOLD = "AMC files don't contain their frame rate: enter the frames per second (120 for CMU), then read the files again.";
 const UNITS = ["", "m", "dm", "cm", "mm", "inch", "cmu"];
 
 /** Build the panel in an element; `app` shows the result. */
@@ -16,8 +16,14 @@ export function capturePanel(element, app) {
   const report = make("div", {});
   element.append(drop, fields, report);
 
+  let kept = []; // the files that were chosen last
+  const again = make("button", { type: "button", textContent: "Read the files again", hidden: true, onclick: () => take(kept) });
+  fields.append(again);
+
   const take = async (files) => {
     if (!files.length || input.disabled) return;
+    kept = [...files];
+    again.hidden = false;
     if (!fps.value && [...files].some(({ name }) => /\.amc$/i.test(name))) {
       fields.open = true;
       fps.focus();
@@ -26,7 +32,7 @@ export function capturePanel(element, app) {
       return;
     }
     input.disabled = true;
-    const upload = new Upload(report, app, [...files], { fps: fps.value, unit: unit.value });
+    const upload = new Upload(report, app, kept, { fps: fps.value, unit: unit.value });
     fields.open = !(await upload.run()) || fields.open;
     input.disabled = false;
     input.value = "";

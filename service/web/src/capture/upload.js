@@ -1,6 +1,6 @@
 // One upload of motion capture: read, shown, cut into gait cycles, fitted, and handed on as files and as a report.
 
-import { ServiceError } from "../api/requests.js";
+import { request, ServiceError } from "../api/requests.js";
 import { finished, resultOf } from "../api/jobs.js";
 import { parameters } from "../controls/model_list.js";
 import { make } from "../controls/widgets.js";
@@ -13,12 +13,13 @@ import { hashOf, remember, remembered } from "./marker_map.js";
 const STEPS = ["Upload", "Read", "Find gait cycles", "Fit"];
 const NO_WALK = "Nothing to fit: the files contain no straight walk of at least two strides.";
 const NO_BODY = "The points were read, but their names are those of no known marker set: say which point is which.";
-const UNREAD = "The file couldn't be read, for the reason below. Missing information can be entered above; then choose it again.";
+const UNREAD = "The file couldn't be read, for the reason below. Missing information can be entered above; then read it again.";
 
 /** An upload. `files`: of the browser; `options`: frame rate and unit, where the user gave them. */
 export class Upload {
   constructor(element, app, files, options) {
-    Object.assign(this, { app, files, options });
+    Object.assign(this, { element, app, files, options });
+    this.jobs = []; // ids of all jobs of this upload
     this.mapped = null; // { map, names }: the marker map in use, and the points of the files that it is for
     this.rows = STEPS.map((name) => make("li", { textContent: name }));
     this.bar = make("progress", { max: 1, value: 0 });
@@ -48,9 +49,21 @@ export class Upload {
     return read;
   }
 
+  /** The state of a job on files that is done; arguments as of `finished`. */
+  job(path, files, fields, told) {
+    return finished(path, files, fields, told, (id) => this.jobs.push(id));
+  }
+
+  /** Have the service remove the files and all that was made of them, but for a fitted model, and return to the models. */
+  async forget() {
+    await Promise.all(this.jobs.splice(0).map((id) => request(`/v1/jobs/${id}`, { method: "DELETE" })));
+    this.app.invite(null);
+    this.element.replaceChildren(make("p", { className: "hint", textContent: "Forgotten: the service has removed the files and their results." }));
+  }
+
   /** The service's `Inspection` of all files. */
   async inspect() {
-    const job = await finished("/v1/jobs/inspect", this.files, this.options, (words, progress) => this.step(1, words, progress));
+    const job = await this.job("/v1/jobs/inspect", this.files, this.options, (words, progress) => this.step(1, words, progress));
     this.named = new Map(job.files.map((name, i) => [name, this.files[i]])); // names as the service keeps them
     return (await resultOf(job)).json();
   }
@@ -59,7 +72,7 @@ export class Upload {
   async apply(map, points) {
     const hash = hashOf(points);
     const alike = this.inspection.files.filter((file) => file.points && hashOf(file.points) === hash);
-    const job = await finished("/v1/jobs/inspect", this.sent(alike), { ...this.options, map }, () => {});
+    const job = await this.job("/v1/jobs/inspect", this.sent(alike), { ...this.options, map }, () => {});
     const { files } = await (await resultOf(job)).json();
     if (!files.some((file) => file.motion)) return files[0].problem;
     const fresh = new Map(files.map((file) => [file.name, file]));
@@ -113,7 +126,7 @@ export class Upload {
     const file = this.nameable;
     const check = async (map) => {
       const fields = { ...this.options, ...(map && { map }) };
-      const job = await finished("/v1/jobs/points", this.sent([file]), fields, () => {});
+      const job = await this.job("/v1/jobs/points", this.sent([file]), fields, () => {});
       return (await resultOf(job)).json();
     };
     const use = async (map) => {

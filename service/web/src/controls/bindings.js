@@ -51,6 +51,12 @@ function bindLooks(app) {
 }
 
 function bindWalkers(app) {
+  on("gait", "click", async ({ target }) => {
+    target.disabled = true;
+    app.say("");
+    await app.analyse().catch((error) => app.say(error.message));
+    target.disabled = false;
+  });
   on("chosen", "change", ({ target }) => app.look("chosen", Number(target.value)));
   on("randomise", "click", () => app.draw(Math.floor(Math.random() * 1e6)));
   on("seed", "change", ({ target }) => app.draw(Math.max(0, Math.round(target.valueAsNumber || 0))));

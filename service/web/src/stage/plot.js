@@ -8,20 +8,22 @@ const HIGH = 60;
 const RANGE = { Hip: [-40, 60], Knee: [-10, 95], Shoulder: [-50, 50], Elbow: [-5, 95] };
 const KEPT = 90; // frames
 
-const svg = (tag, attributes) => {
+/** An SVG element. */
+export const svg = (tag, attributes) => {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
   return element;
 };
 
-const path = (values, [low, high], { closed = false, room = null } = {}) => {
+/** A line through `values` at even steps, in a picture of `wide` × `high`. */
+export const pathOf = (values, [low, high], { closed = false, room = null, wide = WIDE, high: tall = HIGH } = {}) => {
   const points = closed ? [...values, values[0]] : values;
   const last = Math.max(1, (room ?? points.length) - 1);
   let joined = false; // NaN is a gap
   return points
     .map((v, i) => {
       if (Number.isNaN(v)) return (joined = false) || "";
-      const step = `${joined ? "L" : "M"}${((WIDE * i) / last).toFixed(2)} ${((HIGH * (high - v)) / (high - low)).toFixed(2)}`;
+      const step = `${joined ? "L" : "M"}${((wide * i) / last).toFixed(2)} ${((tall * (high - v)) / (high - low)).toFixed(2)}`;
       joined = true;
       return step;
     })
@@ -60,7 +62,7 @@ export class Plot {
       marks.setAttribute("d", cuts);
       lines.forEach((line, i) => {
         const curves = walkers[i >> 1]?.curves;
-        line.setAttribute("d", curves ? path(curves[name][i & 1], RANGE[name], { closed: walkers[i >> 1].cyclic }) : "");
+        line.setAttribute("d", curves ? pathOf(curves[name][i & 1], RANGE[name], { closed: walkers[i >> 1].cyclic }) : "");
       });
       now.style.display = this.growing ? "none" : "";
       picture.setAttribute("aria-label", this.described(name, walkers[0]));
@@ -88,7 +90,7 @@ export class Plot {
   grown(curves, i) {
     for (const { name, lines } of this.charts) {
       curves[name].forEach((values, side) => {
-        lines[2 * i + side].setAttribute("d", path(values, RANGE[name], { room: KEPT }));
+        lines[2 * i + side].setAttribute("d", pathOf(values, RANGE[name], { room: KEPT }));
       });
     }
   }

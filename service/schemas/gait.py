@@ -1,0 +1,81 @@
+"""`POST /v1/gait`, and the numbers of gait reports."""
+
+from pydantic import BaseModel, Field
+
+from service.schemas.synthesis import SynthesisRequest
+
+
+class GaitRequest(SynthesisRequest):
+    """A walk whose gait is analysed."""
+
+    seconds: float = Field(8.0, ge=2, le=600, description="Duration [s].")
+    fps: float = Field(100.0, ge=30, le=240, description="Frames per second.")
+
+
+class StepParameter(BaseModel):
+    """A number of a walk."""
+
+    name: str = Field(examples=["step_length"])
+    unit: str = Field(examples=["m"])
+    side: str = Field(description="left, right, or empty where it is of both.")
+    mean: float | None = Field(description="Mean over strides.")
+    sd: float | None = Field(description="Standard deviation over strides.")
+    low: float | None = Field(description="Lower end of the 95 % interval of the mean.")
+    high: float | None = Field(description="Upper end of it.")
+    n: int = Field(description="Number of strides.")
+
+
+class Curve(BaseModel):
+    """A joint angle from initial contact, 0 %, to the next one of the same foot, 100 %, at each percent."""
+
+    mean: list[float | None] = Field(description="(101,) [degrees].")
+    sd: list[float | None] = Field(description="(101,) [degrees].")
+
+
+class GaitBand(BaseModel):
+    """What people's angles are."""
+
+    people: int
+    who: str = Field(description="Who they are.")
+    angles: dict[str, Curve] = Field(description="By angle, such as knee_flexion: over people.")
+
+
+class GaitEvent(BaseModel):
+    """A foot's initial contact or toe-off."""
+
+    time: float = Field(description="[s].")
+    kind: str = Field(examples=["initial_contact"])
+    side: str = Field(examples=["left"])
+
+
+class GaitStretch(BaseModel):
+    """A part of a capture in which somebody walks steadily, turns, stands or does something else."""
+
+    start: float = Field(description="[s].")
+    end: float = Field(description="[s].")
+    kind: str = Field(examples=["steady"])
+
+
+class GaitCapture(BaseModel):
+    """What was found in one walk."""
+
+    name: str
+    seconds: float = Field(description="Duration [s].")
+    fps: float = Field(description="Frames per second.")
+    method: str = Field(description="Where angles come from.")
+    events: list[GaitEvent]
+    events_from: dict[str, int] = Field(description="Number of events by their source.")
+    stretches: list[GaitStretch]
+    strides: int = Field(description="Number of strides in steady stretches.")
+    notes: list[str] = Field(description="What a reader should know.")
+
+
+class GaitReport(BaseModel):
+    """Step parameters and joint angles over the gait cycle."""
+
+    person: str = Field(description="Label of the person, or the name of the first capture.")
+    parameters: list[StepParameter]
+    angles: dict[str, Curve] = Field(description="By side and angle, such as left_knee_flexion: over strides.")
+    band: GaitBand | None = Field(description="What angles are compared with.")
+    captures: list[GaitCapture]
+    left_out: dict[str, str] = Field(description="Files that couldn't be used, and why.")

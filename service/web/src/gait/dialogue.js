@@ -1,0 +1,87 @@
+// The gait of a walk: joint angles over the gait cycle beside people's, step parameters, and both as CSV.
+
+import { save } from "../controls/download.js";
+import { make } from "../controls/widgets.js";
+import { chart } from "./charts.js";
+
+const ORDER = ["pelvis", "hip", "knee", "ankle", "foot"];
+const MAIN = ["speed", "cadence", "stride_length", "step_length", "step_width", "stride_time", "stance", "double_support", "step_length_symmetry", "step_time_symmetry"];
+const words = (name) => `${name[0].toUpperCase()}${name.slice(1).replaceAll("_", " ")}`;
+const rounded = (value, unit) => (value === null ? "" : value.toFixed(unit === "m" || unit === "m/s" || unit === "s" ? 2 : 1).replace("-", "−"));
+
+/** The dialogue of a `GaitReport`; `title` says whose gait it is. */
+export class GaitDialogue {
+  constructor(report, title) {
+    this.report = report;
+    const heading = make("h2", { id: "gait-title", textContent: `Gait: ${title}` });
+    const strides = report.captures.reduce((sum, capture) => sum + capture.strides, 0);
+    const files = report.captures.length > 1 ? ` of ${report.captures.length} files` : "";
+    const hint = make("p", { className: "hint", textContent: `${strides} strides${files}, in percent of the gait cycle from initial contact. Dashed: toe-off.` });
+    const body = make("div", { className: "gait", tabIndex: 0 }, this.legend(), make("div", { className: "charts" }, ...this.charts()), this.table(), this.notes());
+    body.setAttribute("role", "region");
+    body.setAttribute("aria-label", "Joint angles and step parameters");
+    const csv = make("button", { type: "button", textContent: "Save as CSV", onclick: () => this.save(title) });
+    const closing = make("button", { type: "button", className: "strong", textContent: "Close", onclick: () => this.dialog.close() });
+    const footer = make("footer", {}, make("div", { className: "actions" }, csv, closing));
+    this.dialog = make("dialog", { className: "naming gait-dialogue" }, make("header", {}, heading, hint), body, footer);
+    this.dialog.setAttribute("aria-labelledby", heading.id);
+    this.dialog.addEventListener("keydown", (event) => event.stopPropagation()); // the page's keys are its own
+    this.dialog.addEventListener("close", () => this.dialog.remove());
+  }
+
+  /** Show it. */
+  open() {
+    document.body.append(this.dialog);
+    this.dialog.showModal();
+  }
+
+  legend() {
+    const { band } = this.report;
+    const kinds = [["left", "left"], ["right", "right"], ...(band ? [["band", `${band.people} people, mean ± SD`]] : [])];
+    return make("p", { className: "legend" }, ...kinds.map(([className, textContent]) => make("span", { className, textContent })));
+  }
+
+  charts() {
+    const { angles, band } = this.report;
+    const names = [...new Set(Object.keys(angles).map((name) => name.replace(/^(left|right)_/, "")))];
+    const place = (name) => ORDER.findIndex((part) => name.startsWith(part));
+    names.sort((a, b) => place(a) - place(b));
+    const off = Object.fromEntries(["left", "right"].map((side) => [side, this.parameter("stance", side)?.mean]));
+    return names.map((name) =>
+      chart(words(name), { left: angles[`left_${name}`], right: angles[`right_${name}`], band: band?.angles[name] }, off),
+    );
+  }
+
+  parameter(name, side) {
+    return this.report.parameters.find((one) => one.name === name && one.side === side);
+  }
+
+  table() {
+    const cell = (one) => (one ? `${rounded(one.mean, one.unit)}${one.sd === null ? "" : ` ± ${rounded(one.sd, one.unit)}`}` : "");
+    const rows = MAIN.filter((name) => this.parameter(name, "")).map((name) => {
+      const [both, left, right] = ["", "left", "right"].map((side) => this.parameter(name, side));
+      return make("tr", {}, make("th", { scope: "row", textContent: `${words(name)} [${both.unit}]` }), ...[left, right, both].map((one) => make("td", { textContent: cell(one) })));
+    });
+    const heads = ["", "Left", "Right", "Both"].map((textContent) => make(textContent ? "th" : "td", { textContent, ...(textContent && { scope: "col" }) }));
+    return make("table", {}, make("caption", { textContent: "Mean ± standard deviation over strides" }), make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows));
+  }
+
+  notes() {
+    const { captures, left_out: left, band } = this.report;
+    const told = [...new Set(captures.flatMap(({ notes }) => notes))];
+    told.push(...Object.entries(left).map(([name, why]) => `${name} was left out: ${why}.`));
+    if (band) told.push(`Grey: ${band.who}`);
+    return make("ul", { className: "found" }, ...told.map((textContent) => make("li", { textContent })));
+  }
+
+  save(title) {
+    const rows = [["kind", "name", "side", "percent", "unit", "mean", "sd", "n"]];
+    for (const { name, side, unit, mean, sd, n } of this.report.parameters) rows.push(["parameter", name, side, "", unit, mean, sd, n]);
+    for (const [whole, { mean, sd }] of Object.entries(this.report.angles)) {
+      const [, side, name] = whole.match(/^(left|right)_(.*)$/);
+      mean.forEach((value, percent) => rows.push(["angle", name, side, percent, "degrees", value, sd[percent], ""]));
+    }
+    const text = rows.map((row) => row.map((value) => value ?? "").join(",")).join("\n");
+    save(new Blob([`${text}\n`], { type: "text/csv" }), `${title.replace(/[^\w-]+/g, "-")}-gait.csv`);
+  }
+}

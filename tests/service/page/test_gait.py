@@ -1,0 +1,68 @@
+"""The gait of walkers and of captures on the page: what is drawn and saved is what the service found."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+
+import motionenv
+from tests.service.page.browsing import DESK, PHONE, tab
+
+
+def opened(seen):
+    seen.page.wait_for_selector("dialog.gait-dialogue", timeout=120_000)
+    return seen.page.locator("dialog.gait-dialogue")
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_a_walkers_gait_is_shown_beside_peoples(browser, server, size):
+    seen = tab(browser, server.url, size, color_scheme="light", reduced_motion="reduce")
+    seen.open("model=walk/fpca&walker=1,0.5&speed=1.5")
+    seen.page.click("#gait")
+    shown = opened(seen)
+    assert shown.locator("figure").count() == 4
+    assert shown.locator("polygon.band").count() == 4
+    told = server.http.post(
+        "/v1/gait",
+        json={"model": "walk/fpca", "speed": 1.5, "deviations": [1, 0.5, 0, 0, 0, 0, 0, 0], "seed": 0, "variation": 0},
+    ).json()
+    label = shown.locator("svg[aria-label^='Knee flexion']").get_attribute("aria-label")
+    knee = told["angles"]["left_knee_flexion"]["mean"]
+    assert f"left from {round(min(knee))} to {round(max(knee))} degrees" in label
+    table = shown.locator("table").inner_text()
+    cadence = next(one["mean"] for one in told["parameters"] if one["name"] == "cadence")
+    assert f"{cadence:.1f}" in table
+    found = Axe().run(seen.page)
+    assert found.violations_count == 0, found.generate_report()
+    assert seen.ask("document.querySelector('dialog').scrollWidth") <= size[0]
+    seen.picture(f"gait-{size[0]}")
+    with seen.page.expect_download() as download:
+        shown.get_by_role("button", name="Save as CSV").click()
+    rows = list(csv.DictReader(download.value.path().read_text().splitlines()))
+    kept = [float(r["mean"]) for r in rows if (r["name"], r["side"], r["kind"]) == ("knee_flexion", "left", "angle")]
+    np.testing.assert_allclose(kept, knee)
+    seen.page.keyboard.press("Escape")
+    seen.until("!document.querySelector('dialog')")
+    assert seen.complaints == []
+
+
+def test_several_captures_become_one_gait(browser, server, tmp_path):
+    for i in range(2):
+        motionenv.write(motionenv.synthesize("walk/fpca", 5, 60, seed=7, phase=0.3 * i), tmp_path / f"her_{i}.c3d")
+    seen = tab(browser, server.url).open("model=walk/fpca")
+    seen.page.set_input_files("#capture input[type=file]", sorted(tmp_path.glob("*.c3d")))
+    gait = seen.page.get_by_role("button", name="Gait analysis").last
+    seen.until("document.querySelector('.capture-actions:not([hidden]) button.strong')", 120)
+    gait.click()
+    shown = opened(seen)
+    assert "of 2 files" in shown.inner_text()
+    assert re.search(r"\d+ strides", shown.inner_text())
+    assert shown.locator("polygon.spread").count() >= 8
+    seen.picture("gait-capture")
+
+
+def test_a_tree_has_no_button_for_it(browser, server):
+    seen = tab(browser, server.url).open("model=mixed/tree")
+    assert seen.page.is_disabled("#gait")
