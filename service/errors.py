@@ -187,7 +187,7 @@ def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
 def _of_fields(found: Sequence[Mapping[str, Any]], kind: type[BaseModel] | None = None) -> tuple[int, str, list]:
     """Status, detail and fields of pydantic's errors."""
     errors = [field_problem(one, kind) for one in found]
-    if any(one["type"] == "json_invalid" for one in found):
+    if any(one["type"] == "json_invalid" and not _is_field(one["loc"]) for one in found):
         return 400, "the body is not valid JSON", errors
     return 422, "; ".join(f"{one['field']}: {one['problem']}" for one in errors[:5]), errors[:100]
 
@@ -205,6 +205,11 @@ def field_problem(error: Mapping[str, Any], kind: type[BaseModel] | None = None)
     if error["type"] == "extra_forbidden" and kind is not None:
         problem = f"there is no such field{did_you_mean(place[-1], _fields(kind, error['loc'][1:-1]))}"
     return {"field": field, "problem": problem, "bound": bound or None}
+
+
+def _is_field(loc: Sequence[str | int]) -> bool:
+    """Whether an error is of a field, which may hold JSON of its own, and not of the whole body."""
+    return len(loc) > 1 and isinstance(loc[1], str)
 
 
 def _fields(kind: Any, loc: Sequence[str | int]) -> Iterable[str]:

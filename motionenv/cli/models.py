@@ -15,6 +15,8 @@ def fit(
     out: Annotated[Path, typer.Option(help="Model file to write (.npz).")], fps: Fps = None, unit: Unit = None,
     map_: Map = None, fill: Fill = False,
     mirrored: Annotated[bool, typer.Option("--mirrored", help="Tree: add mirror images of the clips.")] = False,
+    group: Annotated[list[str] | None, typer.Option(
+        help="Eigenwalkers: NAME=PERSON,PERSON,… twice, for the axis between two groups of people.")] = None,
     activity: Annotated[str | None, typer.Option(help="Tree: activity of all clips; by default from names.")] = None,
 ) -> None:  # fmt: skip
     """Fit a walking model, or a tree of any motion, to motion capture.
@@ -23,6 +25,8 @@ def fit(
     """
     from motionenv.models import training
 
+    if group and model != "walk/eigenwalkers":
+        raise MotionError(f"--group is only for walk/eigenwalkers, not for {model}: omit it")
     if model != "tree":
         training.check_name(model)
         if mirrored or activity is not None:
@@ -30,13 +34,13 @@ def fit(
     check_folder(out)
     asked = {"--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--map": map_, "--activity": activity}
     options = "".join(f" {key} {value}" for key, value in asked.items() if value)
-    options += " --fill" * fill + " --mirrored" * mirrored
+    options += " --fill" * fill + " --mirrored" * mirrored + "".join(f" --group {one}" for one in group or ())
     command = f"motionenv fit {model} --mocap {mocap.name}{options} --out {out.name}"
     reading = {"fps": fps, "unit": unit, "marker_map": marker_map(map_), "fill": fill}
     if model == "tree":
         _fit_tree(mocap, out, command, activity=activity, mirrored=mirrored, **reading)
     else:
-        _fit_walk(model, mocap, out, command, **reading)
+        _fit_walk(model, mocap, out, command, _groups(group), **reading)
 
 
 def models() -> None:
@@ -56,7 +60,17 @@ def models() -> None:
             typer.echo(f"    {key}: {value}")
 
 
-def _fit_walk(model, mocap, out, command, **reading) -> None:
+def _groups(given: list[str] | None) -> dict[str, list[str]] | None:
+    """The groups of people by their names."""
+    if not given:
+        return None
+    parts = [one.partition("=") for one in given]
+    if len({name for name, _, _ in parts}) != 2 or not all(name and people for name, _, people in parts):
+        raise MotionError(f"--group is NAME=PERSON,PERSON,… with two names, got {' '.join(given)}")
+    return {name: [who.strip() for who in people.split(",")] for name, _, people in parts}
+
+
+def _fit_walk(model, mocap, out, command, groups, **reading) -> None:
     from motionenv.models import training
 
     with progress("reading walks", None) as step:
@@ -64,7 +78,10 @@ def _fit_walk(model, mocap, out, command, **reading) -> None:
     for name, why in walks.left_out.items():
         note(f"left out {name}: {why}")
     with err.status(f"fitting {model} to {len(walks.motions)} walks of {len(set(walks.subjects))} people"):
-        training.fit(model, walks, command).save(out)
+        fitted = training.fit(model, walks, command, groups)
+        fitted.save(out)
+    for trait in fitted.own_traits():
+        note(trait.note)
     typer.echo(f"{out}  {len(walks.motions)} walks of {len(set(walks.subjects))} people")
 
 

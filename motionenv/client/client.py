@@ -1,5 +1,6 @@
 """The client: one method for each operation of the service."""
 
+import json
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -121,12 +122,8 @@ class Client:
 
         Args:
             name: the model will be called fitted/<name>.
-            file: of `save_model`, or of `motionenv train`.
+            file: of `save_model`, or of `motionenv fit`.
             replace: whether it may take the place of a model of that name; what has begun goes on with the old one.
-
-        Raises:
-            ServiceError: the name is taken, or the service rejected the file.
-            MotionError: no such file.
         """
         return self._uploaded("/v1/models/files", [file], {"name": name, "replace": replace})
 
@@ -173,13 +170,8 @@ class Client:
         """The gait of a walk that a model makes: step parameters, events, and joint angles over the gait cycle.
 
         Args:
-            model: its name.
-            seconds: duration [s], at least 2.
-            fps: frame rate [Hz], at least 30.
-            walk: see `Walk`.
-
-        Raises:
-            ServiceError: the service rejected the request, failed or can't be reached.
+            model, walk: as of `synthesize`.
+            seconds, fps: duration [s], at least 2, and frame rate [Hz], at least 30.
         """
         return self._connection.request("POST", "/v1/gait", json=_walk(model, seconds, fps, walk, None)).json()
 
@@ -265,8 +257,10 @@ class Client:
             kind: fpca, eigenwalkers or tree.
             how: fps and unit, for files that don't contain them; marker_map, for points that aren't recognised by
                 their names; fill, to fill what the files don't show; replace, to take the place of a model of that
-                name; for a tree, activity and mirrored.
+                name; for a tree, activity and mirrored; for eigenwalkers, groups: two names, each with people.
         """
+        if "groups" in how:
+            how["groups"] = json.dumps(how["groups"])
         return self._uploaded("/v1/models", files, {"name": name, "kind": kind, **how})
 
     def inspect(self, files: Iterable[str | Path], **how: Any) -> Job:

@@ -131,7 +131,11 @@ class GaitModel(StoredModel):
         """Directions in which walks change in ways that people name; empty without components or treadmill."""
         from motionenv.models.traits import traits
 
-        return traits(self) if self.treadmill() is not None else []
+        return [*self.own_traits(), *traits(self)] if self.treadmill() is not None else []
+
+    def own_traits(self) -> "list[Trait]":
+        """Traits that were learned with the model, such as an axis between groups of people; by default none."""
+        return []
 
     def walker(self, seed=None, *, scores=None, deviations=None) -> Walker:
         """One person, drawn at random or given by scores. Components without a score are average.

@@ -1,7 +1,7 @@
 """Fit the shipped models to a folder of motion capture: select straight walks, group them by person, write the card."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -115,14 +115,23 @@ def read_walks(
     return Walks(motions, shown, subjects, left_out, all(cmu))
 
 
-def fit(name: str, walks: Walks, command: str) -> GaitModel:
+def fit(name: str, walks: Walks, command: str, groups: Mapping[str, Sequence[str]] | None = None) -> GaitModel:
     """Fit the model `name`, a key of `MODELS`, to `walks` and write its card, with the `command` line that fits it.
 
-    A `MotionError` if `name` isn't a key of `MODELS`.
+    With `groups`, two names with labels of people, eigenwalkers get the axis between them (`Eigenwalkers.fit`).
+
+    Raises:
+        MotionError: `name` isn't a key of `MODELS`, or groups for another model than eigenwalkers, or as of its fit.
     """
     check_name(name)
     model = MODELS[name]()
-    model.fit(getattr(walks, model.learns_from), walks.subjects)
+    motions = getattr(walks, model.learns_from)
+    if groups is None:
+        model.fit(motions, walks.subjects)
+    elif isinstance(model, Eigenwalkers):
+        model.fit(motions, walks.subjects, groups=groups)
+    else:
+        raise MotionError(f"{name} has no axis between groups of people: fit walk/eigenwalkers")
     model.card_ = _card(name, walks, command)
     return model
 

@@ -29,6 +29,7 @@ class Trait:
         direction: (q,) unit vector, in standard deviations along each component.
         mean, gain: of the feature over walkers, and its change for one step along `direction`, by the regression.
         share: share of the feature's variance over walkers that the regression explains.
+        note: what else a user should know.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Trait:
     gain: float
     unit: str
     share: float
+    note: str = ""
 
 
 def traits(model: GaitModel) -> list[Trait]:

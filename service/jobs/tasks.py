@@ -53,13 +53,14 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
 
         walks = read_walks(folder / "input", **options)
         left_out = walks.left_out
-        model = fit(f"walk/{settings['kind']}", walks, command)
+        model = fit(f"walk/{settings['kind']}", walks, command, settings.get("groups"))
     model.save(folder / "model.npz")
     motionenv.load(folder / "model.npz")
     _write_result(folder, {
         "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_,
         "used": [path.name for path in files if path.name not in left_out],
         "left_out": {name: plain(why) for name, why in left_out.items()},
+        "notes": [] if settings["kind"] == "tree" else [trait.note for trait in model.own_traits()],
     })  # fmt: skip
 
 
@@ -71,7 +72,7 @@ def import_model(settings: dict[str, Any], folder: Path, progress: Progress) -> 
     shutil.copyfile(path, folder / "model.npz")
     _write_result(folder, {
         "model": f"fitted/{settings['name']}", "kind": model.kind, "card": model.card_, "used": [path.name],
-        "left_out": {},
+        "left_out": {}, "notes": [],
     })  # fmt: skip
 
 

@@ -37,7 +37,7 @@ async def fit_model(request: Request, key: Key = None) -> Response:
 
 @_takes_files("/models/files", "Add a model from a file", schemas.ModelFields, few=True, also=(409,), tags=["models"])
 async def upload_model(request: Request, key: Key = None) -> Response:
-    """Take a model's file (.npz), as `GET /v1/models/fitted/{name}/file` or `motionenv train` makes it.
+    """Take a model's file (.npz), as `GET /v1/models/fitted/{name}/file` or `motionenv fit` makes it.
 
     With `replace`, it takes the place of a model of that name at once: what has begun goes on with the old one.
     """

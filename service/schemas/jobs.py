@@ -2,9 +2,9 @@
 
 from datetime import datetime
 from textwrap import shorten
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Json, model_validator
 
 from motionenv import MotionError
 from motionenv.mocap import MarkerMap
@@ -20,6 +20,10 @@ ModelName = Field(
     pattern=r"^[a-z0-9][a-z0-9-]{0,62}$", description="The model's name will be fitted/<name>.", examples=["my-walk"]
 )
 Replace = Field(False, description="Whether it may take the place of a model of that name.")
+
+
+GroupName = Annotated[str, Field(min_length=1, max_length=40)]
+People = Annotated[list[Annotated[str, Field(min_length=1, max_length=80)]], Field(min_length=2, max_length=500)]
 
 
 def _checked_map(text: str) -> str:
@@ -74,6 +78,18 @@ class FitFields(FillFields):
         None, min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", description="Tree: the activity in the files."
     )
     mirrored: bool = Field(False, description="Tree: whether to add left-right mirror images.")
+    groups: Json[dict[GroupName, People]] | None = Field(
+        None, description="Eigenwalkers: JSON of two groups of people, for the axis between them. People are the parts "
+        "of files' names before the first _.", examples=['{"young": ["07", "08"], "old": ["21", "35"]}'],
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _axis(self) -> Self:
+        if self.groups is not None and self.kind != "eigenwalkers":
+            raise ValueError("groups are only for eigenwalkers: leave them out")
+        if self.groups is not None and len(self.groups) != 2:
+            raise ValueError(f"groups must be two, got {len(self.groups)}")
+        return self
 
 
 class ModelFields(BaseModel):
@@ -150,6 +166,7 @@ class Fitted(BaseModel):
     card: dict[str, Any] = Field(description="Model card: data, people, licence, how it was made.")
     used: list[str] = Field(description="Files that the model learned from.")
     left_out: dict[str, str] = Field(description="Files that were left out, and why.")
+    notes: list[str] = Field(description="How far left-out people fall right on an axis between groups.")
 
 
 Position = Annotated[list[float], Field(min_length=3, max_length=3)]

@@ -35,6 +35,26 @@ def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):
     assert (card["people"], card["trials"]) == (3, 7)
 
 
+def test_eigenwalkers_learn_the_axis_between_two_groups(run, tmp_path):
+    for i in range(5):
+        (tmp_path / "walks").mkdir(exist_ok=True)
+        walk = motionenv.synthesize("walk/fpca", 5, 60, seed=i, speed=1.0 if i < 2 else 1.6)
+        motionenv.write(walk, tmp_path / "walks" / f"p{i}_1.npz")
+    groups = "--group", "slow=p0,p1", "--group", "fast=p2, p3"
+    result = run("fit", "walk/eigenwalkers", "--mocap", "walks", *groups, "--out", "m.npz")
+    assert result.code == 0, result.err
+    assert "of 2 slow" in result.err
+    trait = motionenv.load(tmp_path / "m.npz").traits()[0]
+    assert (trait.low, trait.high) == ("slow", "fast")
+    fit = "fit", "walk/eigenwalkers", "--mocap", "walks", "--out", "n.npz"
+    refused(run(*fit, "--group", "slow=p0,p1"), "--group is NAME=PERSON,PERSON,… with two names")
+    refused(run(*fit, "--group", "slow=p0,p1", "--group", "fast=p2,p9"), "no walk of p9")
+    refused(
+        run("fit", "walk/fpca", "--mocap", "walks", *groups, "--out", "n.npz"), "--group is only for walk/eigenwalkers"
+    )
+    assert not (tmp_path / "n.npz").exists()
+
+
 def test_a_model_of_another_version_is_refused(run, monkeypatch, tmp_path):
     from motionenv.models.storage import model_file as store
 

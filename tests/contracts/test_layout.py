@@ -21,6 +21,7 @@ MORE = {
     "tests/cli": 16,  # mirrors cli, and adds what commands say
     "tests/envs": 16,  # mirrors envs, and adds what tests share and other libraries
     "tests/service": 20,  # mirrors service, and adds the page, hostile clients and what tests share
+    "tests/models/eigenwalkers": 15,  # mirrors eigenwalkers, and adds walks made by hand
     "tests/models": 19,  # mirrors models, and adds a model that a package of somebody else brings
 }
 HIDDEN = {"node_modules", "dist"}  # what npm makes

@@ -1,18 +1,23 @@
 """Eigenwalkers: principal components of walkers in Fourier representation (paper B, section 3.1)."""
 
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
-from motionenv.errors import MotionError
+from motionenv.errors import ModelError, MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import WALKING
+from motionenv.models.eigenwalkers.group_axis import GroupAxis, checked_groups, group_axis
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
-from motionenv.models.eigenwalkers.table import mean_walkers, read_walks
+from motionenv.models.eigenwalkers.table import Rows, mean_walkers, read_walks
+from motionenv.models.traits import Trait
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 
@@ -34,13 +39,18 @@ class Eigenwalkers(FourierModel):
 
     Attributes:
         scores_, people_: (R, N) [m] scores, and (R,) labels, of the people it was fitted to.
+        axis_: the axis between two groups of them, None without groups.
     """
 
+    axis_: GroupAxis | None = None
     kind: ClassVar[str] = "eigenwalkers"
     _needed: ClassVar[tuple[str, ...]] = WALKING
     about: ClassVar[str] = "Fifteen points that swing in two harmonics: body shape and style in one space."
 
-    def fit(self, motions, subjects=None, executor: Executor | None = None) -> "Eigenwalkers":
+    def fit(
+        self, motions, subjects=None, executor: Executor | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
+    ) -> "Eigenwalkers":  # fmt: skip
         """Learn mean and components, block by block: memory holds as little as 200 bytes of each walk.
 
         Args:
@@ -48,9 +58,13 @@ class Eigenwalkers(FourierModel):
                 coefficients of markers that were not seen. Any iterable, such as a generator that reads files.
             subjects: the person's label for each walk; None takes each walk for a different person.
             executor: any `concurrent.futures.Executor`, which then computes the walks' Fourier representations.
+            groups: names of two groups of people, each with its people's labels. The model then has the axis between
+                them as its first trait, learned by ridge regression, and tells how far people fall right who were left
+                out of both, model and axis.
 
         Raises:
-            MotionError: fewer than two people, too few for `n_components`, or labels that don't match the walks.
+            MotionError: fewer than two people, too few for `n_components`, or labels that don't match the walks;
+                not two groups, somebody in both, somebody without walks, or fewer than two people in one.
             GapError: the pelvis or a marker of the legs is missing in all walks. Others may be: then they are NaN in
                 what the model makes.
         """
@@ -58,12 +72,50 @@ class Eigenwalkers(FourierModel):
             walks = read_walks(motions, subjects, Path(folder), executor)
             people = mean_walkers(walks, walks.people, Path(folder))
             self.n_people_, self.n_walkers_, self.people_ = len(people), len(walks), people.people
+            told = None if groups is None else checked_groups(groups, list(people.people))
             self._learn(people.rows, self._rank())
             learn_speed(self, walks, people)
-        standard = self.scores_ / np.sqrt(self.explained_variance_)
-        fitted = shrunk_regression(standard, np.log(people.frequencies))
+            self.axis_ = None
+            if told is not None:
+                self.axis_ = group_axis(*told, self._standard(), partial(self._without, people.rows))
+        fitted = shrunk_regression(self._standard(), np.log(people.frequencies))
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
         return self
+
+    def own_traits(self) -> list[Trait]:
+        """The axis between groups of people, if there are any."""
+        return [] if self.axis_ is None else [self.axis_.trait()]
+
+    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
+        """As `FourierModel.to_arrays`, with the axis."""
+        arrays, meta = super().to_arrays()
+        if self.axis_ is not None:
+            told = asdict(self.axis_)
+            arrays["axis_direction"], meta["axis"] = told.pop("direction"), told
+        return arrays, meta
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
+        """As `FourierModel.from_arrays` of `arrays` and `meta`, with the axis."""
+        model = super().from_arrays(arrays, meta)
+        if told := meta.get("axis"):
+            direction = arrays["axis_direction"]
+            if direction.shape != (len(model.components_),):
+                raise ModelError(f"axis_direction has shape {direction.shape}: fit the model again")
+            counts = {name: tuple(told[name]) for name in ("people", "right")}
+            model.axis_ = GroupAxis(**told | counts, direction=direction)
+        return model
+
+    def _standard(self) -> np.ndarray:
+        """Scores (R, N) in standard deviations."""
+        return self.scores_ / np.sqrt(self.explained_variance_)
+
+    def _without(self, rows: Rows, left: int) -> tuple[np.ndarray, np.ndarray]:
+        """Scores of the others, and of a person, in standard deviations of a model of the others alone."""
+        others = Eigenwalkers(self.n_components, self.tol, self.max_iter)
+        others._learn(rows.take(np.delete(np.arange(len(rows)), left)), min(len(self.components_), len(rows) - 2))
+        own = others._scores(rows[left : left + 1])[0]
+        return others._standard(), own / np.sqrt(others.explained_variance_)
 
     def _rank(self) -> int:
         """Number of components N."""

@@ -12,7 +12,7 @@ from motionenv.models.people.pace import REACH
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
 
-_SHOWN = ("name", "low", "high", "mean", "gain", "unit", "share")  # of a trait
+_SHOWN = ("name", "low", "high", "mean", "gain", "unit", "share", "note")  # of a trait
 
 
 def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

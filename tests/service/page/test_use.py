@@ -286,3 +286,28 @@ def test_files_are_forgotten_when_asked(browser, server, tmp_path):
     assert listed() == []
     assert seen.ask("motionenv.guest") is None
     assert seen.complaints == []
+
+
+def test_an_axis_between_two_groups_becomes_a_slider(browser, server, tmp_path):
+    files = []
+    for i in range(4):
+        walk = motionenv.synthesize("walk/fpca", 5, 60, seed=20 + i, speed=1.0 if i < 2 else 1.6)
+        files.append(tmp_path / f"who{i}_1.npz")
+        motionenv.write(walk, files[-1])
+    seen = tab(browser, server.url).open("model=walk/fpca")
+    seen.page.set_input_files("#capture-panel input[type=file]", files)
+    seen.until("document.querySelectorAll('.steps .done').length === 4", 120)
+    seen.page.click("text=An axis between two groups of people")
+    seen.page.fill("[aria-label='Name of the first group']", "Strollers")
+    seen.page.fill("[aria-label='Name of the second group']", "Hurried")
+    seen.page.click("text=Fit with this axis")
+    seen.until("document.querySelector('#capture').textContent.includes('of 2 Strollers')", 120)
+    seen.picture("axis")
+    seen.page.click("text=Use model")
+    seen.until("motionenv.state.model.startsWith('fitted/who0') && motionenv.guest === null", 30)
+    slider = seen.page.locator("#traits .slider").first
+    assert "Strollers" in slider.inner_text()
+    assert "Left out of the fit" in slider.get_attribute("title")
+    seen.page.click("text=Delete model")
+    seen.until("motionenv.state.model === 'walk/fpca'")
+    assert seen.complaints == []

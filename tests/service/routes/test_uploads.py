@@ -127,3 +127,24 @@ def test_the_client_saves_and_uploads(shared, files, tmp_path):
         with pytest.raises(motionenv.ServiceError, match="no model"):
             client.save_model("fitted/none", tmp_path / "none.npz")
         assert not (tmp_path / "none.npz").exists()
+
+
+def test_an_axis_between_groups_of_people_is_fitted(shared):
+    anna, walks = shared["anna"], {}
+    for i in range(6):
+        speed = 1.0 if i < 3 else 1.6
+        walks[f"p{i}_1.npz"] = as_file(motionenv.synthesize("walk/fpca", 5, 60, seed=i, speed=speed), ".npz")
+    groups = '{"slow": ["p0", "p1", "p2"], "fast": ["p3", "p4", "p5"]}'
+    fields = {"kind": "eigenwalkers", "name": "axis", "groups": groups}
+    answer = anna.post("/v1/models", files=uploads(walks), data=fields)
+    told = ended(Talk(anna), answer)
+    assert told["status"] == "done", told
+    (note,) = anna.get(told["result"]).json()["notes"]
+    assert "of 3 slow" in note
+    assert "of 3 fast" in note
+    assert "groups" in anna.post("/v1/models", files=uploads(walks), data=fields | {"kind": "fpca"}).json()["detail"]
+    for wrong in ("{", '{"a": ["p0", "p1"]}', '{"a": ["p0"], "b": ["p1", "p2"]}'):
+        assert anna.post("/v1/models", files=uploads(walks), data=fields | {"groups": wrong}).status_code == 422
+    unknown = fields | {"name": "b", "groups": groups.replace("p5", "p9")}
+    failed = ended(Talk(anna), anna.post("/v1/models", files=uploads(walks), data=unknown))
+    assert (failed["status"], "no walk of p9" in failed["message"]) == ("failed", True)

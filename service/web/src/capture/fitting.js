@@ -3,6 +3,7 @@
 import { resultOf } from "../api/jobs.js";
 import { request } from "../api/requests.js";
 import { make } from "../controls/widgets.js";
+import { groupsForm, personOf } from "./groups.js";
 
 /** The last step of an upload, and the buttons for its model. */
 export class Fitting {
@@ -11,21 +12,23 @@ export class Fitting {
     this.buttons = make("div", { className: "actions" });
   }
 
-  /** Fit a model to walks, files of the inspection. */
-  async fit(walks) {
+  /** Fit a model to walks, files of the inspection, with an axis between `groups` of people if there are any. */
+  async fit(walks, groups = null) {
     const { upload } = this;
     this.buttons.replaceChildren();
     upload.step(3, "Fitting a model …");
-    const kind = people(walks) > 1 ? "eigenwalkers" : "fpca";
-    const fields = { ...upload.fields, kind, name: nameFor(walks[0].name) };
+    const kind = new Set(walks.map(personOf)).size > 1 ? "eigenwalkers" : "fpca";
+    const fields = { ...upload.fields, kind, name: nameFor(walks[0].name), groups: groups && JSON.stringify(groups) };
     const job = await upload.job("/v1/models", upload.sent(walks), fields, (words, progress) => upload.step(3, words, progress));
     this.offer(await (await resultOf(job)).json());
+    const form = groupsForm(walks, (chosen) => this.fit(walks, chosen).catch((error) => upload.failed(error)));
+    if (form) this.buttons.append(form);
     await upload.app.listModels();
   }
 
-  offer({ model, kind, left_out: left }) {
+  offer({ model, kind, left_out: left, notes }) {
     const others = Object.entries(left).map(([name, why]) => `${name} was left out: ${why}.`);
-    this.upload.done(`Model ${model} (${kind}). ${others.join(" ")}`);
+    this.upload.done(`Model ${model} (${kind}). ${[...notes, ...others].join(" ")}`);
     const walk = make("button", { type: "button", className: "strong", textContent: "Use model" });
     const forget = make("button", { type: "button", textContent: "Delete model" });
     walk.addEventListener("click", () => this.upload.app.load(model));
@@ -46,9 +49,6 @@ export class Fitting {
     }
   }
 }
-
-/** Number of people: the part of a file name before the first _ identifies one. */
-const people = (files) => new Set(files.map(({ name }) => name.split("_")[0])).size;
 
 /** A model name made from a file name. */
 function nameFor(file) {

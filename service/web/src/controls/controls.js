@@ -44,12 +44,14 @@ export class Controls {
     this.directions = Object.fromEntries(
       traits.map((_, i) => [`t${i}`, Array.from(arrays.traits.subarray(i * components, (i + 1) * components))]),
     );
-    return traits.flatMap(({ name, low, high }, i) => (name === PACE ? [] : [this.trait(`t${i}`, capital(name), low, high)]));
+    return traits.flatMap(({ name, low, high, note }, i) => (name === PACE ? [] : [this.trait(`t${i}`, capital(name), low, high, note)]));
   }
 
-  trait(id, name, low, high) {
+  trait(id, name, low, high, note) {
     const label = `${name}: from ${low} to ${high}, in standard deviations`;
-    return new Slider({ label, low: capital(low), high: capital(high), ...this.holding(id, name) });
+    const slider = new Slider({ label, low: capital(low), high: capital(high), ...this.holding(id, name) });
+    slider.row.title = note;
+    return slider;
   }
 
   /** What sliders have in common whose values stay where a user puts them. */
