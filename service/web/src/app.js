@@ -13,6 +13,7 @@ import { GaitDialogue } from "./gait/dialogue.js";
 import { gaitOf } from "./api/requests.js";
 import { History } from "./controls/history.js";
 import { drawn, enter, fresh, fromLink, level, link } from "./state.js";
+import { captureOf } from "./capture/recall.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
 const $ = (id) => document.getElementById(id);
@@ -63,12 +64,14 @@ export class App {
       const found = await this.patiently(name);
       if (this.wanted !== name) return;
       this.say("");
+      const capture = state.model === name ? state.capture : null;
       this.parameters = found;
       this.state = state;
       state.model = name;
       for (const one of state.people) enter(one, name, found);
       this.controls = new Controls(this, found);
       this.people();
+      if (capture) await this.recall(capture);
       if (state.camera) this.stage.look(state.camera);
       if (state.stimulus) this.stimulate();
     } catch (error) {
@@ -103,7 +106,7 @@ export class App {
   people() {
     const { parameters: model, state } = this;
     state.chosen = Math.min(state.chosen, state.people.length - 1);
-    this.guest = null;
+    state.capture = this.guest = null;
     this.dismiss();
     this.walkers = state.people.map(() => walkerOf(model));
     this.walkers.forEach((walker, i) => walker.set(state.people[i]));
@@ -112,9 +115,16 @@ export class App {
     this.refresh();
   }
 
-  /** Show a captured walker; null returns to the model. */
-  invite(guest) {
+  /** Show the capture of an inspection, if the service still keeps it. */
+  async recall(id) {
+    const guest = await captureOf(id).catch((error) => this.say(error.message));
+    if (guest) this.invite(guest, id);
+  }
+
+  /** Show a captured walker, of the inspection `id`; null returns to the model. */
+  invite(guest, id = null) {
     this.guest = guest;
+    this.state.capture = id;
     this.cycles = [0, 0];
     if (!guest) {
       this.people();
@@ -254,7 +264,7 @@ export class App {
   /** Go one step back in what was done to people, or forward again; the model comes along. */
   turnBack(back = true) {
     const then = back ? this.history.back(this.state) : this.history.forth(this.state);
-    if (then) this.load(then.model, { ...this.state, ...then });
+    if (then) this.load(then.model, { ...this.state, ...then, capture: null });
   }
 
   /** Pause or resume. */

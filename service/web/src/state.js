@@ -28,6 +28,7 @@ export const fresh = () => ({
   inverted: false,
   scattered: false,
   camera: null,
+  capture: null, // id of the inspection whose capture is shown
   stimulus: null, // the settings of the dialogue for experiments while it is open
   people: [person()],
   chosen: 0,
@@ -47,6 +48,7 @@ export function link(state) {
   if (state.figure !== "body") fields.set("figure", state.figure);
   for (const flag of ["lines", "inverted", "scattered"]) if (state[flag]) fields.set(flag, "1");
   if (state.camera) fields.set("camera", state.camera.map(short).join(","));
+  if (state.capture) fields.set("capture", state.capture);
   if (state.stimulus) stimulusTo(fields, state.stimulus);
   state.people.forEach((one, i) => {
     const mark = i === 0 ? "" : "2";
@@ -124,6 +126,7 @@ export function fromLink(text) {
   for (const flag of ["lines", "inverted", "scattered"]) state[flag] = fields.get(flag) === "1";
   const camera = (fields.get("camera") ?? "").split(",").map(Number);
   if (camera.length === 3 && camera.every((x) => Math.abs(x) <= FAR)) state.camera = camera;
+  if (/^[\w-]{8,64}$/.test(fields.get("capture") ?? "")) state.capture = fields.get("capture");
   if (fields.get("stimulus") === "1") state.stimulus = stimulusFrom(fields);
   state.people = [personFrom(fields, "")];
   if (fields.has("walker2")) state.people.push(personFrom(fields, "2"));

@@ -311,3 +311,22 @@ def test_an_axis_between_two_groups_becomes_a_slider(browser, server, tmp_path):
     seen.page.click("text=Delete model")
     seen.until("motionenv.state.model === 'walk/fpca'")
     assert seen.complaints == []
+
+
+def test_a_link_shows_a_capture_while_it_is_kept(browser, server, tmp_path):
+    motionenv.write(motionenv.synthesize("walk/fpca", 4, 60, seed=11, height=1.6), tmp_path / "linked.c3d")
+    seen = tab(browser, server.url).open("model=walk/fpca")
+    seen.page.set_input_files("#capture-panel input[type=file]", tmp_path / "linked.c3d")
+    seen.until("location.hash.includes('capture=')", 120)
+    link = seen.page.evaluate("() => location.hash.slice(1)")
+    other = tab(browser, server.url).open(link)
+    other.until("motionenv.guest", 30)
+    assert other.ask("motionenv.guest.body.height") == pytest.approx(seen.ask("motionenv.guest.body.height"))
+    other.page.click("#randomise")
+    other.until("motionenv.guest === null && !location.hash.includes('capture')")
+    seen.until("document.querySelectorAll('.steps .done').length === 4", 120)
+    seen.page.click("text=Forget the files")
+    seen.until("document.querySelector('#capture').textContent.includes('Forgotten')")
+    gone = tab(browser, server.url).open(link)
+    gone.until("document.getElementById('note').textContent.includes('any more')")
+    assert gone.ask("motionenv.guest") is None

@@ -20,6 +20,7 @@ export class Upload {
   constructor(element, app, files, options) {
     Object.assign(this, { element, app, files, options });
     this.jobs = []; // ids of all jobs of this upload
+    this.shown = null; // id of the inspection of what is shown
     this.mapped = null; // { map, names }: the marker map in use, and the points of the files that it is for
     this.rows = STEPS.map((name) => make("li", { textContent: name }));
     this.bar = make("progress", { max: 1, value: 0 });
@@ -64,6 +65,7 @@ export class Upload {
   /** The service's `Inspection` of all files. */
   async inspect() {
     const job = await this.job("/v1/jobs/inspect", this.files, this.options, (words, progress) => this.step(1, words, progress));
+    this.shown = job.id;
     this.named = new Map(job.files.map((name, i) => [name, this.files[i]])); // names as the service keeps them
     return (await resultOf(job)).json();
   }
@@ -75,6 +77,7 @@ export class Upload {
     const job = await this.job("/v1/jobs/inspect", this.sent(alike), { ...this.options, map }, () => {});
     const { files } = await (await resultOf(job)).json();
     if (!files.some((file) => file.motion)) return files[0].problem;
+    this.shown = job.id;
     const fresh = new Map(files.map((file) => [file.name, file]));
     this.inspection.files = this.inspection.files.map((file) => fresh.get(file.name) ?? file);
     this.mapped = { map, hash };
@@ -91,7 +94,7 @@ export class Upload {
     this.step(some("points") ? 2 : 1, "");
     this.found.replaceChildren(...files.map((file) => make("li", { textContent: describe(file) })));
     const shown = this.usable.find((file) => file.walk) ?? this.usable[0];
-    if (shown) this.app.invite(new CaptureWalker(await parameters("walk/fpca"), shown.motion, shown.walk));
+    if (shown) this.app.invite(new CaptureWalker(await parameters("walk/fpca"), shown.motion, shown.walk), this.shown);
     this.actions.show(shown);
     const walks = this.usable.filter((file) => file.walk);
     if (!walks.length) throw new ServiceError(some("motion") ? NO_WALK : some("points") ? NO_BODY : UNREAD);
