@@ -67,7 +67,8 @@ def _curves(session: Session) -> Iterator[tuple[str, str, np.ndarray, np.ndarray
 
 
 def _band(band: Band) -> dict:
-    angles = {name: {"mean": _listed(band.mean[name]), "sd": _listed(band.sd[name])} for name in band.mean}
+    listed = lambda values: np.round(values, 2).tolist()  # as in the files of bands
+    angles = {name: {"mean": listed(band.mean[name]), "sd": listed(band.sd[name])} for name in band.mean}
     return {"people": band.people, "who": band.who, "angles": angles}
 
 
