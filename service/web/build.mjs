@@ -1,6 +1,6 @@
 // Bundles the page with three.js into dist/, which is committed: installing motionenv needs neither npm nor its registry.
 // File names carry a hash of their content, so browsers may cache them forever. dist/SOURCES is the digest of what the
-// bundle was built from; tests/service/page/test_files.py compares it with the sources.
+// bundle was built from; tests/service/routes/test_page.py compares it with the sources.
 import { build } from "esbuild";
 import { createHash } from "node:crypto";
 import { readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
