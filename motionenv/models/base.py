@@ -20,7 +20,7 @@ from motionenv.models.types import Components, Request, Treadmill, Walker
 from motionenv.types import Motion, Skeleton
 
 if TYPE_CHECKING:
-    from motionenv.models.traits import Trait
+    from motionenv.models.types import Trait
 
 
 class GaitModel(StoredModel):

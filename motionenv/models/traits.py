@@ -13,34 +13,11 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.treadmill_cycle import InPlace
+from motionenv.models.types import Trait
 from motionenv.types import MARKERS
 
 _DRAWN = 100  # walkers; enough, as each model has about ten components
 _SEED = 1
-
-
-@dataclass(frozen=True, eq=False)
-class Trait:
-    """A direction in the space of a model's walkers.
-
-    Attributes:
-        name, unit: of the feature.
-        low, high: words for walkers with little or much of it.
-        direction: (q,) unit vector, in standard deviations along each component.
-        mean, gain: of the feature over walkers, and its change for one step along `direction`, by the regression.
-        share: share of the feature's variance over walkers that the regression explains.
-        note: what else a user should know.
-    """
-
-    name: str
-    low: str
-    high: str
-    direction: np.ndarray
-    mean: float
-    gain: float
-    unit: str
-    share: float
-    note: str = ""
 
 
 def traits(model: GaitModel) -> list[Trait]:

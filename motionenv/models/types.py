@@ -140,3 +140,27 @@ class Request:
     def frames(self) -> int:
         """Number of frames of the motion."""
         return round(self.seconds * self.fps)
+
+
+@dataclass(frozen=True, eq=False)
+class Trait:
+    """A direction in the space of a model's walkers.
+
+    Attributes:
+        name, unit: of the feature.
+        low, high: words for walkers with little or much of it.
+        direction: (q,) unit vector, in standard deviations along each component.
+        mean, gain: of the feature over walkers, and its change for one step along `direction`, by the regression.
+        share: share of the feature's variance over walkers that the regression explains.
+        note: what else a user should know.
+    """
+
+    name: str
+    low: str
+    high: str
+    direction: np.ndarray
+    mean: float
+    gain: float
+    unit: str
+    share: float
+    note: str = ""

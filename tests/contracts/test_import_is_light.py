@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
+ROOT = Path(__file__).parents[2]
 HEAVY = {
     "OpenGL", "PIL", "av", "ezc3d", "fastapi", "gymnasium", "matplotlib", "numba", "pooch", "pyglet", "pyrender",
     "requests", "rerun", "rich", "scipy", "service", "trimesh", "typer", "uvicorn",
@@ -51,3 +53,32 @@ def test_public_names_are_listed_before_they_are_loaded(tmp_path):
     assert set(found["promised"]) <= set(found["listed"])
     assert found["loaded_early"] == []
     assert found["missing"] == []
+
+
+_EACH_FIRST = """
+import importlib, os, sys
+import numba, numpy, pydantic, scipy.signal, scipy.spatial, typer
+failed = []
+for name in sys.argv[1:]:
+    child = os.fork()
+    if not child:
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            os._exit(1 if "partially initialized" in str(error) else 0)
+        os._exit(0)
+    if os.waitpid(child, 0)[1]:
+        failed.append(name)
+print(*failed)
+"""
+
+
+def test_every_module_of_the_models_can_come_first():
+    """Imports in a circle fail or not depending on which module comes first: each is imported in a fresh process."""
+    folder = ROOT / "motionenv"
+    paths = [path for part in ("models", "data", "gait", "lifting") for path in sorted((folder / part).rglob("*.py"))]
+    names = [".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in paths]
+    done = subprocess.run(
+        [sys.executable, "-c", _EACH_FIRST, *names], capture_output=True, text=True, cwd=ROOT, timeout=300, check=True
+    )
+    assert done.stdout.split() == []

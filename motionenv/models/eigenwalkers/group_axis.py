@@ -11,7 +11,7 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.regression import shrunk_regression
-from motionenv.models.traits import Trait
+from motionenv.models.types import Trait
 
 _FEWEST = 2  # people of a group
 

@@ -17,7 +17,7 @@ from motionenv.models.eigenwalkers.group_axis import GroupAxis, checked_groups, 
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
 from motionenv.models.eigenwalkers.table import Rows, mean_walkers, read_walks
-from motionenv.models.traits import Trait
+from motionenv.models.types import Trait
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 

@@ -151,6 +151,10 @@ def test_the_dialogue_has_no_barrier_and_fits(browser, server, size):
     found = Axe().run(seen.page)
     assert found.violations_count == 0, found.generate_report()
     assert seen.ask("document.querySelector('dialog').scrollWidth") <= size[0]
+    widths = (
+        "Array.from(document.querySelectorAll('dialog input[type=number]')).map((e) => e.scrollWidth - e.clientWidth)"
+    )
+    assert max(seen.ask(widths)) <= 0  # every number can be read
     seen.page.focus("dialog [name=view]")
     seen.page.keyboard.press("ArrowUp")
     assert seen.ask("motionenv.state.stimulus.view") == 95
