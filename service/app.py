@@ -10,8 +10,9 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from motionenv import __version__
 from service import errors
+from service.jobs.backend import Backend
+from service.jobs.local import Local
 from service.jobs.manager import JobManager
-from service.model_registry import ModelRegistry
 from service.observability.metrics import Metrics
 from service.observability.tracing import Tracer
 from service.reference import asyncapi, openapi
@@ -29,12 +30,21 @@ class Service:
 
     def __init__(self, settings: Settings):
         self.settings, self.metrics = settings, Metrics()
-        self.model_registry = ModelRegistry(settings.data / "models")
+        self.backend = _backend(settings)
+        self.model_registry, self.streams = self.backend.models, self.backend.streams
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
-        self.jobs = JobManager(settings, self.model_registry, self.metrics)
+        self.jobs = JobManager(settings, self.backend)
         self.tracer = Tracer(settings.traces, settings.trace_share) if settings.traces else None
-        self.ready, self.streams = False, 0  # whether the models are loaded; number of open WebSockets
+        self.ready = False  # whether the models are loaded
+
+
+def _backend(settings: Settings) -> Backend:
+    if not settings.database.get_secret_value():
+        return Local(settings)
+    from service.cluster.backend import Cluster  # an extra
+
+    return Cluster(settings)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -45,11 +55,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         service.model_registry.load()
         parameters.prepare(service.model_registry)
-        service.jobs.open()
+        await service.backend.open()
         service.ready = True
         yield
         service.ready = False
-        await service.jobs.close()
+        await service.backend.close()
         service.worker_pool.close()
         service.opengl_pool.close()
         if service.tracer is not None:
@@ -61,7 +71,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )  # fmt: skip
     app.state.service = service
     app.add_middleware(CompressionMiddleware)
-    app.add_middleware(AccessMiddleware, settings=service.settings)
+    app.add_middleware(AccessMiddleware, settings=service.settings, counts=service.backend.counts)
     if service.settings.cors:
         app.add_middleware(
             CORSMiddleware, allow_origins=service.settings.cors, allow_methods=["*"], allow_headers=["*"],

@@ -17,7 +17,7 @@ from starlette.routing import Match
 
 from motionenv import MotionError
 from motionenv.models import did_you_mean
-from service.jobs.store import Full
+from service.jobs.store import Full, Unreachable
 
 MEDIA_TYPE = "application/problem+json"
 #: What kinds of problems there are, by the last part of their `type`: the status, and a title.
@@ -44,6 +44,9 @@ KINDS: dict[str, tuple[int, str]] = {
 _USUAL = {status: kind for kind, (status, _) in reversed(KINDS.items())}
 #: The detail of a 507.
 FULL = "the service's disk is full: remove jobs or models, or contact its operator"
+#: [s] after which a client may try again when the database is away, and the detail of that 503.
+OUTAGE = 10
+UNREACHABLE = f"the service can't reach its database or its files; retry in {OUTAGE} s"
 #: Names of bounds in pydantic's errors that are passed on.
 _BOUNDS = ("gt", "ge", "lt", "le", "multiple_of", "min_length", "max_length", "pattern", "expected")
 
@@ -130,7 +133,7 @@ def install(app: Starlette) -> None:
 
     handlers = {
         Problem: _of_problem, HTTPException: _of_http, RequestValidationError: _of_validation,
-        MotionError: _of_motion, Full: _of_full,
+        MotionError: _of_motion, Full: _of_full, Unreachable: _of_unreachable,
     }  # fmt: skip
     for kind, handler in handlers.items():
         app.add_exception_handler(kind, handler)
@@ -173,6 +176,10 @@ async def _of_motion(request: Request, error: Any) -> Response:
 
 async def _of_full(request: Request, error: Any) -> Response:
     return _answer(request, 507, FULL)
+
+
+async def _of_unreachable(request: Request, error: Any) -> Response:
+    return _answer(request, 503, UNREACHABLE, headers={"Retry-After": str(OUTAGE)})
 
 
 def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:

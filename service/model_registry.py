@@ -1,5 +1,6 @@
 """The models that can be asked for: the ready-made ones, and those that jobs have fitted, files in the data folder."""
 
+import os
 import re
 import threading
 from functools import lru_cache
@@ -57,15 +58,21 @@ class ModelRegistry:
         """The model called `name`, or None and why it can't be loaded, both None while loading; 404 if unknown."""
         if name in names():
             return self._ready.get(name), self._failed.get(name)
-        path = self.find_path(name)
-        if path is None or not self.shows(path, access):
-            raise self.missing(name, access)
+        self.check(name, access)
         try:
+            path = self.place(name, "")
             return _loaded(path, path.stat().st_mtime_ns), None
         except FileNotFoundError:
             raise self.missing(name, access) from None
         except MotionError as error:
             return None, str(error)
+
+    def check(self, name: str, access: Access) -> None:
+        """Raise 404 if there is no model called `name` to be seen, whether it is loaded or not."""
+        if name not in names():
+            path = self.find_path(name)
+            if path is None or not self.shows(path, access):
+                raise self.missing(name, access)
 
     def find_path(self, name: str) -> Path | None:
         """The file of the fitted model called `name`, or None."""
@@ -79,6 +86,13 @@ class ModelRegistry:
         """Where the fitted model called `name` is, or will be put if there is none yet."""
         stem = name.removeprefix("fitted/")
         return self.find_path(name) or self.folder / (f"{stem}.{owner}.npz" if owner else f"{stem}.npz")
+
+    def publish(self, file: Path, name: str, owner: str, sha: str) -> None:
+        """Move the file of a model, whose SHA-256 is `sha`, to where it is served from."""
+        os.replace(file, self.place(name, owner))
+
+    def refresh(self) -> None:
+        """Learn of what other machines have changed; blocks."""
 
     def name_of(self, path: Path) -> str:
         """The name of the model in a file."""

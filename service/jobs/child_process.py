@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -36,12 +36,16 @@ class Failed(Exception):
 
 
 async def run(
-    work: dict[str, Any], folder: Path, seconds: float, memory: int, on_progress: Callable[[float, str], None]
+    work: dict[str, Any],
+    folder: Path,
+    seconds: float,
+    memory: int,
+    on_progress: Callable[[float, str], Awaitable[None]],
 ) -> None:
     """Run a job in a process that dies with this one, in `folder`, with files in `input`; it writes `result`.
 
     `work` is kind and settings, as `service.jobs.worker` expects them, `memory` a limit of address space [bytes];
-    `on_progress` is called with a share from 0 to 1 and a message.
+    `on_progress` is awaited with a share from 0 to 1 and a message.
 
     Raises:
         Failed: with the reason.
@@ -72,7 +76,7 @@ async def run(
         raise _failure(code, folder / "log", memory)
 
 
-async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float, str], None]) -> bool:
+async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float, str], Awaitable[None]]) -> bool:
     """Read progress until the process ends; return whether it reported success."""
     reader = asyncio.StreamReader()
     transport, _ = await asyncio.get_running_loop().connect_read_pipe(
@@ -86,7 +90,7 @@ async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float
                 raise Failed(int(said["failed"]), str(said["detail"])[:2000])
             done = done or bool(said.get("done"))
             if "progress" in said:
-                on_progress(min(max(float(said["progress"]), 0.0), 1.0), str(said["message"])[:200])
+                await on_progress(min(max(float(said["progress"]), 0.0), 1.0), str(said["message"])[:200])
     except (ValueError, KeyError, TypeError) as error:  # not written by the worker
         raise Failed(500, "the job's process sent malformed output") from error
     finally:

@@ -29,6 +29,12 @@ class FileStore:
         """Path of the file with this SHA-256, whether it exists or not."""
         return self.folder / "file_store" / sha[:2] / sha
 
+    def fetch(self, sha: str) -> Path:
+        """Path of the file with this SHA-256, got from elsewhere if need be; FileNotFoundError if there is none."""
+        path = self.path(sha)
+        path.stat()
+        return path
+
     def receive(self) -> "Incoming":
         """Create a file to write an upload to."""
         with full_disk_errors():
@@ -51,7 +57,11 @@ class FileStore:
 
     def all(self) -> list[str]:
         """SHA-256 of every file."""
-        return [path.name for path in self.folder.glob("file_store/??/*")]
+        return [path.name for path in self.paths()]
+
+    def paths(self) -> list[Path]:
+        """Paths of the files in the folder."""
+        return list(self.folder.glob("file_store/??/*"))
 
     def sweep_incoming(self) -> None:
         """Remove unfinished uploads of a service that was killed."""

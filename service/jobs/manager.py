@@ -1,5 +1,6 @@
 """The interface between routes and jobs."""
 
+import asyncio
 import base64
 import hashlib
 import secrets
@@ -9,47 +10,42 @@ from pathlib import Path
 from typing import Any
 
 from service.errors import Problem, busy
+from service.jobs.backend import Backend
 from service.jobs.file_store import FileStore
-from service.jobs.store import WAITING, Full, Job, Store, Taken, Waiting, lane_of
-from service.jobs.supervisor import Supervisor
+from service.jobs.store import WAITING, Full, Job, Repeated, Store, Taken, Waiting, lane_of
 from service.jobs.uploads import Received
-from service.model_registry import ModelRegistry
-from service.observability.metrics import Metrics
 from service.settings import Settings
 from service.transport.access import Access
 
 
 class JobManager:
-    """The jobs of one data folder: their database `store`, and their files in `file_store`."""
+    """The jobs of a service: what is known of them is in the backend's `store`, their files in its `file_store`."""
 
-    def __init__(self, settings: Settings, model_registry: ModelRegistry, metrics: Metrics):
-        self.settings, self.model_registry, self.metrics = settings, model_registry, metrics
+    def __init__(self, settings: Settings, backend: Backend):
+        self.settings, self.backend, self.model_registry = settings, backend, backend.models
 
-    def open(self) -> None:
-        """Start, in an event loop."""
-        self.model_registry.folder.mkdir(parents=True, exist_ok=True)
-        self.file_store = FileStore(self.settings.data, self.settings.reserve)
-        self.store = Store(self.settings.data / "jobs.sqlite", self.file_store.drop_ballast)
-        self.supervisor = Supervisor(self.settings, self.store, self.file_store, self.model_registry, self.metrics)
-        self.supervisor.start()
+    @property
+    def store(self) -> Store:
+        """What is known of the jobs."""
+        return self.backend.store
 
-    async def close(self) -> None:
-        """Stop; running jobs are queued again."""
-        await self.supervisor.stop()
-        self.store.close()
+    @property
+    def file_store(self) -> FileStore:
+        """The files of the jobs."""
+        return self.backend.file_store
 
-    def check_open(self, kind: str) -> None:
+    async def check_open(self, kind: str) -> None:
         """Refuse jobs of a kind before their body is read, if they would be refused afterwards.
 
         Raises:
             Problem: 503, too many jobs are queued.
             Full: the disk is full.
         """
-        if self.store.queued(lane_of(kind)) >= self.settings.job_waiting:
+        if await self.store.queued(lane_of(kind)) >= self.settings.job_waiting:
             raise self._full_queue()
         self.file_store.check_room()
 
-    def add(
+    async def add(
         self, kind: str, settings: dict[str, Any], files: Sequence[Received], access: Access, *, media_type: str,
         filename: str, model: str | None = None, key: str | None = None,
     ) -> Job:  # fmt: skip
@@ -67,30 +63,41 @@ class JobManager:
         )
         inputs = [(file.name, file.sha) for file in files]
         unique = None if key is None else hashlib.sha256(f"{access.owner}\n{kind}\n{key}".encode()).hexdigest()
-        if unique and (same := self.store.same(unique)):
-            if same.settings != settings or self.store.inputs(same.id) != inputs:
-                raise Problem(422, "this Idempotency-Key was used for another request", field="Idempotency-Key")
+        if unique and (same := await self._repeated(unique, settings, inputs)):
             return same
         if model is not None:
-            self._check_model(model, access, settings["replace"])
+            await self._check_model(model, access, settings["replace"])
         try:
             most = self.settings.job_waiting
-            self.store.add(job, inputs, most=most, idempotency=unique, place=lambda: self._place(files))
+            await self.store.add(job, inputs, most=most, idempotency=unique, place=lambda: self._place(files))
         except Full:
-            self.store.sweep([sha for _, sha in inputs], self.file_store.remove)
+            await self.store.sweep([sha for _, sha in inputs], self.file_store.remove)
             raise
+        except Repeated:
+            same = await self._repeated(unique or "", settings, inputs)
+            if same is None:
+                raise busy("a request with the same Idempotency-Key has just been removed") from None
+            return same
         except Waiting:
             raise self._full_queue() from None
         except Taken:
             raise Problem(409, f"a job is making {model} already: wait, cancel it, or choose another name") from None
-        self.supervisor.wake()
+        self.backend.wake()
         return job
+
+    async def _repeated(self, unique: str, settings: dict[str, Any], inputs: list[tuple[str, str]]) -> Job | None:
+        """The job of an equal request before; 422 if that was another request."""
+        same = await self.store.same(unique)
+        if same and (same.settings != settings or await self.store.inputs(same.id) != inputs):
+            raise Problem(422, "this Idempotency-Key was used for another request", field="Idempotency-Key")
+        return same
 
     def _full_queue(self) -> Problem:
         return busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
 
-    def _check_model(self, name: str, access: Access, replace: bool) -> None:
+    async def _check_model(self, name: str, access: Access, replace: bool) -> None:
         """Refuse the name of a model that exists, unless it may be replaced."""
+        await asyncio.to_thread(self.model_registry.refresh)
         path = self.model_registry.find_path(name)
         if path is None:
             return
@@ -104,56 +111,61 @@ class JobManager:
         for file in files:
             self.file_store.place(file.file.path, file.sha)
 
-    def get(self, job: str, access: Access) -> Job:
+    async def get(self, job: str, access: Access) -> Job:
         """The job with an id; 404 if there is none."""
-        found = self.store.get(job)
+        found = await self.store.get(job)
         if found is None or not access.to(found.owner):
             raise Problem(404, "there is no such job: GET /v1/jobs lists them")
         return found
 
-    def page(self, access: Access, most: int, status: str | None, cursor: str | None) -> tuple[list[Job], str | None]:
+    async def page(
+        self, access: Access, most: int, status: str | None, cursor: str | None
+    ) -> tuple[list[Job], str | None]:
         """At most `most` jobs, newest first, and the cursor of the next ones; 400 if `cursor` isn't one.
 
         A cursor is the number of a job, which keeps its place when the job is removed.
         """
-        before = None if cursor is None else self._number(cursor)
-        found = self.store.page(most + 1, status, before, None if access.everything else access.owner)
+        before = None if cursor is None else await self._number(cursor)
+        found = await self.store.page(most + 1, status, before, None if access.everything else access.owner)
         return found[:most], _cursor(found[most - 1].number) if len(found) > most else None
 
-    def _number(self, cursor: str) -> int:
+    async def _number(self, cursor: str) -> int:
         try:
             number = int.from_bytes(base64.b64decode(cursor, altchars=b"-_", validate=True))
         except ValueError:
             number = 0
-        if not (1 <= number <= self.store.last() and _cursor(number) == cursor):
+        if not (1 <= number <= await self.store.last() and _cursor(number) == cursor):
             raise Problem(400, "before must be the `next` of an earlier page", field="before")
         return number
 
-    def result(self, job: Job) -> Path:
-        """The file of a result; 409 if the job isn't done."""
+    async def result(self, job: Job) -> Path:
+        """The file of a result; 409 if the job isn't done, 404 if it was removed meanwhile."""
         if job.result is None:
             headers = {"Retry-After": "1"} if job.status in WAITING else {}
             raise Problem(409, f"the job is {job.status} and has no result", headers=headers)
-        return self.file_store.path(job.result)
+        try:
+            return await asyncio.to_thread(self.file_store.fetch, job.result)
+        except FileNotFoundError:
+            raise Problem(404, "the job was removed") from None
 
-    def cancel(self, job: Job) -> None:
+    async def cancel(self, job: Job) -> None:
         """Cancel a queued or running job; does nothing to others."""
-        self.store.end(job.id, "cancelled", "cancelled")
-        self.supervisor.wake()
+        await self.store.cancel(job.id)
+        self.backend.wake()
 
-    def remove(self, job: Job) -> None:
+    async def remove(self, job: Job) -> None:
         """Remove a job that has ended, with files that no other job uses."""
-        shas = {sha for _, sha in self.store.inputs(job.id)} | {job.result or ""} - {""}
-        self.store.remove(job.id)
-        self.store.sweep(shas, self.file_store.remove)
+        shas = {sha for _, sha in await self.store.inputs(job.id)} | {job.result or ""} - {""}
+        await self.store.remove(job.id)
+        await self.store.sweep(shas, self.file_store.remove)
 
-    def remove_model(self, name: str, access: Access) -> None:
+    async def remove_model(self, name: str, access: Access) -> None:
         """Remove the fitted model "fitted/<name>"; 404 if there is none."""
-        path = self.model_registry.find_path(name)
+        path = await asyncio.to_thread(self.model_registry.find_path, name)
         if path is None or not access.to(self.model_registry.owner_of(path)):
             raise self.model_registry.missing(name, access)
+        await self.store.forget(name)
         path.unlink(missing_ok=True)
-        self.store.forget(name)
 
 
 def _cursor(number: int) -> str:

@@ -27,4 +27,6 @@ async def check_ready(request: Request) -> Response:
 @router.get("/metrics", summary="Metrics for Prometheus", response_class=PlainTextResponse, responses=_REFUSALS)
 async def get_metrics(request: Request) -> Response:
     """Requests, latencies, threads and jobs, in the text format of Prometheus."""
-    return Response(request.app.state.service.metrics.text(), media_type=MEDIA_TYPE)
+    service = request.app.state.service
+    service.metrics.count_jobs(await service.jobs.store.counts())
+    return Response(service.metrics.text(), media_type=MEDIA_TYPE)

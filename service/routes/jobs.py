@@ -50,16 +50,15 @@ ACCEPTED: dict[int | str, dict[str, Any]] = {202: {
 async def render_walk(request: Request, asked: schemas.RenderRequest, key: Key = None) -> Response:
     """Render a video that takes longer than a request may. Without a seed each job draws one."""
     manager, limits, access = _manager(request), request.app.state.service.settings, access_of(request.scope)
-    manager.check_open("render")
-    if asked.model not in manager.model_registry.names(access):
-        raise manager.model_registry.missing(asked.model, access)
+    await manager.check_open("render")
+    await asyncio.to_thread(manager.model_registry.check, asked.model, access)
     at_most(asked.frames, limits.max_frames, "/seconds", "seconds · fps", "frames", each=asked.fps)
     shown = asked.picture
     pixels = shown.width * shown.height
     at_most(pixels, limits.max_pixels, "/picture/width", "width · height", "pixels", each=shown.height)
     suffix = FILMS[asked.format]
     settings = {"request": asked.model_dump(exclude={"format"}), "suffix": suffix}
-    return queued(request, "render", settings, [], media_type=asked.format, filename=f"walk{suffix}", key=key)
+    return await queued(request, "render", settings, [], media_type=asked.format, filename=f"walk{suffix}", key=key)
 
 
 @router.get(
@@ -73,8 +72,8 @@ async def list_jobs(
 ) -> Response:
     """The jobs of the request's key, newest first; without keys, and for an admin key, all jobs."""
     manager = _manager(request)
-    found, following = manager.page(access_of(request.scope), limit, status, before)
-    body = {"jobs": [_to_response(manager, job) for job in found], "next": following}
+    found, following = await manager.page(access_of(request.scope), limit, status, before)
+    body = {"jobs": [await _to_response(manager, job) for job in found], "next": following}
     return Response(orjson.dumps(body), media_type=JSON, headers=_FRESH)
 
 
@@ -89,12 +88,12 @@ async def get_job(
 ) -> Response:
     """Status and progress; with `wait`, as soon as either changes."""
     manager, access, until = _manager(request), access_of(request.scope), time.monotonic() + wait
-    found = first = manager.get(job, access)
+    found = first = await manager.get(job, access)
     going = lambda: found == first and found.status in WAITING and "closing" not in request.scope
     while going() and time.monotonic() < until:
         await asyncio.sleep(_POLL)
-        found = manager.get(job, access)
-    return _state(manager, found)
+        found = await manager.get(job, access)
+    return await _state(manager, found)
 
 
 @router.get(
@@ -113,8 +112,8 @@ async def get_job(
 async def get_result(request: Request, job: Id) -> Response:
     """The result of a job that is done; `Range` gets a part of a file, to go on with a download that broke off."""
     manager = _manager(request)
-    found = manager.get(job, access_of(request.scope))
-    path, tag = manager.result(found), f'"{found.result}"'
+    found = await manager.get(job, access_of(request.scope))
+    path, tag = await manager.result(found), f'"{found.result}"'
     shown, policy = ("inline", _SANDBOX) if found.media_type == HTML else ("attachment", {})
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
@@ -137,11 +136,11 @@ async def get_result(request: Request, job: Id) -> Response:
 async def cancel_job(request: Request, job: Id) -> Response:
     """Cancel a queued or running job and keep its state. Cancelling it again is not an error."""
     manager, access = _manager(request), access_of(request.scope)
-    manager.cancel(manager.get(job, access))
-    found = manager.get(job, access)
+    await manager.cancel(await manager.get(job, access))
+    found = await manager.get(job, access)
     if found.status != "cancelled":
         raise Problem(409, f"the job is {found.status} and can't be cancelled; DELETE removes it")
-    return _state(manager, found)
+    return await _state(manager, found)
 
 
 @router.delete(
@@ -152,11 +151,11 @@ async def cancel_job(request: Request, job: Id) -> Response:
 async def remove_job(request: Request, job: Id) -> Response:
     """Cancel a queued or running job; remove an ended one with its result. A fitted model stays."""
     manager, access = _manager(request), access_of(request.scope)
-    found = manager.get(job, access)
+    found = await manager.get(job, access)
     if found.status in WAITING:
-        manager.cancel(found)
-        return _state(manager, manager.get(job, access))
-    manager.remove(found)
+        await manager.cancel(found)
+        return await _state(manager, await manager.get(job, access))
+    await manager.remove(found)
     return Response(status_code=204)
 
 
@@ -164,25 +163,27 @@ def _manager(request: Request) -> JobManager:
     return request.app.state.service.jobs
 
 
-def queued(request: Request, kind: str, settings: dict[str, Any], files: Sequence[Received], **about: Any) -> Response:
+async def queued(
+    request: Request, kind: str, settings: dict[str, Any], files: Sequence[Received], **about: Any
+) -> Response:
     """Queue a job for a request, arguments as of `JobManager.add`, and tell its state."""
     manager = _manager(request)
-    job = manager.add(kind, settings, files, access_of(request.scope), **about)
-    return _state(manager, job, 202, Location=f"/v1/jobs/{job.id}")
+    job = await manager.add(kind, settings, files, access_of(request.scope), **about)
+    return await _state(manager, job, 202, Location=f"/v1/jobs/{job.id}")
 
 
-def _state(manager: JobManager, job: Job, status: int = 200, **headers: str) -> Response:
-    body = orjson.dumps(_to_response(manager, job))
+async def _state(manager: JobManager, job: Job, status: int = 200, **headers: str) -> Response:
+    body = orjson.dumps(await _to_response(manager, job))
     return Response(body, status, headers={**headers, **_FRESH}, media_type=JSON)
 
 
-def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
+async def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
     """`JobStatus` of a job."""
     error = job.error and told(job.error["status"], job.error["detail"])
     when = lambda time: time and datetime.fromtimestamp(time, UTC)
     return {
         "id": job.id, "kind": job.kind, "status": job.status, "progress": job.progress, "message": job.message,
-        "model": job.model, "files": [name for name, _ in manager.store.inputs(job.id)],
+        "model": job.model, "files": [name for name, _ in await manager.store.inputs(job.id)],
         "created": when(job.created), "started": when(job.started), "ended": when(job.ended),
         "media_type": job.media_type, "size": job.size, "error": error,
         "result": f"/v1/jobs/{job.id}/result" if job.result else None,

@@ -1,5 +1,6 @@
 """Which models there are: `GET /v1/models`."""
 
+import asyncio
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
@@ -45,7 +46,7 @@ async def list_models(request: Request) -> Response:
 async def get_model_file(request: Request, name: Fitted) -> Response:
     """The model as a file, which another service takes by `POST /v1/models/files`."""
     registry, access = request.app.state.service.model_registry, access_of(request.scope)
-    path = registry.find_path(f"fitted/{name}")
+    path = await asyncio.to_thread(registry.find_path, f"fitted/{name}")
     if path is None or not registry.shows(path, access):
         raise registry.missing(f"fitted/{name}", access)
     found = path.stat()
@@ -63,7 +64,7 @@ async def get_model_file(request: Request, name: Fitted) -> Response:
 )  # fmt: skip
 async def remove_model(request: Request, name: Fitted) -> Response:
     """Remove a fitted model; shipped models can't be removed."""
-    request.app.state.service.jobs.remove_model(f"fitted/{name}", access_of(request.scope))
+    await request.app.state.service.jobs.remove_model(f"fitted/{name}", access_of(request.scope))
     return Response(status_code=204)
 
 

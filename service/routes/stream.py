@@ -17,7 +17,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from motionenv import MotionError
 from motionenv.types import POSE
-from service.errors import Problem, invalid, problem_response
+from service.errors import OUTAGE, UNREACHABLE, Problem, invalid, problem_response
+from service.jobs.store import Unreachable
 from service.responses.streaming import Stream
 from service.schemas.stream import StreamSettings
 from service.transport.access import access_of
@@ -32,10 +33,15 @@ _BEHIND = 1.0  # [s] after which frames that are late are left out
 async def stream(socket: WebSocket) -> None:
     """Send motion until the client goes."""
     service = socket.app.state.service
-    if service.streams >= service.settings.streams:
-        await _refuse(socket, service.settings.streams)
+    try:
+        free = await service.streams.take()
+    except Unreachable:
+        await _refuse(socket, UNREACHABLE, OUTAGE)
         return
-    service.streams += 1
+    if not free:
+        detail = f"{service.settings.streams} streams are open already; retry in {_COME_BACK} s"
+        await _refuse(socket, detail, _COME_BACK)
+        return
     try:
         await socket.accept()
         await _Conversation(socket, service).run()
@@ -44,14 +50,13 @@ async def stream(socket: WebSocket) -> None:
     except _Misunderstood as error:
         await socket.close(error.code, error.reason)
     finally:
-        service.streams -= 1
+        await service.streams.release()
 
 
-async def _refuse(socket: WebSocket, most: int) -> None:
+async def _refuse(socket: WebSocket, detail: str, seconds: int) -> None:
     """503 with a time to come back, or a close code where the server can't answer a handshake otherwise."""
-    detail = f"{most} streams are open already; retry in {_COME_BACK} s"
     if "websocket.http.response" in socket.scope.get("extensions", {}):
-        headers = {"Retry-After": str(_COME_BACK)}
+        headers = {"Retry-After": str(seconds)}
         request_id = socket.scope.get("request_id")
         await socket.send_denial_response(problem_response(503, detail, headers=headers, request_id=request_id))
     else:

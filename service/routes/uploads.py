@@ -32,7 +32,7 @@ async def fit_model(request: Request, key: Key = None) -> Response:
     """Fit a model to motion capture. The result of the job lists the files that were used and left out."""
     async with _uploaded(request, schemas.FitFields, "fit") as (asked, files, _):
         about = {"media_type": JSON, "filename": f"{asked.name}.json", "model": f"fitted/{asked.name}"}
-        return queued(request, "fit", asked.model_dump(), files, key=key, **about)
+        return await queued(request, "fit", asked.model_dump(), files, key=key, **about)
 
 
 @_takes_files("/models/files", "Add a model from a file", schemas.ModelFields, few=True, also=(409,), tags=["models"])
@@ -43,7 +43,7 @@ async def upload_model(request: Request, key: Key = None) -> Response:
     """
     async with _uploaded(request, schemas.ModelFields, "import", most=1) as (asked, files, _):
         about = {"media_type": JSON, "filename": f"{asked.name}.json", "model": f"fitted/{asked.name}"}
-        return queued(request, "import", asked.model_dump(), files, key=key, **about)
+        return await queued(request, "import", asked.model_dump(), files, key=key, **about)
 
 
 @_takes_files("/jobs/inspect", "Inspect capture files", schemas.ReadFields)
@@ -51,7 +51,7 @@ async def inspect_captures(request: Request, key: Key = None) -> Response:
     """Find markers or joints, the moving body and the gait cycles of a walk; the result is an `Inspection`."""
     async with _uploaded(request, schemas.ReadFields, "inspect") as (asked, files, _):
         about = {"media_type": JSON, "filename": "inspection.json"}
-        return queued(request, "inspect", asked.model_dump(), files, key=key, **about)
+        return await queued(request, "inspect", asked.model_dump(), files, key=key, **about)
 
 
 @_takes_files("/jobs/points", "List the points of a capture file", schemas.ReadFields, few=True)
@@ -59,7 +59,7 @@ async def list_points(request: Request, key: Key = None) -> Response:
     """List the points of a file, where they are, and which landmarks they may be; the result is `CapturePoints`."""
     async with _uploaded(request, schemas.ReadFields, "points", most=1) as (asked, files, _):
         about = {"media_type": JSON, "filename": "points.json"}
-        return queued(request, "points", asked.model_dump(), files, key=key, **about)
+        return await queued(request, "points", asked.model_dump(), files, key=key, **about)
 
 
 @_takes_files("/jobs/report", "Report on the gait in capture files", schemas.ReportFields)
@@ -69,7 +69,7 @@ async def report_gait(request: Request, key: Key = None) -> Response:
         suffix = REPORTS[asked.format]
         settings = asked.model_dump() | {"static": _static(asked, names), "suffix": suffix}
         about = {"media_type": asked.format, "filename": f"report{suffix}"}
-        return queued(request, "report", settings, files, key=key, **about)
+        return await queued(request, "report", settings, files, key=key, **about)
 
 
 @_takes_files("/jobs/convert", "Convert a capture file", schemas.ConvertFields, few=True)
@@ -78,7 +78,7 @@ async def convert_capture(request: Request, key: Key = None) -> Response:
     async with _uploaded(request, schemas.ConvertFields, "convert", most=1) as (asked, files, names):
         suffix = FILES.get(asked.format, ".json")
         about = {"media_type": asked.format, "filename": names[0].rpartition(".")[0] + suffix}
-        return queued(request, "convert", asked.model_dump() | {"suffix": suffix}, files, key=key, **about)
+        return await queued(request, "convert", asked.model_dump() | {"suffix": suffix}, files, key=key, **about)
 
 
 @asynccontextmanager
@@ -87,7 +87,7 @@ async def _uploaded(
 ) -> AsyncIterator[tuple[Fields, list[Received], list[str]]]:
     """An upload on disk, for a job of a kind: its fields, its files, and the names of those that hold motion."""
     manager = request.app.state.service.jobs
-    manager.check_open(kind)
+    await manager.check_open(kind)
     async with received(request, manager.file_store) as upload:
         yield _fields(fields, upload), upload.files, _check_files(upload, most)
 

@@ -9,12 +9,13 @@ from collections.abc import MutableMapping
 from typing import Any, NamedTuple
 
 from limits import RateLimitItemPerMinute
-from limits.storage import MemoryStorage
-from limits.strategies import FixedWindowRateLimiter
+from limits.aio.storage import Storage
+from limits.aio.strategies import FixedWindowRateLimiter
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.errors import problem_response
+from service.errors import OUTAGE, UNREACHABLE, problem_response
+from service.jobs.store import Unreachable
 from service.settings import Settings
 
 #: Paths without access control, for load balancers.
@@ -59,14 +60,14 @@ class _Refusal(NamedTuple):
 class AccessMiddleware:
     """API keys, cross-site protection, rate and size limits."""
 
-    def __init__(self, app: ASGIApp, settings: Settings):
+    def __init__(self, app: ASGIApp, settings: Settings, counts: Storage):
         self.app = app
         self.digests = [_digest(key.get_secret_value().encode()) for key in settings.all_keys]
         self.admins = {digest.hex()[:8] for digest in self.digests[len(settings.keys) :]}
         self.origins = frozenset(origin.encode() for origin in settings.cors)
         self.max_json, self.max_upload = settings.max_json, settings.max_upload
         self.rate = RateLimitItemPerMinute(settings.rate) if settings.rate else None
-        self.limiter = FixedWindowRateLimiter(MemoryStorage())
+        self.limiter = FixedWindowRateLimiter(counts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
@@ -78,13 +79,13 @@ class AccessMiddleware:
         most = self.max_upload if form else self.max_json
         if self.rate is not None:
             send = self._counted(scope, send, self.rate.amount)
-        if refusal := self._refusal(scope, headers, most):
+        if refusal := await self._refusal(scope, headers, most):
             await _refuse(scope, receive, send, refusal)
             return
         chunked = b"transfer-encoding" in headers
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
 
-    def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> "_Refusal | None":
+    async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> "_Refusal | None":
         """The response to a request that is refused."""
         if self.digests and not self._known(headers, scope):
             if _key(headers) is None:
@@ -93,7 +94,11 @@ class AccessMiddleware:
             return _Refusal(401, "this service doesn't know this API key: check it", unknown, "unknown-key")
         if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
             return _Refusal(403, "cross-site requests are allowed only from origins in cors")
-        if wait := self._wait(scope):
+        try:
+            wait = await self._wait(scope)
+        except Unreachable:
+            return _Refusal(503, UNREACHABLE, {"Retry-After": str(OUTAGE)})
+        if wait:
             return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         if int(headers.get(b"content-length", b"0")) > most:
             return _Refusal(413, f"the body must have at most {most} bytes", {"Connection": "close"})
@@ -110,24 +115,31 @@ class AccessMiddleware:
         scope["admin"] = scope["key"] in self.admins
         return any(matches)
 
-    def _wait(self, scope: Scope) -> int:
+    async def _wait(self, scope: Scope) -> int:
         """Seconds until the next request is allowed; 0: now."""
-        if self.rate is None or self.limiter.hit(self.rate, _who(scope)):
+        if self.rate is None or await self.limiter.hit(self.rate, _who(scope)):
             return 0
-        return self._left(scope)[1]
+        return (await self._left(scope))[1]
 
-    def _left(self, scope: Scope) -> tuple[int, int]:
+    async def _left(self, scope: Scope) -> tuple[int, int]:
         """Requests that a client has left, and the seconds until it has all of them again."""
         assert self.rate is not None
-        stats = self.limiter.get_window_stats(self.rate, _who(scope))
+        stats = await self.limiter.get_window_stats(self.rate, _who(scope))
         return max(0, stats.remaining), max(1, round(stats.reset_time - time.time()))
+
+    async def _known_left(self, scope: Scope) -> tuple[int, int] | None:
+        """`_left`, if it can be known now."""
+        try:
+            return await self._left(scope)
+        except Unreachable:
+            return None
 
     def _counted(self, scope: Scope, send: Send, most: int) -> Send:
         """`send` that adds what is left of the rate limit (draft-ietf-httpapi-ratelimit-headers-10)."""
 
         async def counted(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                remaining, seconds = self._left(scope)
+            if message["type"] == "http.response.start" and (left := await self._known_left(scope)):
+                remaining, seconds = left
                 policy, state = f'"minute";q={most};w=60', f'"minute";r={remaining};t={seconds}'
                 told = [(b"ratelimit-policy", policy.encode()), (b"ratelimit", state.encode())]
                 message["headers"] = [*message.get("headers", ()), *told]

@@ -13,7 +13,7 @@ from motionenv.models.paths import Path
 from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
-    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "serve", "bench",
+    "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "serve", "work", "bench",
     "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report", "stimuli",
     "batch", "dataset presets", "dataset schema", "dataset preview", "dataset make", "dataset verify",
 ]  # fmt: skip

@@ -73,6 +73,7 @@ DISTRIBUTION = {
     "OpenGL": "pyrender",
     "pyglet": "pyrender",
     "skfda": "scikit-fda",
+    "psycopg_pool": "psycopg",
     "mimeparse": "python-mimeparse",
     "python_multipart": "python-multipart",
     "prometheus_client": "prometheus-client",
@@ -167,8 +168,8 @@ def declared(*extras: str) -> set[str]:
     ("folder", "extras"),
     [
         ("motionenv", ("agents", "data", "detect", "plots", "ray", "rerun")),
-        ("service", ("telemetry",)),
-        ("tests", ("test", "agents", "data", "integrations", "telemetry")),
+        ("service", ("cluster", "telemetry")),
+        ("tests", ("test", "agents", "cluster", "data", "integrations", "telemetry")),
         ("benchmarks", ("test", "bench")),
     ],
 )

@@ -1,9 +1,12 @@
 """What the tests of the service share: one that takes jobs, and the page in a browser."""
 
+import asyncio
 from collections.abc import Iterator
 
 import pytest
 
+from tests.data.s3 import s3_server
+from tests.service.cluster.postgres import postgres_server
 from tests.service.page.browsing import Tab, launched, tab
 from tests.service.running import Server, run_service
 
@@ -14,6 +17,30 @@ def job_server(tmp_path_factory) -> Iterator[Server]:
     limits = {"job_memory": 1_500_000_000, "job_waiting": 3, "job_seconds": 120, "reserve": 1_000_000, "streams": 1}
     with run_service(tmp_path_factory.mktemp("jobs"), **limits) as running:
         yield running
+
+
+@pytest.fixture
+def runner() -> Iterator[asyncio.Runner]:
+    """An event loop that stays the same."""
+    with asyncio.Runner() as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def postgres(tmp_path_factory):
+    """A PostgreSQL server."""
+    with postgres_server(tmp_path_factory.mktemp("database")) as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def s3():
+    """Environment of a process that uses an S3 server, which has a bucket "sets"."""
+    with s3_server() as port:
+        yield {
+            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ACCESS_KEY_ID": "tests",
+            "AWS_SECRET_ACCESS_KEY": "only-here", "AWS_DEFAULT_REGION": "us-east-1",
+        }  # fmt: skip
 
 
 @pytest.fixture(scope="module")

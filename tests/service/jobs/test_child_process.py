@@ -76,7 +76,11 @@ CONVERT = {"kind": "convert", "settings": {"fps": None, "unit": None, "suffix": 
 def ran(folder: Path, work: dict, seconds: float = 60.0) -> list[tuple[float, str]]:
     """The progress of a job."""
     told: list[tuple[float, str]] = []
-    asyncio.run(run(work, folder, seconds, 3_000_000_000, lambda share, message: told.append((share, message))))
+
+    async def tell(share: float, message: str) -> None:
+        told.append((share, message))
+
+    asyncio.run(run(work, folder, seconds, 3_000_000_000, tell))
     return told
 
 
@@ -109,7 +113,12 @@ def test_a_job_that_is_not_wanted_any_more_takes_its_process_with_it(folder):
 
     async def cancelled() -> None:
         drawing = asyncio.Event()
-        task = asyncio.create_task(run(work, folder, 60, 3_000_000_000, lambda share, _: share and drawing.set()))
+
+        async def look(share: float, _: str) -> None:
+            if share:
+                drawing.set()
+
+        task = asyncio.create_task(run(work, folder, 60, 3_000_000_000, look))
         await asyncio.wait_for(drawing.wait(), 60)
         assert len(children(folder)) == 1
         task.cancel()
@@ -125,7 +134,7 @@ def test_keys_of_the_service_do_not_reach_the_process(folder, monkeypatch):
     monkeypatch.setenv("MOTIONENV_SERVICE_KEYS", '["a-key-that-only-tests-know"]')
     seen: list[bool] = []
 
-    def look(share: float, _: str) -> None:
+    async def look(share: float, _: str) -> None:
         seen.extend("MOTIONENV_SERVICE_KEYS" in child.environ() for child in children(folder))
 
     asyncio.run(run(CONVERT, folder, 60, 3_000_000_000, look))

@@ -11,23 +11,24 @@ import pytest
 
 import motionenv
 from service.errors import Problem
+from service.jobs.local import Local
 from service.jobs.manager import JobManager
-from service.jobs.store import Full, Job, Store
+from service.jobs.sqlite import SqliteStore
+from service.jobs.store import Full, Job
 from service.jobs.uploads import Received
-from service.model_registry import ModelRegistry
-from service.observability.metrics import Metrics
 from service.schemas.jobs import RenderRequest
 from service.settings import Settings
 from service.transport.access import EVERYTHING, Access
+from tests.service.jobs.blocking import Blocking
 from tests.service.jobs.handing import LONG, as_file, ended, uploads
 
 
 def test_the_disk_reserve_is_kept(serving, tmp_path):
     motion = as_file(motionenv.synthesize("walk/fpca", 0.5, 60, seed=77), ".npz")
-    store = Store(tmp_path / "jobs.sqlite", lambda: False)
+    store = SqliteStore(tmp_path / "jobs.sqlite", lambda: False)
     settings = {"request": RenderRequest(**LONG).model_dump(exclude={"format"}), "suffix": ".mp4"}
     kept = Job("kept", "render", settings, None, "video/mp4", "walk.mp4", time.time())
-    store.add(kept, [], most=1, idempotency=None, place=lambda: None)
+    asyncio.run(store.add(kept, [], most=1, idempotency=None, place=lambda: None))
     store.close()
     with serving(tmp_path, reserve=10**15) as server:
         for answer in (
@@ -52,29 +53,25 @@ def test_the_same_key_gives_the_same_job(job_server):
 
 
 @contextmanager
-def managing(data: Path, **settings) -> Iterator[JobManager]:
+def managing(data: Path, **settings) -> Iterator[Blocking]:
     """A manager whose jobs stay queued: the lock of the folder is held here, as if by another server process."""
     data.mkdir(exist_ok=True)
     given = Settings(data=data, **{"reserve": 0} | settings)
-    manager = JobManager(given, ModelRegistry(data / "models"), Metrics())
     with (data / "jobs.lock").open("wb") as lock, asyncio.Runner() as runner:
         fcntl.flock(lock, fcntl.LOCK_EX)
-
-        async def opened() -> None:
-            manager.open()
-
-        runner.run(opened())
+        manager = Blocking(JobManager(given, Local(given)), runner)
+        manager.backend.open()
         yield manager
-        runner.run(manager.close())
+        manager.backend.close()
 
 
-def add(manager: JobManager, *files: Received, **how) -> Job:
+def add(manager: Blocking, *files: Received, **how) -> Job:
     given = {"media_type": "application/json", "filename": "a.json", **how}
     kind, settings = given.pop("kind", "inspect"), given.pop("settings", {"fps": None, "replace": False})
     return manager.add(kind, settings, files, given.pop("access", EVERYTHING), **given)
 
 
-def received_file(manager: JobManager, name: str, content: bytes) -> Received:
+def received_file(manager: Blocking, name: str, content: bytes) -> Received:
     file = manager.file_store.receive()
     file.write(content)
     return Received(name, file.close(), file)

@@ -1,54 +1,76 @@
-"""What SQLite remembers of jobs, and the files beside it."""
+"""What every store of jobs remembers."""
 
-import secrets
 import time
 
 import pytest
 
-from service.jobs.store import ATTEMPTS, Full, Job, Store, Taken, Waiting
+from service.jobs.sqlite import SqliteStore
+from service.jobs.store import ATTEMPTS, Job, Repeated, Taken, Waiting
+from tests.service.jobs.storing import Alone, added, shared_store
 
 
-@pytest.fixture
-def store(tmp_path):
-    store = Store(tmp_path / "jobs.sqlite", lambda: False)
+@pytest.fixture(params=["sqlite", "postgresql"])
+def store(request, tmp_path, runner):
+    """Either store: what follows holds of both."""
+    if request.param == "sqlite":
+        store = Alone(SqliteStore(tmp_path / "jobs.sqlite", lambda: False), runner)
+        yield store
+        store.close()
+        return
+    store = shared_store(request.getfixturevalue("postgres").new(), runner)
     yield store
-    store.close()
+    store.database.close()
 
 
-def added(store: Store, *inputs: str, model: str | None = None, most: int = 100) -> Job:
-    job = Job(secrets.token_urlsafe(16), "fit", {"a": [1.5]}, model, "application/json", "a.json", time.time())
-    store.add(job, [(f"{sha}.npz", sha) for sha in inputs], most=most, idempotency=None, place=lambda: None)
-    return job
+def test_what_is_put_in_comes_out(store):
+    job = added(store, "b", "a", key="one", owner="anna")
+    found = store.get(job.id)
+    assert found == job
+    assert store.same("one") == job
+    assert store.same("two") is store.get("no") is None
+    assert store.inputs(job.id) == [("b.npz", "b"), ("a.npz", "a")]
+    assert store.counts() == {"queued": 1}
+    assert (store.queued("long"), store.queued("quick"), store.last()) == (1, 0, found.number)
+    with pytest.raises(Repeated):
+        added(store, key="one")
 
 
-def test_jobs_are_done_in_the_order_of_their_coming(store):
+def test_jobs_run_in_the_order_of_their_coming_and_end_once(store):
     jobs = [added(store, "x") for _ in range(3)]
-    assert store.get(jobs[0].id) == jobs[0]
-    assert [store.claim("long").id for _ in jobs] == [job.id for job in jobs]
-    assert store.claim("long") is None
+    claimed = [store.claim_next() for _ in jobs]
+    assert [job.id for job in claimed] == [job.id for job in jobs]
+    assert store.claim_next() is None
     assert store.running() == {job.id for job in jobs}
+    store.progress(claimed[0], 0.5, "half")
+    assert store.get(jobs[0].id).progress == 0.5
+    assert store.finish(claimed[0], "sha", 7, None, lambda: None)
+    assert store.fail(claimed[1], 422, "no good")
+    assert store.cancel(jobs[2].id)
+    done, failed, cancelled = (store.get(job.id) for job in jobs)
+    assert (done.status, done.progress, done.result, done.size) == ("done", 1.0, "sha", 7)
+    assert (failed.status, failed.error) == ("failed", {"status": 422, "detail": "no good"})
+    assert cancelled.status == "cancelled"
+    assert not store.finish(claimed[2], "sha", 1, None, lambda: None)
+    assert not store.fail(claimed[2], 500, "late")
+    assert not store.cancel(jobs[0].id)
+    store.put_back(claimed[2])
+    assert store.counts() == {"done": 1, "failed": 1, "cancelled": 1}
+    for job in (done, failed, cancelled):
+        assert job.created <= job.ended <= time.time() + 5
 
 
-def test_the_end_of_a_job_is_final(store):
-    job = added(store, "x")
-    store.claim("long")
-    assert store.end(job.id, "cancelled", "cancelled")
-    assert not store.finish(job, "sha", 1, lambda: pytest.fail("published"))
-    assert not store.end(job.id, "failed", "no")
-    store.put_back(job.id)
-    assert store.get(job.id).status == "cancelled"
-
-
-def test_what_is_published_fails_as_a_whole(store):
-    job = added(store, "x")
-    store.claim("long")
-
-    def publish() -> None:
-        raise OSError("no")
-
-    with pytest.raises(OSError, match="no"):
-        store.finish(job, "sha", 1, publish)
-    assert (store.get(job.id).status, store.get(job.id).result) == ("running", None)
+def test_pages_and_removal(store):
+    jobs = [added(store, owner="anna" if i % 2 else "bert") for i in range(6)][::-1]
+    page = store.page(3)
+    assert page == jobs[:3]
+    assert store.page(10, None, page[-1].number) == jobs[3:]
+    assert store.page(10, None, None, "anna") == jobs[::2]
+    assert store.page(10, "done") == []
+    assert not store.remove(jobs[0].id)
+    store.cancel(jobs[0].id)
+    assert store.remove(jobs[0].id)
+    assert store.get(jobs[0].id) is None
+    assert store.last() == page[0].number
 
 
 def test_bounds_of_the_queue(store):
@@ -58,54 +80,42 @@ def test_bounds_of_the_queue(store):
     added(store, model="fitted/b", most=2)
     with pytest.raises(Waiting):
         added(store, most=2)
+    added(store, most=1, kind="inspect")  # another lane
 
 
-def test_interrupted_jobs_begin_again_until_they_are_given_up(store):
-    job = added(store, "x")
-    for i in range(ATTEMPTS):
-        assert store.claim("long").attempts == i + 1
-        assert store.recover() == [job.id]
-    told = store.get(job.id)
-    assert (told.status, told.error["status"]) == ("failed", 500)
-    other = added(store, "x")
-    for _ in range(2 * ATTEMPTS):  # a shutdown is no fault of the job's
-        store.claim("long")
-        store.put_back(other.id)
-    assert (store.get(other.id).status, store.get(other.id).attempts) == ("queued", 0)
+def test_what_can_not_be_published_or_placed_leaves_nothing(store):
+    def no() -> None:
+        raise OSError("no")
+
+    job = Job("a", "fit", {}, None, "application/json", "a.json", time.time())
+    with pytest.raises(OSError, match="no"):
+        store.add(job, [("a", "a")], most=5, idempotency=None, place=no)
+    assert store.counts() == {}
+    added(store, "x")
+    job = store.claim_next()
+    with pytest.raises(OSError, match="no"):
+        store.finish(job, "sha", 1, None, no)
+    assert (store.get(job.id).status, store.get(job.id).result) == ("running", None)
 
 
-def test_old_jobs_expire_and_files_go_with_the_last_that_needs_them(store):
-    old, new = added(store, "shared", "old"), added(store, "shared")
-    for job in (old, new):
-        store.claim("long")
-        store.finish(job, f"result-{job.id}", 1, lambda: None)
-    now = time.time()
-    assert store.expire(now - 60) == 0
-    store._db.execute("UPDATE jobs SET ended = ? WHERE id = ?", (now - 100, old.id))
-    assert store.expire(now - 60) == 1
+def test_files_go_with_the_last_that_needs_them(store):
+    old = added(store, "shared", "old")
+    added(store, "shared")
+    for _ in range(2):
+        job = store.claim_next()
+        store.finish(job, f"result-{job.id}", 1, None, lambda: None)
+        time.sleep(0.05)
+    assert store.expire(time.time() - 60) == 0
+    assert store.expire(store.get(old.id).ended + 0.01) == 1
     gone: list[str] = []
-    store.sweep(["shared", "old", f"result-{old.id}", f"result-{new.id}"], gone.append)
+    store.sweep(["shared", "old", f"result-{old.id}", f"result-{job.id}"], gone.append)
     assert gone == ["old", f"result-{old.id}"]
 
 
-def test_a_full_disk_refuses_new_jobs_and_lets_old_ones_end(tmp_path):
-    """SQLite is told that its file may grow no more: the error is the one of a full disk."""
-    made_room = []
-
-    def make_room() -> bool:
-        made_room.append(True)
-        store._db.execute("PRAGMA max_page_count = 100000")
-        return True
-
-    store = Store(tmp_path / "jobs.sqlite", make_room)
-    jobs = [added(store, "x") for _ in range(20)]
-    store._db.execute("PRAGMA max_page_count = 1")
-    with pytest.raises(Full):
-        list(map(lambda _: added(store, "x" * 500), range(10_000)))
-    assert not made_room
-    before = store.counts()
-    for job in jobs:
-        assert store.end(job.id, "failed", "why " * 2000)
-    assert made_room
-    assert store.counts() == {"failed": 20, **({"queued": before["queued"] - 20} if before["queued"] > 20 else {})}
-    store.close()
+def test_a_shutdown_is_no_fault_of_the_jobs(store):
+    job = added(store, "x")
+    for _ in range(2 * ATTEMPTS):
+        store.put_back(store.claim_next())
+    assert (store.get(job.id).status, store.get(job.id).attempts) == ("queued", 0)
+    store.put_back(store.claim_next(), begun=True)
+    assert store.get(job.id).attempts == 1

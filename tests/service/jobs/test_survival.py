@@ -18,7 +18,7 @@ import psutil
 import pytest
 
 import motionenv
-from service.jobs.store import Store
+from service.jobs.sqlite import SqliteStore
 from tests.service.jobs.handing import (
     LONG,
     SHORT,
@@ -151,7 +151,7 @@ def test_twenty_kills_lose_no_job_and_leave_nothing_half_done(tmp_path, capsys):
 def test_a_damaged_model_is_not_served(tmp_path):
     data = tmp_path / "data"
     (data / "models").mkdir(parents=True)
-    store = Store(data / "jobs.sqlite", lambda: False)
+    store = SqliteStore(data / "jobs.sqlite", lambda: False)
     for name in ("ours", "theirs"):
         path = data / "models" / f"{name}.npz"
         motionenv.load("walk/eigenwalkers").save(path)

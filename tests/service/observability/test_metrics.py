@@ -39,7 +39,7 @@ def test_requests_are_counted_by_method_route_and_status():
     for value in seconds:
         metrics.count("GET", "/v1/models", 200, value)
     metrics.count("POST", "/v1/models", 503, 0.2)
-    metrics.jobs.labels("queued").set(3)
+    metrics.count_jobs({"queued": 3})
     told, route = samples(metrics.text()), ("route", "/v1/models")
     total = "motionenv_requests_total"
     assert told[total, ("method", "GET"), route, ("status", "200")] == 4

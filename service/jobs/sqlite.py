@@ -1,0 +1,267 @@
+"""Database of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
+
+import contextlib
+import json
+import sqlite3
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+from service.jobs.store import (
+    ATTEMPTS,
+    COLUMNS,
+    GIVEN_UP,
+    LANES,
+    WAITING,
+    Full,
+    Job,
+    Repeated,
+    Store,
+    Taken,
+    Waiting,
+    full_disk_errors,
+    lane_of,
+)  # fmt: skip
+
+T = TypeVar("T")
+_TIMEOUT = 10.0  # [s] for other processes' transactions, which take milliseconds
+
+
+class SqliteStore(Store):
+    """Jobs on disk. Calls take well under a millisecond, don't wait for others, and are made from one thread.
+
+    Commits survive the end of any process but not a power failure, which would need a disk sync for each. On a full
+    disk, `make_room` frees some space and returns whether it did. What a runner says isn't checked for its attempt:
+    only the process that locks the data folder runs jobs.
+    """
+
+    def __init__(self, path: Path, make_room: Callable[[], bool]):
+        self._make_room = make_room
+        self._db = self._urgent(lambda: _opened(path))
+
+    def close(self) -> None:
+        """Close the database."""
+        self._db.close()
+
+    async def add(
+        self, job: Job, inputs: Iterable[tuple[str, str]], *, most: int, idempotency: str | None,
+        place: Callable[[], None],
+    ) -> None:  # fmt: skip
+        with full_disk_errors(), self._transaction():
+            if idempotency and self._one("SELECT 1 FROM jobs WHERE idempotency = ?", idempotency):
+                raise Repeated
+            if self._queued(lane_of(job.kind)) >= most:
+                raise Waiting
+            if job.model and self._one("SELECT 1 FROM jobs WHERE model = ? AND status IN (?, ?)", job.model, *WAITING):
+                raise Taken
+            place()
+            self._db.execute(
+                "INSERT INTO jobs (id, kind, settings, model, media_type, filename, created, owner, idempotency) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                (job.id, job.kind, json.dumps(job.settings), job.model, job.media_type, job.filename, job.created,
+                 job.owner, idempotency),
+            )  # fmt: skip
+            self._db.executemany("INSERT INTO inputs VALUES (?, ?, ?)", [(job.id, *given) for given in inputs])
+
+    async def get(self, job: str) -> Job | None:
+        return self._job("WHERE id = ?", job)
+
+    async def same(self, idempotency: str) -> Job | None:
+        return self._job("WHERE idempotency = ?", idempotency)
+
+    async def inputs(self, job: str) -> list[tuple[str, str]]:
+        return self._db.execute("SELECT name, sha FROM inputs WHERE job = ? ORDER BY rowid", (job,)).fetchall()
+
+    async def page(
+        self, most: int, status: str | None = None, before: int | None = None, owner: str | None = None
+    ) -> list[Job]:
+        query = (
+            f"SELECT {COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND (?2 IS NULL OR number < ?2) "
+            "AND (?3 IS NULL OR owner = ?3) ORDER BY number DESC LIMIT ?4"
+        )
+        return [_job(row) for row in self._db.execute(query, (status, before, owner, most))]
+
+    async def last(self) -> int:
+        return (self._one("SELECT seq FROM sqlite_sequence WHERE name = 'jobs'") or (0,))[0]
+
+    async def queued(self, lane: str) -> int:
+        return self._queued(lane)
+
+    def _queued(self, lane: str) -> int:
+        kinds, marks = _kinds(lane)
+        return self._one(f"SELECT count(*) FROM jobs WHERE status = 'queued' AND kind IN ({marks})", *kinds)[0]
+
+    async def counts(self) -> dict[str, int]:
+        return dict(self._db.execute("SELECT status, count(*) FROM jobs GROUP BY status"))
+
+    async def claim(self, lane: str) -> Job | None:
+        """Mark the oldest queued job of a lane as running and return it; None if there is none."""
+        kinds, marks = _kinds(lane)
+        row = self._write(
+            "UPDATE jobs SET status = 'running', attempts = attempts + 1, started = ?, progress = 0, "
+            "message = 'starting' "
+            f"WHERE number = (SELECT min(number) FROM jobs WHERE status = 'queued' AND kind IN ({marks})) "
+            f"RETURNING {COLUMNS}",
+            time.time(), *kinds,
+        )  # fmt: skip
+        return _job(row[0]) if row else None
+
+    async def running(self) -> set[str]:
+        return {row[0] for row in self._db.execute("SELECT id FROM jobs WHERE status = 'running'")}
+
+    async def progress(self, job: Job, progress: float, message: str) -> None:
+        with full_disk_errors():
+            self._db.execute(
+                "UPDATE jobs SET progress = ?, message = ? WHERE id = ? AND status = 'running'",
+                (progress, message, job.id),
+            )
+
+    async def finish(self, job: Job, result: str, size: int, model: str | None, publish: Callable[[], None]) -> bool:
+        if job.model and model:  # before it is published: what a killed process has moved isn't taken for damaged
+            self.know(job.model, model)
+
+        def work() -> bool:
+            with self._transaction():
+                found = self._db.execute(
+                    "UPDATE jobs SET status = 'done', progress = 1, message = 'done', ended = ?, result = ?, size = ? "
+                    "WHERE id = ? AND status = 'running'",
+                    (time.time(), result, size, job.id),
+                )
+                if found.rowcount:
+                    publish()
+                return bool(found.rowcount)
+
+        return self._urgent(work)
+
+    async def fail(self, job: Job, status: int, detail: str) -> bool:
+        error = json.dumps({"status": status, "detail": detail})
+        query = (
+            "UPDATE jobs SET status = 'failed', message = ?, error = ?, ended = ? "
+            "WHERE id = ? AND status = 'running' RETURNING 1"
+        )
+        return bool(self._write(query, detail, error, time.time(), job.id))
+
+    async def cancel(self, job: str) -> bool:
+        query = (
+            "UPDATE jobs SET status = 'cancelled', message = 'cancelled', ended = ? "
+            "WHERE id = ? AND status IN (?, ?) RETURNING 1"
+        )
+        return bool(self._write(query, time.time(), job, *WAITING))
+
+    async def put_back(self, job: Job, *, begun: bool = False) -> None:
+        self._write(
+            "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting', attempts = attempts - ? "
+            "WHERE id = ? AND status = 'running'",
+            0 if begun else 1,
+            job.id,
+        )
+
+    async def recover(self) -> list[str]:
+        given_up = self._write(
+            "UPDATE jobs SET status = 'failed', message = ?, error = ?, ended = ? "
+            "WHERE status = 'running' AND attempts >= ? RETURNING id",
+            GIVEN_UP["detail"], json.dumps(GIVEN_UP), time.time(), ATTEMPTS,
+        )  # fmt: skip
+        again = self._write(
+            "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting' WHERE status = 'running' RETURNING id"
+        )
+        return [row[0] for row in [*given_up, *again]]
+
+    async def remove(self, job: str) -> bool:
+        return bool(self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING))
+
+    async def expire(self, before: float) -> int:
+        return len(self._write("DELETE FROM jobs WHERE ended < ? RETURNING 1", before))
+
+    async def known(self, model: str) -> set[str]:
+        """SHA-256 of all files that were ever fitted as this model."""
+        return {row[0] for row in self._db.execute("SELECT sha FROM models WHERE name = ?", (model,))}
+
+    def know(self, model: str, sha: str) -> None:
+        """Record the SHA-256 of a model's file before it is published."""
+        self._write("INSERT OR IGNORE INTO models VALUES (?, ?)", model, sha)
+
+    async def forget(self, model: str) -> None:
+        self._write("DELETE FROM models WHERE name = ?", model)
+
+    async def sweep(self, shas: Iterable[str], remove: Callable[[str], None]) -> None:
+        def work() -> None:
+            with self._transaction():
+                for sha in shas:
+                    used = "SELECT 1 WHERE EXISTS (SELECT 1 FROM inputs WHERE sha = ?1) OR EXISTS " \
+                           "(SELECT 1 FROM jobs WHERE result = ?1)"  # fmt: skip
+                    if self._one(used, sha) is None:
+                        remove(sha)
+
+        self._urgent(work)
+
+    def _one(self, query: str, *values: Any) -> Any:
+        return self._db.execute(query, values).fetchone()
+
+    def _job(self, where: str, value: str) -> Job | None:
+        row = self._one(f"SELECT {COLUMNS} FROM jobs {where}", value)
+        return None if row is None else _job(row)
+
+    def _write(self, query: str, *values: Any) -> list[Any]:
+        """A statement that must succeed even on a full disk."""
+        return self._urgent(lambda: self._db.execute(query, values).fetchall())
+
+    def _urgent(self, work: Callable[[], T]) -> T:
+        """Return `work()`; on a full disk, try again after freeing some space."""
+        try:
+            with full_disk_errors():
+                return work()
+        except Full:
+            if not self._make_room():
+                raise
+        with full_disk_errors():
+            return work()
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._db.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._db.execute("COMMIT")
+        except BaseException:
+            if self._db.in_transaction:
+                self._db.execute("ROLLBACK")
+            raise
+
+
+def _kinds(lane: str) -> tuple[tuple[str, ...], str]:
+    """The kinds of a lane, and as many question marks."""
+    return LANES[lane], ", ".join("?" * len(LANES[lane]))
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    """Connect; retries while another process creates the database."""
+    until = time.monotonic() + _TIMEOUT
+    while True:
+        try:
+            return _connected(path)
+        except sqlite3.OperationalError as error:  # switching to WAL ignores the time-out
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > until:
+                raise
+            time.sleep(0.05)
+
+
+def _connected(path: Path) -> sqlite3.Connection:
+    db = sqlite3.connect(path, timeout=_TIMEOUT, isolation_level=None, check_same_thread=False)
+    db.execute("PRAGMA journal_mode = WAL")
+    db.execute("PRAGMA synchronous = NORMAL")
+    db.execute("PRAGMA foreign_keys = ON")
+    db.executescript(Path(__file__).with_name("schema.sql").read_text())
+    if "owner" not in {row[1] for row in db.execute("PRAGMA table_info(jobs)")}:  # made before there were owners
+        with contextlib.suppress(sqlite3.OperationalError):  # another process has just added it
+            db.execute("ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT ''")
+    return db
+
+
+def _job(row: tuple) -> Job:
+    job = dict(zip(Job.__dataclass_fields__, row, strict=True))
+    job["settings"] = json.loads(job["settings"])
+    job["error"] = job["error"] and json.loads(job["error"])
+    return Job(**job)
