@@ -26,6 +26,7 @@ _log = structlog.get_logger("motionenv.service")
 _RENEWALS = 10  # of a lease in its time
 _CLEAN = 60.0  # [s] between clean-ups
 _AGAIN = 1.0  # [s] before a connection to the queue that was lost is made anew
+_FAREWELL = 15.0  # [s] for putting jobs back at the end, if the database is there
 _DAY = 86_400.0
 Run = Callable[[Job], Coroutine[None, None, None]]
 
@@ -90,7 +91,11 @@ class Worker:
         await asyncio.sleep(0)
         for running in list(self._tasks.values()):
             running.cancel()
-        await asyncio.gather(*slots, return_exceptions=True)
+        _, left = await asyncio.wait(slots, timeout=_FAREWELL)
+        if left:  # the leases of what they hold end by themselves
+            _log.warning("worker ends without the queue's farewell", slots=len(left))
+            for task in left:
+                task.cancel()
         upkeep.cancel()
         await asyncio.gather(upkeep, return_exceptions=True)
         self.models.close()
@@ -117,6 +122,10 @@ class Worker:
         """Run the job of a ticket, unless it was cancelled or run before."""
         claimed = await self.store.claim(job)
         if claimed is None:
+            return
+        if self._stopping.is_set():  # while we asked
+            await self.store.put_back(claimed)
+            self.store.drop(claimed)
             return
         task = self._tasks[job] = asyncio.create_task(self._run(claimed))
         try:

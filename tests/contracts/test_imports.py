@@ -74,6 +74,7 @@ DISTRIBUTION = {
     "pyglet": "pyrender",
     "skfda": "scikit-fda",
     "psycopg_pool": "psycopg",
+    "yaml": "pyyaml",
     "mimeparse": "python-mimeparse",
     "python_multipart": "python-multipart",
     "prometheus_client": "prometheus-client",
@@ -170,7 +171,7 @@ def declared(*extras: str) -> set[str]:
         ("motionenv", ("agents", "data", "detect", "plots", "ray", "rerun")),
         ("service", ("cluster", "telemetry")),
         ("tests", ("test", "agents", "cluster", "data", "integrations", "telemetry")),
-        ("benchmarks", ("test", "bench")),
+        ("benchmarks", ("test", "bench", "cluster")),
     ],
 )
 def test_every_library_that_is_imported_is_declared(folder, extras):

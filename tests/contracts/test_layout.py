@@ -20,9 +20,9 @@ MORE = {
     "tests": 22,  # mirrors motionenv, and adds contracts, renders, benchmarks and the service
     "tests/cli": 16,  # mirrors cli, and adds what commands say
     "tests/envs": 16,  # mirrors envs, and adds what tests share and other libraries
-    "service": 15,  # a folder for each layer, and what starts and joins them
+    "service": 16,  # a folder for each layer, and what starts and joins them
     "tests/service/jobs": 20,  # mirrors jobs, and adds what happens to jobs and what tests share
-    "tests/service": 21,  # mirrors service, and adds the page, hostile clients and what tests share
+    "tests/service": 22,  # mirrors service, and adds the page, hostile clients and what tests share
     "tests/models/eigenwalkers": 15,  # mirrors eigenwalkers, and adds walks made by hand
     "tests/models": 19,  # mirrors models, and adds a model that a package of somebody else brings
 }

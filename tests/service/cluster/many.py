@@ -18,7 +18,8 @@ BUCKET = "s3://sets"
 class Worker:
     """A `motionenv work`."""
 
-    def __init__(self, folder: Path, environment: dict[str, str], **settings: object):
+    def __init__(self, folder: Path, environment: dict[str, str], module: str, **settings: object):
+        self.module = module
         values = {"data": folder, "job_memory": 2_000_000_000, "reserve": 0} | settings
         names = {f"MOTIONENV_SERVICE_{name.upper()}": str(value) for name, value in values.items()}
         self.environment, self.lines, self.ready = os.environ | environment | names, [], threading.Event()
@@ -28,7 +29,7 @@ class Worker:
     def begin(self) -> None:
         """Start it, again if it was killed."""
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "service.cluster"], cwd=ROOT, env=self.environment, stderr=subprocess.PIPE, text=True
+            [sys.executable, "-m", self.module], cwd=ROOT, env=self.environment, stderr=subprocess.PIPE, text=True
         )
         self.ready.clear()
         threading.Thread(target=self._read, args=[self.process], daemon=True).start()
@@ -48,6 +49,7 @@ class Worker:
     def stop(self) -> None:
         """Stop it as an operator would."""
         if self.process.poll() is None:
+            self.ready.wait(60)  # before that it ends as any program does
             self.process.send_signal(signal.SIGTERM)
         assert self.process.wait(40) in (0, -signal.SIGKILL)
 
@@ -58,9 +60,11 @@ class Worker:
 
 
 @contextmanager
-def workers(folder: Path, number: int, environment: dict[str, str], **settings: object) -> Iterator[list[Worker]]:
+def workers(
+    folder: Path, number: int, environment: dict[str, str], module: str = "service.cluster", **settings: object
+) -> Iterator[list[Worker]]:
     """Workers that are ready, with folders within one."""
-    running = [Worker(folder / f"worker-{i}", environment, **settings) for i in range(number)]
+    running = [Worker(folder / f"worker-{i}", environment, module, **settings) for i in range(number)]
     try:
         for worker in running:
             assert worker.ready.wait(60), worker.lines
