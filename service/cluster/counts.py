@@ -1,5 +1,6 @@
 """What is counted across processes: requests for the rate limit, and open streams."""
 
+import asyncio
 import secrets
 import time
 
@@ -70,7 +71,7 @@ class SharedStreams(Streams):
 
     def __init__(self, database: Database, most: int):
         self.database, self.most, self.open = database, most, 0
-        self._process = secrets.token_hex(8)
+        self._process, self._turn = secrets.token_hex(8), asyncio.Lock()
 
     async def take(self) -> bool:
         async def work(connection: Connection) -> bool:
@@ -85,8 +86,9 @@ class SharedStreams(Streams):
                 await self._tell(connection, self.open + 1)
                 return True
 
-        free = await self.database.run(work)
-        self.open += free
+        async with self._turn:
+            free = await self.database.run(work)
+            self.open += free
         return free
 
     async def release(self) -> None:

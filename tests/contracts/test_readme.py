@@ -11,7 +11,8 @@ from tests.contracts.markdown import PAGES, ROOT, SERVICE, blocks, commands, nam
 
 README = PAGES[0]
 COMMANDS = {shlex.join(words): words for page in PAGES for words in commands(page)}
-SERVE = [words for words in COMMANDS.values() if words[0] == "serve"]
+SERVICES = ("serve", "work")
+SERVE = [words for words in COMMANDS.values() if words[0] in SERVICES]
 LINKING = [*PAGES, *(ROOT / path for path in ("benchmarks/RESULTS.md", "renders/README.md", "service/web/README.md"))]
 
 
@@ -23,7 +24,7 @@ def test_python_blocks_run_in_order(page, tmp_path, monkeypatch):
         exec(compile(code, f"{name(page)}, Python block {number + 1}", "exec"), names)
 
 
-@pytest.mark.parametrize("words", [words for words in COMMANDS.values() if words[0] != "serve"], ids=" ".join)
+@pytest.mark.parametrize("words", [words for words in COMMANDS.values() if words[0] not in SERVICES], ids=" ".join)
 def test_commands_exist_with_their_options(words):
     from typer.main import get_command
 
@@ -45,10 +46,21 @@ def test_commands_exist_with_their_options(words):
 def test_the_service_takes_the_options_that_are_shown(words, monkeypatch):
     from pydantic_settings import CliApp
 
+    from service.cluster.worker import WorkerSettings
     from service.settings import Settings
 
     monkeypatch.setenv("MOTIONENV_SERVICE_KEYS", '["a-key-that-only-tests-know"]')
-    assert CliApp.run(Settings, cli_args=words[1:]).host
+    kind = Settings
+    if words[0] == "work":
+        monkeypatch.setenv("MOTIONENV_SERVICE_DATABASE", "postgresql://motionenv@db/motionenv")
+        monkeypatch.setenv("MOTIONENV_SERVICE_STORE", "s3://motionenv")
+        kind = WorkerSettings
+    if "--help" in words:
+        with pytest.raises(SystemExit) as ended:
+            CliApp.run(kind, cli_args=words[1:])
+        assert ended.value.code == 0
+    else:
+        assert CliApp.run(kind, cli_args=words[1:]).data
 
 
 def test_every_benchmark_that_is_named_exists(run):
