@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from motionenv.data import Store as Objects
-from service.jobs.file_store import FileStore, Incoming, sha256
-from service.jobs.store import Unreachable
+from service.jobs.file_store import FileStore, Incoming
+from service.jobs.store import Full, Unreachable
 
+_BLOCK = 1 << 22  # bytes that are copied at a time
 _KEPT = 600.0  # [s] for which a copy is kept at least: somebody may have just asked for it
 
 
@@ -51,11 +52,11 @@ class SharedFiles(FileStore):
     def _get(self, sha: str) -> None:
         """Copy a file from the shared store."""
         incoming = Incoming(self._incoming)
-        incoming.close()
         try:
-            with _answering():
-                self.objects.files.get_file(self.objects.place(_name(sha)), str(incoming.path))
-            if sha256(incoming.path) != sha:
+            with _answering(), self.objects.files.open(self.objects.place(_name(sha)), "rb") as source:
+                while block := source.read(_BLOCK):
+                    incoming.write(block)
+            if incoming.close() != sha:
                 raise Unreachable(f"the store gave another file than {sha}")
             super().place(incoming.path, sha)
         finally:
@@ -93,7 +94,7 @@ def _answering() -> Iterator[None]:
     """Turn the many errors of a store that doesn't answer into `Unreachable`; a file that isn't there is another."""
     try:
         yield
-    except (FileNotFoundError, Unreachable):
+    except (FileNotFoundError, Full, Unreachable):
         raise
     except Exception as error:
         raise Unreachable from error

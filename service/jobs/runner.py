@@ -44,8 +44,8 @@ class JobRunner:
             await self._retry(job)
         except Failed as error:
             await self._fail(job, error.status, error.detail)
-        except Unreachable:
-            _log.warning("job's result can't be told", job=job.id)  # it is run again when its lease has ended
+        except Unreachable as error:  # it is run again when its lease has ended
+            _log.warning("the job's database or files can't be reached", job=job.id, why=repr(error.__cause__ or error))
         except Exception:  # noqa: BLE001 the client gets the status, the log the details
             _log.exception("job failed", job=job.id)
             await self._fail(job, 500, "internal error: please report it")

@@ -15,6 +15,8 @@ from pathlib import Path
 import httpx
 
 ROOT = Path(__file__).parents[2]
+#: Runs a command without root's right to read and write every file, which would hide mistakes.
+ORDINARY = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.getuid() == 0 else []
 
 
 @dataclass
@@ -41,8 +43,9 @@ def run_service(data: Path, **settings: object) -> Iterator[Server]:
              for name, v in values.items()}  # fmt: skip
     names["MOTIONENV_SERVICE_DATA"] = str(data)
     process = subprocess.Popen(
-        [sys.executable, "-m", "service"], cwd=ROOT, env=os.environ | names, stderr=subprocess.PIPE, text=True
-    )
+        [*ORDINARY, sys.executable, "-m", "service"], cwd=ROOT, env=os.environ | names, stderr=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
     lines: list[str] = []
     started = threading.Event()
     address: list[str] = []

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from tests.service.running import ROOT, Server, run_service
+from tests.service.running import ORDINARY, ROOT, Server, run_service
 
 BUCKET = "s3://sets"
 
@@ -29,8 +29,9 @@ class Worker:
     def begin(self) -> None:
         """Start it, again if it was killed."""
         self.process = subprocess.Popen(
-            [sys.executable, "-m", self.module], cwd=ROOT, env=self.environment, stderr=subprocess.PIPE, text=True
-        )
+            [*ORDINARY, sys.executable, "-m", self.module], cwd=ROOT, env=self.environment, stderr=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
         self.ready.clear()
         threading.Thread(target=self._read, args=[self.process], daemon=True).start()
 

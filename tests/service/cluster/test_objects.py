@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+import subprocess
+import sys
 import time
 
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from service.cluster.objects import SharedFiles
 from service.jobs.store import Unreachable
 from tests.service.cluster.many import BUCKET
+from tests.service.running import ORDINARY, ROOT
 
 
 @pytest.fixture(params=["s3", "file"])
@@ -50,6 +53,18 @@ def test_what_one_places_the_other_gets(machine):
     with pytest.raises(FileNotFoundError):
         one.fetch(sha)
     assert not list((one.folder / "incoming").iterdir())
+
+
+def test_it_needs_no_rights_of_root(machine, url, tmp_path):
+    sha = placed(machine("one"), b"walk")
+    code = (
+        "import sys; from pathlib import Path; from service.cluster.objects import SharedFiles\n"
+        "print(SharedFiles(sys.argv[1], Path(sys.argv[2]), 0, 10**9).fetch(sys.argv[3]).read_text())"
+    )
+    done = subprocess.run(
+        [*ORDINARY, sys.executable, "-c", code, url, tmp_path / "two", sha], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.stdout == "walk\n", done.stderr
 
 
 def test_what_was_placed_before_can_be_placed_again(machine):
