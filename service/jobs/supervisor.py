@@ -72,7 +72,8 @@ class Supervisor:
                 _log.exception("supervising jobs failed")
                 await asyncio.sleep(_LOCK)
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._wake.wait(), _POLL)
+                async with asyncio.timeout(_POLL):  # wait_for may swallow the cancellation (cpython #86296)
+                    await self._wake.wait()
             self._wake.clear()
 
     def _locked(self) -> bool:

@@ -81,7 +81,8 @@ class _Conversation:
         """Listen and send until the client goes (WebSocketDisconnect), or isn't understood (_Misunderstood)."""
         while self.stream is None:
             try:
-                said = await asyncio.wait_for(self._said(), _PATIENCE)
+                async with asyncio.timeout(_PATIENCE):
+                    said = await self._said()
             except TimeoutError:
                 raise _Misunderstood(1008, f"no settings within {_PATIENCE:g} s") from None
             await self._hear(said)

@@ -3,6 +3,8 @@
 import asyncio
 from pathlib import Path
 
+import pytest
+
 from service.jobs.local import Local
 from service.settings import Settings
 from tests.service.jobs.blocking import Blocking
@@ -22,6 +24,23 @@ def test_two_processes_on_one_folder_see_the_same_jobs(tmp_path: Path):
         for process in (one, two):
             process.close()
         assert sum(runner.run(_left(settings)).values()) == 1
+
+
+@pytest.mark.parametrize("turns", range(5))
+def test_it_ends_whenever_it_was_woken(tmp_path: Path, turns: int):
+    """Also if what it waits for comes in the same turn of the event loop as its end."""
+
+    async def woken_and_closed() -> None:
+        local = Local(Settings(data=tmp_path, reserve=0))
+        await local.open()
+        await asyncio.sleep(0.4)  # it has looked for jobs, and waits for more
+        local.wake()
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        async with asyncio.timeout(20):
+            await local.close()
+
+    asyncio.run(woken_and_closed())
 
 
 async def _left(settings: Settings) -> dict[str, int]:
