@@ -109,7 +109,8 @@ def _impacts(heel: np.ndarray, found: np.ndarray, ways: np.ndarray, fps: float, 
         first, last = max(k - round(_LANDING[0] * fps), 0), k + round(_LANDING[1] * fps)
         slow = first + np.flatnonzero(speed[first : last + 1] < min(_STOPS, 0.5 * speed[k]))
         # A capture that begins with the heel at rest doesn't show its contact, nor one that ends before the heel stops.
-        if not slow.size or not 0 < slow[0] < len(heel) - 1:
+        resting = k == 0 and speed[0] < _STOPS
+        if resting or not slow.size or not 0 < slow[0] < len(heel) - 1:
             continue
         begin, end = max(slow[0] - round(_NEAR * fps), 1), min(slow[0] + round(_NEAR * fps), len(heel) - 2)
         hardest = begin + int(np.argmax(acceleration[begin : end + 1]))
