@@ -67,6 +67,9 @@ class GaitCapture(BaseModel):
     events_from: dict[str, int] = Field(description="Number of events by their source.")
     stretches: list[GaitStretch]
     strides: int = Field(description="Number of strides in steady stretches.")
+    angles: dict[str, list[float | None]] = Field(
+        description="As of the report, but means over the strides of this walk alone: (101,) [degrees]."
+    )
     notes: list[str] = Field(description="What a reader should know.")
 
 

@@ -3,14 +3,16 @@
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from motionenv.gait.bands import Band
+from motionenv.gait.normalised import mean_and_sd
 from motionenv.gait.session import Session
 from motionenv.gait.trial import ANGLES
 
+_SIDES = ("left", "right")
 _COLUMNS = ("kind", "name", "side", "percent", "unit", "mean", "sd", "low", "high", "n")
 
 
@@ -20,7 +22,8 @@ def to_json(session: Session) -> str:
         "person": session.person,
         "parameters": [p.to_dict() for p in session.parameters],
         "angles": {
-            f"{side}_{name}": {"mean": _listed(mean), "sd": _listed(sd)} for side, name, mean, sd, _ in _curves(session)
+            f"{side}_{name}": {"mean": _listed(mean), "sd": _listed(sd)}
+            for side, name, mean, sd, _ in _curves(session.curves)
         },
         "band": None if session.band is None else _band(session.band),
         "captures": [
@@ -33,6 +36,10 @@ def to_json(session: Session) -> str:
                 "events_from": t.events.sources,
                 "stretches": [{"start": s.start, "end": s.end, "kind": s.kind} for s in t.stretches],
                 "strides": len(t.strides),
+                "angles": {
+                    f"{side}_{name}": _listed(mean)
+                    for side, name, mean, _, _ in _curves({side: t.curves(side) for side in _SIDES})
+                },
                 "notes": list(t.notes),
             }
             for t in session.trials
@@ -51,19 +58,22 @@ def to_csv(session: Session) -> str:
         writer.writerow(
             ["parameter", p.name, p.side, "", p.unit, *(_field(v) for v in (p.mean, p.sd, p.low, p.high)), p.n]
         )
-    for side, name, mean, sd, n in _curves(session):
+    for side, name, mean, sd, n in _curves(session.curves):
         for percent, (m, s) in enumerate(zip(mean, sd, strict=True)):
             writer.writerow(["angle", name, side, percent, "degrees", _field(m), _field(s), "", "", n])
     return out.getvalue()
 
 
-def _curves(session: Session) -> Iterator[tuple[str, str, np.ndarray, np.ndarray, int]]:
-    """Side, name, mean, standard deviation and number of strides of each angle that is known."""
-    for side in ("left", "right"):
-        for name in ANGLES:
-            mean, sd = session.mean_curve(side, name)
+def _curves(curves: Mapping[str, np.ndarray]) -> Iterator[tuple[str, str, np.ndarray, np.ndarray, int]]:
+    """Side, name, mean, standard deviation and number of strides of each angle that is known.
+
+    `curves` are those of all strides of each side, (strides, 101, 13) [degrees].
+    """
+    for side in _SIDES:
+        for i, name in enumerate(ANGLES):
+            mean, sd = mean_and_sd(curves[side][:, :, i])
             if np.isfinite(mean).any():
-                yield side, name, mean, sd, len(session.curves[side])
+                yield side, name, mean, sd, len(curves[side])
 
 
 def _band(band: Band) -> dict:

@@ -30,6 +30,10 @@ def test_json_holds_every_figure_and_no_nan(session):
         listed = read["angles"][f"{side}_hip_flexion"]["mean"]
         np.testing.assert_allclose([np.nan if v is None else v for v in listed], mean, atol=5e-4)
     assert [c["strides"] for c in read["captures"]] == [len(t.strides) for t in session.trials]
+    counts = [sum(stride.side == "left" for stride in t.strides) for t in session.trials]
+    knees = [c["angles"].get("left_knee_flexion", [0.0] * 101) for c in read["captures"]]
+    both = np.average(np.array(knees, float), axis=0, weights=counts)  # no angle of a stride is unknown here
+    np.testing.assert_allclose(both, read["angles"]["left_knee_flexion"]["mean"], atol=2e-3)
     assert [e["time"] for e in read["captures"][0]["events"]] == [e.time for e in session.trials[0].events.events]
     assert read["left_out"] == session.left_out
     assert read["band"]["people"] == session.band.people

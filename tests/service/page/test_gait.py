@@ -60,7 +60,16 @@ def test_several_captures_become_one_gait(browser, server, tmp_path):
     assert "of 2 files" in shown.inner_text()
     assert re.search(r"\d+ strides", shown.inner_text())
     assert shown.locator("polygon.spread").count() >= 8
+    assert shown.locator("svg[aria-label^='Knee flexion'] path.walk").count() == 4  # of two files and two sides
+    bold = shown.locator("svg[aria-label^='Knee flexion'] path.left:not(.walk)")
+    mean = bold.get_attribute("d")
     seen.picture("gait-capture")
+    shown.locator("select").select_option(index=2)
+    assert bold.get_attribute("d") != mean
+    thin = shown.locator("svg[aria-label^='Knee flexion'] path.left.walk").nth(1)
+    assert thin.locator("title").text_content() == shown.locator("option").nth(2).get_attribute("value")
+    assert bold.get_attribute("d") == thin.get_attribute("d")
+    assert seen.complaints == []
 
 
 def test_a_tree_has_no_button_for_it(browser, server):

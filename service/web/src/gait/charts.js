@@ -25,10 +25,15 @@ function ticksFor(values) {
   return Array.from({ length: Math.ceil(most / step) - first + 1 }, (_, i) => (first + i) * step);
 }
 
-/** One angle: `curves` are {left, right, band}, each {mean, sd} or undefined, and `off` the toe-offs [%] of both sides. */
-export function chart(title, curves, off) {
+/**
+ * One angle: `curves` are {left, right, band}, each {mean, sd} or undefined, and `off` the toe-offs [%] of both sides.
+ *
+ * `walks` are the means {name, left, right} of single walks, drawn thin, and boldly if they are `chosen`.
+ */
+export function chart(title, curves, off, walks = [], chosen = null) {
   const present = Object.values(curves).filter(Boolean);
-  const ticks = ticksFor(present.flatMap((curve) => known([...curve.mean, ...edges(curve).flat()])));
+  const means = walks.flatMap(({ left, right }) => [...(left ?? []), ...(right ?? [])]);
+  const ticks = ticksFor(known([...present.flatMap((curve) => [...curve.mean, ...edges(curve).flat()]), ...means]));
   const range = [ticks[0], ticks.at(-1)];
   const up = (value) => (HIGH * (range[1] - value)) / (range[1] - range[0]);
   const picture = svg("svg", { viewBox: `${-LEFT} -6 ${WIDE + LEFT + 8} ${HIGH + BOTTOM + 6}`, role: "img" });
@@ -42,7 +47,9 @@ export function chart(title, curves, off) {
   for (const side of ["left", "right"]) {
     if (!curves[side]) continue;
     picture.append(area(curves[side], range, `${side} spread`));
-    picture.append(svg("path", { class: side, d: line(curves[side].mean, range) }));
+    for (const walk of walks) if (walk[side]) picture.append(named(svg("path", { class: `${side} walk`, d: line(walk[side], range) }), walk.name));
+    const mean = chosen ? walks.find(({ name }) => name === chosen)[side] : curves[side].mean;
+    if (mean) picture.append(svg("path", { class: side, d: line(mean, range) }));
     if (off[side]) picture.append(svg("line", { class: `${side} off`, x1: (WIDE * off[side]) / 100, x2: (WIDE * off[side]) / 100, y1: 0, y2: HIGH }));
   }
   return make("figure", {}, make("figcaption", { textContent: title }), picture);
@@ -56,6 +63,14 @@ function area(curve, range, className) {
   const up = (value) => (HIGH * (range[1] - value)) / (range[1] - range[0]);
   const points = [...low, ...high.reverse()].map(([x, value]) => `${x.toFixed(1)},${up(value).toFixed(1)}`);
   return svg("polygon", { class: className, points: points.join(" ") });
+}
+
+/** An element with a name that is shown on hover. */
+function named(element, name) {
+  const title = svg("title", {});
+  title.textContent = name;
+  element.append(title);
+  return element;
 }
 
 function text(content, x, y, anchor) {

@@ -14,10 +14,12 @@ export class GaitDialogue {
   constructor(report, title) {
     this.report = report;
     const heading = make("h2", { id: "gait-title", textContent: `Gait: ${title}` });
-    const strides = report.captures.reduce((sum, capture) => sum + capture.strides, 0);
+    this.walks = report.captures.filter(({ strides }) => strides);
+    const strides = this.walks.reduce((sum, capture) => sum + capture.strides, 0);
     const files = report.captures.length > 1 ? ` of ${report.captures.length} files` : "";
+    this.drawn = make("div", { className: "charts" }, ...this.charts(null));
     const hint = make("p", { className: "hint", textContent: `${strides} strides${files}, in percent of the gait cycle from initial contact. Dashed: toe-off.` });
-    const body = make("div", { className: "gait", tabIndex: 0 }, this.legend(), make("div", { className: "charts" }, ...this.charts()), this.table(), this.notes());
+    const body = make("div", { className: "gait", tabIndex: 0 }, this.legend(), ...this.choice(), this.drawn, this.table(), this.notes());
     body.setAttribute("role", "region");
     body.setAttribute("aria-label", "Joint angles and step parameters");
     const csv = make("button", { type: "button", textContent: "Save as CSV", onclick: () => this.save(title) });
@@ -41,15 +43,28 @@ export class GaitDialogue {
     return make("p", { className: "legend" }, ...kinds.map(([className, textContent]) => make("span", { className, textContent })));
   }
 
-  charts() {
+  /** The choice of one walk among several, whose angles are then drawn instead of all walks' means. */
+  choice() {
+    if (this.walks.length < 2) return [];
+    const names = this.walks.map(({ name, strides }) => make("option", { value: name, textContent: `${name} (${strides} strides)` }));
+    const select = make("select", {}, make("option", { value: "", textContent: "the mean of all files" }), ...names);
+    select.addEventListener("change", () => this.drawn.replaceChildren(...this.charts(select.value || null)));
+    return [make("label", { className: "field", textContent: "Bold: " }, select)];
+  }
+
+  /** The charts, with the walk of a name drawn boldly, or the mean of all. */
+  charts(chosen) {
     const { angles, band } = this.report;
     const names = [...new Set(Object.keys(angles).map((name) => name.replace(/^(left|right)_/, "")))];
     const place = (name) => ORDER.findIndex((part) => name.startsWith(part));
     names.sort((a, b) => place(a) - place(b));
     const off = Object.fromEntries(["left", "right"].map((side) => [side, this.parameter("stance", side)?.mean]));
-    return names.map((name) =>
-      chart(words(name), { left: angles[`left_${name}`], right: angles[`right_${name}`], band: band?.angles[name] }, off),
-    );
+    const of = (all, name) => ({ left: all[`left_${name}`], right: all[`right_${name}`] });
+    const walks = this.walks.length > 1 ? this.walks : [];
+    return names.map((name) => {
+      const single = walks.map((walk) => ({ name: walk.name, ...of(walk.angles, name) }));
+      return chart(words(name), { ...of(angles, name), band: band?.angles[name] }, off, single, chosen);
+    });
   }
 
   parameter(name, side) {
