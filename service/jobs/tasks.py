@@ -231,7 +231,8 @@ def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: Mark
         if values.ndim != (2 if ours else 3):
             raise MotionError("holds several motions: save one to a file")
         motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
-        told |= {"motion": _shown(motion), "straightness": straightness(motion), "walk": None}
+        shown = _shown(motion) | {"points": None if ours else _thinned(held.positions.round(4), motion.fps)}
+        told |= {"motion": shown, "straightness": straightness(motion), "walk": None}
         told["walk"] = _walk(motion)
     except MotionError as error:
         told["problem"] = plain(str(error))
@@ -250,12 +251,16 @@ def _walk(motion: Motion) -> dict[str, Any]:
 
 def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:
     """A preview of a motion, with a reduced frame rate."""
-    every = max(1, round(motion.fps / fps))
     body = motion.skeleton
     return {
-        "fps": motion.fps / every, "height": body.height, "offsets": body.offsets, "radii": body.radii,
-        "poses": np.ascontiguousarray(motion.poses[::every][:most]),
+        "fps": motion.fps / max(1, round(motion.fps / fps)), "height": body.height, "offsets": body.offsets, "radii": body.radii,
+        "poses": _thinned(motion.poses, motion.fps, fps, most),
     }  # fmt: skip
+
+
+def _thinned(frames: np.ndarray, own: float, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> np.ndarray:
+    """The frames (n, ...) at `own` frames per second with a reduced rate."""
+    return np.ascontiguousarray(frames[:: max(1, round(own / fps))][:most])
 
 
 def _write_result(folder: Path, what: dict[str, Any]) -> None:

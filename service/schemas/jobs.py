@@ -210,6 +210,9 @@ class Preview(BaseModel):
     offsets: list[list[float]] = Field(description="(16, 3) [m]: position of each node in the frame of its segment.")
     radii: list[list[float]] = Field(description="(limbs, 2) [m]: radius of each limb at its ends.")
     poses: list[Row] = Field(description="(frames, 25) [m, rad]; null in gaps.")
+    points: list[list[list[float | None]]] | None = Field(
+        None, description="What was captured, (frames, points, 3) [m]; null in gaps, and for files of angles alone."
+    )
 
 
 class Walk(BaseModel):

@@ -12,7 +12,7 @@ import { Stage } from "./stage/stage.js";
 import { GaitDialogue } from "./gait/dialogue.js";
 import { gaitOf } from "./api/requests.js";
 import { History } from "./controls/history.js";
-import { drawn, enter, fresh, fromLink, level, link } from "./state.js";
+import { drawn, enter, FLAGS, fresh, fromLink, level, link } from "./state.js";
 import { captureOf } from "./capture/recall.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
@@ -195,7 +195,7 @@ export class App {
     stage.aim(Math.max(...walkers.map((walker) => walker.body.height)));
     stage.figures.forEach((figure) => figure.look(state, this.moves(figure.walker)));
     this.plot.show(walkers);
-    for (const id of ["lines", "inverted", "scattered"]) $(id).checked = state[id];
+    for (const id of FLAGS) $(id).checked = state[id];
     this.mark("figure", state.figure);
     this.mark("models", this.wanted);
     this.mark("chosen", String(state.chosen));
@@ -207,6 +207,7 @@ export class App {
     this.tell();
     $("about").textContent = guest ? "This is your capture. Move a slider or choose a model to return to the models." : this.parameters.about;
     for (const button of $("downloads").children) button.disabled = guest !== null;
+    $("captured").hidden = !guest?.points;
     $("gait").disabled = guest !== null || this.parameters.steerable;
     $("stimulate").disabled = guest !== null || streamed(this.parameters);
     stage.changed = true;
@@ -385,9 +386,8 @@ export class App {
   /** Show the summary of each walker. */
   tell() {
     const { walkers, cycles } = this;
-    const facts = walkers.map((walker, i) => walker.facts(cycles[i]));
     const places = walkers.length > 1 ? $("names").querySelectorAll("span") : [$("facts")];
-    places.forEach((place, i) => (place.textContent = facts[i]));
+    places.forEach((place, i) => (place.textContent = walkers[i].facts(cycles[i])));
   }
 
   /** Record times of the frame [ms]: start, update, draw. */

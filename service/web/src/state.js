@@ -5,6 +5,9 @@ import { normals } from "./walkers/random.js";
 
 export const LIMIT = 3; // standard deviations to either side
 
+/** What is ticked or not; ids of the page's elements, too. */
+export const FLAGS = ["lines", "inverted", "scattered", "markers"];
+
 const FAR = 1e4; // greatest number of a view
 const TEMPERATURE = 0.05; // default for trees
 const person = () => ({
@@ -27,6 +30,7 @@ export const fresh = () => ({
   lines: false,
   inverted: false,
   scattered: false,
+  markers: false, // the captured points over the body
   camera: null,
   capture: null, // id of the inspection whose capture is shown
   stimulus: null, // the settings of the dialogue for experiments while it is open
@@ -46,7 +50,7 @@ export function link(state) {
   const fields = new URLSearchParams();
   fields.set("model", state.model);
   if (state.figure !== "body") fields.set("figure", state.figure);
-  for (const flag of ["lines", "inverted", "scattered"]) if (state[flag]) fields.set(flag, "1");
+  for (const flag of FLAGS) if (state[flag]) fields.set(flag, "1");
   if (state.camera) fields.set("camera", state.camera.map(short).join(","));
   if (state.capture) fields.set("capture", state.capture);
   if (state.stimulus) stimulusTo(fields, state.stimulus);
@@ -123,7 +127,7 @@ export function fromLink(text) {
   const model = fields.get("model") ?? "";
   if (/^[a-z0-9]+\/[a-z0-9][a-z0-9-]{0,62}$/.test(model)) state.model = model;
   if (["body", "stick", "points"].includes(fields.get("figure"))) state.figure = fields.get("figure");
-  for (const flag of ["lines", "inverted", "scattered"]) state[flag] = fields.get(flag) === "1";
+  for (const flag of FLAGS) state[flag] = fields.get(flag) === "1";
   const camera = (fields.get("camera") ?? "").split(",").map(Number);
   if (camera.length === 3 && camera.every((x) => Math.abs(x) <= FAR)) state.camera = camera;
   if (/^[\w-]{8,64}$/.test(fields.get("capture") ?? "")) state.capture = fields.get("capture");

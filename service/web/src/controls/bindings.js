@@ -3,6 +3,7 @@
 import { capturePanel } from "../capture/panel.js";
 import { downloads, synthesisRequest } from "./download.js";
 import { keys } from "./keyboard.js";
+import { FLAGS } from "../state.js";
 
 const WELCOMED = "motionenv-welcomed";
 const $ = (id) => document.getElementById(id);
@@ -38,7 +39,7 @@ function welcome() {
 
 function bindLooks(app) {
   on("figure", "change", ({ target }) => app.look("figure", target.value));
-  for (const id of ["lines", "inverted", "scattered"]) on(id, "change", ({ target }) => app.look(id, target.checked));
+  for (const id of FLAGS) on(id, "change", ({ target }) => app.look(id, target.checked));
   on("pause", "click", () => app.pause());
   on("scrub", "input", ({ target }) => app.scrub(target.valueAsNumber));
   for (const button of document.querySelectorAll("[data-view]")) {

@@ -15,6 +15,7 @@ import {
   Vector2,
   Vector3,
 } from "three";
+import { Cloud } from "./cloud.js";
 import { arranged } from "./point_lights.js";
 import { FALL, lit, shadow } from "./lighting.js";
 
@@ -70,6 +71,8 @@ export class Figure {
     this.plain = new MeshBasicMaterial();
     this.joints = this.instances(new SphereGeometry(1, 18, 12), parameters.markers.length);
     this.lines = this.instances(new CylinderGeometry(1, 1, 1, 10, 1), this.edges.length);
+    this.cloud = walker.points ? new Cloud(walker) : null;
+    if (this.cloud) this.group.add(this.cloud.mesh);
     this.tints = parameters.markers.map(sided);
     this.edgeTints = this.edges.map(([, far]) => sided(parameters.markers[far]));
   }
@@ -121,8 +124,9 @@ export class Figure {
   }
 
   /** Set the appearance: "body", "stick" or "points", with or without lines. */
-  look({ figure, lines, inverted, scattered }, moves) {
+  look({ figure, lines, inverted, scattered, markers }, moves) {
     const points = figure === "points";
+    if (this.cloud) this.cloud.mesh.visible = markers && !points;
     this.moves = points && scattered ? moves : null;
     this.inverted = points && inverted;
     this.body.visible = this.bodyShadow.visible = figure === "body";
@@ -144,6 +148,7 @@ export class Figure {
   update() {
     if (this.body.visible) this.updateBody();
     else this.updateDots();
+    if (this.cloud?.mesh.visible) this.cloud.update();
   }
 
   updateBody() {

@@ -53,7 +53,7 @@ class Recorded extends Walker {
 
 /** Plays a capture in a loop: the `motion` and `walk` of an inspection. What it doesn't know is NaN, and isn't drawn. */
 export class CaptureWalker extends Recorded {
-  constructor(parameters, { fps, height, offsets, radii, poses }, walk) {
+  constructor(parameters, { fps, height, offsets, radii, poses, points }, walk) {
     const arrays = {
       offsets: Float64Array.from(offsets.flat(), (x) => x / height),
       limb_radii: Float64Array.from(radii.flat(), (x) => x / height),
@@ -61,6 +61,8 @@ export class CaptureWalker extends Recorded {
     };
     super(parameters, new Body({ ...parameters, arrays }, height), fps);
     this.poses = poses.map((pose) => Float64Array.from(pose, (x) => x ?? Number.NaN));
+    this.captured = points?.map((frame) => Float64Array.from(frame.flat(), (x) => x ?? Number.NaN));
+    this.points = this.captured && new Float64Array(this.captured[0].length);
     this.curves = flexions(this.poses);
     this.seconds = Math.max(1, poses.length - 1) / fps;
     this.marks = (walk?.starts ?? []).map((start) => start / this.seconds).filter((mark) => mark <= 1);
@@ -79,7 +81,16 @@ export class CaptureWalker extends Recorded {
   }
 
   show(moment) {
-    this.showFrame(this.share(moment) * (this.poses.length - 1));
+    const frame = this.share(moment) * (this.poses.length - 1);
+    this.showFrame(frame);
+    if (this.points) this.place(frame);
+  }
+
+  /** Set `points` to those of a frame, interpolated, where the body is shown. */
+  place(frame) {
+    const [first, second, share] = [this.captured[Math.floor(frame)], this.captured[Math.ceil(frame)], frame % 1];
+    const moved = [...this.ground, this.sink];
+    this.points.forEach((_, i) => (this.points[i] = (1 - share) * first[i] + share * second[i] - moved[i % 3]));
   }
 
   draw() {
