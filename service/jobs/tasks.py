@@ -253,8 +253,8 @@ def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -
     """A preview of a motion, with a reduced frame rate."""
     body = motion.skeleton
     return {
-        "fps": motion.fps / max(1, round(motion.fps / fps)), "height": body.height, "offsets": body.offsets, "radii": body.radii,
-        "poses": _thinned(motion.poses, motion.fps, fps, most),
+        "fps": motion.fps / max(1, round(motion.fps / fps)), "height": body.height, "offsets": body.offsets,
+        "radii": body.radii, "poses": _thinned(motion.poses, motion.fps, fps, most),
     }  # fmt: skip
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import motionenv
 from tests.service.page.browsing import tab
+from tests.service.waiting import until
 
 
 @pytest.fixture
@@ -44,7 +45,7 @@ def test_what_the_service_tells_of_them_is_in_the_file(server, walk):
     held = motionenv.read(walk)
     with walk.open("rb") as file:
         job = server.http.post("/v1/jobs/inspect", files={"files": file}).json()
-    assert server.http.get(f"/v1/jobs/{job['id']}?wait=30").json()["status"] == "done"
+    until(lambda: server.http.get(f"/v1/jobs/{job['id']}?wait=10").json()["status"] == "done")
     (read,) = server.http.get(f"/v1/jobs/{job['id']}/result").json()["files"]
-    assert read["points"] == held.names
+    assert tuple(read["points"]) == held.names
     np.testing.assert_allclose(np.array(read["motion"]["points"], float), held.positions, atol=6e-5)
