@@ -121,7 +121,7 @@ def slider(page) -> tuple[float, int]:
 
 def main() -> None:
     """Measure, and print a table."""
-    scripts = [path.read_bytes() for path in (ROOT / "service" / "web" / "dist").glob("*.js")]
+    scripts = [path.read_bytes() for path in (ROOT / "service" / "web" / "dist" / "assets").glob("*.js")]
     with service() as url, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         first_frame(browser, url)
