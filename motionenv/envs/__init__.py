@@ -1,6 +1,6 @@
 """Gymnasium environments in which an agent estimates the pose of a walking body frame by frame.
 
-Importing this module registers them:
+Importing this module registers them::
 
     import gymnasium
     import motionenv.envs

@@ -2,7 +2,7 @@ r"""Camera placement: builders of `types.Camera`, and paper B's orthographic vie
 
 World: x forward (the direction of walking), y left, z up. Cameras follow OpenCV: x right, y down, z into the
 scene, pixel centres at whole numbers. The view angle α is paper B's (Zhang & Troje 2007, appendix B): the
-picture's horizontal axis is cos α·x + sin α·y, and the vertical one is z. From above:
+picture's horizontal axis is cos α·x + sin α·y, and the vertical one is z. From above::
 
                  y (left)                       α = +90°: from the front; the walker's left is right
                  ^                              in the picture
