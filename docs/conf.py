@@ -6,7 +6,9 @@ sphinx-build -W -b html docs build/site
 import re
 from pathlib import Path
 
+from matplotlib.figure import Figure
 from sphinx.application import Sphinx
+from sphinx_gallery.scrapers import figure_rst
 
 import motionenv
 
@@ -37,8 +39,20 @@ autodoc_typehints = "none"  # signatures show them
 autodoc_member_order = "bysource"
 napoleon_use_ivar = True
 
+
+def _drawn(_block: tuple, variables: dict, settings: dict) -> str:
+    """Show a `figure` that the library drew, of which pyplot doesn't know."""
+    figure = variables["example_globals"].get("figure")
+    if not isinstance(figure, Figure) or (figure.canvas.manager is not None):
+        return ""
+    path = next(variables["image_path_iterator"])
+    figure.savefig(path)
+    return figure_rst([path], settings["src_dir"])
+
+
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
+    "image_scrapers": ("matplotlib", _drawn),
     "gallery_dirs": "made/gallery",
     "filename_pattern": r"\.py$",
     "download_all_examples": False,

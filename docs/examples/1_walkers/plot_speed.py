@@ -11,7 +11,7 @@ import numpy as np
 import motionenv
 from motionenv.gait import Session, analyse
 
-speeds = np.arange(0.8, 1.8, 0.2)
+speeds = np.arange(0.9, 1.8, 0.2)
 found = {"cadence": [], "step_length": []}
 figure, (steps, knees) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 for i, speed in enumerate(speeds):
