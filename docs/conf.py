@@ -6,8 +6,11 @@ sphinx-build -W -b html docs build/site
 import re
 from pathlib import Path
 
+from docutils.nodes import SkipNode, math, math_block
+from latex2mathml.converter import convert as latex2mathml
 from matplotlib.figure import Figure
 from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator as HTMLTranslator
 from sphinx_gallery.scrapers import figure_rst
 
 import motionenv
@@ -30,7 +33,15 @@ suppress_warnings = [
 html_theme = "pydata_sphinx_theme"
 html_title = "motionenv"
 html_show_sourcelink = False
-html_theme_options = {"navigation_with_keys": False, "show_prev_next": False, "secondary_sidebar_items": ["page-toc"]}
+html_static_path, html_css_files = ["_static"], ["site.css"]
+html_theme_options = {
+    "navigation_with_keys": False,
+    "show_prev_next": False,
+    "navigation_depth": 1,  # deeper ones would get toggles without a name
+    "secondary_sidebar_items": ["page-toc"],
+}
+html_math_renderer = "mathml"
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 
 autosummary_generate = True
@@ -43,7 +54,7 @@ napoleon_use_ivar = True
 def _drawn(_block: tuple, variables: dict, settings: dict) -> str:
     """Show a `figure` that the library drew, of which pyplot doesn't know."""
     figure = variables["example_globals"].get("figure")
-    if not isinstance(figure, Figure) or (figure.canvas.manager is not None):
+    if not isinstance(figure, Figure) or hasattr(figure, "number"):  # pyplot numbers its own
         return ""
     path = next(variables["image_path_iterator"])
     figure.savefig(path)
@@ -63,21 +74,23 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
 }
 
-#: Files of the checkout that pages link to: the page of the site that holds the same, or None for none.
-_ELSEWHERE = {
-    "../benchmarks/RESULTS.md": "made/results.md",
-    "../benchmarks/LEADERBOARD.md": "made/leaderboard.md",
-    "../renders/README.md": None,
-    "../service/web/README.md": None,
-    "../motionenv/mocap/marker_sets/sets": None,
-    "../service/deploy/": None,
+#: Files of the checkout that pages link to, and the page of the site that shows the same.
+_PAGES = {
+    r"benchmarks/RESULTS\.md": "/made/results.md",
+    r"benchmarks/LEADERBOARD\.md": "/made/leaderboard.md",
+    r"examples/([\w/]+)\.py": r"/made/gallery/\1.rst",
 }
+#: Links to what isn't part of the site.
+_OUTSIDE = re.compile(r"\[([^\]]+)\]\((?:\.\./)+((?:renders|service|motionenv)/[^)#]*)\)")
 
 
 def _within_the_site(_: Sphinx, name: str, source: list[str]) -> None:
-    """Turn links to files of the checkout into links within the site, or to what isn't part of it."""
-    for file, page in _ELSEWHERE.items():
-        source[0] = source[0].replace(f"]({file}", f"]({page}" if page else f"](file:{file.removeprefix('../')}")
+    """Turn links to files of the checkout into links within the site, or into the name of the file."""
+    if name.startswith("made/"):
+        return
+    for file, page in _PAGES.items():
+        source[0] = re.sub(rf"\]\((?:\.\./)*{file}", f"]({page}", source[0])
+    source[0] = _OUTSIDE.sub(lambda m: m[0] if m[2].endswith((".png", ".webp")) else f"{m[1]} (`{m[2]}`)", source[0])
 
 
 def _copied(app: Sphinx, _config: object) -> None:
@@ -136,8 +149,15 @@ def _escaped(block: str) -> str:
     return "".join(parts)
 
 
+def _math(self: HTMLTranslator, node: math | math_block) -> None:
+    """Write an equation as MathML, which browsers show, and read out, without a script."""
+    self.body.append(latex2mathml(node.astext(), display="block" if isinstance(node, math_block) else "inline"))
+    raise SkipNode
+
+
 def setup(app: Sphinx) -> None:
     """Sphinx calls this."""
+    app.add_html_math_renderer("mathml", inline_renderers=(_math, None), block_renderers=(_math, None))
     app.connect("autodoc-skip-member", _once)
     app.connect("autodoc-process-docstring", _as_rst)
     app.connect("source-read", _within_the_site)

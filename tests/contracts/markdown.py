@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 #: Pages whose examples run: the README and the guide.
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted(p for p in (ROOT / "docs").rglob("*.md") if "made" not in p.parts)]
 #: Address of the service in examples; blocks with it run against a test server in `tests/service`.
 SERVICE = "127.0.0.1:8000"
 _COMMAND_ENDS = {"&&", "||", "|", ";", "&", ">"}

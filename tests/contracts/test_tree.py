@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("motionenv", "service", "tests", "benchmarks", "docs", "renders", ".ci")
+FOLDERS = ("motionenv", "service", "tests", "benchmarks", "docs", "renders", ".ci", ".github")
 CAPTURE = {".amc", ".asf", ".bvh", ".c3d", ".trc"}
-TEXT = {"", ".css", ".html", ".js", ".json", ".md", ".py", ".sh", ".toml", ".txt", ".yml"}
+MADE = {"__pycache__", "node_modules", "made"}  # by tools
+TEXT = {"", ".cff", ".css", ".html", ".js", ".json", ".md", ".py", ".rst", ".sh", ".toml", ".txt", ".yaml", ".yml"}
 
 # Written in two halves, so that this file does not find itself.
 HOSTS = [
@@ -22,9 +23,9 @@ MACHINE_PATH = re.compile(r"(?<![\w.:/~$}])/(?:work|root|home|tmp|opt)" + "/")
 def tree() -> list[Path]:
     """Every file of the project: its folders, and what lies at the top of the checkout."""
     inside = [p for folder in FOLDERS for p in (ROOT / folder).rglob("*")]
-    names = {"LICENSE", ".gitattributes", ".gitignore"}
+    names = {"LICENSE", "CITATION.cff", ".gitattributes", ".gitignore", ".pre-commit-config.yaml"}
     top = [p for p in ROOT.iterdir() if p.suffix in {".md", ".toml"} or p.name in names]
-    return sorted(p for p in inside + top if p.is_file() and not {"__pycache__", "node_modules"} & set(p.parts))
+    return sorted(p for p in inside + top if p.is_file() and not MADE & set(p.parts))
 
 
 def texts() -> list:
