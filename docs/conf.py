@@ -4,6 +4,7 @@ sphinx-build -W -b html docs build/site
 """
 
 import re
+import sys
 from pathlib import Path
 
 from docutils.nodes import SkipNode, math, math_block
@@ -15,6 +16,10 @@ from sphinx_gallery.scrapers import figure_rst
 
 import motionenv
 
+sys.path.insert(0, str(Path(__file__).parent))
+import pages
+
+pages.make_pages()
 project, author = "motionenv", "The motionenv developers"
 project_copyright = "2026, the motionenv developers"
 version = release = motionenv.__version__
@@ -23,7 +28,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]  # fmt: skip
 templates_path = ["_templates"]
-exclude_patterns = ["README.md", "examples/*"]  # the index for those who read the files themselves
+exclude_patterns = ["README.md", "examples/*", "made/http"]  # the index for those who read the files themselves
 default_role = "py:obj"  # a name in backticks links to what it names, if that has a page
 suppress_warnings = [
     "config.cache",  # of the event handlers below
@@ -33,6 +38,7 @@ suppress_warnings = [
 html_theme = "pydata_sphinx_theme"
 html_title = "motionenv"
 html_show_sourcelink = False
+html_extra_path = ["made/http"]  # documents for programs
 html_static_path, html_css_files = ["_static"], ["site.css"]
 html_theme_options = {
     "navigation_with_keys": False,
@@ -93,17 +99,6 @@ def _within_the_site(_: Sphinx, name: str, source: list[str]) -> None:
     source[0] = _OUTSIDE.sub(lambda m: m[0] if m[2].endswith((".png", ".webp")) else f"{m[1]} (`{m[2]}`)", source[0])
 
 
-def _copied(app: Sphinx, _config: object) -> None:
-    """Make pages of results, whose pictures and links are seen from there."""
-    made = Path(app.confdir, "made")
-    made.mkdir(exist_ok=True)
-    for name in ("results", "leaderboard"):
-        text = Path(app.confdir, "..", "benchmarks", f"{name.upper()}.md").read_text(encoding="utf-8")
-        text = re.sub(r"(?<=!)(\[[^\]]*\]\()(?!http)", r"\1../../benchmarks/", text)
-        text = text.replace("](RESULTS.md", "](results.md").replace("](LEADERBOARD.md", "](leaderboard.md")
-        Path(made, f"{name}.md").write_text(text, encoding="utf-8")
-
-
 def _once(app: Sphinx, _kind: str, name: str, thing: object, skipped: bool, _options: object) -> bool:
     """Skip what another package's page tells of already: the first one in the order of the alphabet does."""
     if not getattr(thing, "__module__", "").startswith("motionenv") or "." in getattr(thing, "__qualname__", "."):
@@ -161,4 +156,3 @@ def setup(app: Sphinx) -> None:
     app.connect("autodoc-skip-member", _once)
     app.connect("autodoc-process-docstring", _as_rst)
     app.connect("source-read", _within_the_site)
-    app.connect("config-inited", _copied)

@@ -4,6 +4,7 @@ Needs matplotlib: the `plots` extra.
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium
@@ -26,10 +27,11 @@ from motionenv.render.request import enlarged
 from motionenv.render.video.encode import write_image
 from motionenv.render.video.tracking_film import track_film
 from motionenv.tracking import FPCAPrior, ParticleFilter, Start
-from motionenv.types import ANGLES, MARKERS, Markers, Motion, Points
+from motionenv.types import ANGLES, MARKERS, POSE, Markers, Motion, Points
 
 HERE = Path(__file__).parent
 FPS, SIZE = 25, 320
+_DARK = ((0.15, 0.16, 0.22), (0.3, 0.25, 0.2), (0.22, 0.22, 0.24), (0.13, 0.2, 0.3))  # trousers
 BETAS = (0.002, 0.05, 0.2, 1.0)
 
 
@@ -50,6 +52,48 @@ def walker(out: Path) -> None:
     bodies = render(motion.poses, motion.skeleton, views, scene=Scene(samples=3, tile=way / 2)).rgb
     dots = render_points(markers(motion.poses, motion.skeleton), views, radius=4)
     write_video(out / "walk.webp", side_by_side(bodies, dots), FPS)
+
+
+def twelve(out: Path) -> None:
+    """twelve.webp: a dozen drawn people on a common way, each with steps of their own; without a seam."""
+    model, frames, way = load("walk/fpca"), 4 * FPS, 5.6
+    rng = np.random.default_rng(12)
+    camera = view(
+        np.radians(62), distance=7.2, eye_height=1.9, target=(0, 0, 0.8), width=640, height=260, fov_degrees=34
+    )
+    moved = [replace(camera, t=camera.t - camera.R @ (way * i / frames, 0, 0)) for i in range(frames)]
+    pictures = np.full((frames, 260, 640, 3), 255, np.uint8)
+    depth = np.full((frames, 260, 640), np.inf, np.float32)
+    for i in range(12):
+        motion = _going(model, i, way, frames)
+        poses = motion.poses.copy()
+        row, column = i % 3, i // 3 - 1.5
+        poses[:, :2] += 1.8 * (row - 1) + 0.2 * rng.standard_normal(), 1.3 * column + 0.45 * (row - 1)
+        clothes = Scene(samples=2, tile=way / 10, shirt=tuple(rng.uniform(0.1, 0.8, 3)), trousers=_DARK[i % 4])
+        seen = render(poses, motion.skeleton, moved, scene=clothes)
+        near = seen.depth < depth
+        nobody = np.isinf(seen.depth) & np.isinf(depth)
+        pictures[near], depth[near] = seen.rgb[near], seen.depth[near]
+        pictures[nobody] = np.minimum(pictures, seen.rgb)[nobody]  # everybody's shadow
+    write_video(out / "twelve.webp", pictures, FPS)
+
+
+def _going(model: WalkingModel, seed: int, way: float, frames: int) -> Motion:
+    """Somebody who goes `way` [m] in `frames` with a whole number of strides: at the pace nearest to their own."""
+    strides, speed = 0, way * FPS / frames
+    for _ in range(8):
+        somebody = model.draw_walker(np.random.default_rng(seed), speed)
+        length = speed * somebody.stride_seconds
+        strides = strides or round(way / length)
+        speed *= (way / strides / length) ** 2  # a stride's length grows with the root of speed
+    seconds = strides * somebody.stride_seconds
+    motion = model.synthesize(seconds, frames / seconds, walker=somebody, seed=seed, phase=seed / 5 % 1, variation=0)
+    poses = motion.poses.copy()  # people veer by a degree or two: who comes back to the start of the film must not
+    veer = np.arctan2(*(poses[-1, 1::-1] - poses[0, 1::-1]))
+    turn = np.array(((np.cos(veer), -np.sin(veer)), (np.sin(veer), np.cos(veer))))
+    poses[:, :2] = poses[:, :2] @ turn
+    poses[:, POSE.index("root_heading")] -= veer
+    return replace(motion, poses=poses)
 
 
 def figures(out: Path) -> None:
@@ -137,6 +181,7 @@ def main() -> None:
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     walker(out)
+    twelve(out)
     figures(out)
     tree(out)
     tracking(out)

@@ -1,0 +1,122 @@
+"""Pages that are made of what is elsewhere: results, environments, the HTTP interface."""
+
+import json
+import re
+import tempfile
+import textwrap
+from pathlib import Path
+
+import gymnasium
+from fastapi.testclient import TestClient
+
+import motionenv.envs  # noqa: F401 (registers the environments)
+from service.app import create_app
+from service.settings import Settings
+
+DOCS = Path(__file__).parent
+MADE = DOCS / "made"
+BENCHMARKS = DOCS.parent / "benchmarks"
+#: Pictures of the environments, and what they show.
+PICTURES = {
+    "WalkerTracking": ("renders/tracking.png", "Frames of WalkerTracking: plain, following, and cluttered"),
+    "ActiveTracking": (
+        "benchmarks/envs/active/planner.png", "The square from above and the camera's view, four moments",
+    ),
+}  # fmt: skip
+_SEND = """## Send a result
+
+Train on `train`, choose on `train`, and score once:
+
+```bash
+motionenv evaluate module:factory --task {task} --episodes 64 --out results.json
+motionenv evaluate module:factory --task {task} --split ood --episodes 64 --out ood.json
+```
+
+`factory(env)` makes your agent for a vector environment. The files hold settings, seeds, versions and the error of
+every episode: send both, with what it takes to train the agent again, as a pull request.
+"""
+
+
+def make_pages() -> None:
+    """Write them to `made`, where Sphinx finds them."""
+    MADE.mkdir(exist_ok=True)
+    results()
+    environments()
+    http()
+
+
+def results() -> None:
+    """results.md and leaderboard.md: those of the benchmarks, with pictures and links that lead there from here."""
+    for name in ("results", "leaderboard"):
+        text = (BENCHMARKS / f"{name.upper()}.md").read_text(encoding="utf-8")
+        text = re.sub(r"(?<=!)(\[[^\]]*\]\()(?!http)", r"\1../../benchmarks/", text)
+        text = text.replace("](RESULTS.md", "](results.md").replace("](LEADERBOARD.md", "](leaderboard.md")
+        (MADE / f"{name}.md").write_text(text, encoding="utf-8")
+
+
+def environments() -> None:
+    """A page for each family: facts, the docstring in Gymnasium's form, named tasks, results, how to send one."""
+    folder = MADE / "environments"
+    folder.mkdir(exist_ok=True)
+    names = {}
+    for name, spec in gymnasium.registry.items():
+        found = re.fullmatch(r"motionenv/(\w+?)(?:-(Easy|Medium|Hard))?-v\d+", name)
+        if found:
+            names.setdefault(found[1], {})[found[2]] = spec
+    for family, specs in names.items():
+        (folder / f"{family}.md").write_text(_environment(family, specs), encoding="utf-8")
+
+
+def _environment(family: str, specs: dict) -> str:
+    with gymnasium.make(specs[None].id) as env:
+        facts = {
+            "Action space": env.action_space, "Observation space": env.observation_space,
+            "Estimates per episode": env.spec.max_episode_steps,
+        }  # fmt: skip
+    rows = "".join(f"| {what} | `{_one_line(is_)}` |\n" for what, is_ in facts.items())
+    tasks = "".join(
+        f"| `{spec.id}` | {', '.join(f'`{k}={v!r}`' for k, v in spec.kwargs.items())} |\n"
+        for level, spec in specs.items()
+        if level
+    )
+    parts = [f"# {family}\n"]
+    if family in PICTURES:
+        parts.append("![{1}](../../../{0})\n".format(*PICTURES[family]))
+    parts += [
+        f"| made by | `gymnasium.make({specs[None].id!r})` |\n|-|-|\n{rows}",
+        f"```{{eval-rst}}\n.. autoclass:: motionenv.envs.{family}\n   :no-members:\n   :no-index:\n```\n",
+        f"## Named tasks\n\n| id | fixes |\n|-|-|\n{tasks}",
+        f"## Results\n\n{_results(family)}",
+        _SEND.format(task=specs["Easy"].id),
+    ]
+    return "\n".join(parts)
+
+
+def _one_line(space: object) -> str:
+    return re.sub(r"\s+", " ", str(space)).replace("|", "\\|")
+
+
+def _results(family: str) -> str:
+    """The table of the leaderboard, or where it is."""
+    board = (BENCHMARKS / "LEADERBOARD.md").read_text(encoding="utf-8")
+    found = re.search(rf"^## {family}\n\n(.*?)(?=^## |\Z)", board, re.DOTALL | re.MULTILINE)
+    if not found:
+        return "Its table is in the [results](/made/results.md#envsactive).\n"
+    how = "Mean error per joint [mm], made by `motionenv bench leaderboard`."
+    return f"{how} [All families, and how to read it](/made/leaderboard.md).\n\n{found[1].strip()}\n"
+
+
+def http() -> None:
+    """http.rst: the reference that a server shows at /docs, without its forms; and the documents for programs."""
+    folder = MADE / "http"
+    folder.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as data:
+        client = TestClient(create_app(Settings(data=data)), base_url="http://127.0.0.1:8000")
+        for name in ("openapi", "asyncapi"):
+            told = client.get(f"/{name}.json").raise_for_status().json()
+            (folder / f"{name}.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
+        page = client.get("/docs").raise_for_status().text
+    body = re.sub(r"(?s)<details class=try.*?</details>", "", page[page.index("</h1>") + 5 : page.index("</main>")])
+    body = re.sub(r"href='(openapi|asyncapi)\.json'", r"href='../\1.json'", body)
+    raw = textwrap.indent(f"<div class='http'>{body}</div>", "   ")
+    (MADE / "http.rst").write_text(f"HTTP\n====\n\n.. raw:: html\n\n{raw}\n", encoding="utf-8")
