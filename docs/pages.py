@@ -1,7 +1,9 @@
 """Pages that are made of what is elsewhere: results, environments, the HTTP interface."""
 
+import base64
 import json
 import re
+import shutil
 import tempfile
 import textwrap
 from pathlib import Path
@@ -9,8 +11,10 @@ from pathlib import Path
 import gymnasium
 from fastapi.testclient import TestClient
 
-import motionenv.envs  # noqa: F401 (registers the environments)
+import motionenv
+import motionenv.envs  # registers the environments
 from service.app import create_app
+from service.formats.parameters import packed
 from service.settings import Settings
 
 DOCS = Path(__file__).parent
@@ -23,6 +27,7 @@ PICTURES = {
         "benchmarks/envs/active/planner.png", "The square from above and the camera's view, four moments",
     ),
 }  # fmt: skip
+LOOKS = {"body": "body", "stick": "stick figure", "points": "point lights"}
 _SEND = """## Send a result
 
 Train on `train`, choose on `train`, and score once:
@@ -42,7 +47,10 @@ def make_pages() -> None:
     MADE.mkdir(exist_ok=True)
     results()
     environments()
-    http()
+    walker()
+    with tempfile.TemporaryDirectory() as data:
+        client = TestClient(create_app(Settings(data=data)), base_url="http://127.0.0.1:8000")
+        http(client)
 
 
 def results() -> None:
@@ -106,16 +114,31 @@ def _results(family: str) -> str:
     return f"{how} [All families, and how to read it](/made/leaderboard.md).\n\n{found[1].strip()}\n"
 
 
-def http() -> None:
+def walker() -> None:
+    """walker.html: the stage of the service's page with a walker whose model is in it, for any page of the site."""
+    embed = DOCS / "_static" / "made"
+    embed.mkdir(exist_ok=True)
+    shutil.copy(DOCS.parent / "service" / "web" / "dist" / "embed.js", embed)
+    parameters = packed(*motionenv.parameters("walk/fpca"))
+    looks = "".join(f"<option value={value}>{name}</option>" for value, name in LOOKS.items())
+    (MADE / "walker.html").write_text(
+        f"<div class=walker data-parameters='{base64.b64encode(parameters).decode()}'>"
+        "<canvas role=img aria-label='A walker in three dimensions: drag to turn it'></canvas>"
+        "<div><label>Turn <input type=range min=-180 max=180 value=45></label>"
+        f"<label>Look <select>{looks}</select></label><button type=button>Pause</button></div></div>"
+        "<script src='_static/made/embed.js' defer></script>",
+        encoding="utf-8",
+    )
+
+
+def http(client: TestClient) -> None:
     """http.rst: the reference that a server shows at /docs, without its forms; and the documents for programs."""
     folder = MADE / "http"
     folder.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as data:
-        client = TestClient(create_app(Settings(data=data)), base_url="http://127.0.0.1:8000")
-        for name in ("openapi", "asyncapi"):
-            told = client.get(f"/{name}.json").raise_for_status().json()
-            (folder / f"{name}.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
-        page = client.get("/docs").raise_for_status().text
+    for name in ("openapi", "asyncapi"):
+        told = client.get(f"/{name}.json").raise_for_status().json()
+        (folder / f"{name}.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
+    page = client.get("/docs").raise_for_status().text
     body = re.sub(r"(?s)<details class=try.*?</details>", "", page[page.index("</h1>") + 5 : page.index("</main>")])
     body = re.sub(r"href='(openapi|asyncapi)\.json'", r"href='../\1.json'", body)
     raw = textwrap.indent(f"<div class='http'>{body}</div>", "   ")

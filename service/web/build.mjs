@@ -18,6 +18,16 @@ const { metafile } = await build({
   legalComments: "eof",
   metafile: true,
 });
+// For the pages of the documentation, which open from disk: browsers load no modules from there.
+await build({
+  entryPoints: ["src/embed.js"],
+  bundle: true,
+  minify: true,
+  format: "iife",
+  target: ["es2022"],
+  outdir: "dist",
+  legalComments: "eof",
+});
 let page = readFileSync("src/index.html", "utf8");
 for (const [path, { entryPoint }] of Object.entries(metafile.outputs)) {
   if (entryPoint) page = page.replace(entryPoint.replace("src/", "assets/"), path.replace("dist/", ""));

@@ -117,3 +117,22 @@ def test_the_search_works_from_disk(browser, site):
         tab.goto((site / "search.html").resolve().as_uri() + "?q=silhouette")
         tab.locator("#search-results li").first.wait_for(timeout=60_000)
         assert "likelihood" in tab.locator("#search-results").inner_text().lower()
+
+
+def test_somebody_walks_and_can_be_turned(browser, site):
+    with browser.new_context(reduced_motion="no-preference") as context:
+        tab = context.new_page()
+        wrong: list[str] = []
+        tab.on("pageerror", lambda error: wrong.append(str(error)))
+        tab.goto((site / "index.html").resolve().as_uri())
+        tab.wait_for_function("Number(document.querySelector('.walker').dataset.walking) > 0.1", timeout=120_000)
+        tab.get_by_role("button", name="Pause").click()
+        pictures = {tab.locator(".walker canvas").screenshot()}
+        tab.get_by_role("slider", name="Turn").fill("-90")
+        tab.wait_for_timeout(500)
+        pictures.add(tab.locator(".walker canvas").screenshot())
+        tab.get_by_role("combobox", name="Look").select_option("point lights")
+        tab.wait_for_timeout(500)
+        pictures.add(tab.locator(".walker canvas").screenshot())
+        assert len(pictures) == 3
+        assert not wrong

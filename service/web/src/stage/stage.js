@@ -130,9 +130,9 @@ export class Stage {
       this.changed = true;
     }
     const { top, bottom } = this.canvas.getBoundingClientRect();
-    const edge = (selector) => document.querySelector(selector).getBoundingClientRect();
-    const above = Math.max(edge(".stage header").bottom, edge("#names").bottom);
-    this.covered = [above - top, bottom - edge(".looks").top];
+    const edge = (selector, side, none) => document.querySelector(selector)?.getBoundingClientRect()[side] ?? none;
+    const above = Math.max(edge(".stage header", "bottom", top), edge("#names", "bottom", top));
+    this.covered = [above - top, bottom - edge(".looks", "top", bottom)];
   }
 
   /** Set up the camera so that its target is in the middle of the part that no controls cover. */

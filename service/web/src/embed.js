@@ -1,0 +1,67 @@
+// A walker in a page of documentation, without a service: what makes it stands in the page, as base64.
+
+import { decodeParameters } from "./api/parameters.js";
+import { Figure } from "./stage/figure.js";
+import { Stage } from "./stage/stage.js";
+import { walkerOf } from "./walkers/index.js";
+
+const SETTINGS = { deviations: [], speed: 1.3, height: 1.75 };
+const LOOKS = ["body", "stick", "points"];
+
+/** Show a walker in a place with a canvas, a range to turn it, a list of looks and a button to pause. */
+function embed(place) {
+  const [canvas, turn, looks, pause] = ["canvas", "input", "select", "button"].map((tag) => place.querySelector(tag));
+  const bytes = Uint8Array.from(atob(place.dataset.parameters), (letter) => letter.charCodeAt(0));
+  const walker = walkerOf(decodeParameters(bytes.buffer));
+  walker.set(SETTINGS);
+  const stage = new Stage(canvas);
+  const figure = new Figure(walker, false);
+  let cycles = 0;
+  let before = null;
+  let still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+  const look = () => {
+    const shown = LOOKS.includes(looks.value) ? looks.value : LOOKS[0];
+    figure.look({ figure: shown, lines: false, inverted: false, scattered: false, markers: false }, null);
+    place.dataset.look = shown;
+    stage.changed = true;
+  };
+  const say = () => (pause.textContent = still ? "Walk" : "Pause");
+  const dark = () => stage.theme(document.documentElement.dataset.theme === "dark");
+  const frame = (now) => {
+    requestAnimationFrame(frame);
+    const passed = Math.min(0.1, (now - (before ?? now)) / 1000);
+    before = now;
+    stage.controls.update();
+    if (still && !stage.changed) return;
+    if (!still) cycles = walker.after(cycles, passed);
+    walker.show(cycles);
+    figure.update();
+    stage.draw(looks.value === "points");
+    place.dataset.walking = cycles.toFixed(3);
+  };
+
+  stage.show([figure]);
+  stage.aim(walker.body.height);
+  stage.controls.enableZoom = false; // the wheel scrolls the page
+  turn.addEventListener("input", () => stage.move({ around: Number(turn.value) }));
+  stage.controls.addEventListener("change", () => (turn.value = Math.round(stage.view[0])));
+  looks.addEventListener("change", look);
+  pause.addEventListener("click", () => {
+    still = !still;
+    say();
+  });
+  new MutationObserver(dark).observe(document.documentElement, { attributeFilter: ["data-theme"] });
+  dark();
+  look();
+  say();
+  requestAnimationFrame(frame);
+}
+
+for (const place of document.querySelectorAll(".walker")) {
+  try {
+    embed(place);
+  } catch (error) {
+    place.textContent = `The walker needs WebGL: enable graphics acceleration, or try another browser. (${error.message})`;
+  }
+}
