@@ -28,7 +28,12 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]  # fmt: skip
 templates_path = ["_templates"]
-exclude_patterns = ["README.md", "examples/*", "made/http"]  # the index for those who read the files themselves
+exclude_patterns = [
+    "README.md",
+    "examples/*",
+    "made/http",
+    "licences.md",
+]  # the index for those who read the files themselves
 default_role = "py:obj"  # a name in backticks links to what it names, if that has a page
 suppress_warnings = [
     "config.cache",  # of the event handlers below
@@ -38,7 +43,7 @@ suppress_warnings = [
 html_theme = "pydata_sphinx_theme"
 html_title = "motionenv"
 html_show_sourcelink = False
-html_extra_path = ["made/http"]  # documents for programs
+html_extra_path = ["made/http", "licences.md"]  # documents for programs
 html_static_path, html_css_files = ["_static"], ["site.css"]
 html_theme_options = {
     "navigation_with_keys": False,

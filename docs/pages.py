@@ -9,6 +9,7 @@ import textwrap
 from pathlib import Path
 
 import gymnasium
+import licences
 from fastapi.testclient import TestClient
 
 import motionenv
@@ -46,6 +47,7 @@ def make_pages() -> None:
     """Write them to `made`, where Sphinx finds them."""
     MADE.mkdir(exist_ok=True)
     results()
+    licence_list()
     environments()
     walker()
     with tempfile.TemporaryDirectory() as data:
@@ -60,6 +62,12 @@ def results() -> None:
         text = re.sub(r"(?<=!)(\[[^\]]*\]\()(?!http)", r"\1../../benchmarks/", text)
         text = text.replace("](RESULTS.md", "](results.md").replace("](LEADERBOARD.md", "](leaderboard.md")
         (MADE / f"{name}.md").write_text(text, encoding="utf-8")
+
+
+def licence_list() -> None:
+    """licences.md: the page of that name, and the list of what is installed here."""
+    text = (DOCS / "licences.md").read_text(encoding="utf-8").replace("](../LICENSE)", "]")
+    (MADE / "licences.md").write_text(f"{text}\n{licences.table()}\n", encoding="utf-8")
 
 
 def environments() -> None:
