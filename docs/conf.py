@@ -28,12 +28,8 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]  # fmt: skip
 templates_path = ["_templates"]
-exclude_patterns = [
-    "README.md",
-    "examples/*",
-    "made/http",
-    "licences.md",
-]  # the index for those who read the files themselves
+#: The index for those who read the files themselves, and what is put into other pages.
+exclude_patterns = ["README.md", "examples/*", "made/http", "licences.md"]
 default_role = "py:obj"  # a name in backticks links to what it names, if that has a page
 suppress_warnings = [
     "config.cache",  # of the event handlers below
