@@ -1,6 +1,6 @@
 """Client of a service that `motionenv serve` runs: models, motions, lifting, jobs and endless streams.
 
-    >>> with motionenv.Client("http://127.0.0.1:8000") as client:
+    >>> with motionenv.Client("http://127.0.0.1:8000") as client:  # doctest: +SKIP
     ...     motion = client.synthesize("walk/fpca", seconds=4, fps=30, seed=1, speed=1.3)
     ...     client.save("walk.mp4", "walk/fpca", seconds=4, fps=30, seed=1, speed=1.3)
 

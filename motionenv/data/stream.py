@@ -29,9 +29,9 @@ class Walkers:
 
     Example:
         >>> walkers = Walkers(Specification.read("lifting"))
-        >>> for batch in walkers.stream(batch=64):  # {"pixels": (64, 60, 15, 2), "joints": ...}
-        ...     break
-        >>> loader = torch.utils.data.DataLoader(walkers.torch(batch=64), batch_size=None, num_workers=2)
+        >>> batch = next(iter(walkers.stream(batch=8)))
+        >>> batch["joints"].shape  # and "pixels", "detected", ...; for PyTorch's DataLoader see `torch`
+        (8, 60, 15, 3)
     """
 
     def __init__(self, spec: Specification):

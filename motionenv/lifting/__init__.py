@@ -1,8 +1,13 @@
 """Lift 2D points of one camera to 3D: people who walk, turn or run.
 
-    >>> from motionenv.lifting import lift
-    >>> lifted = lift(read_points("keypoints.json", fps=30))
-    >>> lifted.positions, lifted.band, lifted.heading, lifted.motion()
+    >>> import motionenv
+    >>> from motionenv.lifting import lift, project_markers
+    >>> from motionenv.types import MARKERS, Markers
+    >>> walk = motionenv.synthesize("walk/fpca", seconds=3, fps=30, seed=7)
+    >>> seen = project_markers(Markers(MARKERS, motionenv.markers(walk.poses, walk.skeleton), 30), alpha=0.5)
+    >>> lifted = lift(seen)                           # or lift(motionenv.read_points("keypoints.json", fps=30))
+    >>> lifted.positions.shape, lifted.band.shape, lifted.heading.shape, lifted.motion().poses.shape
+    ((90, 15, 3), (90, 15, 3), (90,), (90, 25))
 
 `lift` runs the whole pipeline. `free` fits any motion frame by frame. For straight, steady walks (Zhang & Troje 2007,
 "paper B", and extensions) `fourier_fit` fits a 2D Fourier series to the points; `views.known_view` and

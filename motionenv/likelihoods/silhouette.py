@@ -3,12 +3,16 @@ r"""Silhouette and depth likelihood: p(J_t | φ_t) of paper A, section 5, and p(
 A `SilhouetteLikelihood` uses only what an agent may know (the camera, an average body and the current observation) and
 evaluates thousands of hypotheses.
 
+    >>> import motionenv
     >>> from motionenv.likelihoods import SilhouetteLikelihood
     >>> from motionenv.render.cameras import view
-    >>> model = SilhouetteLikelihood(view(0.0, width=64, height=64))
+    >>> walk = motionenv.synthesize("walk/fpca", seconds=1, fps=30, seed=7)
+    >>> camera = view(0.0, width=64, height=64)
+    >>> mask = motionenv.render.render(walk.poses[0], walk.skeleton, camera).limbs > 0
+    >>> model = SilhouetteLikelihood(camera)
     >>> model.observe(mask=mask)                      # or depth=…, or rgb=…, background=…
-    >>> model.log_likelihood(poses)                   # (N, 25) -> (N,)
-    >>> model.learn(poses, log_weights)               # if no background is given: updates it beside the body
+    >>> model.log_likelihood(walk.poses).shape        # (N, 25) -> (N,)
+    (30,)
 
 **Silhouette.** A pixel is seen as foreground (y = 1) with probability 1 - misses inside the hypothesis' silhouette, and
 with probability false_alarms outside. Colours determine y only up to a probability p, so

@@ -3,16 +3,21 @@
 import doctest
 import re
 import shlex
+from importlib import import_module
 
 import pytest
 
-import motionenv
 from tests.contracts.markdown import PAGES, ROOT, SERVICE, blocks, commands, name
 
 README = PAGES[0]
 COMMANDS = {shlex.join(words): words for page in PAGES for words in commands(page)}
 SERVICES = ("serve", "work")
 SERVE = [words for words in COMMANDS.values() if words[0] in SERVICES]
+WITH_EXAMPLES = sorted(
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for path in (ROOT / "motionenv").rglob("*.py")
+    if ">>> " in (text := path.read_text(encoding="utf-8")) and "+SKIP" not in text  # those need a service, or Ray
+)
 LINKING = [*PAGES, *(ROOT / path for path in ("benchmarks/RESULTS.md", "renders/README.md", "service/web/README.md"))]
 
 
@@ -94,7 +99,9 @@ def test_one_line_each_for_the_main_job_and_for_the_tests():
     assert sum(line.startswith("python3 -m venv") and "/pytest" in line for line in lines) == 1
 
 
-def test_the_packages_own_example_runs():
-    tried = doctest.testmod(motionenv)
-    assert tried.attempted > 3
+@pytest.mark.parametrize("module", WITH_EXAMPLES)
+def test_examples_of_docstrings_run(module, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tried = doctest.testmod(import_module(module))
+    assert tried.attempted > 0
     assert tried.failed == 0

@@ -38,7 +38,7 @@ def ray_executor(address: str | None = None, **options) -> Iterator[Executor]:
         MotionError: Ray isn't installed, or there is no cluster.
 
     Example:
-        >>> with ray_executor("auto") as executor:
+        >>> with ray_executor("auto") as executor:  # doctest: +SKIP
         ...     generate(spec, "s3://bucket/walkers", executor=executor)
     """
     try:

@@ -1,7 +1,9 @@
 """Baseline agents: lower and upper bounds for the tracking environments.
 
+    >>> import gymnasium, motionenv.envs
+    >>> from motionenv.envs.agents import ConstantVelocity, evaluate
     >>> env = gymnasium.make("motionenv/MarkerTracking-v1")
-    >>> evaluate(env, ConstantVelocity(env), episodes=20, seed=1).errors.mean()     # [m] per joint
+    >>> error = evaluate(env, ConstantVelocity(env), episodes=2, seed=1).errors.mean()  # [m] per joint
 
 `MeanPose` ignores observations. `Blob` puts the mean pose where the silhouette or the markers are. `ConstantVelocity`
 uses 2D detections, extrapolates them at constant velocity while they are missing, and takes the rest from the mean

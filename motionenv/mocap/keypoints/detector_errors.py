@@ -42,7 +42,8 @@ class DetectorErrors:
         gap: mean duration of a gap [s].
 
     Example:
-        >>> seen = DetectorErrors(missing=0.1).apply(points, rng=7)
+        >>> exact = Points(np.full((30, 15, 2), 100.0) + np.arange(15)[:, None], 30, "px")
+        >>> seen = DetectorErrors(missing=0.1).apply(exact, rng=7)
     """
 
     bias: float = 0.12
