@@ -70,6 +70,8 @@ def _drawn(_block: tuple, variables: dict, settings: dict) -> str:
 
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
+    "backreferences_dir": "made/uses",
+    "doc_module": ("motionenv",),
     "image_scrapers": ("matplotlib", _drawn),
     "gallery_dirs": "made/gallery",
     "filename_pattern": r"\.py$",
@@ -116,14 +118,18 @@ _PLAIN = [(r"\|", r"\|"), (r"(?<=\w)_(?=[\s,.;:)]|$)", r"\_"), (r"(?<![\w*])\*(?
 _CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)(?=(s\b)?)")
 
 
-def _as_rst(_app: Sphinx, _kind: str, _name: str, _thing: object, _options: object, lines: list[str]) -> None:
-    """Turn Gymnasium's headings of environments into reStructuredText's, and escape what is no markup."""
+def _as_rst(app: Sphinx, kind: str, name: str, _thing: object, _options: object, lines: list[str]) -> None:
+    """Turn Gymnasium's headings of environments into reStructuredText's, escape what is no markup, and add examples."""
     text = re.sub(r"^## (.*)$", r".. rubric:: \1\n", "\n".join(lines), flags=re.MULTILINE)
     blocks = text.split("\n\n")
     for i, block in enumerate(blocks):
         literal = block.lstrip().startswith(">>>") or (i and blocks[i - 1].endswith("::"))
         blocks[i] = block if literal else _escaped(_listed(block))
     lines[:] = "\n\n".join(blocks).split("\n")
+    short = f"motionenv.{name.rpartition('.')[2]}"  # as the gallery names what examples use
+    uses = Path(app.confdir, "made", "uses", f"{short}.examples")
+    if kind in ("class", "function") and uses.exists() and uses.stat().st_size:
+        lines += ["", f".. minigallery:: {short}", ""]
 
 
 def _listed(block: str) -> str:

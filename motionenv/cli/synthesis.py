@@ -27,7 +27,11 @@ from motionenv.cli._shared import (
 )  # fmt: skip
 from motionenv.errors import MotionError
 
-_FILMS = {".mp4", ".gif", ".webp"}
+_FILMS = (".mp4", ".gif", ".webp")
+Out = Annotated[
+    Path,
+    typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd, .trc."),
+]
 
 
 def demo(
@@ -48,7 +52,7 @@ def demo(
 
 def synth(
     model: Annotated[str, typer.Argument(help="Name or file of the model: see `motionenv models`.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
+    out: Out,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
     fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
     seed: Seed = 0,
@@ -65,29 +69,25 @@ def synth(
     deviations: Annotated[
         str | None, typer.Option(help="The walker, in standard deviations per component, as 1,0,-2; by default random.")
     ] = None,
+    view: View = "side",
+    size: Size = "640x480",
 ) -> None:
-    """Synthesise a walk into a motion file.
+    """Synthesise a walk, as a film or a motion file.
 
     Example: motionenv synth walk/fpca --seconds 5 --speed 1.4 --path arc:3,90 --seed 3 --out walk.bvh
     """
-    from motionenv.mocap import write
-    from motionenv.mocap.writing import check_suffix
     from motionenv.models.synthesis import synthesize
 
-    check_suffix(out)
+    how = _checked(out, view, size)
     motion = synthesize(
         model, seconds, fps, seed=seed, speed=parsed_speed(speed), height=height, phase=phase, variation=variation,
         deviations=parsed_numbers(deviations, "--deviations"), path=parsed_path(path),
     )  # fmt: skip
-    write(motion, out)
-    typer.echo(f"{out}  {motion.poses.shape[0]} frames, {motion.seconds:g} s at {motion.fps:g} fps")
+    _save(motion, out, how)
 
 
 def sample(
-    out: Annotated[
-        Path,
-        typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd, .trc."),
-    ],
+    out: Out,
     tree: Annotated[str, typer.Option(help="Name or file of the tree: see `motionenv fit tree`.")] = "mixed/tree",
     start: Annotated[str | None, typer.Option(help="Initial activity; by default any.")] = None,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
@@ -106,16 +106,10 @@ def sample(
 
     Example: motionenv sample --tree mixed/tree --start walk --seconds 10 --temperature 0.5 --out run.mp4
     """
-    from motionenv.mocap import write
-    from motionenv.mocap.writing import check_suffix
     from motionenv.models import Target, gait_model
     from motionenv.models.motion_tree import Options
 
-    filmed = out.suffix.lower() in _FILMS
-    if not filmed:
-        check_suffix(out)
-    alpha, (width, height) = parsed_view(view), parsed_size(size)
-    check_folder(out)
+    how = _checked(out, view, size)
     target = Target(activity, None if heading is None else math.radians(heading), speed)
     with err.status(f"loading {tree}; the first time mixed/tree is made"):
         loaded = gait_model(tree)
@@ -125,11 +119,7 @@ def sample(
         start, temperature=temperature, seed=seed, method=method, target=target, contact=contact,
         blend=Options.blend if blend else 0.0,
     ).motion(seconds)  # fmt: skip
-    if filmed:
-        _film(motion, out, alpha, width=width, height=height)
-    else:
-        write(motion, out)
-    typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:g} s at {motion.fps:g} fps")
+    _save(motion, out, how)
 
 
 def render(
@@ -157,6 +147,27 @@ def render(
     loaded = read_motion(motion, fill=fill, fps=fps, unit=unit, marker_map=marker_map(map_))
     _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
+
+
+def _checked(out: Path, view: str, size: str) -> tuple[float, int, int]:
+    """Angle, width and height of a film, before anything takes long: raises if `out` can't be written, too."""
+    from motionenv.mocap.writing import check_suffix
+
+    check_suffix(out, _FILMS)
+    check_folder(out)
+    return parsed_view(view), *parsed_size(size)
+
+
+def _save(motion, out: Path, how: tuple[float, int, int]) -> None:
+    """Write a motion as a film or a motion file."""
+    from motionenv.mocap import write
+
+    if out.suffix.lower() in _FILMS:
+        alpha, width, height = how
+        _film(motion, out, alpha, width=width, height=height)
+    else:
+        write(motion, out)
+    typer.echo(f"{out}  {len(motion.poses)} frames, {motion.seconds:g} s at {motion.fps:g} fps")
 
 
 def _film(motion, out: Path, alpha: float, **how) -> None:

@@ -127,10 +127,14 @@ def _check_capture(capture) -> None:
         raise MotionError(f"{where} is infinite; positions must be finite, or NaN where unknown")
 
 
-def check_suffix(path) -> None:
-    """Reject, before any work, paths whose suffix `write` doesn't support or needs a library that isn't installed."""
+def check_suffix(path, others: Sequence[str] = ()) -> None:
+    """Reject, before any work, paths whose suffix `write` doesn't support or needs a library that isn't installed.
+
+    `others` are suffixes that the caller itself writes.
+    """
     suffix = Path(path).suffix.lower()
-    if suffix not in _WRITERS:
-        raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(_WRITERS)}")
+    known = (*others, *_WRITERS)
+    if suffix not in known:
+        raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(known)}")
     if suffix == ".rrd":
         rrd.check_installed()

@@ -20,7 +20,7 @@ const { metafile } = await build({
 });
 // For the pages of the documentation, which open from disk: browsers load no modules from there.
 await build({
-  entryPoints: ["src/embed.js"],
+  entryPoints: ["src/stage/embed.js"],
   bundle: true,
   minify: true,
   format: "iife",

@@ -72,8 +72,9 @@ def test_sample_writes_every_format(run, tmp_path, suffix):
     assert (tmp_path / f"w.{suffix}").stat().st_size > 1000
 
 
-def test_sample_films(run, tmp_path):
-    result = run("sample", "--seconds", 0.4, "--size", "64x48", "--view", "front", "--out", "w.mp4")
+@pytest.mark.parametrize("command", ["sample", "synth walk/fpca --fps 30"])
+def test_films(run, tmp_path, command):
+    result = run(*command.split(), "--seconds", 0.4, "--size", "64x48", "--view", "front", "--out", "w.mp4")
     assert (result.code, result.out) == (0, "w.mp4  12 frames, 0.4 s at 30 fps\n")
     with av.open(tmp_path / "w.mp4") as video:
         assert len(list(video.decode(video=0))) == 12
@@ -104,7 +105,7 @@ def test_sample_is_the_motion_that_python_gives(run, tmp_path):
         ("--temperature 0 --out w.npz", "temperature"),
         ("--method best --out w.npz", "method"),
         ("--seconds nan --out w.npz", "seconds"),
-        ("--out w.xyz", ".xyz"),
+        ("--out w.xyz", ".mp4, .gif, .webp, .bvh"),
         ("--out nowhere/w.npz", "nowhere"),
         ("--view above --out w.mp4", "side, front, oblique"),
         ("--size 8x8 --out w.mp4", "WIDTHxHEIGHT"),

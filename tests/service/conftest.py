@@ -27,9 +27,9 @@ def runner() -> Iterator[asyncio.Runner]:
 
 
 @pytest.fixture(scope="session")
-def postgres(tmp_path_factory):
+def postgres():
     """A PostgreSQL server."""
-    with postgres_server(tmp_path_factory.mktemp("database")) as server:
+    with postgres_server() as server:
         yield server
 
 

@@ -7,6 +7,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,8 +39,6 @@ class Postgres:
         self.as_user = {}
         if os.getuid() == 0:  # the server refuses to be run by root
             self.as_user = {"user": "nobody", "group": pwd.getpwnam("nobody").pw_gid, "extra_groups": []}
-            for path in (folder, *folder.parents[:-1]):
-                path.chmod(path.stat().st_mode | 0o055)
             shutil.chown(self.folder, "nobody")
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
@@ -90,10 +89,15 @@ class Postgres:
 
 
 @contextmanager
-def postgres_server(folder: Path) -> Iterator[Postgres]:
-    """A server with its files in a folder."""
-    server = Postgres(folder)
-    try:
-        yield server
-    finally:
-        server.stop()
+def postgres_server() -> Iterator[Postgres]:
+    """A server with its files in a folder of its own.
+
+    It isn't below pytest's, which pytest closes to other users whenever another run begins: the server runs as one.
+    """
+    with tempfile.TemporaryDirectory(prefix="motionenv-postgres-") as folder:
+        Path(folder).chmod(0o755)
+        server = Postgres(Path(folder))
+        try:
+            yield server
+        finally:
+            server.stop()

@@ -68,11 +68,13 @@ class Trouble:
 
 
 def asked_until_answered(client: httpx.Client, method: str, path: str, **how) -> httpx.Response:
-    """An answer other than that the service is away, as a patient client gets it."""
+    """An answer other than that the service is away, as a client gets it that waits for some minutes."""
+    begun = time.monotonic()
     while True:
         answer = client.request(method, path, **how)
         if answer.status_code != 503:
             return answer
+        assert time.monotonic() - begun < 300, answer.text
         time.sleep(1)
 
 

@@ -1,9 +1,9 @@
 // A walker in a page of documentation, without a service: what makes it stands in the page, as base64.
 
-import { decodeParameters } from "./api/parameters.js";
-import { Figure } from "./stage/figure.js";
-import { Stage } from "./stage/stage.js";
-import { walkerOf } from "./walkers/index.js";
+import { decodeParameters } from "../api/parameters.js";
+import { Figure } from "./figure.js";
+import { Stage } from "./stage.js";
+import { walkerOf } from "../walkers/index.js";
 
 const SETTINGS = { deviations: [], speed: 1.3, height: 1.75 };
 const LOOKS = ["body", "stick", "points"];
