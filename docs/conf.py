@@ -39,7 +39,7 @@ suppress_warnings = [
 html_theme = "pydata_sphinx_theme"
 html_title = "motionenv"
 html_show_sourcelink = False
-html_extra_path = ["made/http", "licences.md"]  # documents for programs
+html_extra_path = ["made/http"]  # documents for programs
 html_static_path, html_css_files = ["_static"], ["site.css"]
 html_theme_options = {
     "navigation_with_keys": False,

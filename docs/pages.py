@@ -1,5 +1,6 @@
 """Pages that are made of what is elsewhere: results, environments, the HTTP interface."""
 
+import asyncio
 import base64
 import json
 import re
@@ -9,8 +10,8 @@ import textwrap
 from pathlib import Path
 
 import gymnasium
+import httpx
 import licences
-from fastapi.testclient import TestClient
 
 import motionenv
 import motionenv.envs  # registers the environments
@@ -50,9 +51,7 @@ def make_pages() -> None:
     licence_list()
     environments()
     walker()
-    with tempfile.TemporaryDirectory() as data:
-        client = TestClient(create_app(Settings(data=data)), base_url="http://127.0.0.1:8000")
-        http(client)
+    http()
 
 
 def results() -> None:
@@ -139,14 +138,22 @@ def walker() -> None:
     )
 
 
-def http(client: TestClient) -> None:
+async def _asked(*paths: str) -> list[httpx.Response]:
+    """The answers of a service to requests for these paths."""
+    with tempfile.TemporaryDirectory() as data:
+        served = httpx.ASGITransport(create_app(Settings(data=data)))
+        async with httpx.AsyncClient(transport=served, base_url="http://127.0.0.1:8000") as client:
+            return [(await client.get(path)).raise_for_status() for path in paths]
+
+
+def http() -> None:
     """http.rst: the reference that a server shows at /docs, without its forms; and the documents for programs."""
     folder = MADE / "http"
     folder.mkdir(exist_ok=True)
-    for name in ("openapi", "asyncapi"):
-        told = client.get(f"/{name}.json").raise_for_status().json()
-        (folder / f"{name}.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
-    page = client.get("/docs").raise_for_status().text
+    openapi, asyncapi, docs = asyncio.run(_asked("/openapi.json", "/asyncapi.json", "/docs"))
+    for name, told in (("openapi", openapi), ("asyncapi", asyncapi)):
+        (folder / f"{name}.json").write_text(json.dumps(told.json(), indent=1), encoding="utf-8")
+    page = docs.text
     body = re.sub(r"(?s)<details class=try.*?</details>", "", page[page.index("</h1>") + 5 : page.index("</main>")])
     body = re.sub(r"href='(openapi|asyncapi)\.json'", r"href='../\1.json'", body)
     raw = textwrap.indent(f"<div class='http'>{body}</div>", "   ")

@@ -4,7 +4,8 @@ A, figs. 9 and 10: how do people differ, and how does one person vary?
 
 Mean and mean ± 2 standard deviations along the leading components of hip and elbow. With the mean of all (left two)
 the components say how people differ, as in fig. 9; with each person's own mean (right two) how cycles of one person
-do, as in fig. 10. The paper finds the latter far smaller, and so are ours: 40 drawn people.
+do, as in fig. 10. In the paper the hip's leading singular value falls from 892 between people to 498 within, and the
+elbow's rises from 632 to 699. Ours, 40 drawn people, vary less within themselves in both.
 """
 
 import matplotlib.pyplot as plt

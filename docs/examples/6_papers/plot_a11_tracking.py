@@ -3,7 +3,8 @@ A, fig. 11: fifty frames of somebody who walks
 ==============================================
 
 The paper tracks 50 frames of a film with 10,000 particles and finds legs better aligned than arms. Ours: 50 frames of
-a person of the evaluation split in front of clutter, 1,000 particles, the first pose given as in the paper.
+a person of the evaluation split in front of clutter, 1,000 particles. The first pose is given; the paper starts from
+a Gaussian.
 """
 
 import gymnasium

@@ -5,8 +5,7 @@ C, fig. 6: why does constant velocity lose an arm?
 Because its particles must cover every way in which an arm may go on, and few of them happen to go on as arms do. The
 paper's example-based model tracks an arm with 300 particles, and constant velocity loses it, but not with 3,000.
 Ours: the right arm of people who reach for something, 30 frames, six episodes; the tree holds other reaches. With 100
-particles it is more exact than constant velocity with 3,000. Neither loses the arm for good: on captured arms,
-constant velocity does so with 30 particles only.
+particles it is more exact than constant velocity with 3,000.
 """
 
 import gymnasium
