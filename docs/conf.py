@@ -3,6 +3,7 @@
 sphinx-build -W -b html docs build/site
 """
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -47,6 +48,16 @@ html_theme_options = {
     "navigation_depth": 1,  # deeper ones would get toggles without a name
     "secondary_sidebar_items": ["page-toc"],
 }
+if "MOTIONENV_SITE_BASE" in os.environ:  # where the site is published, beside its other versions: see versions.py
+    html_theme_options |= {
+        "switcher": {
+            "json_url": os.environ["MOTIONENV_SITE_BASE"] + "/switcher.json",
+            "version_match": os.environ["MOTIONENV_SITE_VERSION"],
+        },
+        "check_switcher": False,  # the list is written after the first build
+        "navbar_start": ["navbar-logo", "version-switcher"],
+        "show_version_warning_banner": True,
+    }
 html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
