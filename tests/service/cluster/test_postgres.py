@@ -23,7 +23,7 @@ def connect(url, runner):
     stores = []
 
     def connected():
-        stores.append(shared_store(url, runner))
+        stores.append(shared_store(url, runner, patience=60))
         return stores[-1]
 
     yield connected
