@@ -53,4 +53,4 @@ def browser():
 @pytest.fixture(scope="module")
 def shown(browser, server) -> Tab:
     """The page, which tests share; each begins by opening a state of its own."""
-    return tab(browser, server.url)
+    return tab(browser, server.url, walking=True)

@@ -92,7 +92,13 @@ def launched() -> Iterator[Any]:
         browser.close()
 
 
-def tab(browser: Any, url: str, size: tuple[int, int] = DESK, **options: Any) -> Tab:
-    """A new page of `size` [pixels] in a context of its own."""
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, accept_downloads=True, **options)
+def tab(browser: Any, url: str, size: tuple[int, int] = DESK, *, walking: bool = False, **options: Any) -> Tab:
+    """A new page of `size` [pixels] in a context of its own.
+
+    Unless somebody should be `walking` the system asks for less motion, and the page begins at a standstill: drawing
+    without a graphics processor takes more than a core.
+    """
+    motion = "no-preference" if walking else "reduce"
+    view = {"width": size[0], "height": size[1]}
+    context = browser.new_context(viewport=view, accept_downloads=True, reduced_motion=motion, **options)
     return Tab(context.new_page(), url)

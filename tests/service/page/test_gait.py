@@ -18,7 +18,7 @@ def opened(seen):
 
 @pytest.mark.parametrize("size", [DESK, PHONE])
 def test_a_walkers_gait_is_shown_beside_peoples(browser, server, size):
-    seen = tab(browser, server.url, size, color_scheme="light", reduced_motion="reduce")
+    seen = tab(browser, server.url, size, color_scheme="light")
     seen.open("model=walk/fpca&walker=1,0.5&speed=1.5")
     seen.page.click("#gait")
     shown = opened(seen)

@@ -26,7 +26,7 @@ def pixels(png: bytes) -> Image.Image:
     ("model", "scheme"), [("walk/fpca", "light"), ("walk/eigenwalkers", "dark"), ("mixed/tree", "light")]
 )
 def test_somebody_walks_and_the_console_is_silent(browser, server, model, scheme):
-    fresh = tab(browser, server.url, color_scheme=scheme).open(f"model={model}")
+    fresh = tab(browser, server.url, walking=True, color_scheme=scheme).open(f"model={model}")
     before = pixels(fresh.picture(f"{model.replace('/', '-')}-{scheme}"))
     fresh.until("motionenv.cycles[0] > 0.2" if model in MODELS else "motionenv.walkers[0].ground[0] > 0.05", 60)
     after = pixels(fresh.page.screenshot())

@@ -20,7 +20,7 @@ STATE = (
 
 
 def opened(browser, server, state=STATE, size=DESK, **options):
-    seen = tab(browser, server.url, size, reduced_motion="reduce", **options)
+    seen = tab(browser, server.url, size, **options)
     seen.page.goto(f"{server.url}/#{state}")
     seen.until("globalThis.motionenv?.stimuli?.painted === 0", 120)
     return seen

@@ -64,7 +64,7 @@ def test_every_control_is_reached_with_tab_and_can_be_seen_to_be(shown):
 def test_axe_finds_no_barrier(browser, server, size, scheme):
     for state in ("model=walk/fpca", "model=mixed/tree&figure=points&walker2="):
         # Without motion no colour is on its way to another one when axe looks at it.
-        seen = tab(browser, server.url, size, color_scheme=scheme, reduced_motion="reduce").open(state)
+        seen = tab(browser, server.url, size, color_scheme=scheme).open(state)
         seen.ask("{ document.querySelectorAll('details').forEach((d) => (d.open = true)); }")
         found = Axe().run(seen.page)
         assert found.violations_count == 0, found.generate_report()
@@ -147,7 +147,7 @@ def test_words_stand_out_from_what_is_behind_them(browser, server, scheme):
 
 
 def test_who_wants_no_motion_gets_none(browser, server):
-    calm = tab(browser, server.url, reduced_motion="reduce").open("model=walk/fpca")
+    calm = tab(browser, server.url).open("model=walk/fpca")
     assert calm.ask("motionenv.paused") is True
     calm.page.click("#pause")
     calm.until("motionenv.cycles[0] > 0.05")
@@ -201,7 +201,8 @@ def test_without_webgl_it_says_so(browser, server):
 
 def test_a_key_that_the_browser_asks_for_opens_everything(browser, locked):
     """Basic, with the key as the password: the page, its files, its requests and its stream."""
-    keyed = tab(browser, locked.url, http_credentials={"username": "anybody", "password": locked.key})
+    basic = {"username": "anybody", "password": locked.key}
+    keyed = tab(browser, locked.url, walking=True, http_credentials=basic)
     keyed.open("model=walk/fpca")
     keyed.page.click("#models label:nth-of-type(3)")
     keyed.until("motionenv.walkers[0]?.ground[0] > 0.1", 90)
