@@ -1,6 +1,7 @@
 """Errors of motionenv. All are ValueErrors, and their messages say how to fix the problem."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 
@@ -11,7 +12,7 @@ class MotionError(ValueError):
 class FormatError(MotionError):
     """A file can't be read: the message names the file, the line or block, and what was expected."""
 
-    def __init__(self, path, problem: str, where: str = ""):
+    def __init__(self, path: str | Path, problem: str, where: str = "") -> None:
         place = f"{path}, {where}" if where else f"{path}"
         super().__init__(f"{place}: {problem}")
         self.path, self.where, self.problem = str(path), where, problem
@@ -51,7 +52,7 @@ class ServiceError(MotionError):
         errors: Sequence[Mapping[str, Any]] = (),
         request_id: str | None = None,
         retry_after: float | None = None,
-    ):
+    ) -> None:
         super().__init__(detail)
         self.detail, self.status, self.errors = detail, status, tuple(errors)
         self.request_id, self.retry_after = request_id, retry_after

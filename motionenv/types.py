@@ -4,9 +4,12 @@ SI units throughout: metres, radians, seconds, frames per second. World frame: r
 walking), y left, z up, ground at z = 0. Missing values are NaN. Arrays are read-only copies.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole
 from motionenv.errors import MotionError
@@ -39,14 +42,14 @@ VARIATION_RANGE = (0.0, 10.0)  # of the factor on the variation from cycle to cy
 SECONDS_MOST = 3600.0  # of what a model makes at a time
 
 
-def frozen(values, shape: tuple, name: str, dtype=np.float64) -> np.ndarray:
+def frozen(values: ArrayLike, shape: tuple, name: str, dtype: type = np.float64) -> np.ndarray:
     """A read-only copy of `values` with the required `shape`, in which `...` may come first and None is any size.
 
     Raises:
         MotionError: not numeric, or another shape; names the field and both shapes.
     """
     try:
-        array = np.array(values, dtype=dtype)
+        array: np.ndarray = np.array(values, dtype=dtype)
     except (TypeError, ValueError) as error:
         raise MotionError(f"{name} must be numeric of shape {shape_text(shape)}: {error}") from None
     want = shape[1:] if shape and shape[0] is ... else shape
@@ -90,7 +93,7 @@ class Skeleton(_Record):
     radii: np.ndarray
     height: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._set(
             offsets=frozen(self.offsets, (16, 3), "Skeleton.offsets"),
             radii=frozen(self.radii, (None, 2), "Skeleton.radii"),
@@ -119,7 +122,7 @@ class Motion(_Record):
     name: str = ""
     filled: np.ndarray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._set(poses=frozen(self.poses, (..., None, 25), "Motion.poses"), fps=checked_fps(self.fps))
         if not isinstance(self.skeleton, Skeleton):
             raise MotionError(f"Motion.skeleton must be a Skeleton, got {type(self.skeleton).__name__}")
@@ -151,7 +154,7 @@ class Event:
     kind: str
     side: str
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.kind not in ("initial_contact", "toe_off") or self.side not in ("left", "right"):
             raise MotionError(
                 "an Event is an initial_contact or toe_off of the left or right side, "
@@ -175,7 +178,7 @@ class ForcePlate(_Record):
     centre: np.ndarray
     fps: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         force = frozen(self.force, (None, 3), "ForcePlate.force")
         self._set(
             corners=frozen(self.corners, (4, 3), "ForcePlate.corners"),
@@ -231,7 +234,7 @@ class Markers(_Record):
     name: str = ""
     recording: Recording | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         names = tuple(str(n) for n in self.names)
         n = len(names)
         self._set(
@@ -279,7 +282,7 @@ class Points(_Record):
     name: str = ""
     confidence: np.ndarray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         positions = frozen(self.positions, (None, len(MARKERS), 2), "Points.positions")
         self._set(positions=positions, fps=checked_fps(self.fps))
         if np.isinf(positions).any():
@@ -319,7 +322,7 @@ class Cycles(_Record):
     sequence: np.ndarray
     subject: tuple[str, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         channels = tuple(str(c) for c in self.channels)
         values = frozen(self.values, (None, None, len(channels)), "Cycles.values")
         k = len(values)
@@ -351,7 +354,7 @@ class Camera(_Record):
     width: int
     height: int
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._set(
             K=frozen(self.K, (3, 3), "Camera.K"),
             R=frozen(self.R, (3, 3), "Camera.R"),
@@ -364,7 +367,7 @@ class Camera(_Record):
         if not np.allclose(self.R @ self.R.T, np.eye(3), atol=1e-6) or np.linalg.det(self.R) < 0:
             raise MotionError(f"Camera.R must be a rotation matrix, got {self.R.tolist()}")
 
-    def project(self, points) -> tuple[np.ndarray, np.ndarray]:
+    def project(self, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Pixel coordinates (..., 2) and depth (...) [m] along z of world points (..., 3) [m]."""
         seen = np.asarray(points, dtype=np.float64) @ self.R.T + self.t
         pixels = seen @ self.K.T

@@ -28,7 +28,7 @@ from service.transport.worker_pool import WorkerPool
 class Service:
     """State shared by the routes, as `request.app.state.service`."""
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: Settings) -> None:
         self.settings, self.metrics = settings, Metrics()
         self.backend = _backend(settings)
         self.model_registry, self.streams = self.backend.models, self.backend.streams

@@ -79,7 +79,7 @@ class Problem(HTTPException):
     def __init__(
         self, status: int, detail: str, *, field: str | None = None, bound: Mapping[str, Any] | None = None,
         headers: Mapping[str, str] | None = None,
-    ):  # fmt: skip
+    ) -> None:  # fmt: skip
         super().__init__(status, detail, dict(headers or {}))
         self.errors = [] if field is None else [{"field": field, "problem": detail, "bound": bound and dict(bound)}]
 
@@ -114,7 +114,7 @@ def told(
     }  # fmt: skip
 
 
-def problem_response(status: int, detail: str, *, headers=None, **more: Any) -> Response:
+def problem_response(status: int, detail: str, *, headers: dict[str, str] | None = None, **more: Any) -> Response:
     """An error response; arguments as of `told`."""
     body = told(status, detail, **more)
     return Response(orjson.dumps(body), status, headers=headers, media_type=MEDIA_TYPE)

@@ -24,7 +24,7 @@ class ModelRegistry:
     Those in the folder are called `fitted/<name>`: `<name>.npz` belongs to all, `<name>.<owner>.npz` to one key.
     """
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._ready: dict[str, GaitModel] = {}
         self._failed: dict[str, str] = {}

@@ -14,7 +14,7 @@ from motionenv.errors import MotionError
 
 
 @contextmanager
-def atomic_write(path) -> Iterator[Path]:
+def atomic_write(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path`, with its suffix, that takes its place when the block ends well.
 
     When the block fails, nothing is left behind and an older file at `path` stays as it was.

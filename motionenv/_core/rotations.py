@@ -1,13 +1,16 @@
 """Rotations as matrices, (..., 3, 3), mapping local to parent coordinates. Angles in radians."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
-def from_euler(order: str, angles) -> np.ndarray:
+def from_euler(order: str, angles: ArrayLike) -> np.ndarray:
     """Product (..., 3, 3) of rotations by `angles` (..., n) [rad] about the n axes of `order`, left to right.
 
     "YXZ" is R_y(a₀) R_x(a₁) R_z(a₂): the intrinsic order, as BVH channels are.
@@ -19,7 +22,7 @@ def from_euler(order: str, angles) -> np.ndarray:
     return turned.reshape(*angles.shape[:-1], 3, 3)
 
 
-def from_rotation_vector(vectors) -> np.ndarray:
+def from_rotation_vector(vectors: ArrayLike) -> np.ndarray:
     """Rotations (..., 3, 3) about the directions of `vectors` (..., 3) by their lengths [rad]."""
     from scipy.spatial.transform import Rotation
 
@@ -27,7 +30,7 @@ def from_rotation_vector(vectors) -> np.ndarray:
     return Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(*vectors.shape, 3)
 
 
-def to_euler(order: str, rotations) -> np.ndarray:
+def to_euler(order: str, rotations: ArrayLike) -> np.ndarray:
     """Angles (..., 3) [rad] with `from_euler(order, angles) == rotations`, the middle one within ±π/2.
 
     `order` names three different axes. Where the middle angle is ±π/2 only the sum or the difference of the
@@ -44,7 +47,7 @@ def to_euler(order: str, rotations) -> np.ndarray:
     return np.stack([first, middle, np.where(locked, 0.0, last)], axis=-1)
 
 
-def unwrap_euler(angles) -> np.ndarray:
+def unwrap_euler(angles: ArrayLike) -> np.ndarray:
     """The same rotations (..., frames, 3) [rad] with the branch nearest to the frame before: no jumps of π or 2π.
 
     Three Euler angles (a, b, c) of different axes and (a + π, π - b, c + π) are one rotation; the nearer
@@ -98,7 +101,7 @@ def _near(angle: float, to: float) -> float:
     return angle - 2 * math.pi * round((angle - to) / (2 * math.pi))
 
 
-def nearest(matrices) -> np.ndarray:
+def nearest(matrices: ArrayLike) -> np.ndarray:
     """The rotation nearest to each matrix (..., 3, 3) in the Frobenius norm; NaN where a matrix has NaN.
 
     SciPy's `Rotation.align_vectors` finds one at a time, which takes 50 times as long for a capture's frames.

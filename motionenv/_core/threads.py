@@ -15,7 +15,7 @@ _PIECES = 4  # per thread: so that no thread waits long for a slower one
 class Workers:
     """Shares ranges of work among threads (None: one per core), the caller's included. Survives pickling and a fork."""
 
-    def __init__(self, threads: int | None, name: str):
+    def __init__(self, threads: int | None, name: str) -> None:
         self.threads = checked_whole(os.cpu_count() or 1 if threads is None else threads, "threads", 1)
         self.name = name
         self._pool: ThreadPoolExecutor | None = None

@@ -4,7 +4,12 @@ The torso has no angles of its own, since the root is its frame. In a capture of
 pelvis, and nothing above it was seen; so the torso counts as known only where the neck or an upper arm is.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body.skeleton import LIMB_SEGMENT, LIMBS, SEGMENT_PARENT, SEGMENTS
 from motionenv.errors import GapError
@@ -39,13 +44,13 @@ _MARKER_SEGMENT = [
 _UPPER_MARKERS = [MARKERS.index(name) for name in ("sternum", "left_shoulder", "right_shoulder")]
 
 
-def missing_parts(poses) -> tuple[str, ...]:
+def missing_parts(poses: ArrayLike) -> tuple[str, ...]:
     """The `PARTS` of which poses (..., 25) never show all entries at once; empty if each is seen whole somewhere."""
     known = np.isfinite(np.asarray(poses, dtype=np.float64).reshape(-1, 25))
     return tuple(part for part, entries in PARTS.items() if not known[:, entries].all(axis=1).any())
 
 
-def known_limbs(poses) -> np.ndarray:
+def known_limbs(poses: np.ndarray) -> np.ndarray:
     """Which limbs of `motionenv.body.LIMBS` poses (..., 25) show: (..., limbs) bool; NaN is unknown."""
     segments = known_segments(poses)
     limbs = segments[..., LIMB_SEGMENT]
@@ -53,7 +58,7 @@ def known_limbs(poses) -> np.ndarray:
     return limbs
 
 
-def known_markers(poses) -> np.ndarray:
+def known_markers(poses: np.ndarray) -> np.ndarray:
     """Which of the 15 markers of `motionenv.types.MARKERS` poses (..., 25) show: (..., 15) bool; NaN is unknown."""
     segments = known_segments(poses)
     markers = segments[..., _MARKER_SEGMENT]
@@ -61,7 +66,7 @@ def known_markers(poses) -> np.ndarray:
     return markers
 
 
-def check_shown(poses, parts, purpose: str) -> None:
+def check_shown(poses: np.ndarray, parts: Iterable[str], purpose: str) -> None:
     """Raise a GapError that names the first of `parts` that poses (..., 25) never show; `purpose` is its subject."""
     if missing := [part for part in missing_parts(poses) if part in parts]:
         raise GapError(
@@ -70,13 +75,13 @@ def check_shown(poses, parts, purpose: str) -> None:
         )
 
 
-def listed(parts) -> str:
+def listed(parts: Sequence[str]) -> str:
     """Parts of the body as text: "the neck, the left arm and the right arm"."""
     words = [f"the {part}" for part in parts]
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def known_segments(poses) -> np.ndarray:
+def known_segments(poses: ArrayLike) -> np.ndarray:
     """Whether the rotation and place of each of `SEGMENTS` in poses (..., 25) is known, (..., 12) bool."""
     known = np.isfinite(np.asarray(poses, dtype=np.float64))
     segments = np.empty((*known.shape[:-1], len(SEGMENTS)), dtype=bool)

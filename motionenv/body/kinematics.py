@@ -46,7 +46,7 @@ _FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe in the foot's fram
 FOOT_BALL = _FOOT[1]
 
 
-def forward(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+def forward(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """Forward kinematics of `poses` (..., 25) [m, rad] of a `skeleton`, in the order of `motionenv.types.POSE`.
 
     Returns:
@@ -63,12 +63,12 @@ def forward(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     return nodes.reshape(*lead, *nodes.shape[1:]), rotations.reshape(*lead, *rotations.shape[1:])
 
 
-def markers(poses, skeleton: Skeleton) -> np.ndarray:
+def markers(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """The 15 markers (..., 15, 3) [m] of `poses` (..., 25) of a `skeleton`, ordered as `motionenv.types.MARKERS`."""
     return forward(poses, skeleton)[0][..., :15, :]
 
 
-def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
+def limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """End points (..., limbs, 2, 3) [m] of the axes of the drawn `LIMBS` of `poses` (..., 25) of a `skeleton`.
 
     Feet have no degrees of freedom: they follow the shin without lateral tilt, and flex at the ankle so that the toe
@@ -80,7 +80,7 @@ def limb_segments(poses, skeleton: Skeleton) -> np.ndarray:
     return ends.reshape(*lead, *ends.shape[1:])
 
 
-def feet(poses, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+def feet(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
     """Ankles and balls of the feet, left then right, (..., 2, 3) [m] each, of `poses` (..., 25) of a `skeleton`.
 
     As from `forward` but faster.

@@ -1,9 +1,12 @@
 """Triangle meshes of the drawn limbs: convex hulls of two spheres, i.e. tapered cylinders with round ends."""
 
+from __future__ import annotations
+
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body.gaps import known_limbs
 from motionenv.body.kinematics import forward
@@ -118,7 +121,7 @@ def _frame_along(axis: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def body_mesh(pose, skeleton: Skeleton, sections: int = 32) -> "trimesh.Trimesh":
+def body_mesh(pose: ArrayLike, skeleton: Skeleton, sections: int = 32) -> trimesh.Trimesh:
     """The whole body in one pose as a coloured `trimesh.Trimesh` [m], to display, measure or export (STL, PLY, OBJ).
 
     Limbs are closed surfaces that overlap at the joints.

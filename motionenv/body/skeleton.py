@@ -5,7 +5,10 @@ the zero pose the body stands upright with hanging arms and faces x; all segment
 (x forward, y left, z up).
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.types import HEIGHT_RANGE, MARKERS, Skeleton
@@ -143,20 +146,20 @@ LIMITS = np.radians(
 )
 
 
-def limit_excess(poses) -> np.ndarray:
+def limit_excess(poses: ArrayLike) -> np.ndarray:
     """Excess of each entry of poses (..., 25) over its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
     poses = np.asarray(poses, dtype=np.float64)
     return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
 
 
-def symmetric(offsets) -> np.ndarray:
+def symmetric(offsets: np.ndarray) -> np.ndarray:
     """The mean of node offsets (16, 3) and their left-right mirror image."""
     sides = {"left": "right", "right": "left"}
     other = [NODES.index("_".join(sides.get(word, word) for word in name.split("_"))) for name in NODES]
     return 0.5 * (offsets + np.asarray(offsets)[other] * [1.0, -1.0, 1.0])
 
 
-def mirror(poses) -> np.ndarray:
+def mirror(poses: ArrayLike) -> np.ndarray:
     """`poses` (..., 25) mirrored left-right: reflected in the world's plane y = 0."""
     poses = np.array(poses, dtype=np.float64)
     swapped = poses[..., [*range(9), *range(13, 17), *range(9, 13), *range(21, 25), *range(17, 21)]]

@@ -16,7 +16,9 @@ SECONDS, FPS = 5, 30
 _STRIP = 6
 
 
-def make_demo(out, *, seed=1, on_frame: Callable[[int], None] = lambda done: None) -> dict[Path, str]:
+def make_demo(
+    out: Path, *, seed: int | np.random.Generator = 1, on_frame: Callable[[int], None] = lambda done: None
+) -> dict[Path, str]:
     """Write walk.mp4, strip.png and walk.bvh of a random person to the folder `out`; return each file's description.
 
     `on_frame` is called with the number of frames rendered so far.

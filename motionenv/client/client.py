@@ -76,7 +76,7 @@ class Client:
     def __init__(
         self, url: str = "http://127.0.0.1:8000", key: str | None = None, *, timeout: float = 120.0,
         patience: float = 30.0, retries: int = 2,
-    ):  # fmt: skip
+    ) -> None:  # fmt: skip
         self._connection = Connection(url, key, timeout, patience, retries)
 
     def __repr__(self):

@@ -26,7 +26,7 @@ class Connection:
         MotionError: url isn't an HTTP address.
     """
 
-    def __init__(self, url: str, key: str | None, timeout: float, patience: float, retries: int):
+    def __init__(self, url: str, key: str | None, timeout: float, patience: float, retries: int) -> None:
         if not url.startswith(("http://", "https://")):
             raise MotionError(f"url must begin with http:// or https://, got {url!r}")
         key = os.environ.get("MOTIONENV_KEY") if key is None else key

@@ -29,7 +29,7 @@ class Job:
         data: the last `JobStatus`, complete.
     """
 
-    def __init__(self, connection: Connection, data: Mapping[str, Any]):
+    def __init__(self, connection: Connection, data: Mapping[str, Any]) -> None:
         self._connection = connection
         self._take(data)
 

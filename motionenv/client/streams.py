@@ -27,7 +27,7 @@ class Stream:
         ServiceError: refused, or no response.
     """
 
-    def __init__(self, connection: Connection, settings: Mapping[str, Any]):
+    def __init__(self, connection: Connection, settings: Mapping[str, Any]) -> None:
         from websockets.exceptions import InvalidStatus, WebSocketException
         from websockets.sync.client import connect
 

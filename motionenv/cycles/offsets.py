@@ -8,9 +8,13 @@ sequence folded at its period, and R the reference on the same grid, the error a
 so one Fourier transform gives it exactly for every o. The least-squares fit of the reference also needs only the folds.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import fft
 
 from motionenv.cycles import _fold
@@ -40,12 +44,12 @@ class Alignment:
     reference: np.ndarray
     errors: np.ndarray
 
-    def phase(self, i: int, frames) -> np.ndarray:
+    def phase(self, i: int, frames: ArrayLike) -> np.ndarray:
         """Phase ζ_i in [0, 1) of the given frames of sequence `i`."""
         return np.mod(np.asarray(frames) - self.offsets[i], self.periods[i]) / self.periods[i]
 
 
-def align(sequences, periods, *, weights=None) -> Alignment:
+def align(sequences: Sequence[np.ndarray], periods: ArrayLike, *, weights: ArrayLike | None = None) -> Alignment:
     """Offsets and reference that minimise the squared deviation of all sequences from the reference (fig. 6).
 
     All offsets are updated, as in fig. 6. A shift common to all doesn't change the error, so phase 0 is arbitrary;
@@ -152,7 +156,7 @@ def _group(members: np.ndarray, p: int, parts: int, sequences: list, scale: np.n
     return _Group(members, data, fft.rfft(data, axis=2), basis, outer_products(basis), energy)
 
 
-def positive(values, n: int, name: str) -> np.ndarray:
+def positive(values: ArrayLike, n: int, name: str) -> np.ndarray:
     """`values` as (n,) positive finite numbers, else a MotionError about `name`; one number stands for all."""
     try:
         array = np.broadcast_to(np.asarray(values, dtype=np.float64), (n,))

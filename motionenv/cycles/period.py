@@ -19,9 +19,12 @@ length is therefore the median, over time, of the local cycle length: the lag at
 over windows of 5/4 cycle, each window weighted by its precision (pairs · curvature / mismatch).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import special
 
 from motionenv._core.validation import checked_fps
@@ -59,7 +62,7 @@ class Period:
     curve: SNR
 
 
-def estimate_period(z, fps, *, range_seconds: tuple[float, float] = (0.5, 2.5)) -> Period:
+def estimate_period(z: ArrayLike, fps: float, *, range_seconds: tuple[float, float] = (0.5, 2.5)) -> Period:
     """Cycle length of a sequence by its signal-to-noise ratio (eq. 1-3), with the rules in the module's docstring.
 
     Candidates are the whole numbers of frames in the range of which two cycles fit into the observed span. Channels

@@ -1,6 +1,11 @@
 """Resample aligned sequences to cycles in the common reference domain (Ormoneit et al. 2005, section 3.4)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_whole
 from motionenv.cycles.offsets import Alignment, align, positive
@@ -14,7 +19,15 @@ from motionenv.types import ANGLES, POSE, Cycles
 LEVERAGE = 4.0
 
 
-def to_reference(sequences, alignment: Alignment, fps, *, samples: int = 128, channels=None, subjects=None) -> Cycles:
+def to_reference(
+    sequences: Sequence[np.ndarray],
+    alignment: Alignment,
+    fps: ArrayLike,
+    *,
+    samples: int = 128,
+    channels: Sequence[str] | None = None,
+    subjects: Sequence | None = None,
+) -> Cycles:
     """Cut aligned sequences into cycles and resample each at phases 0, 1/samples, ..., by spline regression.
 
     Sequence i gives K_i = ⌈(T_i - o_i) / p_i⌉ + 1 cycles for o_i ≠ 0, including the partly filled ends. Each cycle and
@@ -57,7 +70,16 @@ def to_reference(sequences, alignment: Alignment, fps, *, samples: int = 128, ch
     return Cycles(np.array(values), channels, seconds[sequence], np.array(sequence), whose)
 
 
-def segment(sequences, fps, *, steer=None, weights=None, samples: int = 128, channels=None, subjects=None) -> Cycles:
+def segment(
+    sequences: Sequence[np.ndarray],
+    fps: float | Sequence[float],
+    *,
+    steer: slice | Sequence[int] | None = None,
+    weights: ArrayLike | None = None,
+    samples: int = 128,
+    channels: Sequence[str] | None = None,
+    subjects: Sequence[str] | None = None,
+) -> Cycles:
     """Segment sequences into cycles: `estimate_period` of each, `align`, `to_reference` (paper A, section 3).
 
     Args:

@@ -1,9 +1,12 @@
 """Signal-to-noise ratio of a folded series (Ormoneit et al. 2005, section 3.2, eq. 1-3), all candidates in one pass."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.cycles import _fold
 from motionenv.errors import GapError, MotionError
@@ -28,7 +31,7 @@ class SNR:
     total: np.ndarray
 
 
-def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> SNR:
+def snr(z: ArrayLike, candidates: ArrayLike, *, weighting: Literal["counts", "paper"] = "counts") -> SNR:
     """Signal-to-noise ratio of `z` folded at every candidate period, ignoring missing samples (eq. 1-3).
 
     `"paper"` is eq. 2 as printed, Σ_k (z̄_k - Z̄)² / ((p - 1) p / |I|), which assumes equally many samples in all bins;
@@ -64,7 +67,7 @@ def snr(z, candidates, *, weighting: Literal["counts", "paper"] = "counts") -> S
     return SNR(given.astype(np.int64), ratio, np.nansum(ratio, axis=1))
 
 
-def checked_series(z) -> tuple[np.ndarray, np.ndarray]:
+def checked_series(z: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """`z` as float64 (frames, m), and where it is observed.
 
     Raises:

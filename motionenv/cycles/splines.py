@@ -6,7 +6,10 @@ a condition number near 7e4; B-splines span the same space and are used instead.
 same space as appendix A's Φ(x)ᵀU₂.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
 from motionenv.errors import MotionError
@@ -16,7 +19,7 @@ SPACING = 0.1
 _CLAMPED = np.concatenate([np.zeros(3), np.arange(11) / 10, np.ones(3)])
 
 
-def spline_basis(x) -> np.ndarray:
+def spline_basis(x: ArrayLike) -> np.ndarray:
     """The unconstrained spline functions of appendix A at phases `x` (n,) in [0, 1], as B-splines: (n, 13).
 
     Raises:
@@ -28,7 +31,7 @@ def spline_basis(x) -> np.ndarray:
     return BSpline.design_matrix(x, _CLAMPED, 3).toarray() if len(x) else np.zeros((0, 13))
 
 
-def periodic_basis(x) -> np.ndarray:
+def periodic_basis(x: ArrayLike) -> np.ndarray:
     """The periodically constrained spline functions of appendix A at phases `x` (n,): (n, 10); `x` wraps at 1.
 
     Function k is the cardinal cubic B-spline centred at phase k / 10.

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class CycleFiles:
     Pickles as the files' names.
     """
 
-    def __init__(self, files: Sequence[Stored]):
+    def __init__(self, files: Sequence[Stored]) -> None:
         self._files = tuple(files)
         self._starts = np.cumsum([0, *(file.shape[0] for file in files)])
         self.shape = (int(self._starts[-1]), *files[0].shape[1:])
@@ -77,7 +78,7 @@ class StoredCycles:
         MotionError: no file, one that can't be read or holds something else, or labels that don't match the cycles.
     """
 
-    def __init__(self, files: Sequence[str | Path | np.memmap], channels: Sequence[str], subject=None):
+    def __init__(self, files: Sequence[str | Path | np.memmap], channels: Sequence[str], subject: Any = None) -> None:
         self.channels = tuple(str(c) for c in channels)
         opened = [_opened(file) for file in files]
         if not opened:

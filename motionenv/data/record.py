@@ -57,7 +57,7 @@ class Record(BaseModel):
             raise MotionError(f"{cls.noun}: {where or 'the whole'}: {what}{given}") from None
 
 
-def read_content(source, expected: str) -> dict[str, Any]:
+def read_content(source: str | Path, expected: str) -> dict[str, Any]:
     """What a TOML or JSON file holds.
 
     Args:

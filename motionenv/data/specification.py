@@ -9,6 +9,7 @@ import json
 import tomllib
 from functools import cached_property
 from importlib.resources import files
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
@@ -162,7 +163,7 @@ class Specification(Record):
         return self
 
     @classmethod
-    def read(cls, source) -> Self:
+    def read(cls, source: str | Path) -> Self:
         """Read a TOML or JSON file, also a data set's `dataset.json`, or one of `PRESETS` by its name.
 
         Args:

@@ -26,7 +26,7 @@ class Store:
         MotionError: no such kind of URL, or a package that it needs is missing; says which.
     """
 
-    def __init__(self, url: str | os.PathLike, options: dict[str, Any] | None = None):
+    def __init__(self, url: str | os.PathLike, options: dict[str, Any] | None = None) -> None:
         self.url, self.options = os.fspath(url).rstrip("/"), options or {}
         try:
             import fsspec

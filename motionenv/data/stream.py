@@ -34,7 +34,7 @@ class Walkers:
         (8, 60, 15, 3)
     """
 
-    def __init__(self, spec: Specification):
+    def __init__(self, spec: Specification) -> None:
         self.spec = spec
         self._sampler: Sampler | None = None
 
@@ -94,7 +94,7 @@ class Stream:
         batch, rank, world: as of `Walkers.stream`.
     """
 
-    def __init__(self, walkers: Walkers, batch: int | None = None, rank: int = 0, world: int = 1):
+    def __init__(self, walkers: Walkers, batch: int | None = None, rank: int = 0, world: int = 1) -> None:
         checked_whole(world, "world", 1)
         checked_whole(rank, "rank", 0, world - 1)
         self.batch = None if batch is None else checked_whole(batch, "batch", 1)

@@ -19,7 +19,7 @@ class TorchStream(IterableDataset):
         batch: samples that are stacked, or None.
     """
 
-    def __init__(self, walkers: Walkers, batch: int | None = None):
+    def __init__(self, walkers: Walkers, batch: int | None = None) -> None:
         self.walkers, self.batch = walkers, batch
         self._stream: Stream | None = None
         self._state: dict[str, int] | None = None

@@ -33,7 +33,7 @@ class Asynchronous:
     _runnable: Callable[[np.ndarray], np.ndarray]  # which of some will be restarted; raises if some can't be stepped
     _advance: Callable[[np.ndarray, np.ndarray], Step]  # steps some, ascending, with actions (num_envs, ...)
 
-    def __init__(self, num_envs: int, batch_size: int | None):
+    def __init__(self, num_envs: int, batch_size: int | None) -> None:
         self.batch_size = num_envs if batch_size is None else checked_whole(batch_size, "batch_size", 1, num_envs)
         self._away = np.zeros(num_envs, dtype=bool)  # sent, and not yet received
         self._waiting: list[tuple[int, np.ndarray]] = []  # for a full batch

@@ -8,6 +8,8 @@ A world holds n episodes in arrays. The single environment is a world with n = 1
 same as single ones with the same seeds.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any, Protocol
@@ -16,6 +18,7 @@ import gymnasium
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.envs.simulation.estimates import ActionScale
@@ -112,7 +115,7 @@ class TrackingEnv(OfWorld, gymnasium.Env):
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012 (as Gymnasium declares it)
 
-    def __init__(self, world: World, *, render_mode: str | None = None, lost_after: float | None = None):
+    def __init__(self, world: World, *, render_mode: str | None = None, lost_after: float | None = None) -> None:
         self.world = world
         self.observation_space = world.observation_space
         self.action_space = world.action_space
@@ -219,7 +222,7 @@ class SimulatedTracking(TrackingEnv):
     make_world: Callable[..., World]
     world: Any
 
-    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any):
+    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any) -> None:
         super().__init__(type(self).make_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
 
     @property
@@ -248,7 +251,7 @@ def checked_lost_after(lost_after: float | None) -> float | None:
     return None if lost_after is None else checked_number(lost_after, "lost_after", above=0, unit="metres")
 
 
-def checked_actions(actions, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
+def checked_actions(actions: ArrayLike, space: gymnasium.spaces.Box, read: np.ndarray | None = None) -> np.ndarray:
     """Actions (n, ...) as float64, each inside the `space` of a single environment, which must contain 0.
 
     Only those that `read` (n,) bool tells are used, None is all; the others become 0.

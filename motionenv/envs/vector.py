@@ -51,7 +51,7 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
         lost_after: float | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         batch_size: int | None = None,
-    ):
+    ) -> None:
         super().__init__(world.n, batch_size)
         self.world = world
         self.num_envs = world.n
@@ -240,7 +240,7 @@ class SimulatedTrackingVector(TrackingVectorEnv):
         render_mode: str | None = None,
         lost_after: float | None = None,
         **arguments: Any,
-    ):
+    ) -> None:
         world = type(self).make_world(num_envs, **with_horizon(arguments))
         super().__init__(
             world, render_mode=render_mode, lost_after=lost_after, autoreset_mode=autoreset_mode, batch_size=batch_size

@@ -28,7 +28,7 @@ class _Screen(gymnasium.Env):
 class Window(HumanRendering):
     """A window with at most `fps` frames per second; each `step` shows an image in it."""
 
-    def __init__(self, fps: int):
+    def __init__(self, fps: int) -> None:
         super().__init__(_Screen(fps))
 
     def step(self, action: np.ndarray) -> tuple:

@@ -34,7 +34,7 @@ class Band:
         """Mean and standard deviation (2, 101) of one angle; None if the group doesn't have it."""
         return np.stack([self.mean[angle], self.sd[angle]]) if angle in self.mean else None
 
-    def save(self, path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write the band as JSON to the file `path`, atomically."""
         content = {
             "format": _FORMAT, "people": self.people, "who": self.who,
@@ -59,7 +59,7 @@ def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
     return Band({ANGLES[i]: mean[:, i] for i in known}, {ANGLES[i]: sd[:, i] for i in known}, len(means), who)
 
 
-def load_band(path) -> Band:
+def load_band(path: str | Path) -> Band:
     """The band in the file `path` of `Band.save`; a `FormatError` if it isn't such a file."""
     try:
         return _parsed(json.loads(Path(path).read_text(encoding="utf-8")))

@@ -58,7 +58,7 @@ class Trial:
 
 
 def read_trial(
-    path,
+    path: str | Path,
     *,
     static: Markers | None = None,
     marker_map: MarkerMap | str | None = None,

@@ -50,7 +50,7 @@ class Parallel:
     unknown: tuple[str, ...]
     names: tuple[str, ...] = field(init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         path = [f"{axis}_{k}" for axis in ("across", "upwards") for k in range(self.basis.shape[1])]
         self.names = (*(n for n in ("elevation", "scale") if n in self.unknown), *path)
 

@@ -9,10 +9,14 @@ All markers share one frequency f and one polynomial drift, the walker's motion 
 of each marker use only the frames that show it.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
+from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from motionenv.errors import GapError, MotionError
@@ -62,7 +66,7 @@ class Series:
     fps: float
     name: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         n = len(MARKERS)
         shapes = {
             "coefficients": (_PARTS, n, 2),
@@ -75,22 +79,22 @@ class Series:
         for key, shape in shapes.items():
             object.__setattr__(self, key, frozen(getattr(self, key), shape, f"Series.{key}"))
 
-    def drift_at(self, t) -> np.ndarray:
+    def drift_at(self, t: ArrayLike) -> np.ndarray:
         """Common motion (..., 2) at times `t` (...) [s] since the first frame."""
         return np.asarray(t, dtype=np.float64)[..., None] ** np.arange(len(self.drift)) @ self.drift
 
-    def size_at(self, t) -> np.ndarray:
+    def size_at(self, t: ArrayLike) -> np.ndarray:
         """Relative image size (...), with mean 1, at times `t` (...) [s] since the first frame."""
         return np.asarray(t, dtype=np.float64)[..., None] ** np.arange(3) @ self.size
 
-    def positions_at(self, t) -> np.ndarray:
+    def positions_at(self, t: ArrayLike) -> np.ndarray:
         """Fitted marker positions (..., 15, 2), second axis upwards, at times `t` (...) [s] since the first frame."""
         t = np.asarray(t, dtype=np.float64)
         waves = np.einsum("...h,hmc->...mc", columns(2 * np.pi * self.frequency * t), self.coefficients)
         return (waves + self.drift_at(t)[..., None, :]) * self.size_at(t)[..., None, None]
 
 
-def fourier_points(points: Points, *, frequencies=(0.5, 2.0), drift: int = 3) -> Series:
+def fourier_points(points: Points, *, frequencies: Sequence[float] = (0.5, 2.0), drift: int = 3) -> Series:
     """Fit the 2D Fourier series of a walk of at least 1.5 strides.
 
     The fundamental is the stride frequency, found by a scan and then refined; coefficients and drift have a closed form

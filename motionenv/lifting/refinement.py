@@ -15,6 +15,7 @@ estimates their power at the low frequencies that determine the coefficients.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
@@ -61,7 +62,7 @@ class Start:
     elevation: float = 0.0
     scale: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         w = frozen(self.coefficients, (5, len(MARKERS), 3), "Start.coefficients")
         object.__setattr__(self, "coefficients", w)
         numbers = (self.alpha, self.frequency, self.phase, self.elevation, self.scale)
@@ -73,7 +74,13 @@ class Start:
 
 
 def refine(
-    model, points: Points, start: Start, *, unknown: tuple[str, ...] = ("alpha",), drift: int = 3, robust: bool = True
+    model: Any,
+    points: Points,
+    start: Start,
+    *,
+    unknown: tuple[str, ...] = ("alpha",),
+    drift: int = 3,
+    robust: bool = True,
 ) -> WalkPosterior:
     """Maximum a posteriori estimate of a walk, by Gauss-Newton from `start`.
 

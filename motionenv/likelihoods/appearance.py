@@ -11,7 +11,10 @@ changes. Only pixels about which the posterior is certain are used, so an undeci
 right; occluded limbs keep their colours. Before the first update, all poses are equally likely.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import Workers
 from motionenv._core.validation import checked_number
@@ -62,7 +65,7 @@ class AppearanceLikelihood:
         effective: float | None = EFFECTIVE,
         distance: float | None = None,
         threads: int | None = None,
-    ):
+    ) -> None:
         checked_number(outliers, "outliers", above=0, below=1)
         checked_number(rate, "rate", high=1, above=0)
         self._geometry = SilhouetteLikelihood(camera, skeleton, effective=effective, distance=distance, threads=1)
@@ -86,7 +89,7 @@ class AppearanceLikelihood:
         """Factor on sums over pixels, at most 1."""
         return self._geometry.temper
 
-    def observe(self, *, rgb, camera: Camera | None = None) -> None:
+    def observe(self, *, rgb: np.ndarray, camera: Camera | None = None) -> None:
         """Set the current image.
 
         Args:
@@ -102,7 +105,7 @@ class AppearanceLikelihood:
         self._geometry.look(camera)
         self._rgb = rgb
 
-    def learn(self, poses, log_weights=None) -> None:
+    def learn(self, poses: ArrayLike, log_weights: np.ndarray | None = None) -> None:
         """Update the histograms from the current image and its posterior.
 
         Args:
@@ -118,7 +121,7 @@ class AppearanceLikelihood:
         seen = counts.sum(axis=1, keepdims=True)
         self._counts = (1 - self.rate * seen / (seen + _POOL)) * self._counts + counts
 
-    def log_likelihood(self, poses) -> np.ndarray:
+    def log_likelihood(self, poses: ArrayLike) -> np.ndarray:
         """Log-likelihood (N,) of the current colours given each of `poses` (N, 25) [m, rad], up to a constant.
 
         Raises:

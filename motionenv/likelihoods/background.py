@@ -11,7 +11,10 @@ covered since the beginning remain unknown, with probability one half, as long a
 a body is believed there, show a post or a bush that the tracker took for the person, and are background too.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_whole
 from motionenv.errors import MotionError
@@ -25,7 +28,7 @@ _CHANGED = 4.0  # least change of a pixel from frame to frame, in standard devia
 _TO_DEVIATION = 1.4826  # median absolute deviation → standard deviation of a Gaussian
 
 
-def foreground_probability(rgb, background) -> np.ndarray:
+def foreground_probability(rgb: np.ndarray, background: ArrayLike) -> np.ndarray:
     """Probability (height, width) that a pixel is foreground, with equal prior probabilities.
 
     Args:
@@ -66,13 +69,13 @@ class Background:
         still: False for a panning camera.
     """
 
-    def __init__(self, frames: int = 31, least: int = 8, *, still: bool = True):
+    def __init__(self, frames: int = 31, least: int = 8, *, still: bool = True) -> None:
         self.frames = checked_whole(frames, "frames", 1)
         self.least, self.still = checked_whole(least, "least", 1, self.frames), still
         self._last: np.ndarray | None = None
         self._told = False
 
-    def observe(self, rgb) -> None:
+    def observe(self, rgb: np.ndarray) -> None:
         """Add an image, uint8 `rgb` (height, width, 3).
 
         Raises:
@@ -92,7 +95,7 @@ class Background:
         if not self._told:
             self._keep(np.ones(rgb.shape[:2], dtype=bool))
 
-    def learn(self, body) -> None:
+    def learn(self, body: ArrayLike) -> None:
         """Learn the uncovered pixels of the last image; the first call discards what was learned without feedback.
 
         Args:
@@ -158,7 +161,7 @@ def _plain_filled(background: np.ndarray) -> np.ndarray:
     return background
 
 
-def picture(rgb) -> np.ndarray:
+def picture(rgb: ArrayLike) -> np.ndarray:
     """`rgb` as an array.
 
     Raises:

@@ -1,6 +1,9 @@
 """Posterior probability of each limb at each pixel."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body import LIMBS
 from motionenv.errors import MotionError
@@ -17,11 +20,11 @@ class LimbPosterior:
         skeleton: the body of the hypotheses.
     """
 
-    def __init__(self, skeleton: Skeleton):
+    def __init__(self, skeleton: Skeleton) -> None:
         self.skeleton = skeleton
         self._caster = Raycaster(threads=1)
 
-    def shares(self, poses, log_weights, camera: Camera) -> np.ndarray:
+    def shares(self, poses: ArrayLike, log_weights: ArrayLike | None, camera: Camera) -> np.ndarray:
         """Probability (1 + limbs, height, width) that a pixel shows no limb, or each of the limbs.
 
         Args:

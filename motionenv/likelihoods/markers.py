@@ -1,8 +1,11 @@
 """Marker likelihood: 2D marker positions with noise, gaps and outliers."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number, is_number
 from motionenv.body import from_height, markers
@@ -39,7 +42,7 @@ class MarkerLikelihood:
         *,
         noise: float | None = None,
         outliers: float = 0.02,
-    ):
+    ) -> None:
         if not isinstance(view, Camera | Orthographic) and not (is_number(view) and math.isfinite(view)):
             raise MotionError(f"view must be a Camera, an Orthographic, or a finite angle [rad], got {view!r}")
         checked_number(outliers, "outliers", above=0, below=1)
@@ -55,7 +58,7 @@ class MarkerLikelihood:
             self.noise, self._area = 0.03 if noise is None else noise, _AREA
         self._points: np.ndarray | None = None
 
-    def observe(self, points, seen=None) -> None:
+    def observe(self, points: ArrayLike, seen: ArrayLike | None = None) -> None:
         """Set the current `points` (15, 2); missing ones are NaN or not `seen` (15,).
 
         Raises:
@@ -73,7 +76,7 @@ class MarkerLikelihood:
             raise MotionError("points must be finite where seen; set others to NaN, or seen to False")
         self._points = points
 
-    def log_likelihood(self, poses) -> np.ndarray:
+    def log_likelihood(self, poses: ArrayLike) -> np.ndarray:
         """Log-likelihood (N,) of the current points given each of `poses` (N, 25) [m, rad].
 
         Raises:

@@ -1,10 +1,13 @@
 """Several likelihoods of the same picture as one, such as silhouettes and colours."""
 
+from __future__ import annotations
+
 import inspect
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
@@ -29,7 +32,7 @@ class ProductLikelihood:
         MotionError: no models, or numbers out of range.
     """
 
-    def __init__(self, models: Sequence[Any], weights=None, *, outliers: float = 0.0):
+    def __init__(self, models: Sequence[Any], weights: ArrayLike | None = None, *, outliers: float = 0.0) -> None:
         self.models = tuple(models)
         if not self.models:
             raise MotionError("a ProductLikelihood needs one likelihood at least, got none")
@@ -87,7 +90,7 @@ class ProductLikelihood:
         for model in self.models:
             model.observe(**{name: observation[name] for name in accepted(model, observation)})
 
-    def learn(self, poses, log_weights=None) -> None:
+    def learn(self, poses: np.ndarray, log_weights: np.ndarray | None = None) -> None:
         """Hand on to the models that learn what the current picture shows.
 
         Args:
@@ -101,7 +104,7 @@ class ProductLikelihood:
             if isinstance(model, AdaptiveLikelihood):
                 model.learn(poses, log_weights)
 
-    def log_likelihood(self, poses) -> np.ndarray:
+    def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
         """Log-likelihood (N,) of the current observation given each of `poses` (N, 25) [m, rad].
 
         Raises:

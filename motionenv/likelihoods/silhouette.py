@@ -31,9 +31,12 @@ probability `outliers`, uniform over `_DEPTH_RANGE` metres; misses and false ala
 over pixels is scaled as if only `effective` of the body's pixels were independent.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import Workers
 from motionenv._core.validation import checked_number
@@ -105,7 +108,7 @@ class SilhouetteLikelihood:
         distance: float | None = None,
         still: bool = True,
         threads: int | None = None,
-    ):
+    ) -> None:
         for name, rate in (("misses", misses), ("false_alarms", false_alarms), ("outliers", outliers)):
             checked_number(rate, name, above=0, below=0.5)
         positive = {"depth_noise": depth_noise, "effective": effective, "distance": distance}
@@ -132,7 +135,14 @@ class SilhouetteLikelihood:
         self._to_learn = False
 
     def observe(
-        self, *, mask=None, rgb=None, depth=None, background=None, unseen=None, camera: Camera | None = None
+        self,
+        *,
+        mask: np.ndarray | None = None,
+        rgb: np.ndarray | None = None,
+        depth: np.ndarray | None = None,
+        background: np.ndarray | None = None,
+        unseen: np.ndarray | None = None,
+        camera: Camera | None = None,
     ) -> None:
         """Set the current image: one of `mask`, `rgb` and `depth`.
 
@@ -160,7 +170,7 @@ class SilhouetteLikelihood:
             foreground = _probabilities(mask, size)
         elif depth is not None:
             depths = _depths(depth, size)
-        else:
+        elif rgb is not None:
             _check_size("rgb", picture(rgb).shape[:2], size)
             foreground = self._not_background(rgb, background)
         self.look(camera)
@@ -172,7 +182,7 @@ class SilhouetteLikelihood:
         self._foreground, self._depth = foreground, depths
         self._odds = None if foreground is None else self._log_odds(foreground)
 
-    def learn(self, poses, log_weights=None) -> None:
+    def learn(self, poses: ArrayLike, log_weights: np.ndarray | None = None) -> None:
         """Update the estimated background from the last image's pixels beside the body.
 
         Args:
@@ -218,7 +228,7 @@ class SilhouetteLikelihood:
             return 1.0
         return min(1.0, self.effective / (_AREA * (self.skeleton.height * self.scale) ** 2))
 
-    def log_likelihood(self, poses) -> np.ndarray:
+    def log_likelihood(self, poses: ArrayLike) -> np.ndarray:
         """Log-likelihood (N,) of the current image given each of `poses` (N, 25) [m, rad].
 
         Raises:
@@ -325,7 +335,7 @@ def fast_limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     return ends
 
 
-def checked_poses(poses) -> np.ndarray:
+def checked_poses(poses: ArrayLike) -> np.ndarray:
     """Poses as a contiguous float64 array (N, 25).
 
     Raises:
@@ -345,7 +355,7 @@ def _check_size(name: str, shape: tuple, size: tuple) -> None:
         raise MotionError(f"{name} must have the camera's (height, width) {size}, got {shape}")
 
 
-def checked_unseen(unseen, size: tuple) -> np.ndarray:
+def checked_unseen(unseen: ArrayLike, size: tuple) -> np.ndarray:
     """Occluded pixels, bool (height, width).
 
     Args:

@@ -4,7 +4,10 @@ The expectation of a proper score is optimal for reporting one's true belief (Gn
 belief has the truth inside its credible region of level p in a fraction p of the cases.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import random_generator
 from motionenv.errors import MotionError
@@ -13,7 +16,7 @@ from motionenv.types import MARKERS
 _JOINTS = len(MARKERS)
 
 
-def energy_score(samples, log_weights, truth, *, fair: bool = False) -> np.ndarray:
+def energy_score(samples: np.ndarray, log_weights: np.ndarray, truth: np.ndarray, *, fair: bool = False) -> np.ndarray:
     """Energy score (n,) [m] of beliefs, over the 45 coordinates jointly; 0 is perfect, smaller is better.
 
     E|X - y| - ½ E|X - X'| with X, X' independent draws of the belief and |·| the Euclidean norm in 45 dimensions: the
@@ -46,7 +49,9 @@ def energy_score(samples, log_weights, truth, *, fair: bool = False) -> np.ndarr
     return near - 0.5 * apart / other
 
 
-def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
+def credible_level(
+    samples: np.ndarray, log_weights: np.ndarray, truth: np.ndarray, *, seed: int | np.random.Generator | None = None
+) -> np.ndarray:
     """The level (n, 15) of the smallest credible region of each joint that contains its truth, from 0 to 1.
 
     For a calibrated belief it is uniform on (0, 1). Regions consist of the points with the smallest mean distance to
@@ -68,7 +73,14 @@ def credible_level(samples, log_weights, truth, *, seed=None) -> np.ndarray:
     return np.where(np.isfinite(truth).all(axis=-1), levels, np.nan)
 
 
-def coverage(samples, log_weights, truth, p, *, seed=None) -> np.ndarray:
+def coverage(
+    samples: np.ndarray,
+    log_weights: np.ndarray,
+    truth: np.ndarray,
+    p: ArrayLike,
+    *,
+    seed: int | np.random.Generator | None = None,
+) -> np.ndarray:
     """Fraction (..., 15) of the known truths inside the credible region of level `p`; p for a calibrated belief.
 
     `p` (...) is a level or levels from 0 to 1; `samples`, `log_weights`, `truth` and `seed` are as in `credible_level`.

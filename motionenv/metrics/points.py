@@ -11,7 +11,7 @@ from motionenv.types import MARKERS
 _PELVIS = MARKERS.index("pelvis")
 
 
-def mpjpe(estimate, truth) -> np.ndarray:
+def mpjpe(estimate: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Mean per-joint position error (...) [m]: the mean Euclidean distance over the joints.
 
     Both estimate and truth are (..., 15, 3) [m] and broadcast; unknown truths are NaN.
@@ -26,7 +26,7 @@ def mpjpe(estimate, truth) -> np.ndarray:
         return np.where(known, distance, 0.0).sum(axis=-1) / known.sum(axis=-1)
 
 
-def pelvis_mpjpe(estimate, truth) -> np.ndarray:
+def pelvis_mpjpe(estimate: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """`mpjpe` (...) [m] after translating estimate and truth so that their pelvis markers, both known, coincide.
 
     Raises:
@@ -36,7 +36,7 @@ def pelvis_mpjpe(estimate, truth) -> np.ndarray:
     return mpjpe(estimate - estimate[..., [_PELVIS], :], truth - truth[..., [_PELVIS], :])
 
 
-def aligned_mpjpe(estimate, truth, *, scale: bool = True) -> np.ndarray:
+def aligned_mpjpe(estimate: np.ndarray, truth: np.ndarray, *, scale: bool = True) -> np.ndarray:
     """`mpjpe` (...) [m] after the similarity transform that brings the estimate closest to the truth.
 
     Least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection. Without `scale`

@@ -15,8 +15,9 @@ _UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 
 def read_motion(
-    path, *, fps: float | None = None, unit: str | float | None = None, marker_map: MarkerMap | str | None = None,
-    static=None, body_model=None, override: bool = True,
+    path: str | Path, *, fps: float | None = None, unit: str | float | None = None,
+    marker_map: MarkerMap | str | None = None, static: str | Path | None=None, body_model: str | Path | None=None,
+    override: bool = True,
 ) -> Motion:  # fmt: skip
     """Read the motion in a file; capture is retargeted to the body.
 
@@ -42,7 +43,7 @@ def read_motion(
         raise type(error)(f"{path}: {error}") from error
 
 
-def read_static(path, *, fps: float | None = None, unit: str | float | None = None) -> Markers:
+def read_static(path: str | Path, *, fps: float | None = None, unit: str | float | None = None) -> Markers:
     """Read the markers of a standing trial, .c3d or .trc.
 
     `fps` and `unit` are for files at `path` that don't specify them.
@@ -56,7 +57,9 @@ def read_static(path, *, fps: float | None = None, unit: str | float | None = No
     return capture
 
 
-def describe(path, *, fps: float | None = None, unit: str | float | None = None, body_model=None) -> str:
+def describe(
+    path: str | Path, *, fps: float | None = None, unit: str | float | None = None, body_model: str | Path | None = None
+) -> str:
     """Summary of a capture file, in a few lines; takes `path`, `fps`, `unit` and `body_model` as `read_motion` does.
 
     Raises:

@@ -5,6 +5,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -23,7 +24,7 @@ _OPTIONAL = {"filled"}  # in files of motions of which a model filled entries
 _Member = tuple[bytes, bytes, int]
 
 
-def write(motion: Motion, path) -> None:
+def write(motion: Motion, path: str | Path) -> None:
     """Write `motion` atomically; a MotionError if the folder is missing, not writable or full."""
     fields = {**_constant(), **_of_skeleton(motion.skeleton), **_of_motion(motion)}
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
@@ -88,7 +89,7 @@ def _zipped(members: list[_Member]) -> bytes:
     return b"".join([*body, *directory, end])
 
 
-def read(path) -> Motion:
+def read(path: str | Path) -> Motion:
     """Read a file of `write`.
 
     Raises:
@@ -97,7 +98,7 @@ def read(path) -> Motion:
     return parse(read_bytes(path), path)
 
 
-def parse(raw: bytes, path) -> Motion:
+def parse(raw: bytes, path: str | Path) -> Motion:
     """The motion in the bytes of a file of `write` or `parts`; errors as of `read` call it `path`."""
     fields, held = load_arrays(raw, path, _FIELDS | _OPTIONAL)
     return _motion(path, fields, held)

@@ -21,8 +21,8 @@ SUFFIXES = frozenset(_READERS)
 
 
 def read(
-    path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None, asf=None,
-    body_model=None, override: bool = True,
+    path: str | Path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
+    asf: str | Path | None=None, body_model: str | Path | None = None, override: bool = True,
 ) -> Markers | Motion:  # fmt: skip
     """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, or AMASS's.
 
@@ -58,7 +58,7 @@ def read(
     return reader(path, **options) if not allowed else reader(path, override=override, **options)
 
 
-def person_label(path) -> str:
+def person_label(path: str | Path) -> str:
     """The person's label from a file's `path`: what stands before the first "_" of its name, as in CMU's trials.
 
     Letters are composed (NFC): the same name may come decomposed from another operating system.

@@ -1,8 +1,13 @@
 """Conversion of file coordinates to the world: length units, vertical axis, and joint hierarchies."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from difflib import get_close_matches
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import is_number
 from motionenv.errors import FormatError, MotionError
@@ -33,17 +38,19 @@ _TALL, _PEOPLE = 1.7, (0.5, 2.4)  # [m] usual and plausible spans of the markers
 _CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
 
 
-def metres_per(unit) -> float:
+def metres_per(unit: str | float) -> float:
     """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text; else a MotionError."""
     if isinstance(unit, str):
         if (metres := file_metres(unit)) is not None:
             return metres
         try:
-            unit = float(unit)
+            metres = float(unit)
         except ValueError:
-            pass
-    if is_number(unit) and 0 < unit < np.inf:
-        return float(unit)
+            metres = None
+    else:
+        metres = unit if is_number(unit) else None
+    if metres is not None and 0 < metres < np.inf:
+        return float(metres)
     raise MotionError(f"unit must be one of {', '.join(METRES)} or the metres per file unit (above 0), got {unit!r}")
 
 
@@ -58,7 +65,7 @@ def file_metres(written: str) -> float | None:
     return METRES.get(name)
 
 
-def box(points) -> np.ndarray:
+def box(points: ArrayLike) -> np.ndarray:
     """Sides (3,) of the box around the points (frames, points, 3), the median over frames; NaN without points."""
     points = np.asarray(points, dtype=np.float64)
     seen = points[np.isfinite(points).all(-1).any(-1)]
@@ -67,7 +74,7 @@ def box(points) -> np.ndarray:
     return np.median(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=0)
 
 
-def vertical_axis(points, default: str) -> str:
+def vertical_axis(points: np.ndarray, default: str) -> str:
     """The axis, "x", "y" or "z", along which upright people extend; `default` where it isn't clear.
 
     It is clear if the points (frames, points, 3) [m] extend along it at least 0.6 m and 1.5 times as far as along each
@@ -78,7 +85,7 @@ def vertical_axis(points, default: str) -> str:
     return "xyz"[sides.argmax()] if first >= max(_SLENDER * second, _LEGS) else default
 
 
-def unit_proposal(points, units=tuple(METRES)) -> str:
+def unit_proposal(points: np.ndarray, units: Sequence[str] = tuple(METRES)) -> str:
     """What to pass as the unit of a file that states none, one of `units`, from the size of the body in it.
 
     The end of a message; points are (frames, points, 3) [file units], NaN in gaps.
@@ -101,7 +108,9 @@ def unit_proposal(points, units=tuple(METRES)) -> str:
     )
 
 
-def stated_metres(path, written: str, points: np.ndarray, unit, override: bool, place: str) -> float:
+def stated_metres(
+    path: str | Path, written: str, points: np.ndarray, unit: str | float | None, override: bool, place: str
+) -> float:
     """Metres per unit of markers: a caller's `unit` if it overrides or what is `written` at `place` is none."""
     stated = file_metres(written)
     if unit is not None and (override or stated is None):
@@ -112,7 +121,7 @@ def stated_metres(path, written: str, points: np.ndarray, unit, override: bool, 
     return stated
 
 
-def upright(points, up: str) -> np.ndarray:
+def upright(points: ArrayLike, up: str) -> np.ndarray:
     """Convert points (..., 3) from a right-handed frame with vertical axis `up` to one with z up.
 
     "z" is the identity; "y" maps (x, y, z) to (z, x, y), so that +z becomes +x (forward) and +x left; "x" maps it to
@@ -126,7 +135,9 @@ def upright(points, up: str) -> np.ndarray:
     return np.asarray(points)[..., _CYCLES[up]]
 
 
-def forward(parents, offsets, local, up: str = "y") -> tuple[np.ndarray, np.ndarray]:
+def forward(
+    parents: Sequence[int], offsets: np.ndarray, local: np.ndarray, up: str = "y"
+) -> tuple[np.ndarray, np.ndarray]:
     """Forward kinematics: positions (frames, J, 3) and rotations (frames, J, 3, 3) of y-up joints in the z-up world.
 
     Args:

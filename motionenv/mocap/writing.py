@@ -19,7 +19,7 @@ _WITH_EVENTS = (".c3d", ".rrd")  # and clinical angles
 _OF_MARKERS = (".c3d", ".trc")
 
 
-def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
+def write(motion: Motion, path: str | Path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
     """Write a motion atomically, in the format of the suffix.
 
     - .npz: everything, to the bit, for motionenv; batched sequences and gaps (NaN) too.
@@ -54,7 +54,9 @@ def write(motion: Motion, path, events: Sequence[Event] = (), angles: Angles | N
         save(_WRITERS[suffix].parts(motion, **beside), path)
 
 
-def write_markers(capture: Markers, path, events: Sequence[Event] = (), angles: Angles | None = None) -> None:
+def write_markers(
+    capture: Markers, path: str | Path, events: Sequence[Event] = (), angles: Angles | None = None
+) -> None:
     """Write captured points under their own names, atomically, in the format of the suffix.
 
     A C3D file also gets the events and angles, and from `capture.recording` the subject, its measurements, the unit of
@@ -127,7 +129,7 @@ def _check_capture(capture) -> None:
         raise MotionError(f"{where} is infinite; positions must be finite, or NaN where unknown")
 
 
-def check_suffix(path, others: Sequence[str] = ()) -> None:
+def check_suffix(path: str | Path, others: Sequence[str] = ()) -> None:
     """Reject, before any work, paths whose suffix `write` doesn't support or needs a library that isn't installed.
 
     `others` are suffixes that the caller itself writes.

@@ -5,12 +5,15 @@ Don't override the methods implemented here: all models share them. Class attrib
 `motionenv.models.registry` describes how to register it; docs/models.md has an example.
 """
 
+from __future__ import annotations
+
 import warnings
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import random_generator
 from motionenv.body.skeleton import from_height
@@ -54,7 +57,7 @@ class GaitModel(StoredModel):
     generator: Callable[..., Any]
 
     @abstractmethod
-    def fit(self, motions, subjects=None) -> Self:
+    def fit(self, motions: Any, subjects: Sequence | None = None) -> Self:
         """Learn from captured motion.
 
         Args:
@@ -113,7 +116,7 @@ class GaitModel(StoredModel):
         """Range of speeds [m/s] that the model learned from; beyond it, `synthesize` warns. By default any."""
         return 0.0, np.inf
 
-    def extrapolation(self, speeds) -> str | None:
+    def extrapolation(self, speeds: Iterable[float | None]) -> str | None:
         """What to say of the first of some speeds [m/s] or None that is beyond `learned_speeds`; None if none is."""
         low, high = self.learned_speeds()
         beyond = [v for v in speeds if v is not None and not 0.99 * low <= v <= 1.01 * high]
@@ -127,17 +130,23 @@ class GaitModel(StoredModel):
         if told := self.extrapolation(speeds):
             warnings.warn(told, ExtrapolationWarning, stacklevel=3)
 
-    def traits(self) -> "list[Trait]":
+    def traits(self) -> list[Trait]:
         """Directions in which walks change in ways that people name; empty without components or treadmill."""
         from motionenv.models.traits import traits
 
         return [*self.own_traits(), *traits(self)] if self.treadmill() is not None else []
 
-    def own_traits(self) -> "list[Trait]":
+    def own_traits(self) -> list[Trait]:
         """Traits that were learned with the model, such as an axis between groups of people; by default none."""
         return []
 
-    def walker(self, seed=None, *, scores=None, deviations=None) -> Walker:
+    def walker(
+        self,
+        seed: int | np.random.Generator | None = None,
+        *,
+        scores: ArrayLike | None = None,
+        deviations: ArrayLike | None = None,
+    ) -> Walker:
         """One person, drawn at random or given by scores. Components without a score are average.
 
         Args:
@@ -173,7 +182,7 @@ class GaitModel(StoredModel):
         fps: float = 60.0,
         *,
         walker: Walker | None = None,
-        seed=None,
+        seed: int | np.random.Generator | None = None,
         speed: float | None = None,
         height: float | None = None,
         phase: float = 0.0,
@@ -218,7 +227,7 @@ class GaitModel(StoredModel):
         *,
         heights: Sequence[float] | np.ndarray,
         speeds: Sequence[float | None],
-        seed=None,
+        seed: int | np.random.Generator | None = None,
     ) -> list[Motion]:
         """Motion of `n` new walkers, computed together if `batch_size` exceeds 1, otherwise one by one.
 
@@ -272,7 +281,7 @@ class FixedModel(GaitModel):
     Subclasses define only `make_motion`.
     """
 
-    def fit(self, motions, subjects=None) -> Self:
+    def fit(self, motions: Any, subjects: Sequence | None = None) -> Self:
         """Not supported, whatever `motions` and `subjects` are.
 
         Raises:
@@ -295,7 +304,7 @@ class FixedModel(GaitModel):
         """No dimensions."""
         return {}
 
-    def draw_walker(self, rng, speed=None, height=None) -> Walker:
+    def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
         """The only walker; `rng`, `speed` and `height` have no effect."""
         return Walker(self.kind)
 

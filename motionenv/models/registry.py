@@ -46,7 +46,7 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(name for name in _entries() if "/" in name))
 
 
-def load(name_or_path) -> Any:
+def load(name_or_path: str | Path) -> Any:
     """Load a fitted model from a file, or a ready-made one by its name, one of `names()`, such as "walk/fpca".
 
     The first call for "mixed/tree" builds it, which takes seconds, and keeps it in the user's cache or in the folder
@@ -94,7 +94,7 @@ def version(name: str) -> str:
     return _entries()[name].dist.version  # type: ignore[union-attr]
 
 
-def gait_model(model) -> GaitModel:
+def gait_model(model: Any) -> GaitModel:
     """The gait model `model`, loaded if it is given by name or path; a `MotionError` if it is no gait model."""
     loaded = load(model) if isinstance(model, str | Path) else model
     if not isinstance(loaded, GaitModel):

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from motionenv._core.validation import checked_number, is_number
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
+from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
 from motionenv.models.types import Walker
 from motionenv.types import HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
@@ -14,15 +16,15 @@ __all__ = ["scaled", "synthesize"]
 
 
 def synthesize(
-    model,
+    model: str | GaitModel,
     seconds: float,
     fps: float,
     *,
     walker: Walker | None = None,
     deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None,
-    path=None,
-    speed=None,
+    path: Any = None,
+    speed: Any = None,
     **asked,
 ) -> Motion:
     """New motion (frames, 25) from a model, with its `GaitModel.synthesize`.

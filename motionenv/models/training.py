@@ -68,7 +68,7 @@ class Walks:
 
 
 def read_walks(
-    folder,
+    folder: Path,
     *,
     fps: float | None = None,
     unit: str | None = None,

@@ -5,10 +5,13 @@ these have variance 1, the regression's weights point in the direction of steepe
 trait is one standard deviation in that direction.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
@@ -39,7 +42,7 @@ def traits(model: GaitModel) -> list[Trait]:
     return found
 
 
-def measured(model: GaitModel, deviations) -> np.ndarray:
+def measured(model: GaitModel, deviations: ArrayLike) -> np.ndarray:
     """The `FEATURES` (n, features) of walkers of a fitted `model`, each in its unit.
 
     They deviate from the average by `deviations` (n, q), in standard deviations along each component.

@@ -6,10 +6,13 @@ differs from that within a cycle is in its motion. `service/web/src/walkers` com
 browser, within 1e-6.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
 from motionenv._core.validation import checked_number
@@ -58,7 +61,9 @@ class InPlace:
         return self.strides / self.seconds
 
 
-def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, height: float | None = None) -> InPlace:
+def walk_in_place(
+    model: WalkingModel, scores: ArrayLike, *, speed: float | None = None, height: float | None = None
+) -> InPlace:
     """Cycles of walkers with `scores` (..., q), at the stride time that suits them, or that makes a `speed` [m/s].
 
     The fitted `model` gives walkers of body `height` [m], None for the mean. A `MotionError` if a number is out of
@@ -93,7 +98,7 @@ def walk_in_place(model: "WalkingModel", scores, *, speed: float | None = None, 
 
 
 def markers_in_place(
-    model: "FourierModel", scores, *, speed: float | None = None, height: float | None = None
+    model: FourierModel, scores: np.ndarray, *, speed: float | None = None, height: float | None = None
 ) -> InPlace:
     """Cycles of walkers of a fitted `model` with `scores` (..., N) [m], as the 15 markers.
 
@@ -125,7 +130,7 @@ def markers_in_place(
     return InPlace(cycle.reshape(*lead, *cycle.shape[1:]), strides.reshape(lead), seconds.reshape(lead))
 
 
-def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
+def pose_series(model: WalkingModel) -> dict[str, np.ndarray]:
     """Fourier series of a fitted `model`'s channels, as `motionenv.parameters` describes them, and its stride times.
 
     Columns of its basis are scaled to amplitude 1. The mean of channels that the model lacks is NaN.
@@ -144,7 +149,7 @@ def pose_series(model: "WalkingModel") -> dict[str, np.ndarray]:
     }
 
 
-def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
+def marker_series(model: FourierModel) -> dict[str, np.ndarray]:
     """Fourier series of a fitted `model`'s markers, as `motionenv.parameters` describes them, and its frequencies."""
     return {
         "mean": model.mean_,
@@ -157,7 +162,7 @@ def marker_series(model: "FourierModel") -> dict[str, np.ndarray]:
 
 
 def walk_cycles(
-    model: "WalkingModel", scores: np.ndarray, speed: float | None = None, height: float | None = None
+    model: WalkingModel, scores: np.ndarray, speed: float | None = None, height: float | None = None
 ) -> tuple[InPlace, np.ndarray, np.ndarray]:
     """Cycles of `scores` (n, q) of a fitted `model`, their markers (n, samples, 15, 3) and body heights (n,) [m].
 
@@ -169,7 +174,7 @@ def walk_cycles(
 
 
 def marker_cycles(
-    model: "FourierModel", scores: np.ndarray, speed: float | None = None, height: float | None = None
+    model: FourierModel, scores: np.ndarray, speed: float | None = None, height: float | None = None
 ) -> tuple[InPlace, np.ndarray, np.ndarray]:
     """What `walk_cycles` gives, of walkers with `scores` (n, q) [m] of a fitted `model` of markers.
 

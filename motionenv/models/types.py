@@ -33,7 +33,7 @@ class Walker:
     start: int | None = None
     person: Person | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if isinstance(self.person, dict):
             object.__setattr__(self, "person", Person(**self.person))
         object.__setattr__(self, "scores", tuple(float(score) for score in self.scores))
@@ -99,7 +99,7 @@ class Target:
     heading: float | None = None
     speed: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.heading is not None:
             checked_number(self.heading, "heading", unit="radians")
         if self.speed is not None:
@@ -124,7 +124,7 @@ class Request:
     phase: float = 0.0
     variation: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checked_number(self.fps, "fps", *FPS_RANGE)
         checked_number(self.seconds, "seconds", high=SECONDS_MOST, above=0)
         if self.frames < 1:

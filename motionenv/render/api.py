@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from motionenv.errors import MotionError
 from motionenv.render.raycast.engine import Raycaster
 from motionenv.render.scene import Scene
@@ -12,8 +14,8 @@ ENGINES = ("raycast", "pyrender")
 
 
 def render(
-    poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, scene: Scene | None = None, rgb: bool = True,
-    engine: str = "raycast",
+    poses: np.ndarray, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, scene: Scene | None = None,
+    rgb: bool = True, engine: str = "raycast",
 ) -> Frame:  # fmt: skip
     """Render a body in poses.
 

@@ -10,7 +10,7 @@ from motionenv.errors import FormatError, MotionError
 from motionenv.types import Camera
 
 
-def read_camera(path, name: str | None = None) -> Camera:
+def read_camera(path: str | Path, name: str | None = None) -> Camera:
     """Read a camera, by `name` if there are several: a TOML table's name, or its `name` entry.
 
     - `.json`: an object with K (3 × 3), R (3 × 3), t (3) [m], width and height, as in `motionenv.types.Camera`.
@@ -33,7 +33,7 @@ def read_camera(path, name: str | None = None) -> Camera:
         raise FormatError(path, f"isn't a valid camera: {error}") from error
 
 
-def read_distortion(path, name: str | None = None) -> list[float] | None:
+def read_distortion(path: str | Path, name: str | None = None) -> list[float] | None:
     """OpenCV's coefficients of a camera's lens: `distortions` of a TOML table or JSON object; None if it has none.
 
     Raises:

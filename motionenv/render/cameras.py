@@ -19,11 +19,14 @@ picture's horizontal axis is cos α·x + sin α·y, and the vertical one is z. F
 The camera stands at target + distance·(sin α, -cos α, 0) and looks along (-sin α, cos α, 0).
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import GapError, MotionError
@@ -32,7 +35,15 @@ from motionenv.types import Camera, Motion, frozen
 _NEAREST = 0.1  # [m] least distance between the camera of `fit_view` and the nearest point
 
 
-def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: float = 40.0, up=(0, 0, 1)) -> Camera:
+def look_at(
+    eye: ArrayLike,
+    target: ArrayLike,
+    *,
+    width: int = 640,
+    height: int = 480,
+    fov_degrees: float = 40.0,
+    up: ArrayLike = (0, 0, 1),
+) -> Camera:
     """A camera at `eye` (3,) [m] with `target` (3,) [m] in the centre of its image.
 
     Args:
@@ -60,8 +71,8 @@ def look_at(eye, target, *, width: int = 640, height: int = 480, fov_degrees: fl
 
 
 def view(
-    alpha: float, *, distance: float = 4.5, eye_height: float = 1.1, target=(0.0, 0.0, 0.9), width: int = 640,
-    height: int = 480, fov_degrees: float = 40.0,
+    alpha: float, *, distance: float = 4.5, eye_height: float = 1.1, target: ArrayLike = (0.0, 0.0, 0.9),
+    width: int = 640, height: int = 480, fov_degrees: float = 40.0,
 ) -> Camera:  # fmt: skip
     """A camera at paper B's view angle: 0 is the side view with +x to the right, π/2 frontal.
 
@@ -80,8 +91,8 @@ def view(
 
 
 def fit_view(
-    points, alpha: float, *, width: int = 640, height: int = 480, margin: float = 0.08, fov_degrees: float = 40.0,
-    elevation: float = 0.0,
+    points: ArrayLike, alpha: float, *, width: int = 640, height: int = 480, margin: float = 0.08,
+    fov_degrees: float = 40.0, elevation: float = 0.0,
 ) -> Camera:  # fmt: skip
     """The nearest static camera at view angle `alpha` that has all `points`, such as a whole walk, in its image.
 
@@ -98,16 +109,16 @@ def fit_view(
     checked_number(margin, "margin", 0, below=0.5)
     if not abs(elevation) < math.pi / 2:
         raise MotionError(f"elevation must be within ±π/2 rad, got {elevation!r}")
-    points = frozen(points, (..., 3), "points").reshape(-1, 3)
-    points = points[np.isfinite(points).all(-1)]
-    if not len(points):
+    everywhere = frozen(points, (..., 3), "points").reshape(-1, 3)
+    shown = everywhere[np.isfinite(everywhere).all(-1)]
+    if not shown.size:
         raise GapError("points must hold at least one point without NaN")
     right = np.array([math.cos(alpha), math.sin(alpha), 0.0])
     level = math.cos(elevation)
     forward = np.array([-math.sin(alpha) * level, math.cos(alpha) * level, -math.sin(elevation)])
     R = np.stack([right, np.cross(forward, right), forward])
     K = _intrinsics(width, height, fov_degrees)
-    seen = points @ R.T
+    seen = shown @ R.T
     # A point is inside the margins where |x - x of the camera| <= inside·(z - z of the camera), the same for y. So
     # the camera's x lies between high + inside·z and low - inside·z, and the largest z that leaves room is nearest.
     inside = (1 - 2 * margin) * np.array([width, height]) / 2 / K[0, 0]
@@ -118,7 +129,7 @@ def fit_view(
     return Camera(K=K, R=R, t=-centre, width=width, height=height)
 
 
-def follow(path, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, ...]:
+def follow(path: Motion | ArrayLike, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, ...]:
     """One camera per frame that moves beside a walker without the sway of steps.
 
     `camera` is placed for a walker at the world's origin; each frame's camera is that one, shifted horizontally by the
@@ -157,7 +168,7 @@ def follow(path, camera: Camera, *, smooth: float = math.inf) -> tuple[Camera, .
     )
 
 
-def orthographic(points, alpha) -> np.ndarray:
+def orthographic(points: ArrayLike, alpha: ArrayLike) -> np.ndarray:
     """Paper B's orthographic projection (..., 2) [m] of 3D points (..., 3) [m] (appendix B, eq. B.2).
 
     It has cos α·x + sin α·y to the right, and z upwards (image rows run the other way). α is `alpha` [rad], a number or
@@ -182,10 +193,10 @@ class Orthographic:
     width: int = 640
     height: int = 480
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checked_number(self.scale, "Orthographic.scale", above=0, unit="pixels per metre")
 
-    def project(self, points) -> tuple[np.ndarray, np.ndarray]:
+    def project(self, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Pixel coordinates (..., 2) of world points (..., 3) [m], and depth (...) [m] behind the target's plane."""
         shifted = np.asarray(points, dtype=np.float64) - np.asarray(self.target)
         middle = np.array([self.width - 1, self.height - 1]) / 2
@@ -193,7 +204,7 @@ class Orthographic:
         return pixels, math.cos(self.alpha) * shifted[..., 1] - math.sin(self.alpha) * shifted[..., 0]
 
 
-def project(points, camera: Camera | Orthographic | Sequence) -> tuple[np.ndarray, np.ndarray]:
+def project(points: ArrayLike, camera: Camera | Orthographic | Sequence) -> tuple[np.ndarray, np.ndarray]:
     """Pixels (..., n, 2) and depth (..., n) [m] of points (..., n, 3) [m]; NaN for points behind the camera.
 
     With a sequence of cameras, one per frame (as from `follow`), points are (..., frames, n, 3).

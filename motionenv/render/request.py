@@ -1,9 +1,12 @@
 """Validation and batching of the arguments of both renderers."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body import LIMBS
 from motionenv.errors import MotionError
@@ -53,7 +56,7 @@ def check_frame(frame: Frame, shape: tuple[int, ...]) -> None:
             )
 
 
-def batch(poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batch:
+def batch(poses: ArrayLike, skeleton: Skeleton, cameras: Camera | Sequence[Camera]) -> Batch:
     """Validate and flatten the arguments of `motionenv.render.render`.
 
     Poses (..., 25) and cameras broadcast like NumPy arrays: one camera serves every pose; a sequence of n cameras is

@@ -1,8 +1,11 @@
 """Scene description for both engines: light, clothes, ground and sky."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.body.skeleton import CLOTHES, COLOURS
@@ -47,7 +50,7 @@ class Scene:
     shadows: bool = True
     samples: int = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("key", "fill"):
             v = np.asarray(getattr(self, name), dtype=np.float64)
             if v.shape != (3,) or not np.isfinite(v).all() or not v[2] > 0.05 * np.linalg.norm(v):
@@ -69,6 +72,6 @@ class Scene:
         return np.array([(*self.key, *self.key_light), (*self.fill, *self.fill_light)])
 
 
-def linear(colour) -> np.ndarray:
+def linear(colour: ArrayLike) -> np.ndarray:
     """Linear light from sRGB colours, with gamma 2.2 as in pyrender's shader."""
     return np.asarray(colour, dtype=np.float64) ** 2.2

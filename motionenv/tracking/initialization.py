@@ -82,7 +82,7 @@ def automatic_start(
     candidates: int = 64,
     model: WalkingModel | str = "walk/fpca",
     size: float = 0.0,
-    seed=None,
+    seed: int | np.random.Generator | None = None,
 ) -> Start:
     """Estimate candidates for the first pose from the first images.
 

@@ -122,8 +122,8 @@ class ParticleFilter:
         layers: int = 1,
         hidden: float = 0.02,
         restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
-        seed=None,
-    ):
+        seed: int | np.random.Generator | None = None,
+    ) -> None:
         check_options(n, resample=resample, layers=layers, hidden=hidden)
         scored = getattr(likelihood, "skeleton", prior.skeleton)  # likelihoods without a body are allowed
         if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:

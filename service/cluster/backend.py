@@ -28,7 +28,7 @@ def shared_files(settings: JobSettings) -> SharedFiles:
 class Cluster(Backend):
     """Jobs, models and counts in PostgreSQL, files in an object store; the jobs run in other processes."""
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: Settings) -> None:
         url = settings.database.get_secret_value()
         self.database = Database(url, _CONNECTIONS)
         self.file_store = shared_files(settings)

@@ -19,7 +19,7 @@ class SharedCounts(Storage):
 
     STORAGE_SCHEME = None
 
-    def __init__(self, database: Database):
+    def __init__(self, database: Database) -> None:
         super().__init__()
         self.database = database
 
@@ -69,7 +69,7 @@ class SharedCounts(Storage):
 class SharedStreams(Streams):
     """Counts the streams of all processes, at most `most`."""
 
-    def __init__(self, database: Database, most: int):
+    def __init__(self, database: Database, most: int) -> None:
         self.database, self.most, self.open = database, most, 0
         self._process, self._turn = secrets.token_hex(8), asyncio.Lock()
 

@@ -29,7 +29,7 @@ class Database:
     What fails is tried again for `patience` [s]: a database that restarts is back after one or two.
     """
 
-    def __init__(self, url: str, size: int, patience: float = 10.0):
+    def __init__(self, url: str, size: int, patience: float = 10.0) -> None:
         self.url, self.patience = url, patience
         self.pool = AsyncConnectionPool(
             url, min_size=1, max_size=size, open=False, timeout=_CONNECT, reconnect_timeout=_CONNECT,

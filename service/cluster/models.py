@@ -32,7 +32,7 @@ class SharedModels(ModelRegistry):
     the database or the shared store doesn't answer.
     """
 
-    def __init__(self, folder: Path, url: str, files: SharedFiles):
+    def __init__(self, folder: Path, url: str, files: SharedFiles) -> None:
         super().__init__(folder)
         self._url, self._files = url, files
         self._connection: psycopg.Connection | None = None

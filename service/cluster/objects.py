@@ -21,7 +21,7 @@ class SharedFiles(FileStore):
     `place`, `fetch`, `remove` and `all` raise `Unreachable` if the store doesn't answer.
     """
 
-    def __init__(self, url: str, folder: Path, reserve: int, cache: int):
+    def __init__(self, url: str, folder: Path, reserve: int, cache: int) -> None:
         super().__init__(folder, reserve)
         self.objects, self.cache = Objects(url, {"use_listings_cache": False}), cache  # others change it too
 

@@ -43,7 +43,7 @@ class PostgresStore(Store):
     What is done by a connection that is lost is done again, and comes to the same.
     """
 
-    def __init__(self, database: Database, lease: float):
+    def __init__(self, database: Database, lease: float) -> None:
         self.database, self.lease = database, lease
         self._held: dict[str, str] = {}  # leases of the jobs that run in this process, by their ids
 

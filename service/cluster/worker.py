@@ -53,7 +53,7 @@ class Worker:
     `run` runs a job that has been claimed; by default `JobRunner.run`.
     """
 
-    def __init__(self, settings: WorkerSettings, run: Run | None = None):
+    def __init__(self, settings: WorkerSettings, run: Run | None = None) -> None:
         self.settings, url = settings, settings.database.get_secret_value()
         self._slots = ["quick"] * settings.quick_processes + ["long"] * settings.job_processes
         self.database = Database(url, size=len(self._slots) + 4)

@@ -30,7 +30,7 @@ class Interrupted(Exception):
 class Failed(Exception):
     """A job failed: status 422 for invalid input, 500 for an internal error, 507 for a full disk."""
 
-    def __init__(self, status: int, detail: str):
+    def __init__(self, status: int, detail: str) -> None:
         super().__init__(detail)
         self.status, self.detail = status, detail
 

@@ -20,7 +20,7 @@ class FileStore:
     What writes raises `Full` if the disk is full.
     """
 
-    def __init__(self, folder: Path, reserve: int):
+    def __init__(self, folder: Path, reserve: int) -> None:
         self.folder, self.reserve = folder, reserve
         self._incoming, self._ballast = folder / "incoming", folder / "ballast"
         self._incoming.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ class FileStore:
 class Incoming:
     """A file that is being received in a folder for unfinished ones; its methods block, and raise `Full`."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path) -> None:
         handle, name = tempfile.mkstemp(dir=folder)
         self.path, self.size = Path(name), 0
         self._file, self._hash = os.fdopen(handle, "wb", buffering=0), hashlib.sha256()

@@ -14,7 +14,7 @@ from service.transport.streams import LocalStreams
 class Local(Backend):
     """Jobs in SQLite, files and models in the data folder, requests and streams counted for each process."""
 
-    def __init__(self, settings: Settings):
+    def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.models = ModelRegistry(settings.data / "models")
         self.counts = MemoryStorage()

@@ -21,7 +21,7 @@ from service.transport.access import Access
 class JobManager:
     """The jobs of a service: what is known of them is in the backend's `store`, their files in its `file_store`."""
 
-    def __init__(self, settings: Settings, backend: Backend):
+    def __init__(self, settings: Settings, backend: Backend) -> None:
         self.settings, self.backend, self.model_registry = settings, backend, backend.models
 
     @property

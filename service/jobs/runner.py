@@ -26,7 +26,7 @@ class JobRunner:
 
     def __init__(
         self, settings: JobSettings, store: Store, file_store: FileStore, model_registry: ModelRegistry, folder: Path
-    ):
+    ) -> None:
         self.settings, self.store, self.file_store = settings, store, file_store
         self.model_registry, self.folder = model_registry, folder
 

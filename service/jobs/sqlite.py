@@ -37,7 +37,7 @@ class SqliteStore(Store):
     only the process that locks the data folder runs jobs.
     """
 
-    def __init__(self, path: Path, make_room: Callable[[], bool]):
+    def __init__(self, path: Path, make_room: Callable[[], bool]) -> None:
         self._make_room = make_room
         self._db = self._urgent(lambda: _opened(path))
 

@@ -27,7 +27,9 @@ _DAY = 86_400.0
 class Supervisor:
     """Starts and ends jobs."""
 
-    def __init__(self, settings: JobSettings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry):
+    def __init__(
+        self, settings: JobSettings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry
+    ) -> None:
         self.settings, self.store, self.file_store = settings, store, file_store
         self.model_registry = model_registry
         self._runner = JobRunner(settings, store, file_store, model_registry, settings.data / "work")

@@ -43,7 +43,7 @@ class Tracer:
         MotionError: OpenTelemetry's packages are missing.
     """
 
-    def __init__(self, address: str, share: float):
+    def __init__(self, address: str, share: float) -> None:
         try:
             from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
             from opentelemetry.sdk.resources import Resource

@@ -25,7 +25,7 @@ _FADE = 0.25  # [s]
 class Stream:
     """One motion without end, at `fps`, of a body of `height` [m]; `models` gives the model of a name."""
 
-    def __init__(self, models: Any, settings: StreamSettings):
+    def __init__(self, models: Any, settings: StreamSettings) -> None:
         self._models, self._pieces, self._last, self.settings = models, 0, np.zeros((0, 25)), settings
         self._growth: Any = None
         self._begin(settings)

@@ -24,7 +24,7 @@ class ThreadedResponse(Response):
 
     def __init__(
         self, worker_pool: WorkerPool, produce: Producer, media_type: str, headers: dict[str, str], *, whole: bool
-    ):
+    ) -> None:
         self.worker_pool, self.produce, self.whole = worker_pool, produce, whole
         self.status_code, self.media_type, self.background = 200, media_type, None
         self.given = headers  # without `body`: Starlette would add its length

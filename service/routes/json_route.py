@@ -20,7 +20,7 @@ Body = TypeVar("Body", bound=BaseModel)
 class JsonRoute(APIRoute):
     """A route whose endpoint takes `request` and the body, `asked`, and returns a response."""
 
-    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any):
+    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         super().__init__(path, endpoint, **options)
         self._kind = get_type_hints(endpoint)["asked"]
         self.app = self._handle

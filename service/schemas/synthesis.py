@@ -1,6 +1,6 @@
 """`POST /v1/synthesis`."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
@@ -94,7 +94,7 @@ class SynthesisRequest(Request):
         """Number of frames of the motion."""
         return round(self.seconds * self.fps)
 
-    def make(self, model, seed: int | None) -> Motion:
+    def make(self, model: Any, seed: int | None) -> Motion:
         """The walk of a fitted model, or of a model's name or file."""
         how = self.model_dump(include={"deviations", "scores", "path", "height", "phase", "variation"})
         speed = self.speeds or self.speed

@@ -60,7 +60,7 @@ class _Refusal(NamedTuple):
 class AccessMiddleware:
     """API keys, cross-site protection, rate and size limits."""
 
-    def __init__(self, app: ASGIApp, settings: Settings, counts: Storage):
+    def __init__(self, app: ASGIApp, settings: Settings, counts: Storage) -> None:
         self.app = app
         self.digests = [_digest(key.get_secret_value().encode()) for key in settings.all_keys]
         self.admins = {digest.hex()[:8] for digest in self.digests[len(settings.keys) :]}

@@ -17,7 +17,7 @@ class CompressionMiddleware:
     Results of jobs stay as they are: parts of them can be asked for, and their ETag is their SHA-256.
     """
 
-    def __init__(self, app: ASGIApp):
+    def __init__(self, app: ASGIApp) -> None:
         self.app = app
         self._excluded = (*DEFAULT_EXCLUDED_CONTENT_TYPES, *_BINARY)
 

@@ -22,7 +22,7 @@ _log = structlog.get_logger("motionenv.service")
 class ObservabilityMiddleware:
     """Id, time-out, log, metrics and trace of each request; unexpected exceptions become status 500."""
 
-    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics, tracer: Tracer | None):
+    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics, tracer: Tracer | None) -> None:
         self.app, self.metrics, self.tracer, self.seconds = app, metrics, tracer, settings.request_seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -21,7 +21,7 @@ _LINGER = 1.0  # [s] in which input is discarded: closing with unread bytes woul
 class GuardedHttpProtocol(HttpToolsProtocol):
     """HTTP/1.1 with time-outs for slow clients; messages that arrive in one piece cost nothing."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._awaiting: Literal["header", "body"] | None = "header"
         self._header, self._body = 0, 0  # bytes that have come

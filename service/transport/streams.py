@@ -16,7 +16,7 @@ class Streams(Protocol):
 class LocalStreams(Streams):
     """Counts those of this process, at most `most`."""
 
-    def __init__(self, most: int):
+    def __init__(self, most: int) -> None:
         self.most, self.open = most, 0
 
     async def take(self) -> bool:

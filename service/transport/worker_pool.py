@@ -20,7 +20,7 @@ _END = object()
 class Slot:
     """The right to use one of the `free` threads, which can be released while there is nothing to compute."""
 
-    def __init__(self, free: asyncio.Semaphore):
+    def __init__(self, free: asyncio.Semaphore) -> None:
         self._free, self._held = free, False
 
     async def acquire(self) -> None:
@@ -38,7 +38,7 @@ class Slot:
 class WorkerPool:
     """Threads for requests. At most `waiting` requests wait for one; the gauge counts those that hold or await one."""
 
-    def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute"):
+    def __init__(self, threads: int, waiting: int, gauge: Gauge | None = None, name: str = "compute") -> None:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix=name)
         self._free = asyncio.Semaphore(threads)
         self._most = threads + waiting

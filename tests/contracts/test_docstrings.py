@@ -1,4 +1,4 @@
-"""Every public function, class and method says what each parameter is, and its return type is annotated."""
+"""Every public function, class and method says what each parameter is, and has types for those and what it returns."""
 
 import importlib
 import inspect
@@ -90,6 +90,28 @@ def test_docstring_names_every_parameter(thing):
     assert parameters(thing) <= set(re.findall(r"\w+", text))
 
 
-@pytest.mark.parametrize("thing", cases({k: v for k, v in defined().items() if inspect.isfunction(v)}))
-def test_return_type_is_annotated(thing):
+FUNCTIONS = {name: thing for name, thing in defined().items() if inspect.isfunction(thing)}
+
+
+@pytest.mark.parametrize("thing", cases(FUNCTIONS))
+def test_types_are_annotated(thing):
+    named = [p for p in inspect.signature(thing).parameters.values() if p.name not in ("self", "cls")]
+    missing = [p.name for p in named if p.annotation is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
+    assert not missing, f"say what {', '.join(missing)} may be"
     assert "return" in inspect.get_annotations(thing), "say what it returns: -> ..."
+
+
+@pytest.mark.parametrize(
+    "thing",
+    cases(
+        {
+            n: t
+            for n, t in defined().items()
+            if inspect.isclass(t) and "__init__" in vars(t) and not getattr(t, "_is_protocol", False)
+        }
+    ),
+)
+def test_types_of_constructors_are_annotated(thing):
+    given = list(inspect.signature(thing.__init__).parameters.values())[1:]
+    missing = [p.name for p in given if p.annotation is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
+    assert not missing, f"say what {', '.join(missing)} may be"

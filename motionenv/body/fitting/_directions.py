@@ -29,7 +29,15 @@ _ASTRAY = 0.8
 _ROUNDS = 8
 
 
-def steady_directions(vectors, time, neutral, *, known: float, stiffness: float, reverse=None) -> np.ndarray:
+def steady_directions(
+    vectors: np.ndarray,
+    time: np.ndarray,
+    neutral: np.ndarray,
+    *,
+    known: float,
+    stiffness: float,
+    reverse: np.ndarray | None = None,
+) -> np.ndarray:
     """Continuous directions θ (frames,) [rad] of vectors.
 
     Args:

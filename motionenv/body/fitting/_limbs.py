@@ -7,6 +7,7 @@ they are undefined, and `steady_directions` continues them.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -51,13 +52,16 @@ LIMBS = (
 # hold the rotation of thigh and upper arm as the capture system solved it from markers on them, and for the legs on
 # walks of gait laboratories, too: knees that bend sideways by a few degrees, as marker sets make them, must not turn
 # the hip outwards in stance.
-_SWING = {"known": 0.3, "stiffness": 3e-4}
-_TWIST = {-1.0: {"known": 0.25, "stiffness": 2e-4}, 1.0: {"known": 0.35, "stiffness": 1e-2}}
+_SWING: dict[str, Any] = {"known": 0.3, "stiffness": 3e-4}
+_TWIST: dict[float, dict[str, Any]] = {
+    -1.0: {"known": 0.25, "stiffness": 2e-4},
+    1.0: {"known": 0.35, "stiffness": 1e-2},
+}
 #: Cost per frame of a limb that hangs by being abducted by 180°, which after a movement overhead it may.
 _REVERSED = 2e-4
 
 
-def limb_angles(limb: Limb, upper, far, length: float, fps: float) -> np.ndarray:
+def limb_angles(limb: Limb, upper: np.ndarray, far: np.ndarray, length: float, fps: float) -> np.ndarray:
     """Flexion, abduction and rotation of the ball joint, flexion of the hinge: (frames, 4) [rad], NaN where unknown.
 
     `upper` and `far` (frames, 3) are from the proximal to the middle and the distal node, in the torso's frame;

@@ -1,6 +1,9 @@
 """The pose in every frame."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.fitting._limbs import LIMBS, limb_angles
@@ -11,7 +14,13 @@ from motionenv.types import Skeleton
 _NECK, _HEAD = NODES.index("neck"), NODES.index("head")
 
 
-def fit_poses(nodes, skeleton: Skeleton, fps: float, head_side=None, torso=None) -> np.ndarray:
+def fit_poses(
+    nodes: ArrayLike,
+    skeleton: Skeleton,
+    fps: float,
+    head_side: np.ndarray | None = None,
+    torso: np.ndarray | None = None,
+) -> np.ndarray:
     """The pose vectors that bring the nodes of `skeleton` closest to captured ones.
 
     Limb directions start at the fitted torso's shoulder and hip, so that errors don't accumulate along a limb.

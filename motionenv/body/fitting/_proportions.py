@@ -1,8 +1,11 @@
 """Limb lengths of a person, from a capture of the whole body or of a part."""
 
+from __future__ import annotations
+
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body.fitting._torso import TORSO, checked_nodes, median, torso_shape
 from motionenv.body.skeleton import NODES, from_height, limb_radii
@@ -21,7 +24,7 @@ _TELLING = (
 )
 
 
-def fit_skeleton(nodes) -> Skeleton:
+def fit_skeleton(nodes: ArrayLike) -> Skeleton:
     """Limb lengths of a person: medians over frames of the distances between nodes, the torso by Procrustes.
 
     A capture need not show the whole body. A limb segment that is never seen is as long as that on the other side.

@@ -1,6 +1,9 @@
 """The torso: its shape over a whole capture, and its attitude and place in every frame."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.rotations import nearest
 from motionenv.body.skeleton import NODES, from_height
@@ -14,7 +17,7 @@ _PELVIS, _STERNUM, _NECK = (_NAMES.index(name) for name in ("pelvis", "sternum",
 _PAIRS = [(_NAMES.index(f"left_{joint}"), _NAMES.index(f"right_{joint}")) for joint in ("shoulder", "hip")]
 
 
-def checked_nodes(nodes) -> np.ndarray:
+def checked_nodes(nodes: ArrayLike) -> np.ndarray:
     """Nodes as (frames, 16, 3) float64. What is missing throughout is derived from what is seen, where it can be.
 
     The neck is placed midway between the shoulders, the pelvis midway between the hips, and a hip opposite the other
@@ -103,7 +106,7 @@ def _in(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     return np.einsum("tni,tij->tnj", vectors, rotation)
 
 
-def torso_pose(nodes: np.ndarray, offsets: np.ndarray, measured) -> tuple[np.ndarray, np.ndarray]:
+def torso_pose(nodes: np.ndarray, offsets: np.ndarray, measured: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Rotation torso → world (frames, 3, 3) and position of the pelvis (frames, 3) [m], NaN where unknown.
 
     From `checked_nodes` and the skeleton's offsets (16, 3) [m]; `measured` attitudes (frames, 3, 3), or None, are for

@@ -61,7 +61,7 @@ class _Job:
 
 def generate(
     spec: Specification,
-    out,
+    out: str | Path,
     shards: Iterable[int] | None = None,
     executor: Executor | None = None,
     resume: str = "if-possible",
@@ -187,7 +187,7 @@ def _described(file: Path, folder: Path) -> dict[str, Any]:
     return {"path": file.relative_to(folder).as_posix(), "bytes": file.stat().st_size, "sha256": digest}
 
 
-def verify(out, options: dict[str, Any] | None = None) -> dict[str, str]:
+def verify(out: str, options: dict[str, Any] | None = None) -> dict[str, str]:
     """Compare every file of the data set in `out` with the manifest; the problems by path, none if all is well.
 
     Args:

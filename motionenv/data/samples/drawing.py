@@ -20,7 +20,7 @@ _BEHIND = 2.0  # distance of the background relative to the walker's
 class Drawing:
     """Draws the pictures of a specification's samples; `rgb` says whether colours are wanted."""
 
-    def __init__(self, spec: Specification, *, rgb: bool):
+    def __init__(self, spec: Specification, *, rgb: bool) -> None:
         self.spec, self.rgb, look = spec, rgb, spec.pictures
         self._raycaster: tuple[int, MultiBodyRaycaster] | None = None
         self._scenery = None

@@ -29,7 +29,7 @@ class Group:
         passers: people who pass by.
     """
 
-    def __init__(self, spec: Specification, number: int):
+    def __init__(self, spec: Specification, number: int) -> None:
         self.spec, self.number, n = spec, number, WALKERS * spec.people.views
         rng, recordings = generator(spec.seed, number, VIEW), record(spec, number)
         who = np.arange(n) % WALKERS

@@ -34,7 +34,7 @@ class Passers:
         present: (m, n) whether there is one.
     """
 
-    def __init__(self, spec: Specification, number: int, joints: np.ndarray, views: Views):
+    def __init__(self, spec: Specification, number: int, joints: np.ndarray, views: Views) -> None:
         self.views, most = views, spec.people.passers_by[1]
         n, frames = joints.shape[:2]
         self.present = np.zeros((most, n), bool)

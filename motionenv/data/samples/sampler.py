@@ -53,7 +53,7 @@ class Sampler:
         spec: the specification.
     """
 
-    def __init__(self, spec: Specification):
+    def __init__(self, spec: Specification) -> None:
         self.spec = spec
         self.per_group = WALKERS * spec.people.views
         self._groups: OrderedDict[int, Group] = OrderedDict()

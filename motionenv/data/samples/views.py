@@ -28,7 +28,7 @@ class Views:
     t: np.ndarray
     pan: np.ndarray
 
-    def project(self, points: np.ndarray, which=slice(None)) -> tuple[np.ndarray, np.ndarray]:
+    def project(self, points: np.ndarray, which: slice | np.ndarray = slice(None)) -> tuple[np.ndarray, np.ndarray]:
         """Pixels (n, frames, k, 2) and depths (n, frames, k) [m] of `points` (n, frames, k, 3) [m] in clips `which`."""
         seen = points @ self.R[which].transpose(0, 2, 1)[:, None] + self.t[which][:, :, None]
         depth = seen[..., 2]

@@ -4,10 +4,13 @@ Everything random is a pure function of the display's seed and of what is drawn:
 Philox4x64 (Salmon et al. 2011), with the seed and a stream as its key.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.data.stimuli.specification import Display
 from motionenv.render.cameras import orthographic
@@ -35,7 +38,7 @@ class Ring:
     seconds: float
     height: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "markers", frozen(self.markers, (None, len(MARKERS), 3), "Ring.markers"))
 
     def at(self, phases: np.ndarray, which: np.ndarray) -> np.ndarray:
@@ -68,7 +71,7 @@ class Dots:
     depth: np.ndarray
 
 
-def dots_at(display: Display, walk: Ring, times) -> Dots:
+def dots_at(display: Display, walk: Ring, times: ArrayLike) -> Dots:
     """The dots of a `walk` in a `display`, at `times` (T,) [s] from the start."""
     times = frozen(times, (None,), "times")
     positions, visible = _walker(display, walk, times)

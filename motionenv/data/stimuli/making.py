@@ -139,7 +139,7 @@ def _table(pixels: np.ndarray, fps: float) -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
-def write_stimuli(asked: StimulusSet, out, *, step: Callable[[int], None] | None = None) -> Path:
+def write_stimuli(asked: StimulusSet, out: Path, *, step: Callable[[int], None] | None = None) -> Path:
     """Write a set as a new folder, whole or not at all; returns the path of its `stimuli.json`.
 
     Beside films or folders of frames there is a table (.csv) of where the dots of each stimulus are. `stimuli.json` has

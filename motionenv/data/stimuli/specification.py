@@ -1,5 +1,6 @@
 """What a stimulus set shows: who walks, how that is displayed, and in what pictures."""
 
+from pathlib import Path
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
@@ -131,7 +132,7 @@ class StimulusSet(Record):
         return len(self.people) * len(self.displays)
 
     @classmethod
-    def read(cls, source) -> Self:
+    def read(cls, source: Path) -> Self:
         """Read a TOML or JSON file at `source`, also the `stimuli.json` of a set that was made.
 
         Raises:

@@ -19,7 +19,7 @@ _SCALE = SIDE / (2 * OUTER + 1)  # [pixels/m] of the map
 _ROUND = np.linspace(0, 2 * np.pi, 41)
 
 
-def camera_of(state) -> Camera:
+def camera_of(state: np.ndarray) -> Camera:
     """The camera in a `state` (6,): pan, tilt [rad], zoom, and their rates."""
     pan, tilt, zoom = state[:3]
     ahead = np.array([np.cos(pan) * np.cos(tilt), np.sin(pan) * np.cos(tilt), np.sin(tilt)])
@@ -28,7 +28,15 @@ def camera_of(state) -> Camera:
     return look_at(eye, eye + ahead, width=round(SIDE / ASPECT), height=SIDE, fov_degrees=float(fov))
 
 
-def draw(state, pillars, walks, joints, hues, points, beliefs=None) -> np.ndarray:
+def draw(
+    state: np.ndarray,
+    pillars: np.ndarray,
+    walks: np.ndarray,
+    joints: np.ndarray,
+    hues: np.ndarray,
+    points: np.ndarray,
+    beliefs: np.ndarray | None = None,
+) -> np.ndarray:
     """The map and the camera's view side by side, uint8 (H, W, 3). True positions are dots, beliefs rings of 2 σ.
 
     Args:

@@ -78,7 +78,7 @@ class ActiveTracking(TrackingEnv):
 
     world: ActiveWorld
 
-    def __init__(self, *, render_mode: str | None = None, **arguments: Any):
+    def __init__(self, *, render_mode: str | None = None, **arguments: Any) -> None:
         super().__init__(ActiveWorld(1, Scene(**arguments)), render_mode=render_mode)
 
 
@@ -96,6 +96,6 @@ class ActiveTrackingVector(TrackingVectorEnv):
         batch_size: int | None = None,
         render_mode: str | None = None,
         **arguments: Any,
-    ):
+    ) -> None:
         world = ActiveWorld(checked_whole(num_envs, "num_envs", 1), Scene(**with_horizon(arguments)))
         super().__init__(world, render_mode=render_mode, autoreset_mode=autoreset_mode, batch_size=batch_size)

@@ -45,7 +45,7 @@ class Scene:
     horizon: int = 200
     split: str = "train"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, limits in _LIMITS.items():
             checked: Any = checked_whole if isinstance(getattr(Scene, name), int) else checked_number
             object.__setattr__(self, name, checked(getattr(self, name), name, *limits))
@@ -64,7 +64,7 @@ class BeliefScale(ActionScale):
     x and y = 15 m · a, σ = 0.05 m · 200^((a + 1) / 2).
     """
 
-    def __init__(self, people: int):
+    def __init__(self, people: int) -> None:
         self.space, self.reach = spaces.Box(-1.0, 1.0, (3 + 3 * people,), np.float32), REACH
 
     def estimates(self, actions: np.ndarray) -> np.ndarray:
@@ -85,7 +85,7 @@ class BeliefScale(ActionScale):
 class ActiveWorld:
     """A `motionenv.envs.World` of n squares, each with the settings `scene`."""
 
-    def __init__(self, n: int, scene: Scene):
+    def __init__(self, n: int, scene: Scene) -> None:
         self.n, self.scene, self.horizon, self.fps = n, scene, scene.horizon, scene.fps
         k, p = scene.people, scene.pillars
         box = lambda high, *shape: spaces.Box(-high, high, shape, np.float32)

@@ -1,8 +1,11 @@
 """Convert estimates to an environment's action space."""
 
+from typing import Any
+
 import numpy as np
 
 from motionenv.body.arm_reaching import RIGHT_ARM
+from motionenv.envs.base import Observation
 from motionenv.types import MARKERS
 
 _ARM_JOINTS = [MARKERS.index("right_elbow"), MARKERS.index("right_wrist")]
@@ -18,7 +21,7 @@ class Actions:
         far: depth [m] of the background in depth images.
     """
 
-    def __init__(self, env):
+    def __init__(self, env: Any) -> None:
         self.env = env.unwrapped
         self.vector = hasattr(env, "num_envs")
         self.n = env.num_envs if self.vector else 1
@@ -33,7 +36,7 @@ class Actions:
         self.samples = shape[0] if self.form == "belief" else 1
         self._shape = shape
 
-    def batched(self, observation) -> dict[str, np.ndarray]:
+    def batched(self, observation: Observation) -> dict[str, np.ndarray]:
         """An observation by name, with a leading batch axis."""
         named = observation if isinstance(observation, dict) else {_kind(self.observed): observation}
         return {name: np.asarray(v) if self.vector else np.asarray(v)[None] for name, v in named.items()}

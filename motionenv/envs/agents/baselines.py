@@ -11,15 +11,20 @@ pose. `Oracle` reads the ground truth. The others use only what agents may know:
 Poses are those of walking; beliefs have the spread of the population of walkers.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number, random_generator
 from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.envs.agents.action_adapter import Actions
 from motionenv.envs.agents.detectors import SeenPoints, SeenWalkers
+from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
 from motionenv.models.registry import load
 from motionenv.models.types import Walker
@@ -38,7 +43,7 @@ class MeanPose:
     If the walking direction is unknown, as in MarkerTracking, the mean is over all directions.
     """
 
-    def __init__(self, env):
+    def __init__(self, env: Any) -> None:
         self._actions = Actions(env)
         self._poses = (reaching_poses if self._actions.arm else walking_poses)(self._actions.samples)
         joints = markers(self._poses, from_height())
@@ -46,10 +51,10 @@ class MeanPose:
             joints[..., :2] = 0.0
         self._joints = joints
 
-    def reset(self, observation, began=None) -> None:
+    def reset(self, observation: Observation, began: np.ndarray | None = None) -> None:
         """Nothing to reset; see `Agent` for `observation` and `began`."""
 
-    def act(self, observation) -> np.ndarray:
+    def act(self, observation: Observation) -> np.ndarray:
         """The mean pose; `observation` is ignored."""
         return self._actions.of(self._poses[None], self._joints[None])
 
@@ -70,7 +75,7 @@ class ConstantVelocity:
 
     _kept = 0.97  # weight of a frame relative to the next
 
-    def __init__(self, env):
+    def __init__(self, env: Any) -> None:
         self._actions = Actions(env)
         if self._actions.arm:
             raise MotionError("ConstantVelocity supports markers and walkers only: use another agent for ArmTracking")
@@ -83,7 +88,7 @@ class ConstantVelocity:
         else:
             self._look = SeenWalkers(self._actions.n, self._kept)
 
-    def reset(self, observation, began=None) -> None:
+    def reset(self, observation: Observation, began: ArrayLike | None = None) -> None:
         """Forget ended episodes; see `Agent` for `observation` and `began`."""
         began = np.ones(self._actions.n, bool) if began is None else np.asarray(began, dtype=bool)
         if isinstance(self._look, SeenPoints):
@@ -92,7 +97,7 @@ class ConstantVelocity:
             world = self._actions.env.world
             self._look.forget(began, [world.observation_model(slot).camera for slot in np.flatnonzero(began)])
 
-    def act(self, observation) -> np.ndarray:
+    def act(self, observation: Observation) -> np.ndarray:
         """The mean pose, or markers, moved to the detections in `observation`."""
         seen = self._actions.batched(observation)
         if isinstance(self._look, SeenPoints):
@@ -119,7 +124,7 @@ class Blob(ConstantVelocity):
 
     _kept = 0.0
 
-    def act(self, observation) -> np.ndarray:
+    def act(self, observation: Observation) -> np.ndarray:
         """The mean pose, moved to what `observation` shows."""
         if not self._actions.points:
             return super().act(observation)
@@ -144,14 +149,14 @@ class Oracle:
         MotionError: a negative spread.
     """
 
-    def __init__(self, env, spread: float = _SPREAD, seed: int | None = 0):
+    def __init__(self, env: Any, spread: float = _SPREAD, seed: int | None = 0) -> None:
         self._env, self._actions, self._spread = env, Actions(env), checked_number(spread, "spread", 0)
         self._rng = random_generator(seed)
 
-    def reset(self, observation, began=None) -> None:
+    def reset(self, observation: Observation, began: np.ndarray | None = None) -> None:
         """Nothing to reset; see `Agent` for `observation` and `began`."""
 
-    def act(self, observation) -> np.ndarray:
+    def act(self, observation: Observation) -> np.ndarray:
         """The ground truth of the current frame; `observation` is ignored."""
         truths = self._env.unwrapped.truth()
         truths = truths if isinstance(truths, list) else [truths]

@@ -21,7 +21,7 @@ _SURE = 0.9  # foreground probability above which a pixel of a colour image coun
 class SeenPoints:
     """2D points of `n` environments, extrapolated at constant velocity while missing; at `never` (15, 2) until seen."""
 
-    def __init__(self, never: np.ndarray, n: int):
+    def __init__(self, never: np.ndarray, n: int) -> None:
         self._never = never
         self._points = np.tile(never, (2, n, 1, 1))  # the last two seen
         self._times = np.zeros((2, n, 15))
@@ -55,7 +55,7 @@ class SeenWalkers:
     `kept` times as much as the next; 0 uses only the last frame in which a walker was seen.
     """
 
-    def __init__(self, n: int, kept: float = 0.97):
+    def __init__(self, n: int, kept: float = 0.97) -> None:
         self._kept = kept
         self._cameras: list[Camera | None] = [None] * n
         self._backgrounds = [Background() for _ in range(n)]

@@ -1,20 +1,21 @@
 """The agent protocol, and evaluation of agents in environments."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from motionenv._core.validation import checked_whole
+from motionenv.envs.base import Observation
 
 
 class Agent(Protocol):
     """Acts in a single or a vector environment."""
 
-    def reset(self, observation, began=None) -> None:
+    def reset(self, observation: Observation, began: np.ndarray | None = None) -> None:
         """Begin episodes with their first `observation`; `began` (n,) tells which ones of a vector begin, None all."""
 
-    def act(self, observation) -> np.ndarray:
+    def act(self, observation: Observation) -> np.ndarray:
         """The action: an estimate for the frame just observed, from an `observation` of the environment."""
 
 
@@ -27,7 +28,7 @@ class Scores:
     lengths: np.ndarray
 
 
-def evaluate(env, agent: Agent, episodes: int, seed: int | None = None) -> Scores:
+def evaluate(env: Any, agent: Agent, episodes: int, seed: int | None = None) -> Scores:
     """Run `agent` for whole episodes.
 
     Args:

@@ -1,14 +1,18 @@
 """A particle filter that plays the tracking environments of pictures."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import random_generator
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.agents.action_adapter import Actions
 from motionenv.envs.agents.baselines import walking_poses
+from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
 from motionenv.likelihoods.protocols import CameraLikelihood, Likelihood, accepted
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
@@ -60,16 +64,16 @@ class TrackingAgent:
 
     def __init__(
         self,
-        env,
+        env: Any,
         prior: Prior | Callable[[Any, int], Prior] | None = None,
         n: int = 1000,
         *,
         likelihood: Callable[[Camera, Skeleton], Likelihood] | None = None,
         start: Callable[[Any, int], Start] | None = None,
-        seed=None,
+        seed: int | np.random.Generator | None = None,
         threads: int | None = None,
         **options: Any,
-    ):
+    ) -> None:
         self._actions = Actions(env)
         if self._actions.points:
             raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking")
@@ -98,7 +102,7 @@ class TrackingAgent:
         """What is believed of the frame estimated last, one belief per episode that runs at a time."""
         return [track.belief for track in self._tracks if track is not None and track.belief is not None]
 
-    def reset(self, observation, began=None) -> None:
+    def reset(self, observation: Observation, began: ArrayLike | None = None) -> None:
         """Start new filters; see `motionenv.envs.agents.evaluation.Agent` for `observation` and `began`.
 
         Raises:
@@ -108,7 +112,7 @@ class TrackingAgent:
         for slot in np.flatnonzero(began).tolist():
             self._tracks[slot] = self._begun(slot)
 
-    def act(self, observation) -> np.ndarray:
+    def act(self, observation: Observation) -> np.ndarray:
         """The estimate for the frame just observed: the expected joints or pose, or poses drawn from the belief.
 
         Args:
@@ -130,7 +134,7 @@ class TrackingAgent:
                 joints[slot, 0] = belief.expected_joints(track.filter.prior.skeleton)
         return self._actions.of(poses, joints)
 
-    def _begun(self, slot: int) -> "_Track":
+    def _begun(self, slot: int) -> _Track:
         """A filter for the episode that begins in `slot`."""
         env = self._actions.env
         known = env.world.observation_model(slot)

@@ -46,7 +46,7 @@ class ActionScale:
         MotionError: no such kind of actions.
     """
 
-    def __init__(self, actions: str, reach: float, shape: tuple[int, ...], columns: Sequence[int]):
+    def __init__(self, actions: str, reach: float, shape: tuple[int, ...], columns: Sequence[int]) -> None:
         if actions not in ACTIONS:
             raise MotionError(f"actions must be one of {', '.join(ACTIONS)}, got {actions!r}")
         at = np.array(columns)
@@ -102,7 +102,7 @@ class Estimates:
         threads: int | None = 1,
         actions: str = "metric",
         reach: float = FAR,
-    ):
+    ) -> None:
         if form not in FORMS:
             raise MotionError(f"estimate must be one of {', '.join(FORMS)}, got {form!r}")
         n_belief = checked_whole(n_belief, "n_belief", 1, 4096, "poses")

@@ -42,7 +42,7 @@ class MarkerWorld:
         angles: range (low, high) of view angles [rad].
     """
 
-    def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str):
+    def __init__(self, n: int, source: Source, sensor: MarkerSensor, angles: tuple[float, float], actions: str) -> None:
         self.n = n
         self.horizon = source.frames - 1
         self.fps = source.fps

@@ -69,7 +69,7 @@ class Source:
     unit: str | None = None
     seed: int | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.split not in SPLITS:
             raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
         object.__setattr__(self, "motion", str(self.motion))

@@ -24,7 +24,7 @@ class PictureWorld:
     The `stage` holds the episodes, `sense` says which images are observed, `estimates` has action space and scoring.
     """
 
-    def __init__(self, stage: Stage, sense: PictureSettings, estimates: Estimates):
+    def __init__(self, stage: Stage, sense: PictureSettings, estimates: Estimates) -> None:
         self.stage, self.estimates, self._sense = stage, estimates, sense
         self.n, self.horizon, self.fps = stage.n, stage.motions.frames - 1, stage.motions.fps
         self.observation_space: gymnasium.Space = sense.space

@@ -72,7 +72,7 @@ class Stage:
         scenery: Augmentation,
         clothes: bool,
         threads: int | None,
-    ):
+    ) -> None:
         n = checked_whole(n, "num_envs", 1)
         if not isinstance(clothes, bool):
             raise MotionError(f"clothes must be True or False, got {clothes!r}")
@@ -146,7 +146,7 @@ class PictureSettings:
         MotionError: no such name or size, or a name given twice.
     """
 
-    def __init__(self, observation: str | Sequence[str], size: int):
+    def __init__(self, observation: str | Sequence[str], size: int) -> None:
         size = checked_whole(size, "size", *SIZES, "pixels")
         if isinstance(observation, str):
             names = [observation]

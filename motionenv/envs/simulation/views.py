@@ -77,7 +77,7 @@ class WalkingView:
 
     def __init__(
         self, camera: str | float, fps: float, seconds: float = 3.0, start: str = "line", path: str = "straight"
-    ):
+    ) -> None:
         if camera != "follow":
             checked_angle(camera, "follow")
         if start not in STARTS:
@@ -120,7 +120,7 @@ class WalkingView:
 class ArmView:
     """The right shoulder in the image's centre, at a fixed distance, from a `camera` angle as of `checked_angle`."""
 
-    def __init__(self, camera: str | float):
+    def __init__(self, camera: str | float) -> None:
         self.camera, self.reach = checked_angle(camera), _ROOM
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:

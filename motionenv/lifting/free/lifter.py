@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -203,7 +204,7 @@ def _weighed(fit: FreeFit, mirrored: FreeFit) -> FreeFit:
 
 
 def fit_labelled(
-    network: PostureNetwork, points: Points, camera, *, distortion: Sequence[float] | None = None,
+    network: PostureNetwork, points: Points, camera: Any, *, distortion: Sequence[float] | None = None,
     elevation: float = 0.0, settings: Settings = DEFAULTS, swaps: bool = True,
     tell: Callable[[float], None] = lambda share: None,
 ) -> FreeFit:  # fmt: skip

@@ -63,7 +63,7 @@ class PostureNetwork:
         weights: arrays by name: `in`, `wide0`, `narrow0`, ..., `out`, each (outputs, inputs, frames), and their biases.
     """
 
-    def __init__(self, weights: dict[str, np.ndarray]):
+    def __init__(self, weights: dict[str, np.ndarray]) -> None:
         self.weights = {name: np.asarray(values, dtype=np.float32) for name, values in weights.items()}
 
     def forward(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

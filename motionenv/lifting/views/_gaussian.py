@@ -1,9 +1,13 @@
 """The Gaussian model of walkers and the input validation that the view solvers share."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.errors import ModelError, MotionError
@@ -35,7 +39,9 @@ class Gaussian:
         return np.where(seen, 1 / (self.noise + self.measurement), 0.0)
 
 
-def gaussian(model, variance: float | None, n_components: int | None, prior: bool, measurement=0.0) -> Gaussian:
+def gaussian(
+    model: Any, variance: float | None, n_components: int | None, prior: bool, measurement: ArrayLike = 0.0
+) -> Gaussian:
     """The Gaussian of `model`'s first components; `variance` [m²] is the noise, None uses the model's own."""
     n = len(model.components_)
     kept = n if n_components is None else checked_whole(n_components, "n_components", 1, n)
@@ -65,7 +71,7 @@ def _noise(model, variance: float | None) -> np.ndarray:
     return np.full(SHAPE, checked_number(variance, "variance", above=0, unit="m²"))
 
 
-def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
+def checked_sequences(w2: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients (..., 5, 15, 2) as floats, 0 where missing, and which markers are seen (..., 15)."""
     try:
         w2 = np.ascontiguousarray(w2, dtype=np.float64)
@@ -87,7 +93,7 @@ def checked_sequences(w2) -> tuple[np.ndarray, np.ndarray]:
     return np.where(missing, 0.0, w2), seen
 
 
-def checked_angle(values, name: str, shape: tuple) -> np.ndarray:
+def checked_angle(values: ArrayLike, name: str, shape: tuple) -> np.ndarray:
     """`values` [rad] as floats, broadcast to `shape`."""
     try:
         values = np.asarray(values, dtype=np.float64)

@@ -7,10 +7,14 @@ r"""Known view: paper B's Approach I (least squares) and Approach II (maximum a 
 harmonic and marker weights the rows by it. Measured coordinates are kept; the model fills the others (3.16).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import CHUNK, in_chunks
 from motionenv.errors import MotionError
@@ -100,14 +104,20 @@ class Reconstruction:
             spread[..., h, :, h, :] += g.noise[h][:, None, None] * self.unseen
         return spread * g.inflation[:, None, None, None, None]
 
-    def position_covariance(self, phase) -> np.ndarray:
+    def position_covariance(self, phase: ArrayLike) -> np.ndarray:
         """Covariance (..., frames, 15, 3, 3) [m²] of each marker's position at `phase` (frames,), ωt [rad]."""
         waves = columns(np.asarray(phase, dtype=np.float64))
         return np.einsum("th,...mhigj,tg->...tmij", waves, self.marker_covariance(), waves, optimize=True)
 
 
 def least_squares(
-    model, w2, alpha, *, variance: float = VARIANCE, elevation=0.0, n_components: int | None = None
+    model: Any,
+    w2: np.ndarray,
+    alpha: ArrayLike,
+    *,
+    variance: float = VARIANCE,
+    elevation: float = 0.0,
+    n_components: int | None = None,
 ) -> Reconstruction:
     """Approach I: walkers of the model whose projection is closest to the data (eq. 3.9).
 
@@ -126,14 +136,14 @@ def least_squares(
 
 
 def maximum_a_posteriori(
-    model,
-    w2,
-    alpha,
+    model: Any,
+    w2: ArrayLike,
+    alpha: ArrayLike,
     *,
     variance: float | None = VARIANCE,
-    elevation=0.0,
+    elevation: float = 0.0,
     n_components: int | None = None,
-    measurement=0.0,
+    measurement: ArrayLike = 0.0,
 ) -> Reconstruction:
     """Approach II: most probable walkers given the data (eqs. 3.15, A.5).
 

@@ -17,9 +17,13 @@ A symmetric walker looks the same from opposite sides, except for depth. `Views.
 minima; exp(objective - alternative) is the probability of each relative to the best.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import in_chunks
 from motionenv._core.validation import checked_number
@@ -67,9 +71,9 @@ class Views:
     scores: np.ndarray
     objective: np.ndarray
     alpha_deviation: np.ndarray
-    alternatives: "Views | None" = None
+    alternatives: Views | None = None
 
-    def aligned(self, w2) -> np.ndarray:
+    def aligned(self, w2: ArrayLike) -> np.ndarray:
         """`w2` (..., 5, 15, 2) converted to the model's metres, phase and origin, as `maximum_a_posteriori` expects."""
         w2 = later(np.asarray(w2, dtype=np.float64) / self.scale[..., None, None, None], self.phase)
         w2[..., 0, :, :] += self.offset[..., None, :]
@@ -77,8 +81,8 @@ class Views:
 
 
 def find_view(
-    model,
-    w2,
+    model: Any,
+    w2: ArrayLike,
     *,
     approach: str = "map",
     variance: float | None = VARIANCE,
@@ -88,7 +92,7 @@ def find_view(
     scale: float | str = 1.0,
     offset: str = "known",
     alphas: float | tuple[float, float] | None = None,
-    measurement=0.0,
+    measurement: float = 0.0,
 ) -> Views:
     """Estimate the view of each sequence (eqs. 4.5, 4.6).
 
@@ -148,7 +152,7 @@ class _Grid:
     high: np.ndarray
 
     @classmethod
-    def of(cls, alphas, elevation, phase) -> "_Grid":
+    def of(cls, alphas, elevation, phase) -> _Grid:
         """The grid for the arguments of `find_view`."""
         circle, ends = (-np.pi, np.pi), (-np.inf, np.inf)
         across = circle if alphas is None else _range(alphas, "alphas")
@@ -183,7 +187,7 @@ class _Found:
     offset: np.ndarray
 
     @classmethod
-    def of(cls, n: int, components: int) -> "_Found":
+    def of(cls, n: int, components: int) -> _Found:
         """Allocate for n sequences."""
         return cls(*(np.full((n, _MOST, *more), np.nan) for more in ((3,), (), (), (), (components,), (2,))))
 

@@ -99,7 +99,9 @@ def harrington_hip(segment: Segment, positions: dict[str, np.ndarray], side: str
     return segment.origin + segment.rotation @ np.array(local)
 
 
-def chord(proximal: np.ndarray, lateral: np.ndarray, wand: np.ndarray, distance, turn: float = 0.0) -> np.ndarray:
+def chord(
+    proximal: np.ndarray, lateral: np.ndarray, wand: np.ndarray, distance: float, turn: float = 0.0
+) -> np.ndarray:
     """Joint centre (frames, 3) by the chord function, from markers and centres (frames, 3) [m].
 
     It lies in the plane of the `proximal` centre (of the joint above), the `lateral` marker on the joint's axis and the

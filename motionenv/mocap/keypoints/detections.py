@@ -27,7 +27,7 @@ _LARGEST = 1e9  # pixels
 _KEYS = tomllib.loads(files(__package__).joinpath("layouts.toml").read_text(encoding="utf-8"))
 
 
-def read(path) -> tuple[list[Track], int]:
+def read(path: str | Path) -> tuple[list[Track], int]:
     """Tracks of all people in a file or folder, the longest and most confident first, and the number of frames.
 
     Image ids are frame numbers or file names that contain one, as are the names of a folder's files; missing numbers

@@ -54,12 +54,12 @@ class DetectorErrors:
     missing: float = 0.05
     gap: float = 0.25
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         most = {"severity": 5.0, "missing": 0.95}
         for field in fields(self):
             checked_number(getattr(self, field.name), f"DetectorErrors.{field.name}", 0, most.get(field.name, np.inf))
 
-    def apply(self, points: Points, rng, height: float | None = None) -> Points:
+    def apply(self, points: Points, rng: np.random.Generator, height: float | None = None) -> Points:
         """The points as a detector would give them, with its confidence; gaps stay gaps. The same seed, the same bytes.
 
         Args:

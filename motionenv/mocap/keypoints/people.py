@@ -1,5 +1,6 @@
 """Several people in a film, kept apart: tracks of detections over time, and the choice of one of them."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ _LOST = 30  # frames after which a track ends
 _RIVAL = 0.25  # length of another track, relative to the longest, from which the choice is ambiguous
 
 
-def followed(path, found: list[tuple]) -> list[Track]:
+def followed(path: str | Path, found: list[tuple]) -> list[Track]:
     """Tracks of everybody, the longest and most confident first, from detections (frame, keypoints (n, 3), identity).
 
     Where every detection has an identity, identities make the tracks; otherwise the position of the keypoints does.
@@ -48,7 +49,7 @@ def weight(track: Track) -> float:
     return float(np.sum([np.clip(keypoints[:, 2], 0, 1).mean() for keypoints in track.values()]))
 
 
-def chosen(path, tracks: list[Track], person: int | None) -> Track:
+def chosen(path: str | Path, tracks: list[Track], person: int | None) -> Track:
     """The track of `person`, an index; None is the first, unless another is at least a quarter as long.
 
     Raises:

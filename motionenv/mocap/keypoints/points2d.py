@@ -10,6 +10,7 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels,
 
 
 def read_points(
-    path,
+    path: str | Path,
     *,
     format: str | None = None,
     fps: float | None = None,
@@ -99,7 +100,7 @@ def read_points(
     return Points(positions * scale, fps, shown, name=Path(path).stem, confidence=scores)
 
 
-def read_people(path, fps: float, size: tuple[int, int]) -> list[Points]:
+def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Points]:
     """Points in pixels of everybody whom a detector saw, the longest and most confident track first.
 
     `path` and `fps` are as of `read_points`, and so are errors; `size` of the picture [pixels] is used for coordinates
@@ -110,7 +111,9 @@ def read_people(path, fps: float, size: tuple[int, int]) -> list[Points]:
     return points_of(path, *read_detections(path), fps, size)
 
 
-def points_of(path, tracks: list[Track], frames: int, fps: float, size=None) -> list[Points]:
+def points_of(
+    path: str | Path, tracks: list[Track], frames: int, fps: float, size: Sequence[float] | None = None
+) -> list[Points]:
     """Points in pixels of `tracks` of people in a film of so many `frames`; all else is as of `read_people`."""
     people = [in_frames(track, frames) for track in tracks]
     relative = np.nanmax(np.abs(people[0][..., :2]), initial=0.0) <= _NORMALISED
@@ -120,7 +123,7 @@ def points_of(path, tracks: list[Track], frames: int, fps: float, size=None) -> 
     return [Points(places, fps, "px", name=Path(path).stem, confidence=scores) for places, scores in made]
 
 
-def write_points(points: Points, path) -> None:
+def write_points(points: Points, path: str | Path) -> None:
     """Write points to a table (CSV) at `path`, atomically; `read_points` restores the positions exactly.
 
     Raises:

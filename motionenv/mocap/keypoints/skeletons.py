@@ -3,6 +3,7 @@
 import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
@@ -68,7 +69,7 @@ KEYPOINT_SETS = {
 }
 
 
-def keypoint_set(path, keypoints: np.ndarray, name: str | None = None) -> KeypointSet:
+def keypoint_set(path: str | Path, keypoints: np.ndarray, name: str | None = None) -> KeypointSet:
     """The definition `name`, or the one that fits keypoints (frames, n, 3) of a file.
 
     Where several have n keypoints it is the first in the table, unless with another the markers lie much more as those

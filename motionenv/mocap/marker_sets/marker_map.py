@@ -24,6 +24,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from pathlib import Path
 
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.marker_sets.landmarks import LANDMARKS, SIDED
@@ -80,7 +81,7 @@ class MarkerMap:
         return cls({k: _ways(k, v) for k, v in points.items()}, str(table.get("name", "marker map")), **words)
 
     @classmethod
-    def read(cls, path) -> "MarkerMap":
+    def read(cls, path: str | Path) -> "MarkerMap":
         """The map in the TOML file `path`.
 
         Raises:

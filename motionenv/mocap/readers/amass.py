@@ -47,8 +47,8 @@ def is_amass(keys: Iterable[str]) -> bool:
 
 
 def read(
-    path, fps: float | None = None, unit: str | float | None = None, up: str | None = None, body_model=None,
-    override: bool = True,
+    path: str | Path, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
+    body_model: str | Path | None = None, override: bool = True,
 ) -> Markers:  # fmt: skip
     """Read the joints of an AMASS file: the positions in it, or those that a body model gives its poses and shape.
 

@@ -38,7 +38,13 @@ class _Bone:
     parent: int = -1
 
 
-def read(path, asf=None, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
+def read(
+    path: str | Path,
+    asf: str | Path | None = None,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    override: bool = True,
+) -> Markers:
     """Read the root and the end of every bone. Points are named like their bone: "lfemur" is the left knee.
 
     (In the CMU database "lradius" ends at two thirds of the forearm, where it twists; "lwrist" is the rest of it.)
@@ -58,9 +64,10 @@ def read(path, asf=None, fps: float | None = None, unit: str | float | None = No
         raise FormatError(path, "AMC files don't specify their frame rate; pass fps= (--fps), 120 for the CMU database")
     fps = checked_fps(fps)
     lines = read_lines(path)
-    asf = _Asf(_beside(path) if asf is None else asf)
-    scale = metres_per(unit) if unit is not None and (override or not asf.has_length()) else asf.metres()
-    bones = asf.bones()
+    skeleton = _Asf(_beside(path) if asf is None else asf)
+    given = unit is not None and (override or not skeleton.has_length())
+    scale = metres_per(unit) if unit is not None and given else skeleton.metres()
+    bones = skeleton.bones()
     amc = _Amc(path, bones)
     values = amc.values(lines)
     offsets, local = _locals(bones, _in_degrees(bones, values) if amc.radians else values)

@@ -28,7 +28,7 @@ class _Joint:
     channels: list[str] = field(default_factory=list)
 
 
-def read(path, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
+def read(path: str | Path, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
     """Read the joints of a BVH file; end sites are named "<joint>_end". Rotations are relative to its OFFSETs' pose.
 
     `fps` overrides the file's "Frame Time". The format doesn't specify the unit, a name in

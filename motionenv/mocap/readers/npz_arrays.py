@@ -5,6 +5,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Container
+from pathlib import Path
 
 import numpy as np
 
@@ -18,7 +19,7 @@ LIMIT = 1 << 30
 _DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, EOFError, RuntimeError, KeyError)
 
 
-def load_arrays(raw: bytes, path, wanted: Container[str]) -> tuple[dict[str, np.ndarray], list[str]]:
+def load_arrays(raw: bytes, path: str | Path, wanted: Container[str]) -> tuple[dict[str, np.ndarray], list[str]]:
     """The `wanted` arrays of a file's content, by name, and the names of all; messages call it `path`.
 
     Raises:

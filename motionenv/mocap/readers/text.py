@@ -9,7 +9,7 @@ from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 
 
-def read_lines(path, latin: bool = False) -> list[str]:
+def read_lines(path: str | Path, latin: bool = False) -> list[str]:
     """The lines of a text file, UTF-8 or, with `latin`, what Windows programs write, without line ends of any system.
 
     Raises:
@@ -39,7 +39,7 @@ def given_fps(fps: float | None, override: bool, stated: Callable[[], float]) ->
         return checked_fps(fps)
 
 
-def read_bytes(path) -> bytes:
+def read_bytes(path: str | Path) -> bytes:
     """The file's content; a FormatError if it is missing, unreadable or empty."""
     try:
         raw = Path(path).read_bytes()
@@ -50,7 +50,7 @@ def read_bytes(path) -> bytes:
     return raw
 
 
-def number(path, line: int, word: str, what: str) -> float:
+def number(path: str | Path, line: int, word: str, what: str) -> float:
     """`word` as a finite number; otherwise a FormatError that names the line and `what`, the expected value."""
     try:
         value = float(word)
@@ -61,7 +61,7 @@ def number(path, line: int, word: str, what: str) -> float:
     return value
 
 
-def count(path, line: int, word: str, what: str) -> int:
+def count(path: str | Path, line: int, word: str, what: str) -> int:
     """`word` as a whole number above 0; otherwise a FormatError that names the line and `what`, the expected value."""
     value = number(path, line, word, what)
     if value != int(value) or value < 1:

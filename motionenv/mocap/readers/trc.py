@@ -14,7 +14,11 @@ _EVEN = 0.1  # relative tolerance of the steps of the Time column, which is ofte
 
 
 def read(
-    path, fps: float | None = None, unit: str | float | None = None, up: str | None = None, override: bool = True
+    path: str | Path,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    up: str | None = None,
+    override: bool = True,
 ) -> Markers:
     """Read the markers of a TRC file; blanks and points at exactly (0, 0, 0) are gaps: NaN.
 

@@ -17,7 +17,7 @@ _APPLICATION = "motionenv"
 class Log:
     """A recording in memory, whose id is equal for equal content; the viewer shows its name."""
 
-    def __init__(self, recording_id: str, name: str, fps: float):
+    def __init__(self, recording_id: str, name: str, fps: float) -> None:
         check_installed()
         self._fps = fps
         self._rerun = rerun = importlib.import_module("rerun")

@@ -1,9 +1,13 @@
 """Common parts of the writers: validation, missing limbs, and conversion to y-up files."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.files import atomic_write
 from motionenv.body import gaps
@@ -27,12 +31,12 @@ class Angles(Protocol):
         """(frames, angles) [degrees], NaN where unknown."""
 
 
-def y_up(points) -> np.ndarray:
+def y_up(points: ArrayLike) -> np.ndarray:
     """World points (..., 3) in a y-up file's axes: x becomes z, left becomes x, up becomes y."""
     return np.asarray(points)[..., _Y_UP]
 
 
-def y_up_turns(rotations) -> np.ndarray:
+def y_up_turns(rotations: ArrayLike) -> np.ndarray:
     """World rotations (..., 3, 3) in a y-up file's axes (see `y_up`)."""
     return np.asarray(rotations)[..., _Y_UP, :][..., _Y_UP]
 
@@ -47,7 +51,7 @@ def local_rotations(motion: Motion) -> np.ndarray:
     return local
 
 
-def known_segments(poses) -> np.ndarray:
+def known_segments(poses: np.ndarray) -> np.ndarray:
     """Which segments poses (frames, 25) show, (12,) bool in the order of `motionenv.body.SEGMENTS`.
 
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
@@ -117,13 +121,13 @@ def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
     return dict(zip(angles.names, values.T, strict=True))
 
 
-def save(made: Iterable[bytes], path) -> None:
+def save(made: Iterable[bytes], path: str | Path) -> None:
     """Write the parts `made` of a file to `path`, whole or not at all; a MotionError if it can't be written."""
     with atomic_write(path) as temporary, open(temporary, "wb") as file:
         file.writelines(made)
 
 
-def opensim_axes(points) -> np.ndarray:
+def opensim_axes(points: ArrayLike) -> np.ndarray:
     """World points (..., 3) in the axes of OpenSim's ground: x forward, y up, z to the right."""
     points = np.asarray(points)
     return np.stack([points[..., 0], points[..., 2], -points[..., 1]], axis=-1)

@@ -14,6 +14,7 @@ What is unknown isn't there: a limb without known pose disappears until it is kn
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def parts(motion: Motion, events: Sequence[Event] = (), angles: Angles | None = 
 
 
 def write_rrd(
-    motion: Motion, path, *, camera: Camera | None = None, pictures: Iterable[np.ndarray] | None = None,
+    motion: Motion, path: str | Path, *, camera: Camera | None = None, pictures: Iterable[np.ndarray] | None = None,
     events: Sequence[Event] = (), angles: Angles | None = None,
 ) -> None:  # fmt: skip
     """Write a motion and what belongs to it as a recording for the Rerun viewer, atomically.

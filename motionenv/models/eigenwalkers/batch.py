@@ -19,7 +19,7 @@ class WalkerBatch:
     heights: np.ndarray  # (n,) body heights [m], from the lengths of legs and trunk
     strides: np.ndarray  # (n,) stride lengths [m], from the backward speed of the stance foot
 
-    def positions(self, which, phases, sizes) -> np.ndarray:
+    def positions(self, which: np.ndarray, phases: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Marker positions (k, 15, 3) [m] of the walkers `which` (k,) at `phases` (k,) ωt [rad].
 
         `sizes` (k,) are factors on all lengths; 1 keeps the walker's size.
@@ -31,7 +31,7 @@ class WalkerBatch:
         return out
 
 
-def draw_walkers(model: FourierModel, n: int, seed=None) -> WalkerBatch:
+def draw_walkers(model: FourierModel, n: int, seed: int | np.random.Generator | None = None) -> WalkerBatch:
     """Draw `n` walkers with scores from N(0, diag λ) and frequencies from the model's regression.
 
     Unlike `FourierModel.sample`, it builds no bodies and so doesn't reject walkers that exceed joint limits.

@@ -1,6 +1,6 @@
 """Fourier representations of captured walks (paper B, section 3.1), by least squares on the known samples."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -20,7 +20,7 @@ _SCAN = 8  # frequencies tried per resolution 1 / duration
 
 
 def fourier_walker(
-    walk: Markers | Motion, *, frequencies=(0.5, 2.0), steady: float = 0.6, drift: int = 3
+    walk: Markers | Motion, *, frequencies: Sequence[float] = (0.5, 2.0), steady: float = 0.6, drift: int = 3
 ) -> FourierWalker:
     """The Fourier representation of a walk (eq. 3.1, 3.2), normalised as in `fourier_series`.
 

@@ -1,9 +1,13 @@
 """Base class of the models of Fourier walkers: linear combinations of components, sampling, synthesis, storage."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import partial
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body.skeleton import from_height
@@ -71,11 +75,11 @@ class FourierModel(GaitModel):
     _positive: ClassVar[tuple[str, ...]] = ()
     _needed: ClassVar[tuple[str, ...]] = MARKERS  # that at least one walker must show
 
-    def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500):
+    def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500) -> None:
         self.n_components, self.tol, self.max_iter = n_components, tol, max_iter
         self.card_: dict = {}
 
-    def transform(self, walkers) -> np.ndarray:
+    def transform(self, walkers: Any) -> np.ndarray:
         """Scores k (..., N) [m] by least squares on the known entries (eq. 3.9, with 3D coefficients instead of 2D).
 
         Args:
@@ -95,11 +99,11 @@ class FourierModel(GaitModel):
             raise MotionError(f"walkers must be finite or NaN, of shape (..., 5, 15, 3), got {w.shape}")
         return self._scores(w)
 
-    def inverse_transform(self, scores) -> np.ndarray:
+    def inverse_transform(self, scores: ArrayLike) -> np.ndarray:
         """Coefficients (..., 5, 15, 3) [m] of the walkers with the given `scores` (..., N) [m] (eq. 3.3)."""
         return self.mean_ + np.tensordot(self._checked_scores(scores), self.components_, axes=1)
 
-    def sample(self, n: int, seed=None) -> list[FourierWalker]:
+    def sample(self, n: int, seed: int | np.random.Generator | None = None) -> list[FourierWalker]:
         """Draw `n` walkers with scores from N(0, diag λ) and frequencies from the regression.
 
         Scores whose body exceeds its joint limits, such as knees that bend forwards, are drawn again.
@@ -111,23 +115,24 @@ class FourierModel(GaitModel):
         coefficients = self.inverse_transform(scores)
         return [FourierWalker(w, float(f), name="eigenwalker") for w, f in zip(coefficients, frequencies, strict=True)]
 
-    def frequency(self, scores) -> np.ndarray:
+    def frequency(self, scores: ArrayLike) -> np.ndarray:
         """Expected strides per second (...) [Hz] of walkers with `scores` (..., N) [m]."""
         standard = self._checked_scores(scores) / np.sqrt(self.explained_variance_)
         return np.exp(self.log_frequency_mean_ + standard @ self.log_frequency_weights_)
 
-    def score_samples(self, scores) -> np.ndarray:
+    def score_samples(self, scores: ArrayLike) -> np.ndarray:
         """Log-density (...) of `scores` (..., N) [m] under N(0, diag λ) (eq. 3.11)."""
         scores, variance = self._checked_scores(scores), self.explained_variance_
         return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
 
-    def score(self, walkers) -> float:
+    def score(self, walkers: Sequence[FourierWalker]) -> float:
         """Mean log-density of the scores of `walkers`, given as to `transform`."""
         return float(self.score_samples(self.transform(walkers)).mean())
 
     def synthesize_markers(
-        self, seconds: float, fps: float = 60.0, *, walker: Walker | None = None, seed=None,
-        speed: float | None = None, phase: float = 0.0, overground: bool = True,
+        self, seconds: float, fps: float = 60.0, *, walker: Walker | None = None,
+        seed: int | np.random.Generator | None = None, speed: float | None = None, phase: float = 0.0,
+        overground: bool = True,
     ) -> Markers:  # fmt: skip
         """The 15 markers of a walker over time (eq. 3.3, then 3.1). `synthesize` returns the body fitted to them.
 

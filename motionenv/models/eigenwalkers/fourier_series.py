@@ -12,9 +12,12 @@ r"""Periodic walking as a short Fourier series: paper B, section 3.1 (Zhang & Tr
 - Frequency: stored beside w, not in it.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, TRUNK_SHARE
 from motionenv.errors import GapError, MotionError
@@ -61,7 +64,7 @@ class FourierWalker:
     name: str = ""
     heading: float = np.nan
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         coefficients = frozen(self.coefficients, (len(PARTS), len(MARKERS), 3), "FourierWalker.coefficients")
         object.__setattr__(self, "coefficients", coefficients)
         object.__setattr__(self, "shares", frozen(self.shares, (2,), "FourierWalker.shares"))
@@ -71,7 +74,7 @@ class FourierWalker:
             )
 
 
-def columns(phase, derivative: int = 0) -> np.ndarray:
+def columns(phase: ArrayLike, derivative: int = 0) -> np.ndarray:
     """The five functions of eq. 3.1 at phases ωt (...) [rad], (..., 5): 1, sin, cos, sin 2, cos 2, or a derivative."""
     phase = np.asarray(phase, dtype=np.float64)
     turn = derivative * np.pi / 2
@@ -79,7 +82,7 @@ def columns(phase, derivative: int = 0) -> np.ndarray:
     return np.stack([np.full_like(phase, 0.0 if derivative else 1.0), *waves], axis=-1)
 
 
-def positions_at(coefficients, phase, derivative: int = 0) -> np.ndarray:
+def positions_at(coefficients: np.ndarray, phase: np.ndarray, derivative: int = 0) -> np.ndarray:
     """Marker positions in place (..., frames, 15, 3) [m] (eq. 3.1), or a derivative of them by phase.
 
     Coefficients are (..., 5, 15, 3) [m], phases ωt (frames,) [rad].
@@ -87,7 +90,7 @@ def positions_at(coefficients, phase, derivative: int = 0) -> np.ndarray:
     return np.einsum("th,...hmc->...tmc", columns(phase, derivative), coefficients)
 
 
-def later(coefficients, phase) -> np.ndarray:
+def later(coefficients: ArrayLike, phase: ArrayLike) -> np.ndarray:
     """Coefficients (..., 5, 15, 3) of the same motion with `phase` (...) [rad] as its new zero."""
     w = np.asarray(coefficients, dtype=np.float64)
     moved = w.copy()
@@ -98,7 +101,7 @@ def later(coefficients, phase) -> np.ndarray:
     return moved
 
 
-def mirrored(coefficients) -> np.ndarray:
+def mirrored(coefficients: ArrayLike) -> np.ndarray:
     """Coefficients (..., 5, 15, 3) of the mirror image, half a stride later, so that its left foot is furthest ahead.
 
     Left and right markers swap, y changes sign, and half a stride changes the sign of the fundamental.
@@ -108,7 +111,7 @@ def mirrored(coefficients) -> np.ndarray:
     return w
 
 
-def in_phase(coefficients) -> np.ndarray:
+def in_phase(coefficients: ArrayLike) -> np.ndarray:
     """Coefficients (..., 5, 15, 3) shifted to phase 0 where the fundamental of the left ankle's lead is greatest.
 
     If only one ankle is known, the other is assumed to move half a stride later.
@@ -123,14 +126,14 @@ def in_phase(coefficients) -> np.ndarray:
     return later(coefficients, np.arctan2(lead[..., 0], lead[..., 1]))
 
 
-def centred(coefficients) -> np.ndarray:
+def centred(coefficients: ArrayLike) -> np.ndarray:
     """Coefficients (..., 5, 15, 3) with the pelvis' mean horizontal position at 0."""
     w = np.array(coefficients, dtype=np.float64)
     w[..., 0, :, :2] -= w[..., 0, PELVIS, None, :2]
     return w
 
 
-def grounded(coefficients) -> np.ndarray:
+def grounded(coefficients: ArrayLike) -> np.ndarray:
     """Coefficients (..., 5, 15, 3) shifted vertically so that the walker stands on z = 0.
 
     The lowest point of the ankles is placed at the height of an ankle above its sole, 0.039 of the standing height,
@@ -144,7 +147,7 @@ def grounded(coefficients) -> np.ndarray:
     return w
 
 
-def harmonic_power(coefficients) -> np.ndarray:
+def harmonic_power(coefficients: ArrayLike) -> np.ndarray:
     """Variance over time (..., 2) [m²] of fundamental and second harmonic, summed over the known markers."""
     w = np.asarray(coefficients, dtype=np.float64)
     power = 0.5 * np.nansum(w[..., 1:, :, :] ** 2, axis=(-2, -1))

@@ -6,10 +6,13 @@ that stands, at each phase as fast as that moves back: on the straight CMU walks
 for half of them and within 8 % for all.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.kinematics import feet
@@ -40,7 +43,7 @@ class Gait:
         """How far one stride goes [m]; times the frequency that is the speed."""
         return float(2 * np.pi * np.hypot(*self.waves[0].real))
 
-    def way(self, phase) -> np.ndarray:
+    def way(self, phase: ArrayLike) -> np.ndarray:
         """Where the walker has come (..., 2) [m] at phases ωt (...) [rad], any real numbers; 0 at 0, smooth."""
         phase = np.asarray(phase, dtype=np.float64)[..., None]
         k = np.arange(1, len(self.waves))
@@ -53,7 +56,7 @@ class Gait:
         c, s = self.waves[0].real / np.hypot(*self.waves[0].real)
         return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
-    def positions(self, phase, *, overground: bool = True) -> np.ndarray:
+    def positions(self, phase: np.ndarray, *, overground: bool = True) -> np.ndarray:
         """Marker positions (frames, 15, 3) [m] at phases ωt (frames,) [rad].
 
         In the first frame the origin is where the treadmill would be, on which the walker stays unless `overground`.
@@ -64,7 +67,7 @@ class Gait:
             positions = positions @ self.turn.T
         return positions
 
-    def motion(self, phase, fps: float, *, overground: bool = True, name: str = "") -> Motion:
+    def motion(self, phase: np.ndarray, fps: float, *, overground: bool = True, name: str = "") -> Motion:
         """The cylinder body that follows the markers; they lie within about a centimetre, since limbs are rigid.
 
         Arguments as of `positions`; `fps` and `name` go into the motion.
@@ -74,7 +77,7 @@ class Gait:
         return Motion(poses, self.skeleton, fps, name)
 
 
-def gait(coefficients) -> Gait:
+def gait(coefficients: ArrayLike) -> Gait:
     """Body and way of a walker (5, 15, 3) [m], or a GapError for a marker of pelvis or legs; keeps the last ones."""
     coefficients = np.asarray(coefficients, dtype=np.float64)
     unknown = [name for name in WALKING if np.isnan(coefficients[:, MARKERS.index(name)]).any()]

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Eigenwalkers(FourierModel):
     about: ClassVar[str] = "Fifteen points that swing in two harmonics: body shape and style in one space."
 
     def fit(
-        self, motions, subjects=None, executor: Executor | None = None,
+        self, motions: Any, subjects: Sequence[str] | None = None, executor: Executor | None = None,
         groups: Mapping[str, Sequence[str]] | None = None,
     ) -> "Eigenwalkers":  # fmt: skip
         """Learn mean and components, block by block: memory holds as little as 200 bytes of each walk.

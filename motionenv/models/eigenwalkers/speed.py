@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from motionenv.models.eigenwalkers.fourier_model import FourierModel
 
 
-def at_speed(model: "FourierModel", w: np.ndarray, seconds, speed) -> np.ndarray:
+def at_speed(
+    model: "FourierModel", w: np.ndarray, seconds: float | np.ndarray, speed: float | np.ndarray
+) -> np.ndarray:
     """The people `w` (..., 5, 15, 3) [m] of a fitted `model` at another `speed` (...) [m/s].
 
     `seconds` (...) [s] are their stride times at their own speed.
@@ -20,17 +22,17 @@ def at_speed(model: "FourierModel", w: np.ndarray, seconds, speed) -> np.ndarray
     return longer(model, w, model.speed_exponent_ * np.log(speed * seconds / stride_lengths(w)))
 
 
-def longer(model: "FourierModel", w: np.ndarray, change) -> np.ndarray:
+def longer(model: "FourierModel", w: np.ndarray, change: float | np.ndarray) -> np.ndarray:
     """The people `w` (..., 5, 15, 3) [m] with log stride lengths that differ by `change` (...), by a fitted `model`."""
     size = body_heights(w.reshape(-1, *w.shape[-3:])).reshape(w.shape[:-3])
     length, average = stride_lengths(w), model.mean_[None]
     middle = float(np.log(stride_lengths(average) / body_heights(average))[0])
     now = np.log(length / size)
-    change = reached(now + change, middle) - reached(now, middle)
+    wanted = reached(now + change, middle) - reached(now, middle)
     way = size[..., None, None, None] * model.speed_direction_
-    step = change
+    step = wanted
     for _ in range(2):  # strides lengthen almost in proportion
-        step = step + change - np.log(stride_lengths(w + step[..., None, None, None] * way) / length)
+        step = step + wanted - np.log(stride_lengths(w + step[..., None, None, None] * way) / length)
     return w + step[..., None, None, None] * way
 
 

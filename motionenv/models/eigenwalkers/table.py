@@ -35,7 +35,7 @@ class Rows:
         both: whether the walkers' mirror images come after them.
     """
 
-    def __init__(self, stored, which: np.ndarray | None = None, both: bool = False):
+    def __init__(self, stored: Any, which: np.ndarray | None = None, both: bool = False) -> None:
         self._stored = stored
         self._which = np.arange(stored.shape[0]) if which is None else which
         self._both = both
@@ -100,7 +100,8 @@ class Table:
 
 
 def read_walks(
-    walks: Iterable[FourierWalker | Markers | Motion], subjects, folder: Path, executor: Executor | None = None
+    walks: Iterable[FourierWalker | Markers | Motion], subjects: Sequence | None, folder: Path,
+    executor: Executor | None = None,
 ) -> Table:  # fmt: skip
     """The Fourier representations of walks, each of which is read when its turn comes.
 

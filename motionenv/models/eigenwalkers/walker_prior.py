@@ -12,12 +12,13 @@ Paper B has one column per person and one noise variance for all residuals. This
 So w ~ N(w̄, Eᵀ diag(λ) E + diag(noise)), over the 225 coefficients.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -86,11 +87,15 @@ class WalkerPrior(FourierModel):
     _shapes: ClassVar = FourierModel._shapes | {"noise_": _NOISE_SHAPE, "inflation_": (len(MARKERS),)}
     _positive = ("noise_", "inflation_")
 
-    def __init__(self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500, merge: bool = False):
+    def __init__(
+        self, n_components: int | None = None, tol: float = 1e-7, max_iter: int = 500, merge: bool = False
+    ) -> None:
         super().__init__(n_components, tol, max_iter)
         self.merge = merge
 
-    def fit(self, motions, subjects=None, executor: Executor | None = None) -> "WalkerPrior":
+    def fit(
+        self, motions: Any, subjects: Sequence[str] | None = None, executor: Executor | None = None
+    ) -> "WalkerPrior":
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 
         Args:

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def fill(motion: Motion, *, model: str | GaitModel = "walk/fpca") -> Motion:
     return replace(motion, poses=poses, filled=filled if motion.filled is None else filled | motion.filled)
 
 
-def read_motion(path, *, fill: bool | str | GaitModel = False, **how) -> Motion:
+def read_motion(path: str | Path, *, fill: bool | str | GaitModel = False, **how) -> Motion:
     """Read the motion in a file; capture is retargeted to the body.
 
     Takes `path` and `how` as `motionenv.mocap.read_motion` does, and raises its errors and those of `motionenv.fill`.

@@ -11,7 +11,7 @@ class Anderson:
     A proposal may raise the objective. The caller must check, and then `forget` and continue from the plain g(x).
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.forget()
 
     def forget(self) -> None:
@@ -19,7 +19,7 @@ class Anderson:
         self.images: list[np.ndarray] = []
         self.residuals: list[np.ndarray] = []
 
-    def propose(self, x, image) -> np.ndarray:
+    def propose(self, x: np.ndarray, image: np.ndarray) -> np.ndarray:
         """The next point, given the last one `x` and its `image` g(x), arrays of one shape."""
         self.images = [*self.images[-DEPTH:], image]
         self.residuals = [*self.residuals[-DEPTH:], image - x]

@@ -89,7 +89,7 @@ def _means(block: Block, tables: tuple[np.ndarray, ...]) -> np.ndarray:
     return posterior_of(block, tables).z
 
 
-def tables_of(basis, parameters: Parameters) -> tuple[np.ndarray, ...]:
+def tables_of(basis: np.ndarray, parameters: Parameters) -> tuple[np.ndarray, ...]:
     """The `tables` of the kernel `posterior` for a `basis` (P, n) and `parameters`."""
     (size, q), m = parameters.w.shape, len(parameters.noise)
     noise, by_row = parameters.noise[:, None], np.tile(parameters.noise, size // m)
@@ -106,7 +106,7 @@ def tables_of(basis, parameters: Parameters) -> tuple[np.ndarray, ...]:
     return weights, parameters.means / by_row, outer, all_outer, cross.reshape(len(cross), -1, q + 1), all_cross
 
 
-def log_likelihood(data: Observations, noise, found: Statistics) -> float:
+def log_likelihood(data: Observations, noise: np.ndarray, found: Statistics) -> float:
     """Log-likelihood of the observed samples in `data`, with the `noise` (m,) under which `found` was computed."""
     return 0.5 * float(found.twice - data.squares @ (1 / noise))
 

@@ -1,11 +1,14 @@
 """The real orthonormal Fourier basis of one cycle, which makes models of cycles smooth and periodic."""
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.errors import MotionError
 
 
-def fourier_basis(phase, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
+def fourier_basis(phase: ArrayLike, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
     """The truncated basis at arbitrary phases, (..., 2·n_harmonics - 1): a constant, then cosines, then sines.
 
     "The first 20 Fourier coefficients" of paper A (fig. 8, step 2) are taken as the constant and 19 pairs, 39 real
@@ -25,7 +28,7 @@ def fourier_basis(phase, n_harmonics: int, samples: int, derivative: int = 0) ->
     return np.ascontiguousarray(columns.T).reshape(*phase.shape, len(columns))
 
 
-def fourier_columns(phase, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
+def fourier_columns(phase: np.ndarray, n_harmonics: int, samples: int, derivative: int = 0) -> np.ndarray:
     """The transpose of `fourier_basis` for phases (n,): (2·n_harmonics - 1, n).
 
     Computes one cosine and one sine per phase, and the harmonics by angle addition with errors below 1e-14.

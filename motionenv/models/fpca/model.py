@@ -1,9 +1,14 @@
 """Functional principal components of motion cycles with missing samples (paper A, section 4)."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import random_generator
 from motionenv.cycles import StoredCycles
@@ -77,16 +82,23 @@ class FunctionalPCA(StoredModel):
     kind = "fpca"
 
     def __init__(
-        self, n_components=5, n_harmonics=20, centre="all", method="ppca", residual_harmonics=8, tol=1e-6, max_iter=200
-    ):
+        self,
+        n_components: int = 5,
+        n_harmonics: int = 20,
+        centre: str = "all",
+        method: str = "ppca",
+        residual_harmonics: int = 8,
+        tol: float = 1e-6,
+        max_iter: int = 200,
+    ) -> None:
         self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
         self.centre, self.method = centre, method
         self.tol, self.max_iter = tol, max_iter
         self.card_: dict = {}
 
     def fit(
-        self, cycles: Cycles | StoredCycles, channels=None, executor: Executor | None = None
-    ) -> "FunctionalPCA":  # fmt: skip
+        self, cycles: Cycles | StoredCycles, channels: Sequence[str] | None = None, executor: Executor | None = None
+    ) -> FunctionalPCA:  # fmt: skip
         """Estimate mean and components from `cycles`, of which a block of 32 MB at a time is worked on.
 
         Args:
@@ -133,7 +145,7 @@ class FunctionalPCA(StoredModel):
             raise ModelError("a model from a file doesn't hold its cycles: fill gaps with impute(values)")
         return self._filled(*self._fitted, self.scores_, self.subject_means_)
 
-    def transform(self, values) -> np.ndarray:
+    def transform(self, values: ArrayLike) -> np.ndarray:
         """Scores (..., q) of cycles `values` (..., P, m), NaN where missing, relative to `mean_`.
 
         "ppca": posterior means, so a cycle without observed samples scores 0. "svd": least squares on the observed
@@ -154,12 +166,12 @@ class FunctionalPCA(StoredModel):
         data = Observations(flat, self._basis_of(len(self.mean_)), centre, np.zeros(len(flat), dtype=np.int64))
         return self._scores(data, centre).reshape(*values.shape[:-2], -1)
 
-    def inverse_transform(self, scores) -> np.ndarray:
+    def inverse_transform(self, scores: ArrayLike) -> np.ndarray:
         """Cycles (..., P, m) with the given `scores` (..., q)."""
         self._check_fitted()
         return self.mean_ + np.tensordot(np.asarray(scores, dtype=np.float64), self.components_, axes=1)
 
-    def impute(self, values) -> np.ndarray:
+    def impute(self, values: ArrayLike) -> np.ndarray:
         """Cycles `values` (..., P, m) with gaps filled from the components and from the samples around each gap."""
         self._check_fitted()
         values = np.asarray(values, dtype=np.float64)
@@ -168,7 +180,7 @@ class FunctionalPCA(StoredModel):
         which = np.zeros(len(flat), dtype=np.int64)
         return self._filled(selected(flat), which, scores, self.mean_[None]).reshape(values.shape)
 
-    def evaluate(self, scores, phase, derivative: int = 0) -> np.ndarray:
+    def evaluate(self, scores: ArrayLike, phase: ArrayLike, derivative: int = 0) -> np.ndarray:
         """The model (..., m) at any phase, from its Fourier series: smooth and periodic in every derivative.
 
         Args:
@@ -191,13 +203,13 @@ class FunctionalPCA(StoredModel):
             out[part] = (factors[:, None] * columns).reshape(len(terms), -1).T @ terms
         return out.reshape(*shape, m)
 
-    def sample(self, n: int, seed=None) -> np.ndarray:
+    def sample(self, n: int, seed: int | np.random.Generator | None = None) -> np.ndarray:
         """Draw `n` cycles (n, P, m) with scores from N(0, diag λ); `seed` is an int or a Generator."""
         self._check_fitted()
         normal = random_generator(seed).standard_normal((n, len(self.components_)))
         return self.inverse_transform(normal * np.sqrt(self.explained_variance_))
 
-    def score_samples(self, scores) -> np.ndarray:
+    def score_samples(self, scores: ArrayLike) -> np.ndarray:
         """Log-density (...) of `scores` (..., q) under N(0, diag λ).
 
         Excludes components without variance (λ at most 1e-12 of the largest), as in data of lower rank than q.
@@ -208,7 +220,7 @@ class FunctionalPCA(StoredModel):
         scores = np.asarray(scores, dtype=np.float64)[..., varies]
         return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
 
-    def score(self, values) -> float:
+    def score(self, values: np.ndarray) -> float:
         """Mean log-density of the scores of cycles `values` (..., P, m)."""
         return float(self.score_samples(self.transform(values)).mean())
 
@@ -221,7 +233,7 @@ class FunctionalPCA(StoredModel):
         return arrays, {"settings": settings, **labels, "n_cycles": self.n_cycles_}
 
     @classmethod
-    def from_arrays(cls, arrays, meta) -> "FunctionalPCA":
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> FunctionalPCA:
         """As `ModelFile.from_arrays`, from `arrays` and `meta`, without the data of its fitted cycles."""
         model = cls(**meta["settings"])
         model._check_settings()

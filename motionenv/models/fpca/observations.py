@@ -5,12 +5,16 @@ which are computed once. And gaps are runs: a sum over a gap is a difference of 
 by the number of gaps, not of samples (`motionenv.models.fpca._gap_kernels`).
 """
 
-from collections.abc import Callable, Iterator
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import in_chunks
 from motionenv.models.storage.blocks import CHUNK, merged, over, parts, selected
@@ -28,12 +32,12 @@ class Columns:
     low: np.ndarray  # (P, m) least value, inf without samples
     high: np.ndarray  # (P, m) greatest value, -inf without samples
 
-    def of(self, channels: list[int]) -> "Columns":
+    def of(self, channels: list[int]) -> Columns:
         """Those of some `channels` only."""
         return replace(self, **{name: value[..., channels] for name, value in vars(self).items()})
 
 
-def column_sums(values, groups, executor: Executor | None = None) -> Columns:
+def column_sums(values: Any, groups: np.ndarray, executor: Executor | None = None) -> Columns:
     """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0.
 
     Values are as of `Observations`, and so is the `executor`.
@@ -66,7 +70,7 @@ def _columns(values, groups, n_groups: int) -> Columns:
     )
 
 
-def group_centres(columns: Columns, basis) -> np.ndarray:
+def group_centres(columns: Columns, basis: np.ndarray) -> np.ndarray:
     """Column means of the observed samples per group (fig. 8, step 1), projected on the `basis`: (G, n, m).
 
     A sample that a group lacks takes the pooled mean of `columns`; one that all cycles lack is interpolated around the
@@ -112,7 +116,9 @@ class Observations:
         squares, y_sum, sizes, n_missing: see `Totals`.
     """
 
-    def __init__(self, values, basis, centre, groups, executor: Executor | None = None):
+    def __init__(
+        self, values: Any, basis: np.ndarray, centre: np.ndarray, groups: ArrayLike, executor: Executor | None = None
+    ) -> None:
         self.values, self.basis, self.centre, self.executor = selected(values), basis, centre, executor
         self.groups = np.asarray(groups, dtype=np.int64)
         self.n, p, m = self.values.shape
@@ -138,7 +144,7 @@ class Observations:
         most = max(least, share * self.n * size if self.values.in_memory else 0)
         return [part for part in parts(self.values.shape) if part.stop * each <= most]
 
-    def sum_of_squares(self, means) -> float:
+    def sum_of_squares(self, means: np.ndarray) -> float:
         """Sum of squared deviations of all observed samples from the groups' `means` (G, n, m) in the basis."""
         shift = means - self.centre
         seen = self.sizes[:, None] - self.n_missing
@@ -146,7 +152,7 @@ class Observations:
         cross = (self.y_sum * shift.reshape(self.y_sum.shape)).sum()
         return float(self.squares.sum() - 2 * cross + (seen * curves**2).sum())
 
-    def every(self, step: int) -> "Observations":
+    def every(self, step: int) -> Observations:
         """A subset, in memory: one of every `step` cycles."""
         return Observations(self.values[::step], self.basis, self.centre, self.groups[::step])
 
@@ -155,7 +161,7 @@ def _prepared(work: Callable, basis, centre, values, groups, *more):
     return work(Block(values, basis, centre, groups), *more)
 
 
-def _totals(block: "Block") -> Totals:
+def _totals(block: Block) -> Totals:
     return block.totals()
 
 
@@ -173,7 +179,7 @@ class Block:
         offsets, runs: runs[offsets[k] : offsets[k + 1]] are cycle k's gaps.
     """
 
-    def __init__(self, values, basis, centre, groups):
+    def __init__(self, values: ArrayLike, basis: np.ndarray, centre: np.ndarray, groups: np.ndarray) -> None:
         values = np.ascontiguousarray(values)
         k = len(values)
         self.basis, self.centre, self.groups = basis, centre, groups
@@ -214,7 +220,7 @@ class Block:
         sizes = np.bincount(self.groups, minlength=g).astype(float)
         return Totals(self.square.sum(axis=0), y_sum, sizes, n_missing)
 
-    def gap_sums(self, columns) -> np.ndarray:
+    def gap_sums(self, columns: np.ndarray) -> np.ndarray:
         """Sums (K, c) over each cycle's missing samples of `columns` (P, m, c)."""
         from motionenv.models.fpca._gap_kernels import gap_sums
 
@@ -223,13 +229,13 @@ class Block:
         return out
 
 
-def functions(coefficients, basis, m: int) -> np.ndarray:
+def functions(coefficients: np.ndarray, basis: np.ndarray, m: int) -> np.ndarray:
     """Functions (P, m, c) of m channels from their `coefficients` (n·m, c) in the `basis` (P, n)."""
     n = basis.shape[1]
     return (basis @ coefficients.reshape(n, -1)).reshape(-1, m, coefficients.shape[1])
 
 
-def running(rows) -> np.ndarray:
+def running(rows: np.ndarray) -> np.ndarray:
     """Sums of the first 0 … P of `rows` (P, …); five times as fast as np.cumsum, which strides across memory."""
     total = np.zeros((len(rows) + 1, *rows.shape[1:]))
     for j, row in enumerate(rows):
@@ -237,12 +243,19 @@ def running(rows) -> np.ndarray:
     return total
 
 
-def missed(edges, m: int) -> np.ndarray:
+def missed(edges: np.ndarray, m: int) -> np.ndarray:
     """Sums (P·m, c) over the cycles that lack each sample, from `edges` ((P + 1)·m, c) of the gaps of m channels."""
     return running(edges.reshape(-1, m, edges.shape[1]))[1:-1].reshape(-1, edges.shape[1])
 
 
-def in_parts(kernel, block: Block, tables, found, shapes, *more) -> list[np.ndarray]:
+def in_parts(
+    kernel: Callable,
+    block: Block,
+    tables: Sequence[np.ndarray],
+    found: Sequence[np.ndarray],
+    shapes: Sequence[tuple[int, ...]],
+    *more,
+) -> list[np.ndarray]:
     """Run a kernel over the cycles of a block in threads, each with its own tallies; return the sums of these.
 
     The kernel, from `_gap_kernels`, takes (start, stop, data, tables, found, tallies, …): `tables` are read-only input,
@@ -258,13 +271,13 @@ def in_parts(kernel, block: Block, tables, found, shapes, *more) -> list[np.ndar
     return [sum(parts) for parts in zip(*in_chunks(part, len(block.groups), CHUNK), strict=True)]
 
 
-def triangle(symmetric) -> np.ndarray:
+def triangle(symmetric: np.ndarray) -> np.ndarray:
     """Lower triangles (…, q(q + 1)/2) of `symmetric` matrices (…, q, q), row by row."""
     rows, columns = np.tril_indices(symmetric.shape[-1])
     return symmetric[..., rows, columns]
 
 
-def from_triangle(lower, q: int) -> np.ndarray:
+def from_triangle(lower: np.ndarray, q: int) -> np.ndarray:
     """Symmetric matrices (…, q, q) of lower triangles `lower` (…, q(q + 1)/2)."""
     rows, columns = np.tril_indices(q)
     full = np.empty((*lower.shape[:-1], q, q))

@@ -5,6 +5,8 @@ u_h ~ N(0, ψ_h), equal for the cosine and the sine of a harmonic, and ε ~ N(0,
 around a gap, is a ridge regression (kriging; Rasmussen & Williams 2006, section 2.1).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from motionenv._core.threads import in_chunks
@@ -12,7 +14,7 @@ from motionenv.models.fpca.observations import from_triangle, running, triangle
 from motionenv.models.storage.blocks import CHUNK
 
 
-def residual_moments(residuals, basis) -> tuple:
+def residual_moments(residuals: np.ndarray, basis: np.ndarray) -> tuple:
     """The sums over cycles of which `residual_model` makes a model; those of blocks may be added.
 
     Residuals are (K, P, m), NaN where missing, the `basis` (P, J) orthonormal.
@@ -31,7 +33,7 @@ def residual_moments(residuals, basis) -> tuple:
     return tuple(sum(parts) for parts in zip(*in_chunks(part, k, CHUNK), strict=True))
 
 
-def residual_model(moments) -> tuple[np.ndarray, np.ndarray]:
+def residual_model(moments: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Spectra ψ (m, J) and white variances σ² (m,) of residuals, by the method of moments.
 
     With F = Bᵀ B over the n seen samples of the orthonormal basis B (P, J) and g = Bᵀ r: E[g_i²] = Σ_j F_ij² ψ_j + σ²
@@ -58,7 +60,7 @@ def harmonics(columns: int) -> np.ndarray:
     return np.r_[0, np.arange(1, n), np.arange(1, n)]
 
 
-def expected_residual(residuals, basis, spectrum, white) -> np.ndarray:
+def expected_residual(residuals: np.ndarray, basis: np.ndarray, spectrum: np.ndarray, white: np.ndarray) -> np.ndarray:
     """Expected smooth part (K, P, m) of residuals, given the seen samples of each channel; as of `residual_model`."""
     from motionenv.models.fpca._residual_kernels import expect
 

@@ -14,7 +14,7 @@ _BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
 
 
 def read_clips(
-    folder, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
+    folder: str | Path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
     activity: str | None = None, fill: bool = False, on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
 ) -> Iterator[Clip]:  # fmt: skip

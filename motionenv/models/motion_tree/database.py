@@ -1,5 +1,7 @@
 """A database of motion (paper C, section 4): concatenated sequences of poses at 30 frames/s, with labels."""
 
+from __future__ import annotations
+
 import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -7,6 +9,7 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body.gaps import listed, missing_parts
 from motionenv.body.skeleton import NODES, mirror
@@ -54,7 +57,7 @@ class Database:
         spans = [np.arange(a + WINDOW - 1, b - 1) for a, b in zip(self.starts[:-1], self.starts[1:], strict=True)]
         return np.concatenate(spans).astype(np.int32)
 
-    def sequence_of(self, frames) -> np.ndarray:
+    def sequence_of(self, frames: ArrayLike) -> np.ndarray:
         """Index (...) of the sequence of each of `frames` (...)."""
         return np.searchsorted(self.starts, frames, side="right") - 1
 

@@ -9,7 +9,10 @@ Angles are wrapped to within half a turn of the middle of the joint's range (`mo
 take the shorter way round.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from motionenv._core.validation import checked_fps
@@ -29,7 +32,7 @@ _BALL_JOINTS = [POSE.index(n) for n in ("neck_flexion", "left_shoulder_flexion",
                                         "left_hip_flexion", "right_hip_flexion")]  # fmt: skip
 
 
-def parameters(poses) -> np.ndarray:
+def parameters(poses: ArrayLike) -> np.ndarray:
     """Parameters (..., frames, 50) of two poses or more (..., frames, 25) at 30 fps: of the pose, then velocities.
 
     Raises:
@@ -45,7 +48,7 @@ def parameters(poses) -> np.ndarray:
     return out.reshape(*poses.shape[:-1], 50)
 
 
-def local(before, now) -> np.ndarray:
+def local(before: ArrayLike, now: ArrayLike) -> np.ndarray:
     """The first 25 parameters of poses `now` (..., 25), with increments since `before` (..., 25), one frame earlier."""
     before, now = np.broadcast_arrays(np.asarray(before, dtype=np.float64), np.asarray(now, dtype=np.float64))
     out = now.copy()
@@ -56,7 +59,7 @@ def local(before, now) -> np.ndarray:
     return out
 
 
-def placed(before, steps) -> np.ndarray:
+def placed(before: ArrayLike, steps: ArrayLike) -> np.ndarray:
     """Poses (..., n, 25) in the world after `steps` (..., n, 25), first 25 parameters, from `before` (..., 25).
 
     Angles are within half a turn of those before.
@@ -68,7 +71,7 @@ def placed(before, steps) -> np.ndarray:
     return out
 
 
-def turned_towards(poses, aim) -> np.ndarray:
+def turned_towards(poses: ArrayLike, aim: ArrayLike) -> np.ndarray:
     """Poses (..., 25) with whole turns added to their angles so that each is within half a turn of `aim` (..., 25)."""
     turned = np.array(poses, dtype=np.float64)
     turned[..., 3:] -= _TURN * np.round((turned[..., 3:] - np.asarray(aim)[..., 3:]) / _TURN)

@@ -1,6 +1,7 @@
 """Prediction of the next pose from a drawn window, as in the paper or by analog forecasting.
 
 Paper C takes the pose after the window, with a little Gaussian noise (section 4.2). But neighbours in a database differ
+from numpy.typing import ArrayLike
 from the current motion by far more than a body moves in one frame. Analog forecasting therefore adds the difference
 (Lguensat et al. 2017, "The analog data assimilation", eq. 5 and 6). Here it adds a share of the difference, fitted for
 each parameter by least squares over pairs of neighbours from different sequences:
@@ -10,9 +11,12 @@ each parameter by least squares over pairs of neighbours from different sequence
 Poses are the first 25 parameters of `motionenv.models.motion_tree.features`, with increments of position and heading.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.feature_kernels import local_poses_after, parameters_at
@@ -33,7 +37,7 @@ class Forecast:
     deviation: np.ndarray  # (25,) of one neighbour's prediction with these shares
     plain_deviation: np.ndarray  # (25,) the same with a = b = 0, as in the paper
 
-    def carried(self, history, now, after) -> np.ndarray:
+    def carried(self, history: np.ndarray, now: np.ndarray, after: np.ndarray) -> np.ndarray:
         """Predicted next poses (..., 25) as local parameters.
 
         `history` and `now` are the parameters (..., 50) of the last frames of the current motion and of the windows,
@@ -43,7 +47,7 @@ class Forecast:
         return after + self.pose * difference[..., :25] + self.velocity * difference[..., 25:] / FPS
 
 
-def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
+def steps(database: Database, frames: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (..., 50) of frames (...) that aren't the last of a sequence, and the first 25 of the next frames."""
     flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
     now = np.empty((len(flat), 50))
@@ -51,7 +55,7 @@ def steps(database: Database, frames) -> tuple[np.ndarray, np.ndarray]:
     return now.reshape(*np.shape(frames), 50), following(database, frames)
 
 
-def following(database: Database, frames) -> np.ndarray:
+def following(database: Database, frames: ArrayLike) -> np.ndarray:
     """The first 25 parameters (..., 25) of the frames after `frames` (...), none of which is the last of a sequence."""
     flat = np.ascontiguousarray(frames, dtype=np.int64).reshape(-1)
     after = np.empty((len(flat), 25))
@@ -59,7 +63,7 @@ def following(database: Database, frames) -> np.ndarray:
     return after.reshape(*np.shape(frames), 25)
 
 
-def fit_forecast(database: Database, coefficients) -> Forecast:
+def fit_forecast(database: Database, coefficients: np.ndarray) -> Forecast:
     """Fit a forecast to a database, with queries from one half of the sequences and neighbours from the other.
 
     A single sequence is halved in time. The result is deterministic: queries are evenly spaced, and the neighbours are

@@ -19,7 +19,11 @@ class Recent:
     scale: float  # factor from the history's lengths to the database's
 
 
-def recent_frames(history, database: Database) -> Recent:
+#: What went before: a motion, or its poses (..., frames, 25).
+History = Motion | np.ndarray
+
+
+def recent_frames(history: History, database: Database) -> Recent:
     """Parameters of a history's last frames, (..., frames, 25) at 30 frames/s, scaled to the body of a database.
 
     Raises:

@@ -10,7 +10,7 @@ with the paper's probabilistic search (eq. 7, 8), which is very fast but only ap
 """
 
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -22,7 +22,7 @@ from motionenv.models.base import GaitModel
 from motionenv.models.motion_tree.database import Clip, Database, build_database
 from motionenv.models.motion_tree.features import FPS, local, placed, resample, turned_towards
 from motionenv.models.motion_tree.forecast import fit_forecast, following, steps
-from motionenv.models.motion_tree.history import Recent, recent_frames
+from motionenv.models.motion_tree.history import History, Recent, recent_frames
 from motionenv.models.motion_tree.search.basis import fit_basis, project
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
 from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
@@ -92,7 +92,7 @@ class MotionTree(GaitModel):
     steerable: ClassVar[bool] = True
     mapped: ClassVar[bool] = True
 
-    def __init__(self, *, splits: str = "sign", part: str = "body"):
+    def __init__(self, *, splits: str = "sign", part: str = "body") -> None:
         if part not in PARTS:
             raise MotionError(f"part must be one of {', '.join(PARTS)}, got {part!r}")
         if splits not in SPLITS:
@@ -101,7 +101,7 @@ class MotionTree(GaitModel):
         self.card_: dict = {}
         self.mapping_: Mapping | None = None
 
-    def fit(self, motions, subjects=None) -> "MotionTree":
+    def fit(self, motions: Iterable[Motion], subjects: Sequence[str] | None = None) -> "MotionTree":
         """Build a `Database` of motions of any kind, on the body of the first, and fit the tree to it.
 
         Args:
@@ -132,7 +132,7 @@ class MotionTree(GaitModel):
         self.activities = tuple(sorted(set(database.activities)))
         return self
 
-    def coefficients(self, history) -> np.ndarray:
+    def coefficients(self, history: History) -> np.ndarray:
         """Standardised coefficients c / σ (..., b) float32 of the last ten frames of a history.
 
         Args:
@@ -146,8 +146,8 @@ class MotionTree(GaitModel):
         return self.basis_.coefficients(self.recent(history).parameters).astype(np.float32)
 
     def sample(
-        self, history, n: int = 1, *, temperature: float = 0.05, seed=None, method: str = "tree",
-        leaf: str = "uniform", noise: float = 0.0, carry: bool = False, probability: bool = False,
+        self, history: History, n: int = 1, *, temperature: float = 0.05, seed: int | np.random.Generator | None = None,
+        method: str = "tree", leaf: str = "uniform", noise: float = 0.0, carry: bool = False, probability: bool = False,
     ) -> Samples:  # fmt: skip
         """Draw samples of the next pose.
 
@@ -189,7 +189,7 @@ class MotionTree(GaitModel):
         return Samples(self._poses(recent, after), windows, log_probability)
 
     def draw(
-        self, probes, n: int, temperature: float, key: int, method: str, leaf: str, probability: bool
+        self, probes: np.ndarray, n: int, temperature: float, key: int, method: str, leaf: str, probability: bool
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """Draw windows (B, n) for each of the coefficients `probes`; return them and their log-probabilities or None.
 
@@ -216,8 +216,10 @@ class MotionTree(GaitModel):
         total = self.index_.log_normaliser(probes, temperature)
         return windows, self.index_.log_kernel(probes, windows, temperature) - total[:, None]
 
-    def log_density(self, history, after, *, temperature: float = 0.05, draws: int = 256, seed=None,
-                    method: str = "exact") -> np.ndarray:  # fmt: skip
+    def log_density(
+        self, history: History, after: np.ndarray, *, temperature: float = 0.05, draws: int = 256,
+        seed: int | np.random.Generator | None = None, method: str = "exact",
+    ) -> np.ndarray:  # fmt: skip
         """Log of the predictive density (...) of the next local pose, per metre and radian.
 
         The density is a mixture of `draws` Gaussians, centred at predictions with `carry=True`, with their RMS error as
@@ -281,7 +283,13 @@ class MotionTree(GaitModel):
         return motion if request.height is None else scaled(motion, request.height)
 
     def generator(
-        self, start=None, *, seed=None, upper: "MotionTree | None" = None, target: Target | None = None, **options: Any
+        self,
+        start: int | str | History | None = None,
+        *,
+        seed: int | np.random.Generator | None = None,
+        upper: "MotionTree | None" = None,
+        target: Target | None = None,
+        **options: Any,
     ) -> "MotionGenerator":
         """A generator of motion from this tree: `step(frames)` returns the next poses, `motion(seconds)` a `Motion`.
 
@@ -312,17 +320,17 @@ class MotionTree(GaitModel):
         tree.activities = tuple(sorted(set(tree.database_.activities)))
         return tree
 
-    def source(self, windows) -> np.ndarray:
+    def source(self, windows: np.ndarray) -> np.ndarray:
         """Index (...) of the database's sequence of each of `windows` (...)."""
         self.check()
         return self.database_.sequence_of(self.frames_[windows])
 
-    def leaf(self, windows) -> np.ndarray:
+    def leaf(self, windows: np.ndarray) -> np.ndarray:
         """Index (...) of the leaf of the paper's tree that holds each of `windows` (...)."""
         self.check()
         return self.descent_.leaf_of(windows)
 
-    def recent(self, history) -> Recent:
+    def recent(self, history: History) -> Recent:
         """Parameters of a history's last frames, scaled to the database's body; see `coefficients` for its errors."""
         return recent_frames(history, self.database_)
 

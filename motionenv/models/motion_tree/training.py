@@ -1,6 +1,7 @@
 """Fit a motion tree to a folder of motion capture, and write its card."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 from motionenv import __version__
 from motionenv.errors import MotionError
@@ -14,7 +15,7 @@ __all__ = ["fit_tree"]
 
 
 def fit_tree(
-    folder, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
+    folder: Path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
     activity: str | None = None, mirrored: bool = False, fill: bool = False, command: str = "",
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,

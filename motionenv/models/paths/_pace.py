@@ -8,6 +8,7 @@ stays (Sekiya et al. 1996, J Hum Mov Stud 30, 241-257).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -55,7 +56,7 @@ class Pace:
         return float(np.clip(moves.mean(), *SPEED_RANGE[:2])) if len(moves) else 1.0
 
 
-def pace_of(speed, seconds: float, length: float = np.inf) -> Pace:
+def pace_of(speed: Any, seconds: float, length: float = np.inf) -> Pace:
     """The pace that `speed`, as of `walk_along`, asks for during `seconds` [s], with a stop after `length` [m].
 
     Raises:

@@ -16,7 +16,7 @@ import numpy as np
 from motionenv.errors import MotionError
 from motionenv.models.paths._steps import Steps, posed, steps_of
 from motionenv.models.paths.path import Path
-from motionenv.types import POSE, Motion
+from motionenv.types import POSE, Motion, Skeleton
 
 GRAVITY = 9.81  #: [m/s²]
 _HALF = 0.3  # [m] before and behind over which a body's heading and curvature are averaged
@@ -44,7 +44,7 @@ def bend(motion: Motion, path: Path, *, start: float = 0.0) -> Motion:
     return Motion(bent(steps_of(motion), path, start, motion.skeleton), motion.skeleton, motion.fps, motion.name)
 
 
-def bent(steps: Steps, path: Path, start: float, skeleton) -> np.ndarray:
+def bent(steps: Steps, path: Path, start: float, skeleton: Skeleton) -> np.ndarray:
     """Poses (frames, 25) of the straight `steps` on `path`; see `bend`."""
     root, speed = steps.poses[:, 0] + start, steps.speed
     lean = _lean(path, root, speed)

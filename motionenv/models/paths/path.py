@@ -1,9 +1,12 @@
 """Plane curves to walk along, by their heading over arc length."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
@@ -36,7 +39,7 @@ class Path:
     length: float
     start: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "headings", frozen(self.headings, (None,), "Path.headings"))
         object.__setattr__(self, "start", frozen(self.start, (2,), "Path.start"))
         object.__setattr__(self, "length", checked_number(self.length, "Path.length", above=0, high=_LONGEST))
@@ -50,16 +53,16 @@ class Path:
             )
 
     @classmethod
-    def line(cls, length: float, *, heading: float = 0.0, start=(0.0, 0.0)) -> "Path":
+    def line(cls, length: float, *, heading: float = 0.0, start: ArrayLike = (0.0, 0.0)) -> Path:
         """A straight line of `length` [m] from `start` (2,) [m] in the direction `heading` [rad], 0 along x.
 
         Raises:
             MotionError: `length` isn't above 0 m, or a number isn't finite.
         """
-        return cls(np.full(2, checked_number(heading, "heading", unit="radians")), length, start)
+        return cls(np.full(2, checked_number(heading, "heading", unit="radians")), length, np.asarray(start))
 
     @classmethod
-    def arc(cls, radius: float, angle: float, *, heading: float = 0.0, start=(0.0, 0.0)) -> "Path":
+    def arc(cls, radius: float, angle: float, *, heading: float = 0.0, start: ArrayLike = (0.0, 0.0)) -> Path:
         """An arc of a circle from `start` (2,) [m], where its direction is `heading` [rad], 0 along x.
 
         `radius` [m] is at least 0.6; it turns by `angle` [rad], left if above 0, otherwise right.
@@ -73,10 +76,10 @@ class Path:
             raise MotionError("angle must not be 0: use Path.line for a path that doesn't turn")
         length = radius * abs(angle)
         turn = np.linspace(0.0, angle, _count(length))
-        return cls(checked_number(heading, "heading", unit="radians") + turn, length, start)
+        return cls(checked_number(heading, "heading", unit="radians") + turn, length, np.asarray(start))
 
     @classmethod
-    def through(cls, points) -> "Path":
+    def through(cls, points: ArrayLike) -> Path:
         """The cubic spline through `points` (n, 2) [m], at least two, parameterised by the distances between them.
 
         Raises:
@@ -98,7 +101,7 @@ class Path:
         headings = np.interp(np.linspace(0.0, along[-1], _count(along[-1])), along, turned)
         return cls(headings, float(along[-1]), points[0])
 
-    def position(self, s) -> np.ndarray:
+    def position(self, s: ArrayLike) -> np.ndarray:
         """Points (..., 2) [m] of the curve at arc lengths `s` (...) [m]."""
         s = np.asarray(s, dtype=np.float64)
         inside = np.clip(s, 0.0, self.length)
@@ -109,11 +112,11 @@ class Path:
         out = self._corners[cell] + over[..., None] * _direction(before + 0.5 * turn)
         return out + (s - inside)[..., None] * _direction(self.heading(s))
 
-    def heading(self, s) -> np.ndarray:
+    def heading(self, s: np.ndarray) -> np.ndarray:
         """Direction (...) [rad] of the tangent at arc lengths `s` (...) [m], continuous along the path."""
         return np.interp(s, self._arcs, self.headings)
 
-    def curvature(self, s) -> np.ndarray:
+    def curvature(self, s: ArrayLike) -> np.ndarray:
         """Curvature (...) [1/m] at arc lengths `s` (...) [m]: above 0 to the left, 0 beyond the ends."""
         s = np.asarray(s, dtype=np.float64)
         cell = np.clip((s / self._step).astype(np.intp), 0, len(self._turns) - 1)
@@ -146,7 +149,7 @@ def random_path(
     radius: float = 2.0,
     scale: float = 3.0,
     heading: float = 0.0,
-    start=(0.0, 0.0),
+    start: ArrayLike = (0.0, 0.0),
 ) -> Path:
     """A path that winds left and right: curvature is a smooth Gaussian process of `rng`, kept within ±1/radius.
 
@@ -170,7 +173,7 @@ def random_path(
     noise = sum(b * knots[knot.astype(np.intp) + i] for i, b in enumerate(basis))
     curvature = _FULL / radius * np.tanh(noise)
     turn = np.concatenate([[0.0], np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * np.diff(s))])
-    return Path(checked_number(heading, "heading", unit="radians") + turn, length, start)
+    return Path(checked_number(heading, "heading", unit="radians") + turn, length, np.asarray(start))
 
 
 def _count(length: float) -> int:

@@ -29,7 +29,7 @@ def walk_along(
     fps: float = 60.0,
     *,
     walker: Walker | None = None,
-    seed=None,
+    seed: int | np.random.Generator | None = None,
     speed: Speed = None,
     height: float | None = None,
     phase: float = 0.0,

@@ -6,9 +6,12 @@ steps get longer, are learned within people, and shrunk to what is known otherwi
 several speeds. Speeds above those captured go on in this direction; far from them only the cadence changes.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 #: The power of speed that step length follows when the walk ratio is constant, and how much studies differ: from 0.42
 #: (Grieve & Gear 1966) to 0.58 (Zijlstra et al. 1995).
@@ -51,14 +54,16 @@ class Pace:
         """Log stride lengths (...) of bodies of height 1 with scores z (..., q)."""
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
-    def longer(self, z: np.ndarray, change, way: np.ndarray) -> np.ndarray:
+    def longer(self, z: np.ndarray, change: np.ndarray, way: np.ndarray) -> np.ndarray:
         """Scores `z` (..., q), log stride lengths changed by `change` (...) along `way`: `direction` or `between`."""
         slope = np.maximum((self.weights + 2 * z @ self.curvature) @ way, _LEAST_GAIN)
         bend = way @ self.curvature @ way
         root = np.sqrt(np.maximum(slope**2 + 4 * bend * change, (0.5 * slope) ** 2))
         return z + (2 * np.clip(change, -1.0, 1.0) / (slope + root))[..., None] * way
 
-    def at_speed(self, z: np.ndarray, seconds, scale, speed) -> tuple[np.ndarray, np.ndarray]:
+    def at_speed(
+        self, z: np.ndarray, seconds: np.ndarray, scale: float | np.ndarray, speed: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """The same people at another speed.
 
         Args:
@@ -80,14 +85,14 @@ class Pace:
         return {f"pace_{field.name}": np.asarray(getattr(self, field.name)) for field in fields(self)}
 
 
-def reached(lengths, average: float) -> np.ndarray:
+def reached(lengths: float | np.ndarray, average: float) -> np.ndarray:
     """Log stride lengths (...) that are walked where `lengths` (...) are wanted: see `REACH`."""
     most = average + REACH[1]
     return np.maximum(np.minimum(lengths, 0.5 * (lengths + most)), average + REACH[0])
 
 
 def fit_pace(
-    z: np.ndarray, people, log_speeds: np.ndarray, log_lengths: np.ndarray,
+    z: np.ndarray, people: ArrayLike, log_speeds: np.ndarray, log_lengths: np.ndarray,
     drawn: np.ndarray, drawn_lengths: np.ndarray, bend: np.ndarray,
 ) -> Pace:  # fmt: skip
     """Learn what speed does to walkers. What it does to the knee's greatest flexion is taken from published walks.
@@ -124,7 +129,7 @@ def fit_pace(
     return replace(made, direction=ways[0], between=ways[1])
 
 
-def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.ndarray) -> np.ndarray:
+def direction(values: np.ndarray, log_lengths: np.ndarray, people: ArrayLike, prior: np.ndarray) -> np.ndarray:
     """Change (k,) of the `values` (n, k) of walks per change of the log stride length, within people.
 
     `log_lengths` (n,) and `people` (n,), the person's label, are of each walk; `prior` (k,) is what is expected, which
@@ -133,13 +138,13 @@ def direction(values: np.ndarray, log_lengths: np.ndarray, people, prior: np.nda
     return shrunk(within(log_lengths, people) @ values, log_lengths, people, prior)
 
 
-def shrunk(products: np.ndarray, log_lengths: np.ndarray, people, prior: np.ndarray) -> np.ndarray:
+def shrunk(products: np.ndarray, log_lengths: np.ndarray, people: ArrayLike, prior: np.ndarray) -> np.ndarray:
     """`direction`, from the `products` (k,) of the log lengths, less each person's mean, with the walks' values."""
     x = within(log_lengths, people)
     return (products + _PRIOR * prior) / (x @ x + _PRIOR)
 
 
-def exponent(log_lengths: np.ndarray, log_speeds: np.ndarray, people) -> float:
+def exponent(log_lengths: np.ndarray, log_speeds: np.ndarray, people: ArrayLike) -> float:
     """Power of speed that step length follows within people, weighted with the published one by their errors.
 
     `log_lengths`, of strides, `log_speeds` and `people`, the person's label, are (n,) of walks.
@@ -155,7 +160,7 @@ def exponent(log_lengths: np.ndarray, log_speeds: np.ndarray, people) -> float:
     return EXPONENT + weight * (slope - EXPONENT)
 
 
-def within(values: np.ndarray, people) -> np.ndarray:
+def within(values: np.ndarray, people: ArrayLike) -> np.ndarray:
     """Values (n, ...) less the mean of each person's, whose labels are `people` (n,)."""
     _, who, count = np.unique(people, return_inverse=True, return_counts=True)
     sums = np.zeros((len(count), *values.shape[1:]))

@@ -4,7 +4,7 @@ Blocks depend on the shape of the data only, and what they give is merged in ord
 many workers there are and whatever each of them takes.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
@@ -46,7 +46,7 @@ class Selected:
         return self, part
 
 
-def selected(values, which=None) -> Selected:
+def selected(values: Any, which: Sequence[int] | None = None) -> Selected:
     """The channels `which` of `values` (K, P, M), an array or files; None is all."""
     if isinstance(values, Selected):
         return values

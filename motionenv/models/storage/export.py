@@ -15,7 +15,7 @@ from motionenv.types import MARKERS, POSE
 _SHOWN = ("name", "low", "high", "mean", "gain", "unit", "share", "note")  # of a trait
 
 
-def parameters(model) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Arrays and a JSON-serialisable description, from which a client can compute the walk in place.
 
     All models have the body's `offsets` (16, 3), `limb_shifts` (limbs, 2, 3) and `limb_radii` (limbs, 2), in body

@@ -13,7 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 
@@ -37,7 +37,7 @@ class Mapping:
     each use. The `fingerprint` is a checksum over the names, sizes and checksums of the members.
     """
 
-    def __init__(self, file, path, fingerprint: int):
+    def __init__(self, file: BinaryIO, path: str | Path, fingerprint: int) -> None:
         self.path = Path(path).absolute()
         self.fingerprint = fingerprint
         self._descriptor = os.dup(file.fileno())
@@ -72,7 +72,7 @@ def reopened(load: Callable[[str], Any], path: str, fingerprint: int) -> Any:
     return model
 
 
-def write_mapped(path, arrays: dict[str, np.ndarray]) -> None:
+def write_mapped(path: str | Path, arrays: dict[str, np.ndarray]) -> None:
     """Write arrays atomically, and without copies in memory, to a file (*.npz) that `map_arrays` opens.
 
     Raises:
@@ -94,7 +94,7 @@ def write_mapped(path, arrays: dict[str, np.ndarray]) -> None:
                     stream.write(flat[first : first + _CHUNK].view(np.uint8).data)
 
 
-def map_arrays(file, archive: zipfile.ZipFile, path) -> tuple[dict[str, np.ndarray], Mapping]:
+def map_arrays(file: BinaryIO, archive: zipfile.ZipFile, path: str | Path) -> tuple[dict[str, np.ndarray], Mapping]:
     """Map the arrays of an open file, the zip `archive` in it, read-only; return them by name, and the `Mapping`.
 
     Checks names, sizes, types and offsets against the file, but doesn't read the data.

@@ -55,13 +55,15 @@ class StoredModel(ABC):
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> Self:
         """Restore a model from `arrays` and `meta` of `to_arrays`; a ModelError if shapes are inconsistent."""
 
-    def save(self, path, card: dict | None = None) -> None:
+    def save(self, path: str | Path, card: dict | None = None) -> None:
         """Write the fitted model to `path` (.npz) with a `card`, by default `card_`; a MotionError if it can't be."""
         arrays, meta = self.to_arrays()
         save_model(path, self.kind, arrays, {**meta, "card": card or self.card_}, mapped=self.mapped)
 
 
-def save_model(path, kind: str, arrays: Mapping[str, np.ndarray], meta: Mapping, *, mapped: bool = False) -> None:
+def save_model(
+    path: str | Path, kind: str, arrays: Mapping[str, np.ndarray], meta: Mapping, *, mapped: bool = False
+) -> None:
     """Write a model file atomically.
 
     Args:
@@ -92,7 +94,7 @@ def save_model(path, kind: str, arrays: Mapping[str, np.ndarray], meta: Mapping,
                 np.lib.format.write_array(stream, np.asarray(array, order="C"), allow_pickle=False)
 
 
-def load_model(path) -> tuple[str, dict[str, np.ndarray], dict]:
+def load_model(path: str | Path) -> tuple[str, dict[str, np.ndarray], dict]:
     """Read kind, arrays and meta from the model file `path`. Mapped arrays are read-only.
 
     Raises:
@@ -101,7 +103,7 @@ def load_model(path) -> tuple[str, dict[str, np.ndarray], dict]:
     return _opened(path)[:3]
 
 
-def open_model(path, class_of: Callable[[str], type[StoredModel]]) -> StoredModel:
+def open_model(path: str | Path, class_of: Callable[[str], type[StoredModel]]) -> StoredModel:
     """Load the model in the file at `path`; `class_of` returns the class of a kind, or raises a ModelError.
 
     Raises:
@@ -121,7 +123,7 @@ def open_model(path, class_of: Callable[[str], type[StoredModel]]) -> StoredMode
     return model
 
 
-def read_card(path) -> dict:
+def read_card(path: str | Path) -> dict:
     """The model card in the file `path`, without the model; a ModelError if it is no model file."""
     with _reading(path) as (_, archive):
         return _header(path, archive)["meta"].get("card", {})

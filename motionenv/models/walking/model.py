@@ -6,6 +6,8 @@ fastest relative to the body is the stance foot, whose speed gives the body's fo
 the root's height.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -13,6 +15,7 @@ from functools import cached_property, partial
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
@@ -76,11 +79,11 @@ class WalkingModel(GaitModel):
     cycle_covariance_: np.ndarray
     pace_: Pace
 
-    def __init__(self, n_components: int | None = None, n_harmonics: int = 12):
+    def __init__(self, n_components: int | None = None, n_harmonics: int = 12) -> None:
         self.n_components, self.n_harmonics = n_components, n_harmonics
         self.card_: dict = {}
 
-    def fit(self, motions, subjects=None) -> "WalkingModel":
+    def fit(self, motions: Sequence[Motion], subjects: Sequence[str] | None = None) -> WalkingModel:
         """Fit the model to straight walks.
 
         Args:
@@ -122,7 +125,7 @@ class WalkingModel(GaitModel):
         components = self.components()
         return components.means + z * components.deviations
 
-    def sample(self, n: int, *, seed=None, speed: float | None = None) -> Stride:
+    def sample(self, n: int, *, seed: int | np.random.Generator | None = None, speed: float | None = None) -> Stride:
         """Draw `n` walkers by `seed`, int or Generator: mean scores (n, q) and stride times (n,) [s].
 
         `speed` conditions on this walking speed [m/s] of a body of mean height; None doesn't condition.
@@ -142,7 +145,7 @@ class WalkingModel(GaitModel):
         drawn = mean + rng.standard_normal((n, len(mean))) @ root.T
         return Stride(drawn[:, :-1], np.exp(drawn[:, -1]))
 
-    def stride_seconds(self, scores) -> np.ndarray:
+    def stride_seconds(self, scores: ArrayLike) -> np.ndarray:
         """Stride times (...) [s] of people with `scores` (..., q): exp of the conditional mean of the log."""
         self._check_fitted()
         deviations = np.asarray(scores, dtype=np.float64) - self.person_mean_[:-2]
@@ -154,7 +157,7 @@ class WalkingModel(GaitModel):
         fps: float = 60.0,
         *,
         n: int,
-        seed=None,
+        seed: int | np.random.Generator | None = None,
         stride: Stride | None = None,
         speed: float | None = None,
         phase: float = 0.0,
@@ -275,7 +278,7 @@ class WalkingModel(GaitModel):
         checked_number(height, "height", *HEIGHT_RANGE)
         return Skeleton(self.proportions_ * height, limb_radii(height), height)
 
-    def score(self, motions) -> float:
+    def score(self, motions: Sequence[Motion]) -> float:
         """Mean log-density of the scores of the cycles of captured `motions`, straight walks (frames, 25)."""
         from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
 
@@ -342,7 +345,7 @@ class WalkingModel(GaitModel):
         return arrays, {"fpca": meta, "height": self.height_}
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> "WalkingModel":
+    def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict) -> WalkingModel:
         """Restore a model from `arrays` and `meta` of `to_arrays`; a ModelError if shapes are inconsistent."""
         parts = {name.removeprefix("fpca_"): value for name, value in arrays.items() if name.startswith("fpca_")}
         fpca = FunctionalPCA.from_arrays(parts, meta["fpca"])

@@ -1,5 +1,6 @@
 """Turn captured walks into aligned, closed cycles from which a model can learn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,7 +46,7 @@ def gait_channels(motion: Motion) -> np.ndarray:
     return np.column_stack([motion.poses[:, 6:], motion.poses[:, 3:5], turned, ankles - floor])
 
 
-def walking_cycles(channels, fps, subjects) -> Cycles:
+def walking_cycles(channels: Sequence[np.ndarray], fps: Sequence[float], subjects: Sequence) -> Cycles:
     """Cycles of walks. At phase 0 the left leg is furthest ahead of the right, or of where it is half a cycle later.
 
     Of each walk there are its `channels` (frames, 24), as in `CHANNELS`, of which the 19 angles determine period and

@@ -7,9 +7,9 @@ import numpy as np
 from motionenv._core.validation import checked_number
 from motionenv.body import EDGES
 from motionenv.errors import MotionError
-from motionenv.render.cameras import picture_size, project
+from motionenv.render.cameras import Orthographic, picture_size, project
 from motionenv.render.draw2d.shapes import as_colours, draw_figures
-from motionenv.types import MARKERS
+from motionenv.types import MARKERS, Camera
 
 #: Colour-blind safe colours of a stick figure's left, right and middle parts (Okabe & Ito 2008).
 LEFT, RIGHT, MIDDLE = (230, 159, 0), (86, 180, 233), (255, 255, 255)
@@ -17,7 +17,14 @@ LEFT, RIGHT, MIDDLE = (230, 159, 0), (86, 180, 233), (255, 255, 255)
 _SIDES = np.array([LEFT if n.startswith("left") else RIGHT if n.startswith("right") else MIDDLE for n in MARKERS])
 
 
-def draw_pose(rgb, markers, camera, *, width: float = 3.0, colour=None) -> np.ndarray:
+def draw_pose(
+    rgb: np.ndarray,
+    markers: np.ndarray,
+    camera: Camera | Orthographic,
+    *,
+    width: float = 3.0,
+    colour: Sequence[float] | None = None,
+) -> np.ndarray:
     """Copies of images with a stick figure overlay, such as an estimate.
 
     Args:
@@ -44,7 +51,7 @@ def draw_pose(rgb, markers, camera, *, width: float = 3.0, colour=None) -> np.nd
     return images
 
 
-def side_by_side(left, right, *, gap: int = 4) -> np.ndarray:
+def side_by_side(left: np.ndarray, right: np.ndarray, *, gap: int = 4) -> np.ndarray:
     """Two stacks of images side by side, with a thin black `gap` [pixels]: uint8 (..., H, both widths + gap, 3).
 
     `left` and `right` are uint8 (..., H, any width, 3). A `MotionError` if they aren't, or differ in number or height.

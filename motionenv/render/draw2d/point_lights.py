@@ -1,16 +1,28 @@
 """Point-light displays: dots at the markers, as in Zhang & Troje (2007, fig. 1) and the perception literature."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.body import EDGES
 from motionenv.errors import MotionError
-from motionenv.render.cameras import picture_size, project
+from motionenv.render.cameras import Orthographic, picture_size, project
 from motionenv.render.draw2d.shapes import as_colours, draw_figures
+from motionenv.types import Camera
 
 
 def render_points(
-    markers, camera, *, radius: float = 4.0, colour=(255, 255, 255), background=(0, 0, 0), lines: bool = False
+    markers: ArrayLike,
+    camera: Camera | Orthographic | Sequence[Camera],
+    *,
+    radius: float = 4.0,
+    colour: ArrayLike = (255, 255, 255),
+    background: ArrayLike = (0, 0, 0),
+    lines: bool = False,
 ) -> np.ndarray:
     """Images of dots at the markers, uint8 (..., H, W, 3), antialiased by exact coverage: they don't flicker.
 

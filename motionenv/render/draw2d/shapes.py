@@ -1,8 +1,11 @@
 """Antialiased discs and lines, drawn into uint8 images in place. Coordinates are pixels, with centres at integers."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.compilation import kernel, part
 from motionenv.errors import MotionError
@@ -49,7 +52,7 @@ def _span(low: float, high: float, size: int):
 
 
 @part
-def draw_disc(image, x: float, y: float, radius: float, colour) -> None:
+def draw_disc(image: np.ndarray, x: float, y: float, radius: float, colour: ArrayLike) -> None:
     """Draw a disc over `image` (H, W, 3) uint8; does nothing if x or y is NaN."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return
@@ -65,7 +68,7 @@ def draw_disc(image, x: float, y: float, radius: float, colour) -> None:
 
 
 @part
-def draw_line(image, ax: float, ay: float, bx: float, by: float, width: float, colour) -> None:
+def draw_line(image: np.ndarray, ax: float, ay: float, bx: float, by: float, width: float, colour: ArrayLike) -> None:
     """Draw a line with round ends over `image` (H, W, 3) uint8; does nothing if an end is NaN.
 
     Coverage falls linearly over the one pixel around the edge.
@@ -103,7 +106,16 @@ def _draw_all(images, pixels, order, edges, colours, radius: float, width: float
             draw_disc(images[i], pixels[i, j, 0], pixels[i, j, 1], radius, colours[j])
 
 
-def draw_figures(images, pixels, depth, edges, colours, *, radius: float, width: float) -> None:
+def draw_figures(
+    images: np.ndarray,
+    pixels: np.ndarray,
+    depth: np.ndarray,
+    edges: ArrayLike,
+    colours: np.ndarray,
+    *,
+    radius: float,
+    width: float,
+) -> None:
     """Draw one figure per image: first its lines, in the colour of their second point, then its dots, farthest first.
 
     Args:
@@ -121,7 +133,7 @@ def draw_figures(images, pixels, depth, edges, colours, *, radius: float, width:
     )  # fmt: skip
 
 
-def as_colours(colour, n: int, name: str = "colour") -> np.ndarray:
+def as_colours(colour: ArrayLike, n: int, name: str = "colour") -> np.ndarray:
     """`colour` as (n, 3) float64: one (R, G, B) from 0 to 255 for all, or one each; otherwise a MotionError."""
     colours = np.asarray(colour, dtype=np.float64)
     if colours.shape not in {(3,), (n, 3)} or not ((colours >= 0) & (colours <= 255)).all():

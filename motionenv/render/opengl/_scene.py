@@ -18,7 +18,7 @@ _REACH = 120.0  # radius of ground and sky [m]
 class GlScene:
     """pyrender's scene for one skeleton, and `ids`, node → limb id, for the segmentation pass."""
 
-    def __init__(self, skeleton: Skeleton, scene: Scene):
+    def __init__(self, skeleton: Skeleton, scene: Scene) -> None:
         self._skeleton, self._scene = skeleton, scene
         self.pyrender = _scene_class()(bg_color=[*scene.horizon, 1.0], ambient_light=np.array(scene.ambient))
         self.pyrender.scale = 1.1 * skeleton.height
@@ -39,7 +39,7 @@ class GlScene:
         node.casts_shadow, node.shown = casts_shadow, True
         return node
 
-    def pose(self, pose) -> None:
+    def pose(self, pose: np.ndarray) -> None:
         """Move the limbs to `pose` (25,) [m, rad], and hide those that are unknown."""
         ends, known = limb_segments(pose, self._skeleton), known_limbs(pose)
         for node, (start, end), shown in zip(self._limbs, ends, known, strict=True):

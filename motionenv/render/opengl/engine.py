@@ -22,12 +22,14 @@ class PyrenderRenderer:
     Thread-safe: all OpenGL calls are made in one thread. Must not be used across a fork.
     """
 
-    def __init__(self, scene: Scene | None = None):
+    def __init__(self, scene: Scene | None = None) -> None:
         self.scene = scene or Scene()
         self._state = _State(self.scene)
         weakref.finalize(self, _close, self._state).atexit = False
 
-    def render(self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True) -> Frame:
+    def render(
+        self, poses: np.ndarray, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True
+    ) -> Frame:
         """Render poses.
 
         Args:

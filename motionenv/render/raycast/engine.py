@@ -32,7 +32,7 @@ _CHUNK = 64  # bodies per task: large enough to amortise the call, small enough 
 class Raycaster:
     """Renders bodies in a `scene` in some `threads`; caches the ground colours of recent views."""
 
-    def __init__(self, scene: Scene | None = None, *, threads: int | None = 1):
+    def __init__(self, scene: Scene | None = None, *, threads: int | None = 1) -> None:
         self.scene = scene or Scene()
         self._workers = Workers(threads, "raycast")
         self._views: OrderedDict[tuple, View] = OrderedDict()
@@ -45,7 +45,7 @@ class Raycaster:
         return self._workers.threads
 
     def render(
-        self, poses, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True,
+        self, poses: np.ndarray, skeleton: Skeleton, cameras: Camera | Sequence[Camera], *, rgb: bool = True,
         out: Frame | None = None,
     ) -> Frame:  # fmt: skip
         """Render poses; colours take most of the time.

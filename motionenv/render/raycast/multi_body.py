@@ -35,7 +35,7 @@ class MultiBodyRaycaster:
     The `scene` provides the light; its clothes, ground and sky are ignored.
     """
 
-    def __init__(self, width: int, height: int, *, scene: Scene | None = None, threads: int | None = 1):
+    def __init__(self, width: int, height: int, *, scene: Scene | None = None, threads: int | None = 1) -> None:
         self.width = checked_whole(width, "width", *PICTURE_SIZES, "pixels")
         self.height = checked_whole(height, "height", *PICTURE_SIZES, "pixels")
         self.scene = scene or Scene()
@@ -49,7 +49,18 @@ class MultiBodyRaycaster:
         return self._workers.threads
 
     def render(
-        self, poses, offsets, radii, heights, colours, K, R, t, *, rgb: bool = True, out: Frame | None = None
+        self,
+        poses: np.ndarray,
+        offsets: np.ndarray,
+        radii: np.ndarray,
+        heights: np.ndarray,
+        colours: np.ndarray,
+        K: np.ndarray,
+        R: np.ndarray,
+        t: np.ndarray,
+        *,
+        rgb: bool = True,
+        out: Frame | None = None,
     ) -> Frame:
         """Render n bodies, one in each image (n, height, width); background is black, infinitely deep, and limb 0.
 

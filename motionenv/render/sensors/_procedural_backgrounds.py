@@ -48,7 +48,7 @@ class Bank:
     periodic, so that a camera can pan indefinitely.
     """
 
-    def __init__(self, width: int, height: int):
+    def __init__(self, width: int, height: int) -> None:
         self.width, self.height = width, height
         self.pictures = np.zeros((2 * _SCENES, height, 3 * width, 3), np.uint8)
         self._made: set[int] = set()

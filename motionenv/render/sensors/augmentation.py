@@ -4,11 +4,15 @@ All random choices of an episode are made when it begins, from that episode's ow
 the frame number only. Images therefore don't depend on which episodes are rendered together, nor on threads.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import Workers
 from motionenv._core.validation import checked_fps, checked_number, checked_whole
@@ -46,7 +50,7 @@ class Augmentation:
     noise: float = 0.0
     brightness: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.background not in BACKGROUNDS:
             raise MotionError(f"background must be one of {', '.join(BACKGROUNDS)}, got {self.background!r}")
         for name in ("distractors", "occluders"):
@@ -63,7 +67,7 @@ class Augmenter:
 
     def __init__(
         self, choice: Augmentation, n: int, width: int, height: int, *, fps: float = 30.0, threads: int | None = 1
-    ):
+    ) -> None:
         if not isinstance(choice, Augmentation):
             raise MotionError(f"choice must be an Augmentation, got {type(choice).__name__}")
         self.choice, self.n, self.fps = choice, checked_whole(n, "n", 1), checked_fps(fps)
@@ -110,7 +114,7 @@ class Augmenter:
             self._things[slot, k] = self._draw_occluder(rng, distance)
         self._things[slot, :, PARALLAX] = behind / self._things[slot, :, DEPTH]
 
-    def compose(self, frame: Frame, time, pan, slots) -> Frame:
+    def compose(self, frame: Frame, time: ArrayLike, pan: ArrayLike, slots: ArrayLike) -> Frame:
         """Augment images of bodies on black, in place; return them.
 
         Objects occlude what is farther away: at an occluded body pixel, `limbs` is 0, and `depth` is the object's.
@@ -209,7 +213,7 @@ class Augmenter:
             name: value for name, value in self.__dict__.items() if name not in ("_bank", "_photographs", "_sprites")
         }
 
-    def __setstate__(self, state):
+    def __setstate__(self, state: dict[str, Any]):
         self.__dict__.update(state)
         self._find()
         if self._bank is not None:

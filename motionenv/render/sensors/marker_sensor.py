@@ -34,7 +34,7 @@ class MarkerSensor:
     distance: float | None
     fps: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checked_number(self.noise, "noise", 0, 1, "metres")
         checked_number(self.dropout, "dropout", 0, 1)
         checked_number(self.gaps, "gaps", 0, 0.9)
@@ -69,7 +69,7 @@ class MarkerView:
         seen: (n, 15) int8, 1 if visible.
     """
 
-    def __init__(self, sensor: MarkerSensor, n: int):
+    def __init__(self, sensor: MarkerSensor, n: int) -> None:
         size = (n, len(MARKERS))
         self.joints = np.zeros((*size, 3))
         self.points = np.zeros((*size, 2), dtype=np.float32)
@@ -79,7 +79,9 @@ class MarkerView:
         shares = float(sensor.noise), float(sensor.dropout), float(sensor.gaps)
         self._setting = (*shares, *sensor.chances, distance, EYE_HEIGHT)
 
-    def look(self, slots, walkers, alphas, keys, time) -> None:
+    def look(
+        self, slots: np.ndarray, walkers: np.ndarray, alphas: np.ndarray, keys: np.ndarray, time: np.ndarray
+    ) -> None:
         """Observe the bodies in `slots` (k,). The frame number of a body counts up from 0, which starts a new sequence.
 
         `walkers` (k, 15, 3) [m] are their markers, walking along x; of all bodies are `alphas` (n,), paper B's view

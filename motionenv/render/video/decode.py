@@ -23,7 +23,7 @@ class VideoInfo:
     fps: float
 
 
-def video_info(path) -> VideoInfo:
+def video_info(path: str | Path) -> VideoInfo:
     """Size and rate of the video at `path`, from its first frame.
 
     Raises:
@@ -35,7 +35,9 @@ def video_info(path) -> VideoInfo:
     raise FormatError(path, "holds no picture")
 
 
-def read_frames(path, *, fps: float | None = None, width: int | None = None, seconds: float = 60.0) -> Iterator:
+def read_frames(
+    path: str | Path, *, fps: float | None = None, width: int | None = None, seconds: float = 60.0
+) -> Iterator:
     """Frames of a video, uint8 (height, width, 3), one at a time.
 
     Args:

@@ -34,7 +34,7 @@ _FRAGMENT = 0.5  # [s] between key frames of a stream
 
 
 def write_video(
-    path, frames: Iterable, fps: float, *, crf: int = 20, progress: Callable[[int], None] | None = None
+    path: str | Path, frames: Iterable, fps: float, *, crf: int = 20, progress: Callable[[int], None] | None = None
 ) -> None:
     """Write frames to a video, atomically; the suffix of `path` selects the format.
 
@@ -116,13 +116,13 @@ class _Sink:
         return data
 
 
-def png(rgb) -> bytes:
+def png(rgb: np.ndarray) -> bytes:
     """Encode one image `rgb`, uint8 (H, W, 3), as PNG; a MotionError if it is none."""
     (picture,) = _checked_frames([rgb], None)
     return _png(picture)
 
 
-def write_image(path, rgb) -> None:
+def write_image(path: str | Path, rgb: np.ndarray) -> None:
     """Write one image `rgb`, uint8 (H, W, 3), to a PNG file at `path`, atomically; an existing file is replaced.
 
     Raises:

@@ -1,8 +1,11 @@
 """Films of a track: the image with particles and the expected pose, a 3D view beside it, a curve below."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.body import EDGES, markers
 from motionenv.errors import MotionError
@@ -19,8 +22,8 @@ _CURVE_SHARE = 0.2  # height of the curve relative to the image's
 
 
 def track_film(
-    pictures: Iterable, cameras: Camera | Iterable[Camera], poses, particles, skeleton: Skeleton, curve, *,
-    label: str = "", most: float | None = None,
+    pictures: Iterable, cameras: Camera | Iterable[Camera], poses: np.ndarray, particles: ArrayLike,
+    skeleton: Skeleton, curve: ArrayLike, *, label: str = "", most: float | None = None,
 ) -> Iterator[np.ndarray]:  # fmt: skip
     """Frames, uint8 (height · 1.2, about 2 · width, 3), of a film of a track.
 
@@ -55,7 +58,7 @@ def track_film(
         yield np.concatenate([both, plot.upto(i)])
 
 
-def marked(pictures: Iterable[np.ndarray], where, text: str) -> Iterator[np.ndarray]:
+def marked(pictures: Iterable[np.ndarray], where: np.ndarray, text: str) -> Iterator[np.ndarray]:
     """`pictures`, uint8 (height, width, 3), with the word `text` in the corner of those marked by `where` (T,) bool."""
     from PIL import Image, ImageDraw, ImageFont
 

@@ -1,9 +1,12 @@
 """The motion prior protocol of particle filters: initial distribution and transition."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.errors import MotionError
 from motionenv.types import POSE, Skeleton, frozen
@@ -29,7 +32,7 @@ class Prior(Protocol):
     skeleton: Skeleton
     fps: float
 
-    def initial(self, start: "Start", n: int, rng: np.random.Generator) -> Any:
+    def initial(self, start: Start, n: int, rng: np.random.Generator) -> Any:
         """Draw `n` particles of the first frame from `start`, with `rng`."""
 
     def propagate(self, state: Any, rng: np.random.Generator) -> Any:
@@ -60,7 +63,7 @@ class Start:
     spread: np.ndarray
     heights: np.ndarray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         poses = frozen(self.poses, (None, len(POSE)), "Start.poses")
         weights = frozen(self.log_weights, (len(poses),), "Start.log_weights")
         previous = frozen(self.previous, poses.shape, "Start.previous")
@@ -75,7 +78,7 @@ class Start:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def at(cls, pose, previous=None, spread=SPREAD) -> "Start":
+    def at(cls, pose: ArrayLike, previous: ArrayLike | None = None, spread: ArrayLike = SPREAD) -> Start:
         """A start at one given `pose` (25,) [m, rad], with the pose one frame earlier, `previous`, or None.
 
         `spread` is (25,), or a number for all entries.

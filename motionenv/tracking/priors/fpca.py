@@ -117,7 +117,7 @@ class FPCAPrior:
         fps: float = 30.0,
         backwards: bool = False,
         size: float = 0.0,
-    ):
+    ) -> None:
         model = load(model) if isinstance(model, str) else model
         if not isinstance(model, WalkingModel):
             raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(model).__name__}")

@@ -7,9 +7,12 @@ With the motion's pose g_t in frame t and standard deviations σ, bodies deviate
 which is N(g_t, diag(σ²)) in every frame.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import MotionError
@@ -24,7 +27,7 @@ class GuidedState:
     poses: np.ndarray
     frame: int
 
-    def take(self, which: np.ndarray) -> "GuidedState":
+    def take(self, which: np.ndarray) -> GuidedState:
         """The bodies with indices `which` (n,)."""
         return GuidedState(self.poses[which], self.frame)
 
@@ -43,7 +46,16 @@ class GuidedPrior:
         MotionError: wrong shapes, or numbers out of range.
     """
 
-    def __init__(self, guide, deviation, *, skeleton: Skeleton, fps: float = 30.0, first: int = 0, memory: float = 0.3):
+    def __init__(
+        self,
+        guide: ArrayLike,
+        deviation: ArrayLike,
+        *,
+        skeleton: Skeleton,
+        fps: float = 30.0,
+        first: int = 0,
+        memory: float = 0.3,
+    ) -> None:
         self.skeleton, self.fps, self._first = skeleton, checked_fps(fps), first
         self._guide, self._deviation = frozen(guide, (None, len(POSE)), "guide"), frozen(deviation, (25,), "deviation")
         if not ((self._deviation >= 0) & np.isfinite(self._deviation)).all():

@@ -50,7 +50,7 @@ class MixturePrior:
         MotionError: priors of different bodies or frame rates, or `share` out of range.
     """
 
-    def __init__(self, learned: Prior, general: Prior, share: float = 0.1):
+    def __init__(self, learned: Prior, general: Prior, share: float = 0.1) -> None:
         if learned.fps != general.fps:
             raise MotionError(f"both priors must have the same fps, got {learned.fps:g} and {general.fps:g}")
         if not np.allclose(learned.skeleton.offsets, general.skeleton.offsets, atol=1e-9):

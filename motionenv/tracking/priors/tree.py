@@ -88,7 +88,7 @@ class TreePrior:
         noise: float = 1.0,
         skeleton: Skeleton | None = None,
         fps: float = FPS,
-    ):
+    ) -> None:
         tree = load(tree) if isinstance(tree, str) else tree
         if not isinstance(tree, MotionTree):
             raise MotionError(f"tree must be a MotionTree such as mixed/tree, got {type(tree).__name__}")

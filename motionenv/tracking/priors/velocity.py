@@ -62,8 +62,14 @@ class VelocityPrior:
     """
 
     def __init__(
-        self, *, skeleton: Skeleton | None = None, fps: float = 30.0, part: str = "body", change=None, velocity=None
-    ):
+        self,
+        *,
+        skeleton: Skeleton | None = None,
+        fps: float = 30.0,
+        part: str = "body",
+        change: np.ndarray | None = None,
+        velocity: np.ndarray | None = None,
+    ) -> None:
         self.fps = checked_fps(fps)
         self.skeleton = from_height() if skeleton is None else skeleton
         self.moves = moving_entries(part)

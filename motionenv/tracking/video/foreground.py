@@ -9,6 +9,8 @@ background, with a penalty. `_LAG` and `_MOST_NOISE` were chosen on the developm
 `benchmarks/tracking/choosing.py`.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from motionenv.errors import MotionError
@@ -38,7 +40,7 @@ class FilmBackground:
         noise: (height, width, 1) standard deviation [grey levels].
     """
 
-    def __init__(self, frames):
+    def __init__(self, frames: Sequence[np.ndarray] | np.ndarray) -> None:
         if len(frames) < 3:
             raise MotionError(f"a background needs at least 3 frames, got {len(frames)}")
         chosen = np.linspace(0, len(frames) - 1, min(len(frames), _MOST_FRAMES)).round().astype(int)
@@ -53,7 +55,7 @@ class FilmBackground:
         most = _MOST_NOISE * max(float(np.median(deviation)), _LEAST_NOISE)
         self.noise = np.clip(deviation, _LEAST_NOISE, most)[..., None]
 
-    def foreground(self, rgb) -> np.ndarray:
+    def foreground(self, rgb: np.ndarray) -> np.ndarray:
         """Probability (height, width) that a pixel of `rgb` (height, width, 3) is foreground.
 
         Raises:

@@ -9,6 +9,7 @@ alone, on the outline that fitted the person before.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class Guide:
         return np.isfinite(self.poses).all(axis=1)
 
 
-def people_of(detections, seen: Survey) -> list[Points]:
+def people_of(detections: Any, seen: Survey) -> list[Points]:
     """Everybody in `detections`: Points, several, or a file of them, a frame for each of the film's.
 
     Raises:

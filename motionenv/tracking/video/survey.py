@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Survey:
         found: candidates, the likeliest walker first.
     """
 
-    path: object
+    path: str | Path
     info: VideoInfo
     fps: float
     seconds: float
@@ -75,7 +76,12 @@ class Look:
 
 
 def survey(
-    path, *, fps: float | None, seconds: float, background=None, region: Sequence[float] | None = None
+    path: str | Path,
+    *,
+    fps: float | None,
+    seconds: float,
+    background: np.ndarray | None = None,
+    region: Sequence[float] | None = None,
 ) -> Survey:
     """Look at the film at `path`.
 

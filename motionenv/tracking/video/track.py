@@ -8,6 +8,7 @@ The camera must be static. Poses are NaN where the person isn't wholly in the pi
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
@@ -78,7 +79,7 @@ class VideoTrack:
 
 
 def track_video(
-    path,
+    path: str | Path,
     camera: Camera | None = None,
     *,
     height: float | None = None,
@@ -88,14 +89,14 @@ def track_video(
     attempts: int = 4,
     fps: float | None = None,
     seconds: float = 60.0,
-    background=None,
+    background: np.ndarray | None = None,
     person: int | None = None,
     box: Sequence[float] | None = None,
     point: Sequence[float] | None = None,
     at: float | None = None,
     region: Sequence[float] | None = None,
     detections: str | PathLike | Points | Sequence[Points] | None = None,
-    seed=None,
+    seed: int | np.random.Generator | None = None,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> VideoTrack:
@@ -167,11 +168,11 @@ def track_video(
 
 
 def find_people(
-    path,
+    path: str | Path,
     *,
     fps: float | None = None,
     seconds: float = 60.0,
-    background=None,
+    background: np.ndarray | None = None,
     region: Sequence[float] | None = None,
     detections: str | PathLike | Points | Sequence[Points] | None = None,
 ) -> list[Candidate]:

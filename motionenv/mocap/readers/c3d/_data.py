@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -28,7 +29,7 @@ class Layout:
     events: tuple[tuple[float, str], ...] = ()  # seconds since frame 1 and label of the header's events
 
 
-def read_layout(path, raw: bytes, encoding: Encoding, parameters: Parameters) -> Layout:
+def read_layout(path: str | Path, raw: bytes, encoding: Encoding, parameters: Parameters) -> Layout:
     """The layout of the data, from the header and the parameters.
 
     The two may disagree: counters of 16 bits overflow, some programs count analog values per sample and not per frame.
@@ -103,7 +104,7 @@ def _analog(parameters: Parameters) -> int:
     return _first(parameters, "ANALOG:USED") * max(round(each), 0) if np.isfinite(each) else -1
 
 
-def read_points(path, raw: bytes, encoding: Encoding, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+def read_points(path: str | Path, raw: bytes, encoding: Encoding, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Points (frames, points, 3) [file units], NaN in gaps, and analog values (frames, values) as stored.
 
     Gaps are a negative fourth word, points at exactly (0, 0, 0), and NaN.

@@ -1,6 +1,7 @@
 """The parameter section of a C3D file and the numbers of its three kinds of processor."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -81,7 +82,7 @@ class Parameters:
         return np.where(whole < 0, whole + 65536, whole).astype(np.int64)
 
 
-def read_encoding(path, raw: bytes) -> Encoding:
+def read_encoding(path: str | Path, raw: bytes) -> Encoding:
     """How the file of content `raw` writes numbers.
 
     Raises:

@@ -19,7 +19,11 @@ from motionenv.types import Markers, Recording
 
 
 def read(
-    path, fps: float | None = None, unit: str | float | None = None, up: str | None = None, override: bool = True
+    path: str | Path,
+    fps: float | None = None,
+    unit: str | float | None = None,
+    up: str | None = None,
+    override: bool = True,
 ) -> Markers:
     """Read the markers and virtual points of a C3D file, and what it holds beside them.
 

@@ -48,7 +48,7 @@ class Basis:
         offset = np.einsum("bdp,dp->b", self.components, self.centre + self.mean / self.scale) / self.deviation
         return np.ascontiguousarray(weights), offset
 
-    def coefficients(self, parameters) -> np.ndarray:
+    def coefficients(self, parameters: np.ndarray) -> np.ndarray:
         """Standardised coefficients c / σ (..., b) of the last ten frames of `parameters` (..., frames, 50)."""
         weights, offset = self.filter
         last = np.ascontiguousarray(parameters[..., -WINDOW:, :])

@@ -18,10 +18,13 @@ If a closer point's kernel could exceed e⁶⁰ (small β, or a probe far from a
 reference point. So nothing overflows, and the sum is never zero.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.threads import everywhere, in_chunks
 from motionenv._core.validation import checked_number, checked_whole
@@ -50,7 +53,7 @@ class KernelIndex:
     n: int
 
     @classmethod
-    def build(cls, rows: np.ndarray, order: np.ndarray) -> "KernelIndex":
+    def build(cls, rows: np.ndarray, order: np.ndarray) -> KernelIndex:
         """Build an index of points in the memory of `rows`.
 
         Args:
@@ -68,12 +71,12 @@ class KernelIndex:
         blocks = rows.reshape(-1, rows.shape[1], kernels.BLOCK)
         return cls(blocks, building.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
 
-    def coefficients(self, positions) -> np.ndarray:
+    def coefficients(self, positions: ArrayLike) -> np.ndarray:
         """Coordinates (..., b) float32 of the points at `positions` (...)."""
         positions = np.asarray(positions)
         return self.blocks[positions // kernels.BLOCK, :, positions % kernels.BLOCK]
 
-    def draw(self, probes, count: int, beta: float, key: int) -> np.ndarray:
+    def draw(self, probes: np.ndarray, count: int, beta: float, key: int) -> np.ndarray:
         """Positions (probes, count) int32 drawn with probabilities proportional to exp(-|z - probe|² / 2β).
 
         Args:
@@ -95,7 +98,7 @@ class KernelIndex:
         in_chunks(draw, len(probes))
         return out
 
-    def log_kernel(self, probes, positions, beta: float) -> np.ndarray:
+    def log_kernel(self, probes: np.ndarray, positions: np.ndarray, beta: float) -> np.ndarray:
         """-|z_i - z|² / 2β (probes, count) of `probes` and the points at `positions` (probes, count); β is `beta`.
 
         Raises:
@@ -105,7 +108,7 @@ class KernelIndex:
         away = self.coefficients(positions) - probes.astype(np.float64)[:, None]
         return -np.einsum("...b,...b->...", away, away) / (2.0 * beta)
 
-    def log_normaliser(self, probes, beta: float) -> np.ndarray:
+    def log_normaliser(self, probes: ArrayLike, beta: float) -> np.ndarray:
         """Log of Σᵢ exp(-|z_i - probe|² / 2β) (probes,), underestimated by at most 0.01.
 
         Takes `probes` and `beta` as `draw` does, and raises its errors.
@@ -119,7 +122,7 @@ class KernelIndex:
         in_chunks(fill, len(probes))
         return out
 
-    def checked(self, probes, beta: float) -> tuple[np.ndarray, float]:
+    def checked(self, probes: ArrayLike, beta: float) -> tuple[np.ndarray, float]:
         """`probes` as contiguous float32 and `beta` as a float; a MotionError as of `draw`."""
         b = self.blocks.shape[1]
         probes = np.ascontiguousarray(probes, dtype=np.float32)

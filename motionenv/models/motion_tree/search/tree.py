@@ -42,7 +42,7 @@ class CoefficientTree:
     members: np.ndarray
     depth: int
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("nodes", "starts", "members"):
             object.__setattr__(self, name, _read_only(getattr(self, name)))
 
@@ -83,7 +83,7 @@ class CoefficientTree:
         leaves[self.members] = np.repeat(np.arange(len(self.sizes), dtype=np.int32), self.sizes)
         return leaves
 
-    def leaf_of(self, positions) -> np.ndarray:
+    def leaf_of(self, positions: np.ndarray) -> np.ndarray:
         """Indices (...) of the leaves of the windows at `positions` (...), from left to right."""
         return self._leaves[positions]
 

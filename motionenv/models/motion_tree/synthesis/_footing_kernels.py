@@ -5,9 +5,12 @@ follows slowly, so that a walk covers the ground that its steps do, and the leg 
 squares over hip flexion, hip abduction and knee flexion; Buss 2004). A foot that is let go glides back to its motion.
 """
 
+from __future__ import annotations
+
 from collections import namedtuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv._core.compilation import kernel
 from motionenv.body.kinematics import feet_of
@@ -29,7 +32,7 @@ _KNEE = 2.6  # [rad] most flexed
 _LEG = np.array([[17, 18, 20], [21, 22, 24]])  # hip flexion, hip abduction, knee flexion
 
 
-def footing_on(ground) -> Footing:
+def footing_on(ground: ArrayLike) -> Footing:
     """Over a ground (3,), no foot locked, nothing moved."""
     return Footing(np.array(ground, dtype=np.float64), np.zeros(2, dtype=np.bool_), np.zeros((2, 2)), np.zeros((2, 2)))
 

@@ -75,7 +75,7 @@ class FutureCost:
         return self._known[activity]
 
 
-def fit_future_cost(database: Database, frames, blocks, boxes) -> FutureCost:
+def fit_future_cost(database: Database, frames: np.ndarray, blocks: np.ndarray, boxes: np.ndarray) -> FutureCost:
     """The outlook of n windows, whose last frames are `frames` (n,), by positions in an index's blocks, boxes."""
     n = len(frames)
     place = np.full(len(database.poses), -1, dtype=np.int32)

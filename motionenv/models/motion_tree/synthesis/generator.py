@@ -26,6 +26,7 @@ from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.features import FPS, WINDOW, parameters, turned_towards
+from motionenv.models.motion_tree.history import History
 from motionenv.models.motion_tree.model import METHODS, PARTS, MotionTree
 from motionenv.models.motion_tree.search.kernel_index_kernels import scratch
 from motionenv.models.motion_tree.synthesis._footing_kernels import footing_on
@@ -67,7 +68,7 @@ class Options:
     contact: bool = True
     noise: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checked_number(self.temperature, "temperature", above=0)
         _check(self.method in METHODS, "method", self.method, " or ".join(map(repr, METHODS)))
         checked_number(self.persistence, "persistence", 0, unit="seconds")
@@ -99,9 +100,10 @@ class MotionGenerator:
     """
 
     def __init__(
-        self, tree: MotionTree, start=None, *, seed=None, upper: MotionTree | None = None,
-        options: Options | None = None, target: Target | None = None,
-    ):  # fmt: skip
+        self, tree: MotionTree, start: int | str | History | None=None, *,
+        seed: int | np.random.Generator | None = None, upper: MotionTree | None = None, options: Options | None = None,
+        target: Target | None = None,
+    ) -> None:  # fmt: skip
         self._trees = (tree,) if upper is None else (tree, upper)
         for each in self._trees:
             each.check()
@@ -210,7 +212,9 @@ class MotionGenerator:
         return _state(recent, pose, windows, future.ground[i])
 
 
-def history(tree: MotionTree, activity: str | None = None, *, seed=None) -> np.ndarray:
+def history(
+    tree: MotionTree, activity: str | None = None, *, seed: int | np.random.Generator | None = None
+) -> np.ndarray:
     """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of a tree's database.
 
     The window is one of `activity`, if not None; a `seed` picks the same one as for `MotionGenerator`.
