@@ -1,6 +1,6 @@
 """Arguments checked before any work, in one wording: the name, what is allowed, what was given."""
 
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from motionenv.errors import MotionError
 PICTURE_SIZES = (1, 16384)  # [pixels], sides of a picture
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: Any) -> TypeGuard[float]:
     """Whether a value is a real number; True and False are none."""
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 

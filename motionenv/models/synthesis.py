@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number, is_number
 from motionenv.body.skeleton import limb_radii
@@ -11,6 +13,10 @@ from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
 from motionenv.models.types import Walker
 from motionenv.types import HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
+
+if TYPE_CHECKING:
+    from motionenv.models.paths import Path
+    from motionenv.models.paths.walking import Speed
 
 __all__ = ["scaled", "synthesize"]
 
@@ -23,8 +29,8 @@ def synthesize(
     walker: Walker | None = None,
     deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None,
-    path: Any = None,
-    speed: Any = None,
+    path: "Path | ArrayLike | None" = None,
+    speed: "Speed" = None,
     **asked,
 ) -> Motion:
     """New motion (frames, 25) from a model, with its `GaitModel.synthesize`.

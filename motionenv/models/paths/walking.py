@@ -64,7 +64,7 @@ def walk_along(
     if not isinstance(path, Path):
         raise MotionError(f"path must be a motionenv.models.paths.Path, got {type(path).__name__}")
     rng = random_generator(seed)
-    even: float | None = float(speed) if is_number(speed) else None  # type: ignore[arg-type]
+    even: float | None = float(speed) if is_number(speed) else None
     request = Request(seconds, fps, even, height, phase, variation)
     if not model.steady:
         return _steered(model, path, request, speed, walker, rng)
