@@ -14,8 +14,9 @@ outliers. Residuals are correlated over many frames, because strides differ from
 estimates their power at the low frequencies that determine the coefficients.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
@@ -27,6 +28,7 @@ from motionenv.lifting._parallel_projection import Parallel, turn
 from motionenv.lifting.fourier_fit import LEAST_CYCLES
 from motionenv.lifting.posterior import WalkPosterior
 from motionenv.models.eigenwalkers.fourier_series import columns
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.types import MARKERS, Points, frozen
 
 _FRAMES = 8  # least number of frames that must show a marker
@@ -74,7 +76,7 @@ class Start:
 
 
 def refine(
-    model: Any,
+    model: WalkerPrior,
     points: Points,
     start: Start,
     *,
@@ -116,7 +118,7 @@ class _State:
     walker: np.ndarray
     shared: np.ndarray
 
-    def moved(self, step: np.ndarray) -> "_State":
+    def moved(self, step: np.ndarray) -> _State:
         return _State(self.walker + step[:225], self.shared + step[225:])
 
 

@@ -23,7 +23,7 @@ def axes(alpha: ArrayLike, elevation: ArrayLike = 0.0) -> np.ndarray:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
-def project(coefficients: np.ndarray, alpha: ArrayLike, elevation: float = 0.0) -> np.ndarray:
+def project(coefficients: np.ndarray, alpha: ArrayLike, elevation: float | np.ndarray = 0.0) -> np.ndarray:
     """Orthographic projection C(α) w (eq. 3.5), (..., 5, 15, 2) [m] across and upwards, of points or Fourier series.
 
     `coefficients` are (..., 5, 15, 3) [m], `alpha` and `elevation` (...) [rad].
@@ -31,7 +31,7 @@ def project(coefficients: np.ndarray, alpha: ArrayLike, elevation: float = 0.0) 
     return np.einsum("...ij,...hmj->...hmi", axes(alpha, elevation)[..., :2, :], coefficients)
 
 
-def depth(coefficients: np.ndarray, alpha: ArrayLike, elevation: float = 0.0) -> np.ndarray:
+def depth(coefficients: np.ndarray, alpha: ArrayLike, elevation: float | np.ndarray = 0.0) -> np.ndarray:
     """The missing dimension (..., 5, 15) [m], positive away from the camera; arguments as of `project`.
 
     `coefficients` are (..., 5, 15, 3) [m], `alpha` and `elevation` (...) [rad].

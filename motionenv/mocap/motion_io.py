@@ -16,7 +16,7 @@ _UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 def read_motion(
     path: str | Path, *, fps: float | None = None, unit: str | float | None = None,
-    marker_map: MarkerMap | str | None = None, static: str | Path | None=None, body_model: str | Path | None=None,
+    marker_map: MarkerMap | str | None = None, static: str | Path | None = None, body_model: str | Path | None = None,
     override: bool = True,
 ) -> Motion:  # fmt: skip
     """Read the motion in a file; capture is retargeted to the body.

@@ -22,7 +22,7 @@ SUFFIXES = frozenset(_READERS)
 
 def read(
     path: str | Path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
-    asf: str | Path | None=None, body_model: str | Path | None = None, override: bool = True,
+    asf: str | Path | None = None, body_model: str | Path | None = None, override: bool = True,
 ) -> Markers | Motion:  # fmt: skip
     """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, or AMASS's.
 

@@ -46,10 +46,10 @@ def metres_per(unit: str | float) -> float:
         try:
             metres = float(unit)
         except ValueError:
-            metres = None
+            metres = np.nan
     else:
-        metres = unit if is_number(unit) else None
-    if metres is not None and 0 < metres < np.inf:
+        metres = unit if is_number(unit) else np.nan
+    if 0 < metres < np.inf:
         return float(metres)
     raise MotionError(f"unit must be one of {', '.join(METRES)} or the metres per file unit (above 0), got {unit!r}")
 

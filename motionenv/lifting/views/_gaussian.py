@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.errors import ModelError, MotionError
+from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.types import MARKERS
 
 VARIANCE = 70e-6  # [m²] best σ² in paper B (figure 3)
@@ -40,7 +40,7 @@ class Gaussian:
 
 
 def gaussian(
-    model: Any, variance: float | None, n_components: int | None, prior: bool, measurement: ArrayLike = 0.0
+    model: FourierModel, variance: float | None, n_components: int | None, prior: bool, measurement: ArrayLike = 0.0
 ) -> Gaussian:
     """The Gaussian of `model`'s first components; `variance` [m²] is the noise, None uses the model's own."""
     n = len(model.components_)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +29,7 @@ from motionenv.lifting.views._gaussian import (
     gram_blocks,
     patterns,
 )
+from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import columns
 
 _POINTS = SHAPE[0] * SHAPE[1]
@@ -111,7 +111,7 @@ class Reconstruction:
 
 
 def least_squares(
-    model: Any,
+    model: FourierModel,
     w2: np.ndarray,
     alpha: ArrayLike,
     *,
@@ -136,7 +136,7 @@ def least_squares(
 
 
 def maximum_a_posteriori(
-    model: Any,
+    model: FourierModel,
     w2: ArrayLike,
     alpha: ArrayLike,
     *,

@@ -20,7 +20,6 @@ minima; exp(objective - alternative) is the probability of each relative to the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +38,7 @@ from motionenv.lifting.views._gaussian import (
     gaussian,
     patterns,
 )
+from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import columns, later
 
 ELEVATIONS = (np.radians(-15.0), np.radians(45.0))  # search range of an unknown elevation
@@ -81,7 +81,7 @@ class Views:
 
 
 def find_view(
-    model: Any,
+    model: FourierModel,
     w2: ArrayLike,
     *,
     approach: str = "map",

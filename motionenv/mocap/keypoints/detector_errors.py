@@ -59,7 +59,7 @@ class DetectorErrors:
         for field in fields(self):
             checked_number(getattr(self, field.name), f"DetectorErrors.{field.name}", 0, most.get(field.name, np.inf))
 
-    def apply(self, points: Points, rng: np.random.Generator, height: float | None = None) -> Points:
+    def apply(self, points: Points, rng: int | np.random.Generator, height: float | None = None) -> Points:
         """The points as a detector would give them, with its confidence; gaps stay gaps. The same seed, the same bytes.
 
         Args:

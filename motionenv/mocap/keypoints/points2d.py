@@ -10,7 +10,6 @@ Empty fields and skipped frames are gaps; markers without columns are missing.
 """
 
 import csv
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -112,7 +111,7 @@ def read_people(path: str | Path, fps: float, size: tuple[int, int]) -> list[Poi
 
 
 def points_of(
-    path: str | Path, tracks: list[Track], frames: int, fps: float, size: Sequence[float] | None = None
+    path: str | Path, tracks: list[Track], frames: int, fps: float, size: tuple[int, int] | None = None
 ) -> list[Points]:
     """Points in pixels of `tracks` of people in a film of so many `frames`; all else is as of `read_people`."""
     people = [in_frames(track, frames) for track in tracks]

@@ -65,8 +65,8 @@ def read(
     fps = checked_fps(fps)
     lines = read_lines(path)
     skeleton = _Asf(_beside(path) if asf is None else asf)
-    given = unit is not None and (override or not skeleton.has_length())
-    scale = metres_per(unit) if unit is not None and given else skeleton.metres()
+    stated = skeleton.has_length() and not override
+    scale = skeleton.metres() if unit is None or stated else metres_per(unit)
     bones = skeleton.bones()
     amc = _Amc(path, bones)
     values = amc.values(lines)

@@ -82,7 +82,7 @@ def columns(phase: ArrayLike, derivative: int = 0) -> np.ndarray:
     return np.stack([np.full_like(phase, 0.0 if derivative else 1.0), *waves], axis=-1)
 
 
-def positions_at(coefficients: np.ndarray, phase: np.ndarray, derivative: int = 0) -> np.ndarray:
+def positions_at(coefficients: np.ndarray, phase: ArrayLike, derivative: int = 0) -> np.ndarray:
     """Marker positions in place (..., frames, 15, 3) [m] (eq. 3.1), or a derivative of them by phase.
 
     Coefficients are (..., 5, 15, 3) [m], phases ωt (frames,) [rad].

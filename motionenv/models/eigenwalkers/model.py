@@ -1,23 +1,24 @@
 """Eigenwalkers: principal components of walkers in Fourier representation (paper B, section 3.1)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
-from motionenv.models.eigenwalkers.fourier_series import WALKING
+from motionenv.models.eigenwalkers.fourier_series import WALKING, FourierWalker
 from motionenv.models.eigenwalkers.group_axis import GroupAxis, checked_groups, group_axis
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
 from motionenv.models.eigenwalkers.table import Rows, mean_walkers, read_walks
 from motionenv.models.types import Trait
+from motionenv.types import Markers, Motion
 
 _USUAL = 30  # components that the paper keeps of 80 walkers
 
@@ -48,8 +49,8 @@ class Eigenwalkers(FourierModel):
     about: ClassVar[str] = "Fifteen points that swing in two harmonics: body shape and style in one space."
 
     def fit(
-        self, motions: Any, subjects: Sequence[str] | None = None, executor: Executor | None = None,
-        groups: Mapping[str, Sequence[str]] | None = None,
+        self, motions: Iterable[FourierWalker | Markers | Motion], subjects: Sequence[str] | None = None,
+        executor: Executor | None = None, groups: Mapping[str, Sequence[str]] | None = None,
     ) -> "Eigenwalkers":  # fmt: skip
         """Learn mean and components, block by block: memory holds as little as 200 bytes of each walk.
 

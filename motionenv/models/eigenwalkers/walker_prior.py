@@ -12,23 +12,23 @@ Paper B has one column per person and one noise variance for all residuals. This
 So w ~ N(w̄, Eᵀ diag(λ) E + diag(noise)), over the 225 coefficients.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
-from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, columns
+from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, FourierWalker, columns
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
 from motionenv.models.eigenwalkers.table import Rows, each, mean_walkers, pair, read_walks
-from motionenv.types import MARKERS
+from motionenv.types import MARKERS, Markers, Motion
 
 _USUAL = 20  # components; 15 to 25 give equal errors
 _FOLDS = 12  # at most
@@ -94,7 +94,10 @@ class WalkerPrior(FourierModel):
         self.merge = merge
 
     def fit(
-        self, motions: Any, subjects: Sequence[str] | None = None, executor: Executor | None = None
+        self,
+        motions: Iterable[FourierWalker | Markers | Motion],
+        subjects: Sequence[str] | None = None,
+        executor: Executor | None = None,
     ) -> "WalkerPrior":
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 

@@ -112,9 +112,9 @@ class Path:
         out = self._corners[cell] + over[..., None] * _direction(before + 0.5 * turn)
         return out + (s - inside)[..., None] * _direction(self.heading(s))
 
-    def heading(self, s: np.ndarray) -> np.ndarray:
+    def heading(self, s: ArrayLike) -> np.ndarray:
         """Direction (...) [rad] of the tangent at arc lengths `s` (...) [m], continuous along the path."""
-        return np.interp(s, self._arcs, self.headings)
+        return np.interp(np.asarray(s, dtype=np.float64), self._arcs, self.headings)
 
     def curvature(self, s: ArrayLike) -> np.ndarray:
         """Curvature (...) [1/m] at arc lengths `s` (...) [m]: above 0 to the left, 0 beyond the ends."""

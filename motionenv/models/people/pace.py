@@ -54,7 +54,7 @@ class Pace:
         """Log stride lengths (...) of bodies of height 1 with scores z (..., q)."""
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
-    def longer(self, z: np.ndarray, change: np.ndarray, way: np.ndarray) -> np.ndarray:
+    def longer(self, z: np.ndarray, change: float | np.ndarray, way: np.ndarray) -> np.ndarray:
         """Scores `z` (..., q), log stride lengths changed by `change` (...) along `way`: `direction` or `between`."""
         slope = np.maximum((self.weights + 2 * z @ self.curvature) @ way, _LEAST_GAIN)
         bend = way @ self.curvature @ way
@@ -62,7 +62,7 @@ class Pace:
         return z + (2 * np.clip(change, -1.0, 1.0) / (slope + root))[..., None] * way
 
     def at_speed(
-        self, z: np.ndarray, seconds: np.ndarray, scale: float | np.ndarray, speed: float | np.ndarray
+        self, z: np.ndarray, seconds: float | np.ndarray, scale: float | np.ndarray, speed: float | np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """The same people at another speed.
 

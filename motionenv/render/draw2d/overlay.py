@@ -64,7 +64,7 @@ def side_by_side(left: np.ndarray, right: np.ndarray, *, gap: int = 4) -> np.nda
     return np.concatenate([left, np.zeros((*left.shape[:-2], gap, 3), dtype=np.uint8), right], axis=-2)
 
 
-def strip(frames: Sequence, n: int = 6, *, gap: int = 4) -> np.ndarray:
+def strip(frames: Sequence | np.ndarray, n: int = 6, *, gap: int = 4) -> np.ndarray:
     """One image of `n` equally spaced frames in a row, from the first to the last, with a black `gap` [pixels] between.
 
     `frames` are uint8 (H, W, 3), or an array (T, H, W, 3). A `MotionError` if they are fewer than `n`, or not uint8

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,7 +58,7 @@ def track_film(
         yield np.concatenate([both, plot.upto(i)])
 
 
-def marked(pictures: Iterable[np.ndarray], where: np.ndarray, text: str) -> Iterator[np.ndarray]:
+def marked(pictures: Iterable[np.ndarray], where: Sequence[bool] | np.ndarray, text: str) -> Iterator[np.ndarray]:
     """`pictures`, uint8 (height, width, 3), with the word `text` in the corner of those marked by `where` (T,) bool."""
     from PIL import Image, ImageDraw, ImageFont
 
