@@ -1,18 +1,25 @@
 """Where data sets are written: a folder on this machine, or whatever `fsspec` reaches, such as S3."""
 
 import os
+import shutil
+import tempfile
 import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # on Windows, which can't delete files in use; what was killed there leaves its folder behind
+    fcntl = None  # type: ignore[assignment]
 
 from motionenv.errors import MotionError
 
 # Stores in which an object appears whole or not at all when its upload ends; renaming there is copying.
 _WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "adl", "memory", "oci", "oss"}
-#: Folder of unfinished files in a data set on this machine.
-MAKING = ".making"
+#: How the names of folders of unfinished files begin, in a data set on this machine.
+MAKING = ".making-"
 
 
 class Store:
@@ -86,13 +93,9 @@ class Store:
         if self.local is None:
             self._send(path, lambda place: self.files.pipe_file(place, content))
             return
-        part = self.unfinished() / uuid.uuid4().hex
-        try:
-            with open(part, "wb") as file:
-                file.write(content)
-            self.put(part, path)
-        finally:
-            part.unlink(missing_ok=True)
+        with self.scratch() as folder:
+            (folder / "part").write_bytes(content)
+            self.put(folder / "part", path)
 
     def put(self, file: Path, path: str) -> None:
         """Move a local `file` to `path` in the store, which it reaches whole or not at all, on a disk that kept it.
@@ -109,12 +112,24 @@ class Store:
         os.replace(file, target)
         _sync(target.parent)
 
-    def unfinished(self) -> Path:
-        """The folder of unfinished files of a local store."""
-        assert self.local is not None
-        folder = self.local / MAKING
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
+    @contextmanager
+    def scratch(self) -> Iterator[Path]:
+        """An empty folder for unfinished files, on the same disk as a local store, that is gone afterwards."""
+        if self.local is not None:
+            self.local.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=MAKING, dir=self.local, ignore_cleanup_errors=True) as name:
+            with _in_use(Path(name)):
+                files = Path(name) / "files"
+                files.mkdir()
+                yield files
+
+    def sweep(self) -> None:
+        """Delete the scratch folders of a local store whose processes were killed."""
+        if self.local is None:
+            return
+        for folder in self.local.glob(f"{MAKING}*"):
+            if not _is_in_use(folder):
+                shutil.rmtree(folder, ignore_errors=True)
 
     def _send(self, path: str, write) -> None:
         """Write elsewhere by `write(place)`, under another name first where files could be seen half-written."""
@@ -147,3 +162,24 @@ def _sync(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+@contextmanager
+def _in_use(folder: Path) -> Iterator[None]:
+    """Hold a lock in a scratch folder, which the system lets go when this process ends, however it ends."""
+    with open(folder / "locking", "wb") as file:
+        if fcntl is not None:
+            with suppress(OSError):  # a file system without locks: nobody will sweep this folder
+                fcntl.flock(file, fcntl.LOCK_EX)
+                os.rename(folder / "locking", folder / "lock")  # only now: who finds it must find it locked
+        yield
+
+
+def _is_in_use(folder: Path) -> bool:
+    """Whether a process works in a scratch folder, as far as can be told."""
+    try:
+        with open(folder / "lock", "r+b") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (OSError, AttributeError):
+        return True
+    return False

@@ -37,9 +37,9 @@ class SharedFiles(FileStore):
         if self.objects.local is None:
             self.objects.put(file, _name(sha))
             return
-        copy = self.objects.unfinished() / f"{sha}.{os.getpid()}.{time.monotonic_ns()}"
-        shutil.copyfile(file, copy)
-        self.objects.put(copy, _name(sha))
+        with self.objects.scratch() as folder:
+            shutil.copyfile(file, folder / sha)
+            self.objects.put(folder / sha, _name(sha))
 
     def fetch(self, sha: str) -> Path:
         path = self.path(sha)

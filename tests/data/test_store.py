@@ -1,5 +1,7 @@
 import os
 import pickle
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -30,7 +32,7 @@ def test_what_is_written_is_read_and_listed(store, tmp_path):
     assert store.read("a/c/d.bin") == bytes(range(256)) * 1000
     assert store.read_all(["a/c/d.bin", "a/b.json"]) == [b"two", bytes(range(256)) * 1000]  # by name
     assert store.names("a") == ["b.json", "c"]
-    assert [name for name in store.names("") if name != MAKING] == ["a"]
+    assert store.names("") == ["a"]
     again = pickle.loads(pickle.dumps(store))
     assert again.read("a/b.json") == b"two"
 
@@ -51,7 +53,30 @@ def test_a_reader_never_sees_half_a_file(tmp_path):
     stop.set()
     reader.join()
     assert seen <= set(contents)
-    assert os.listdir(tmp_path / MAKING) == []
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_only_what_a_killed_process_left_is_swept(tmp_path):
+    """Two processes hold unfinished files; one is killed."""
+    script = (
+        "import sys; from motionenv.data import Store\n"
+        "with Store(sys.argv[1]).scratch() as folder:\n"
+        "    (folder / 'part').write_text('half')\n"
+        "    print('there', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", script, tmp_path]
+    both = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    for each in both:
+        assert each.stdout.readline() == "there\n"
+    Store(tmp_path).sweep()
+    assert len(list(tmp_path.glob(f"{MAKING}*/files/part"))) == 2
+    both[0].kill()
+    both[0].communicate()
+    Store(tmp_path).sweep()
+    assert len(list(tmp_path.glob(f"{MAKING}*/files/part"))) == 1
+    both[1].communicate("")
+    assert both[1].returncode == 0
+    assert os.listdir(tmp_path) == []
 
 
 def test_stores_that_can_not_be_reached(tmp_path):

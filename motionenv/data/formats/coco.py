@@ -6,7 +6,6 @@ all of our 15 in the same form. `annotations/person_keypoints.json` is put toget
 """
 
 import json
-import tempfile
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -72,9 +71,8 @@ class Coco:
     def finish(self, store: Store, rows: list[dict], spec: Specification) -> None:
         """Put the parts of all `rows` in a `store` together, one at a time; see `Format`."""
         paths = [file["path"] for row in rows for file in row["files"] if file["path"].startswith("annotations/parts/")]
-        near = None if store.local is None else store.unfinished()
-        with tempfile.TemporaryDirectory(dir=near) as folder:
-            whole = Path(folder) / "whole.json"
+        with store.scratch() as folder:
+            whole = folder / "whole.json"
             with whole.open("wb") as file:
                 file.write(json.dumps(_about(spec))[:-1].encode())
                 for key in ("images", "annotations"):

@@ -2,11 +2,8 @@
 
 import hashlib
 import json
-import shutil
-import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
@@ -18,7 +15,7 @@ from motionenv.data.making import manifest
 from motionenv.data.making.engine import run
 from motionenv.data.samples import Sampler
 from motionenv.data.specification import Specification
-from motionenv.data.store import MAKING, Store
+from motionenv.data.store import Store
 from motionenv.errors import MotionError
 
 
@@ -137,8 +134,7 @@ def finish(store: Store, spec: Specification, form: str) -> None:
     rows = manifest.read_rows(store, spec)
     format_of(form).finish(store, rows, spec)
     describe(store, rows, spec, form)
-    if store.local is not None:
-        shutil.rmtree(store.local / MAKING, ignore_errors=True)  # of makers that died; nothing needs them now
+    store.sweep()
 
 
 def make_shard(job: _Job, shard: int) -> dict[str, Any]:
@@ -153,31 +149,17 @@ def make_shard(job: _Job, shard: int) -> dict[str, Any]:
     if row is not None:
         return row
     whole = spec.range_of(shard)
-    try:
-        with _folder(store) as folder:
-            form.write(sampler.samples(whole.start, whole.stop), folder, shard, spec)
-            files = [_described(file, folder) for file in sorted(folder.rglob("*")) if file.is_file()]
-            for file in files:
-                store.put(folder / file["path"], file["path"])
-        return manifest.write_row(store, spec, shard, files)
-    except FileNotFoundError:
-        row = manifest.read_row(store, spec, shard)  # another maker was faster, and cleaned up
-        if row is None:
-            raise
-        return row
+    with store.scratch() as folder:
+        form.write(sampler.samples(whole.start, whole.stop), folder, shard, spec)
+        files = [_described(file, folder) for file in sorted(folder.rglob("*")) if file.is_file()]
+        for file in files:
+            store.put(folder / file["path"], file["path"])
+    return manifest.write_row(store, spec, shard, files)
 
 
 @lru_cache(maxsize=2)
 def _sampler(content: str) -> Sampler:
     return Sampler(Specification.of(json.loads(content)))
-
-
-@contextmanager
-def _folder(store: Store) -> Iterator[Path]:
-    """An empty folder, on the same disk as a local store, that is gone afterwards."""
-    near = None if store.local is None else store.unfinished()
-    with tempfile.TemporaryDirectory(prefix="shard-", dir=near, ignore_cleanup_errors=True) as folder:
-        yield Path(folder)
 
 
 def _described(file: Path, folder: Path) -> dict[str, Any]:
