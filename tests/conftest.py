@@ -37,6 +37,15 @@ def mocap() -> Path:
 
 
 @pytest.fixture(scope="session")
+def cmu_walkers(mocap) -> list[tuple]:
+    """Markers, Fourier walker and person of each straight CMU walk."""
+    from benchmarks.models.eigenwalkers import cmu_markers
+    from motionenv.models.eigenwalkers import fourier_walker
+
+    return [(m, fourier_walker(m), person) for m, person in zip(*cmu_markers(mocap), strict=True)]
+
+
+@pytest.fixture(scope="session")
 def opengl() -> None:
     """For tests that draw with pyrender: skips where it can't, and says why; fails there when CI promised that it can.
 

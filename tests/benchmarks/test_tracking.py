@@ -7,10 +7,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 TRIALS = ("02_01", "05_01", "06_01", "07_03", "12_01", "16_15")
 
 
+@pytest.mark.slow
 def test_bench_tracking_compares_trackers(mocap, tmp_path):
     folder = tmp_path / "walks"
     folder.mkdir()

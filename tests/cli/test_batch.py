@@ -25,6 +25,7 @@ def batch(folder, *args) -> subprocess.CompletedProcess:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_each_file_gets_its_result_and_a_row(files, tmp_path, workers):
     first = batch(tmp_path, "convert", "clips/**/*.bvh", "--out", "made", "--suffix", ".npz", "--workers", workers)

@@ -6,10 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import motionenv
 from tests.cli.talking import refused
 
 
+@pytest.mark.slow
 def test_bench_lists_runs_and_refuses(run, tmp_path):
     listed = run("bench")
     assert listed.code == 0

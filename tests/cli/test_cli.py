@@ -118,6 +118,7 @@ def test_usage_errors_end_with_2(run, tmp_path, options):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     ["demo --out .", "synth walk/fpca --out w.npz", "synth walk/fpca --out w.bvh", "render WALK --out w.mp4"],

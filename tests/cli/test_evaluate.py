@@ -33,6 +33,7 @@ def test_an_agent_of_ones_own_is_scored(tmp_path):
     assert [report["agent"] for report in reports] == ["agents:Mine", "blob"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "says"),
     [

@@ -56,6 +56,7 @@ def test_an_arm_and_the_same_bytes_again(run, tmp_path):
     assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_video_with_its_camera(run, tmp_path):
     walk = synthesize("walk/fpca", 1.5, 30, seed=3, height=1.75)
     poses = walk.poses - np.eye(25)[0] * walk.poses[:, :1].mean()

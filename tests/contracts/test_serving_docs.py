@@ -30,6 +30,7 @@ def test_python_blocks_run(server, tmp_path, monkeypatch):
     assert len(names["poses"]) == 30
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl isn't installed")
 def test_curl_gets_what_is_shown(server, tmp_path):
     pages = [ROOT / "README.md", ROOT / "docs" / "service.md"]

@@ -100,6 +100,7 @@ def test_every_example_has_a_picture(site):
     assert not [page for page in examples if "sphx_glr_" not in page.read_text(encoding="utf-8")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("page", KINDS)
 def test_axe_finds_no_barrier(browser, site, page, scheme):

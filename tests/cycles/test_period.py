@@ -112,6 +112,7 @@ def test_refusals():
             estimate_period(z, fps)
 
 
+@pytest.mark.slow
 def test_cmu_walks_agree_with_foot_and_knee_events(cmu_walks, events, occlude):
     full = [estimate_period(w.angles, 120).seconds / events(w.legs, 120) for w in cmu_walks]
     assert np.mean(np.abs(np.array(full) - 1) <= 0.02) >= 0.95
@@ -127,6 +128,7 @@ def test_santos25_agrees_with_knee_events(santos_walks, events, occlude):
     assert np.mean(np.abs(np.array(gaps) - 1) <= 0.03) >= 0.95
 
 
+@pytest.mark.slow
 def test_double_cycle_trap(cmu_walks):
     """CMU 38_02: its automatic stride of 2.10 s is two strides."""
     (walk,) = (w for w in cmu_walks if w.name == "38_02")

@@ -68,6 +68,7 @@ def test_the_shipped_band_is_of_people_who_walk():
         assert (band.sd[name] > 0).all()
 
 
+@pytest.mark.slow
 def test_the_shipped_band_is_what_the_command_makes(mocap):
     """python -m benchmarks.mocap.band: the same curves, but for rounding."""
     band, shipped = made(mocap), shipped_band()

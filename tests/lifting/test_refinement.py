@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting import view_geometry as geometry
 from motionenv.lifting._parallel_projection import Parallel
 from motionenv.lifting.refinement import _BY_MARKER, Start, _precision, _Problem, _State, refine
-from motionenv.models.eigenwalkers.extraction import fourier_walker, steady_stretch
+from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import columns, positions_at
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
@@ -154,10 +153,10 @@ def test_what_does_not_go_together_is_named(model, walker):
         refine(model, Points(few, FPS, "m"), start)
 
 
-def test_a_person_left_out_is_told_within_bounds(mocap):
+@pytest.mark.slow
+def test_a_person_left_out_is_told_within_bounds(cmu_walkers):
     """Raw frames at 30 fps of people that the prior has not seen: direction, depth, and how often bands hold it."""
-    markers, people = cmu_markers(mocap)
-    kept = [(m, fourier_walker(m), p) for m, p in zip(markers, people, strict=True) if m.name != "38_02"]
+    kept = [(m, w, p) for m, w, p in cmu_walkers if m.name != "38_02"]
     others = [(w, p) for _, w, p in kept if p != "16"]
     prior = WalkerPrior().fit([w for w, _ in others], [p for _, p in others])
     angles, squares, inside = [], [], []

@@ -77,6 +77,7 @@ def test_real_walks_pass_at_every_view_with_and_without_noise(views):
             check_series(fourier_points(version))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 @pytest.mark.parametrize("kind", ["none", "single frames", "whole side", "runs", "from here on"])
 def test_mixed_up_frames_are_found(views, kind, noise):

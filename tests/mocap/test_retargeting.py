@@ -60,6 +60,7 @@ def test_amc_and_bvh_of_02_01_are_one_walk_on_two_skeletons(mocap, amc):
         assert np.degrees((a.poses[:, i] - b.poses[:, i]).std()) < 3.5, name
 
 
+@pytest.mark.slow
 def test_the_body_lies_within_20_mm_of_the_joints_on_all_cmu_walks(mocap):
     medians = []
     for path in sorted((mocap / "cmu_asfamc").glob("*/*.amc")):

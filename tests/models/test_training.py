@@ -91,6 +91,7 @@ def test_only_known_models_are_fitted(walks):
         training.fit("run/fpca", walks, "")
 
 
+@pytest.mark.slow
 def test_the_shipped_models_are_what_the_command_makes(mocap):
     """motionenv fit NAME --mocap cmu_asfamc --fps 120: the same arrays, but for rounding on another CPU."""
     walks = training.read_walks(mocap / "cmu_asfamc", fps=120)

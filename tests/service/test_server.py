@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 FILM = {"seed": 1, "seconds": 8, "fps": 30, "picture": {"width": 320, "height": 240}}
 
 
+@pytest.mark.slow
 def test_a_running_answer_is_finished_at_the_end_and_no_other_begun(serving, tmp_path):
     with serving(tmp_path) as server:
         ask = {"json": FILM, "headers": {"Accept": "video/mp4"}, "timeout": 60}
@@ -34,6 +35,7 @@ def test_a_running_answer_is_finished_at_the_end_and_no_other_begun(serving, tmp
         assert len(list(film.decode(video=0))) == FILM["seconds"] * FILM["fps"]
 
 
+@pytest.mark.slow
 def test_what_takes_longer_than_the_time_to_end_is_cut_off(serving, tmp_path):
     with serving(tmp_path, shutdown_seconds=0) as server:
         long = FILM | {"seconds": 60, "picture": {"width": 1280, "height": 720}}

@@ -49,6 +49,7 @@ def exchanged(seed, weight, known=12, frames=24):
     return np.exp(belief.log_weights) @ (wrong < right)
 
 
+@pytest.mark.slow
 def test_colours_that_were_learned_tell_left_from_right():
     """Seen from the side, where silhouettes hardly do."""
     by_outline, by_colours = ([exchanged(seed, weight) for seed in range(5)] for weight in (0.0, 1.0))

@@ -53,6 +53,7 @@ def made_whole(folder) -> bool:
     return started.returncode == 0
 
 
+@pytest.mark.slow
 def test_two_workers_make_what_one_makes(undisturbed, tmp_path):
     made = generate(MANY, tmp_path, workers=2)
     assert made.complete
@@ -89,6 +90,7 @@ def killed_often(folder, times: int, seed: int) -> int:
     return hits
 
 
+@pytest.mark.slow
 def test_killed_and_continued_it_is_as_if_undisturbed(tmp_path, undisturbed):
     folder = tmp_path / "set"
     assert killed_often(folder, 4, seed=1) >= 2
@@ -122,6 +124,7 @@ def test_makers_that_end_together_all_describe_the_whole(tmp_path):
     assert digests(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_ctrl_c_can_be_continued(tmp_path, undisturbed):
     folder = tmp_path / "set"
     started = make(folder, MANY, "--workers", "2")
@@ -154,6 +157,7 @@ def test_a_full_disk_fails_what_does_not_fit_and_can_be_continued(tmp_path, undi
     assert digests(folder) == undisturbed
 
 
+@pytest.mark.slow
 def test_an_object_store_that_fails_for_a_while(tmp_path, s3):
     spec = EVERYTHING.replace(frames=36)
     generate(spec, tmp_path / "here", workers=1)
@@ -209,6 +213,7 @@ print(used[1] - used[0])
 """
 
 
+@pytest.mark.slow
 def test_memory_is_flat_over_200_000_frames():
     done = subprocess.run([sys.executable, "-c", MEMORY], capture_output=True, text=True, check=True)
     assert int(done.stdout) < 30_000  # kB

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.lifting.view_geometry import depth, project
 from motionenv.lifting.views.known_view import maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import find_view
-from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import later
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 
@@ -17,11 +15,10 @@ POWER = np.array([1.0, 0.5, 0.5, 0.5, 0.5])  # of the five parts, in the mean ov
 
 
 @pytest.fixture(scope="module")
-def left_out(mocap) -> dict[str, tuple[WalkerPrior, np.ndarray]]:
+def left_out(cmu_walkers) -> dict[str, tuple[WalkerPrior, np.ndarray]]:
     """Of some people: the prior of all others, and their own walks (n, 1, 5, 15, 3)."""
-    markers, people = cmu_markers(mocap)
     # 38_02 has twice the period of the other walks.
-    kept = [(fourier_walker(m), p) for m, p in zip(markers, people, strict=True) if m.name != "38_02"]
+    kept = [(walker, p) for m, walker, p in cmu_walkers if m.name != "38_02"]
     found = {}
     for person in PEOPLE:
         others = [(w, p) for w, p in kept if p != person]
@@ -30,6 +27,7 @@ def left_out(mocap) -> dict[str, tuple[WalkerPrior, np.ndarray]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("person", PEOPLE)
 def test_depth_is_told_within_the_goal(left_out, person):
     """25 mm over all people, so 30 for each; and markers never seen no worse than 1.3 times as if they were seen."""

@@ -42,6 +42,7 @@ def cost(model, w2, scores, alpha, elevation=0.0, noise=70e-6, approach="map") -
     return misfit + (scores**2 / (2 * model.explained_variance_)).sum(axis=-1) * (approach == "map")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", [[], HIDDEN])
 @pytest.mark.parametrize(("approach", "variance"), [("map", 70e-6), ("map", None), ("ls", 70e-6)])
 def test_no_angle_of_a_dense_grid_is_better(prior, approach, variance, hidden):

@@ -14,13 +14,13 @@ from motionenv.types import MARKERS
 
 
 @pytest.fixture(scope="module")
-def captured(mocap):
-    return benchmark.cmu_markers(mocap)
+def captured(cmu_walkers):
+    return [m for m, _, _ in cmu_walkers], [person for _, _, person in cmu_walkers]
 
 
 @pytest.fixture(scope="module")
-def walkers(captured) -> list[FourierWalker]:
-    return [fourier_walker(m) for m in captured[0]]
+def walkers(cmu_walkers) -> list[FourierWalker]:
+    return [walker for _, walker, _ in cmu_walkers]
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +28,7 @@ def model(walkers, captured) -> Eigenwalkers:
     return Eigenwalkers().fit(walkers, captured[1])
 
 
+@pytest.mark.slow
 def test_two_harmonics_carry_what_paper_b_says(walkers):
     """Section 4.1: 91.9 % and 6.0 % for 80 people on a treadmill."""
     shares = np.array([w.shares for w in walkers])

@@ -5,10 +5,8 @@ import pytest
 from scipy.stats import norm
 
 from benchmarks.models import kinectgait
-from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.eigenwalkers import walker_prior as walkerprior
-from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import (
     OTHER_SIDE,
     FourierWalker,
@@ -236,10 +234,9 @@ def test_before_fit_and_of_a_marker_unseen_it_says_nothing(people):
 
 
 @pytest.fixture(scope="module")
-def captured(mocap):
+def captured(cmu_walkers):
     """The straight CMU walks, and the person of each."""
-    markers, people = cmu_markers(mocap)
-    return [fourier_walker(m) for m in markers], np.array(people)
+    return [walker for _, walker, _ in cmu_walkers], np.array([person for _, _, person in cmu_walkers])
 
 
 @pytest.fixture(scope="module")
@@ -267,6 +264,7 @@ def nested(captured) -> tuple[float, np.ndarray, np.ndarray]:
     return np.sqrt(np.concatenate(errors).mean()), np.concatenate(by_person), np.stack([h.mean(0) for h in by_person])
 
 
+@pytest.mark.slow
 def test_people_it_never_saw_are_lifted_better_than_paper_b_would(nested):
     """27.7 mm with the paper's model, each walk a column and one noise of 70 mm² (30 components)."""
     assert nested[0] < 0.0225

@@ -28,6 +28,7 @@ def test_requests_and_streams_are_counted_by_all_servers_together(tmp_path, post
         assert {answer.status_code for answer in asked[len(left) :]} == {429}
 
 
+@pytest.mark.slow
 def test_while_the_database_is_away_jobs_are_refused_and_walks_are_made(tmp_path, postgres, s3):
     shared = {"database": postgres.new(), "store": f"{BUCKET}/{tmp_path.name}"}
     with servers(tmp_path, 1, s3, **shared) as (server,):
@@ -63,6 +64,7 @@ def test_settings_that_do_not_fit_are_told_in_a_line(module, flags, told):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_worker_without_a_database_says_what_to_do(tmp_path):
     run = lambda *flags: subprocess.run(
         [sys.executable, "-m", "service.cluster", "--data", tmp_path, *flags], cwd=ROOT, capture_output=True, text=True,

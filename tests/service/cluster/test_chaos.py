@@ -134,6 +134,7 @@ def states(client: httpx.Client, ids: list[str]) -> list[str]:
             return [found[job] for job in ids]
 
 
+@pytest.mark.slow
 def test_trouble_loses_no_job_and_doubles_none(tmp_path, postgres, s3):
     told = survived(tmp_path, postgres, s3, 40, every=2, restarts=[4])
     assert told["kills"]

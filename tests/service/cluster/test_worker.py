@@ -3,12 +3,14 @@
 import time
 
 import psutil
+import pytest
 
 import motionenv
 from tests.service.cluster.many import BUCKET, servers, workers
 from tests.service.jobs.handing import LONG, SHORT, as_file, ended, some_walks, until_running, uploads
 
 
+@pytest.mark.slow
 def test_what_one_server_takes_another_gives(tmp_path, postgres, s3):
     shared = {"database": postgres.new(), "store": f"{BUCKET}/{tmp_path.name}", "lease": 3}
     with servers(tmp_path, 2, s3, **shared) as (one, two), workers(tmp_path, 1, s3, **shared) as _:
@@ -41,6 +43,7 @@ def test_what_one_server_takes_another_gives(tmp_path, postgres, s3):
         assert one.http.get(asked.headers["Location"]).status_code == 404
 
 
+@pytest.mark.slow
 def test_what_ran_when_a_worker_was_stopped_or_killed_runs_again(tmp_path, postgres, s3):
     shared = {"database": postgres.new(), "store": f"{BUCKET}/{tmp_path.name}", "lease": 2}
     with servers(tmp_path, 1, s3, **shared) as (server,):

@@ -70,6 +70,7 @@ def survived(job_server, files: list[tuple[str, bytes]], together: int) -> Count
     return outcomes
 
 
+@pytest.mark.slow
 def test_damaged_files_are_refused_or_read(job_server):
     c3d = survived(job_server, damaged({".c3d": 20}, seed=1), 10)
     text = survived(job_server, damaged({".bvh": 30, ".amc": 30}, seed=2), 60)

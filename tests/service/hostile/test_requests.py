@@ -43,6 +43,7 @@ def fuzzable(serving, tmp_path):
         yield running
 
 
+@pytest.mark.slow
 def test_a_few_hundred_requests(fuzzable, tmp_path):
     assert fuzzed(fuzzable, tmp_path, "--max-examples", "3") > 300
 

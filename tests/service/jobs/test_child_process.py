@@ -47,6 +47,7 @@ def heavy() -> bytes:
     return made.getvalue()
 
 
+@pytest.mark.slow
 def test_too_much_memory_or_time_fails_the_job(serving, tmp_path):
     with serving(tmp_path, job_memory=1_000_000_000, reserve=0) as little:
         job = ended(little, little.http.post("/v1/jobs/inspect", files=uploads({"heavy.npz": heavy()})))

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import httpx
 import psutil
+import pytest
 
 from tests.service.jobs.handing import LONG, SHORT, ended, processes, until_running
 from tests.service.waiting import requests_running, until
@@ -51,6 +52,7 @@ def supervisors(server, data: Path) -> list[psutil.Process]:
     return [child for child in psutil.Process(server.process.pid).children() if holds(child)]
 
 
+@pytest.mark.slow
 def test_two_server_processes_share_the_jobs_and_one_is_enough(serving, tmp_path):
     with serving(tmp_path, workers=2, reserve=0) as server:
         until_ready(server)

@@ -136,6 +136,7 @@ def survived(data: Path, log: Path, rounds: int) -> dict[str, int]:
     return {"jobs": len(jobs), "done": statuses.count("done"), "interrupted": interrupted}
 
 
+@pytest.mark.slow
 def test_kills_lose_no_job_and_leave_nothing_half_done(tmp_path):
     told = survived(tmp_path / "data", tmp_path / "log", 2)
     assert told["done"] == told["jobs"] == 6

@@ -85,6 +85,7 @@ def test_a_share_is_traced_and_failures_are_marked():
     assert abs(fine.end_time_unix_nano - fine.start_time_unix_nano - 5e8) < 1e6
 
 
+@pytest.mark.slow
 def test_a_collector_that_is_gone_costs_no_answer(tmp_path):
     with run_service(tmp_path, traces="http://127.0.0.1:9/v1/traces", trace_share=1.0) as server:
         assert all(server.http.get("/v1/body").status_code == 200 for _ in range(20))

@@ -89,6 +89,7 @@ def action(rng: np.random.Generator) -> list:
     return [str(kind), float(rng.random()), text]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "count"), [(0, 100), (1, 100), *(pytest.param(s, 1000, marks=pytest.mark.benchmark) for s in (2, 3, 4))]
 )

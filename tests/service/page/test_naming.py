@@ -122,6 +122,7 @@ def test_what_is_still_needed_is_told(fresh, odd):
     assert fresh.ask("localStorage.length") == 0, "what is no motion isn't remembered"
 
 
+@pytest.mark.slow
 def test_points_are_named_used_remembered_and_saved(fresh, odd, walk, tmp_path):
     dialog = named(fresh, odd)
     assert "Still needed" in fresh.page.text_content("dialog .needs")
@@ -218,6 +219,7 @@ def test_the_dialogue_fits_a_phone(browser, server, odd):
     small.page.context.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figure", ["body", "stick", "points&lines=1"])
 def test_limbs_that_are_unknown_are_not_drawn(fresh, walk, tmp_path, figure):
     poses = walk.poses.copy()
@@ -238,6 +240,7 @@ def test_limbs_that_are_unknown_are_not_drawn(fresh, walk, tmp_path, figure):
         assert {MARKERS[i] for i, size in enumerate(sizes) if size} == known
 
 
+@pytest.mark.slow
 def test_legs_are_filled_and_saved_in_other_formats(fresh, legs, tmp_path):
     named(fresh, legs)
     (tmp_path / "ours.toml").write_text(odd_map(LEGS))

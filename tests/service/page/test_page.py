@@ -223,6 +223,7 @@ def test_a_download_moves_as_what_is_shown(shown, downloaded):
             assert cycle.max() == pytest.approx(want.max(), abs=2.5), (joint, side)
 
 
+@pytest.mark.slow
 def test_downloads_are_read_by_what_they_are_for(downloaded):
     assert motionenv.read(downloaded("bvh")).positions.shape[0] == 120
     model = pygltflib.GLTF2().load(downloaded("glb"))
@@ -231,6 +232,7 @@ def test_downloads_are_read_by_what_they_are_for(downloaded):
         assert sum(1 for _ in film.decode(video=0)) == 120
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "state"),
     [(PHONE, "figure=points&lines=1"), (PHONE, "walker=1&walker2=-1"), ((768, 1024), ""), (DESK, "walker=1&walker2=2")],

@@ -59,6 +59,7 @@ def test_every_control_is_reached_with_tab_and_can_be_seen_to_be(shown):
     assert [name for name, seen in reached if not seen] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE])
 def test_axe_finds_no_barrier(browser, server, size, scheme):
@@ -221,6 +222,7 @@ def walk_file(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_capture_is_shown_cut_and_fitted(shown, walk_file):
     shown.open("model=walk/fpca")
     fitted = "document.querySelectorAll('#models input[value^=\"fitted/me-01\"]').length"
@@ -271,6 +273,7 @@ def test_amc_is_asked_for_its_frame_rate_before_it_is_sent(shown, tmp_path):
     shown.until("document.querySelector('.found')?.textContent.includes('07_01.amc')", 60)
 
 
+@pytest.mark.slow
 def test_files_are_forgotten_when_asked(browser, server, tmp_path):
     name = "a-very-long-name-without-a-blank-" * 5
     motionenv.write(motionenv.synthesize("walk/fpca", 4, 60, seed=9), tmp_path / f"{name}.c3d")
@@ -289,6 +292,7 @@ def test_files_are_forgotten_when_asked(browser, server, tmp_path):
     assert seen.complaints == []
 
 
+@pytest.mark.slow
 def test_an_axis_between_two_groups_becomes_a_slider(browser, server, tmp_path):
     files = []
     for i in range(4):
@@ -314,6 +318,7 @@ def test_an_axis_between_two_groups_becomes_a_slider(browser, server, tmp_path):
     assert seen.complaints == []
 
 
+@pytest.mark.slow
 def test_a_link_shows_a_capture_while_it_is_kept(browser, server, tmp_path):
     motionenv.write(motionenv.synthesize("walk/fpca", 4, 60, seed=11, height=1.6), tmp_path / "linked.c3d")
     seen = tab(browser, server.url).open("model=walk/fpca")

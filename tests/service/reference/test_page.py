@@ -4,6 +4,7 @@ import re
 from html import unescape
 from html.parser import HTMLParser
 
+import pytest
 from axe_playwright_python.sync_playwright import Axe
 
 from service.errors import KINDS
@@ -61,6 +62,7 @@ def tried(seen, operation, **fields):
     return seen.page.locator(f"{place} .answer")
 
 
+@pytest.mark.slow
 def test_calls_are_tried_in_the_page(browser, server):
     seen = tab(browser, server.url)
     seen.page.goto(f"{server.url}/docs")

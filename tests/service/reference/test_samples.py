@@ -43,6 +43,7 @@ def points() -> motionenv.Points:
     return motionenv.Points(seen, 30.0, "px")
 
 
+@pytest.mark.slow
 def test_python_runs(running, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     server, _ = running
@@ -55,6 +56,7 @@ def test_python_runs(running, tmp_path, monkeypatch):
         client.remove_model("fitted/my-walk")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")
 def test_lines_for_a_shell_run(running, tmp_path):
     server, told = running

@@ -47,6 +47,7 @@ def added(http: httpx.Client, content: bytes, **fields: str) -> dict:
     return ended(Talk(http), answer)
 
 
+@pytest.mark.slow
 def test_a_model_is_added_replaced_downloaded_and_removed_by_its_owner(shared, files):
     anna, bert, root = shared["anna"], shared["bert"], shared["root"]
     assert added(anna, files[0])["status"] == "done"
@@ -78,6 +79,7 @@ def test_a_model_is_added_replaced_downloaded_and_removed_by_its_owner(shared, f
     assert anna.get("/v1/models/fitted/mine/file").status_code == 404
 
 
+@pytest.mark.slow
 def test_what_is_no_model_is_told_and_leaves_the_old_one(shared, files):
     anna = shared["anna"]
     added(anna, files[0], name="kept")
@@ -103,6 +105,7 @@ def test_jobs_and_results_are_seen_by_their_key_and_by_admins(shared):
     assert root.delete(f"/v1/jobs/{told['id']}").status_code == 204
 
 
+@pytest.mark.slow
 def test_a_stream_of_ones_own_model_goes_on_when_it_is_replaced(shared, files):
     anna = shared["anna"]
     added(anna, files[0], name="live")
@@ -129,6 +132,7 @@ def test_the_client_saves_and_uploads(shared, files, tmp_path):
         assert not (tmp_path / "none.npz").exists()
 
 
+@pytest.mark.slow
 def test_an_axis_between_groups_of_people_is_fitted(shared):
     anna, walks = shared["anna"], {}
     for i in range(6):

@@ -117,6 +117,7 @@ def goes_on(url: str) -> tuple[bytes, float]:
     return answer, time.monotonic() - begun
 
 
+@pytest.mark.slow
 def test_slow_clients_are_hung_up(server, locked):
     """All of them at once: each takes as long as a client may."""
     slow = [b"GET /health/live HTTP/1.1\r\n", *[b"a: b\r\n"] * 30]

@@ -32,6 +32,7 @@ def mean_walk(model, prior, fps: float, seconds: float = 3.0) -> np.ndarray:
     return model.walks(seconds, fps, n=1, stride=stride, variation=0.0, height=prior.skeleton.height).poses[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [30.0, 120.0, 12.5])
 def test_the_mean_of_the_particles_follows_the_models_own_synthesis(model, fps):
     prior = FPCAPrior(model, fps=fps)

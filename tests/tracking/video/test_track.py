@@ -33,6 +33,7 @@ def test_a_film_with_its_camera(crossing):
     np.testing.assert_array_equal(track.expected[track.followed], track.motion.poses[track.followed])
 
 
+@pytest.mark.slow
 def test_a_film_of_an_unknown_camera_by_seed_alone(crossing):
     path, camera, poses, _, _ = crossing
     tracks = [track_video(path, particles=200, attempts=1, seed=2, threads=k) for k in (1, 2)]
