@@ -26,7 +26,7 @@ project_copyright = "2026, the motionenv developers"
 version = release = motionenv.__version__
 extensions = [
     "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.viewcode",
-    "sphinx_gallery.gen_gallery",
+    "sphinx_design", "sphinx_gallery.gen_gallery",
 ]  # fmt: skip
 templates_path = ["_templates"]
 #: The index for those who read the files themselves, and what is put into other pages.

@@ -9,18 +9,18 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
-from plotting import coefficient_histograms, components, pose_samples, trajectories, variance_curve
+from plotting import coefficient_histograms, components, frame_and_truth, pose_samples, trajectories, variance_curve
 
-import motionenv.envs  # noqa: F401 (registers the environments)
 from motionenv import load, write_video
 from motionenv.body import markers
+from motionenv.envs.agents import Blob, TrackingAgent, truth_start
 from motionenv.lifting import lift, project_markers
 from motionenv.lifting.plot import lifted_walk
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.models.synthesis import synthesize
 from motionenv.models.walking.model import WalkingModel
 from motionenv.render import Scene, render
-from motionenv.render.cameras import follow, view
+from motionenv.render.cameras import fit_view, follow, view
 from motionenv.render.draw2d.overlay import side_by_side
 from motionenv.render.draw2d.point_lights import render_points
 from motionenv.render.request import enlarged
@@ -174,12 +174,38 @@ def track(out: Path) -> None:
     write_image(out / "track.png", np.concatenate([film[i] for i in (14, 74)], axis=1))
 
 
+def first_picture(out: Path) -> None:
+    """start/picture.png: a frame of a walk as the guide's first page renders it."""
+    walk = synthesize("walk/fpca", 4, 30, seed=7)
+    points = markers(walk.poses, walk.skeleton)
+    camera = fit_view(points[66:67], alpha=np.radians(40), width=240, height=320)
+    frame = render(walk.poses[66], walk.skeleton, camera)
+    pixels, _ = camera.project(points[66])
+    frame_and_truth(frame, pixels).savefig(out / "start" / "picture.png", dpi=80)
+
+
+def first_environment(out: Path) -> None:
+    """start/environment.png: what two agents say of one episode, five moments; the truth is what the picture shows."""
+    rows = []
+    for kind in ("blob", "filter"):
+        with gymnasium.make("motionenv/WalkerTracking-Easy-v1", render_mode="rgb_array") as env:
+            agent = Blob(env) if kind == "blob" else TrackingAgent(env, n=300, start=truth_start, seed=1)
+            seen, _ = env.reset(seed=7)
+            agent.reset(seen)
+            pictures = []
+            for _ in range(env.spec.max_episode_steps):
+                seen, *_ = env.step(agent.act(seen))
+                pictures.append(env.render()[75:195, 150:240].repeat(2, axis=0).repeat(2, axis=1))  # where the body is
+            rows.append(np.concatenate(pictures[3:31:5], axis=1))
+    write_image(out / "start" / "environment.png", np.concatenate(rows))
+
+
 def main() -> None:
     """Make them all."""
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
     parser.add_argument("--out", type=Path, default=HERE, help="folder to write to")
     out = parser.parse_args().out
-    out.mkdir(parents=True, exist_ok=True)
+    (out / "start").mkdir(parents=True, exist_ok=True)
     walker(out)
     twelve(out)
     figures(out)
@@ -187,6 +213,8 @@ def main() -> None:
     tracking(out)
     lifting(out)
     track(out)
+    first_picture(out)
+    first_environment(out)
 
 
 if __name__ == "__main__":

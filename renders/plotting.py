@@ -155,6 +155,31 @@ def coefficient_histograms(draws, probe, temperature: float, *, show=(3, 7, 11, 
     return figure
 
 
+def frame_and_truth(frame, pixels) -> "Figure":
+    """A rendered frame beside what is known of it.
+
+    Args:
+        frame: of `motionenv.render.render`, of one pose.
+        pixels: (15, 2), where the markers are in it.
+
+    Returns:
+        Colour with the markers on it, depth [m], and the limb that each pixel shows.
+    """
+    figure, ((colour, depth, limbs),) = new_figure(1, 3, (8, 3.8))
+    colour.imshow(frame.rgb)
+    colour.plot(*pixels.T, "o", color="white", markeredgecolor="black", markersize=4)
+    colour.set_title("colour and markers")
+    body = np.isfinite(frame.depth) & (frame.limbs > 0)
+    shown = depth.imshow(np.where(body, frame.depth, np.nan), cmap="viridis_r")
+    figure.colorbar(shown, ax=depth, shrink=0.8)
+    depth.set_title("depth [m]")
+    limbs.imshow(np.where(body, frame.limbs, np.nan), cmap="tab20", interpolation="nearest")
+    limbs.set_title("limbs")
+    for panel in (colour, depth, limbs):
+        panel.set_axis_off()
+    return figure
+
+
 def _sticks(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """Ends (..., sticks, 2, 3) [m] of the sticks between the markers, then from each ankle to its toes."""
     points = markers(poses, skeleton)

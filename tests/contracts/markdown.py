@@ -22,6 +22,14 @@ def blocks(path: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
 
 
+def examples(path: Path) -> list[tuple[str, str | None]]:
+    """The Python blocks of a page, each with what it prints: the `text` block right after it, or None."""
+    found = re.findall(
+        r"^```python\n(.*?)^```\n(?:```text\n(.*?)^```)?", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+    return [(code, shown or None) for code, shown in found]
+
+
 def commands(path: Path) -> list[list[str]]:
     """The arguments of every `motionenv …` in the bash blocks; a backslash at a line's end joins the next one."""
     found = []

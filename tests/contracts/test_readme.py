@@ -7,10 +7,11 @@ from importlib import import_module
 
 import pytest
 
-from tests.contracts.markdown import PAGES, ROOT, SERVICE, blocks, commands, name
+from tests.contracts.markdown import PAGES, ROOT, SERVICE, blocks, commands, examples, name
 
 README = PAGES[0]
 COMMANDS = {shlex.join(words): words for page in PAGES for words in commands(page)}
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 SERVICES = ("serve", "work")
 SERVE = [words for words in COMMANDS.values() if words[0] in SERVICES]
 WITH_EXAMPLES = sorted(
@@ -22,11 +23,16 @@ LINKING = [*PAGES, *(ROOT / path for path in ("benchmarks/RESULTS.md", "renders/
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python") and p.parent.name != "extending"], ids=name)
-def test_python_blocks_run_in_order(page, tmp_path, monkeypatch):
+def test_python_blocks_run_in_order(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names: dict = {"__name__": "__main__"}
-    for number, code in enumerate(code for code in blocks(page, "python") if SERVICE not in code):
+    for number, (code, shown) in enumerate((code, shown) for code, shown in examples(page) if SERVICE not in code):
         exec(compile(code, f"{name(page)}, Python block {number + 1}", "exec"), names)
+        printed = capsys.readouterr().out
+        if shown is not None:
+            assert NUMBER.sub("#", printed) == NUMBER.sub("#", shown)
+            values = [[float(n) for n in NUMBER.findall(text)] for text in (printed, shown)]
+            assert values[0] == pytest.approx(values[1], rel=0.05)  # processors round differently
 
 
 @pytest.mark.parametrize("words", [words for words in COMMANDS.values() if words[0] not in SERVICES], ids=" ".join)
