@@ -1,4 +1,4 @@
-"""The 25-DOF body of tapered cylinders (paper A, fig. 1): structure, kinematics, meshes, and fitting to points."""
+"""The 25-DOF body of tapered cylinders: structure, kinematics, meshes, and fitting to points (paper A, fig. 1)."""
 
 from motionenv.body.kinematics import feet, forward, limb_segments, markers
 from motionenv.body.meshes import body_mesh, limb_meshes, rounded_cone

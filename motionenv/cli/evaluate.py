@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from motionenv._core.files import atomic_write
 from motionenv.cli._shared import Fps, Unit, check_folder
 
 
@@ -39,6 +40,7 @@ def evaluate(
     capture = {"motion": motion and str(motion), "file_fps": fps, "unit": unit}
     result = score(task, agent, episodes, split=split, **{k: v for k, v in capture.items() if v is not None})
     if out is not None:
-        out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        with atomic_write(out) as part:
+            part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     low, high = (1000 * bound for bound in result["error_interval"])
     typer.echo(f"{1000 * result['mean_error']:.1f} mm per joint (95 %: {low:.1f} to {high:.1f}), {episodes} episodes")

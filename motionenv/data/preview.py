@@ -59,12 +59,16 @@ def estimate(spec: Specification, form: str = "webdataset") -> Estimate:
     written.check(spec)
     sampler = Sampler(spec)
     count = min(spec.samples, sampler.per_group, max(1, _FRAMES // spec.clip))
-    sampler.sample(sampler.per_group)  # compiles, and makes what is made once
     with tempfile.TemporaryDirectory() as folder:
-        began = time.perf_counter()
-        written.write(sampler.samples(0, count), Path(folder), 0, spec)
-        spent = time.perf_counter() - began
-        size = sum(file.stat().st_size for file in Path(folder).rglob("*") if file.is_file())
+        warming, made = Path(folder, "warming"), Path(folder, "made")
+        warming.mkdir()
+        made.mkdir()
+        # Another group first: it compiles, and makes what is made once in a process, such as backgrounds.
+        written.write(sampler.samples(sampler.per_group, sampler.per_group + count), warming, 0, spec)
+        began = time.process_time()
+        written.write(sampler.samples(0, count), made, 0, spec)
+        spent = time.process_time() - began
+        size = sum(file.stat().st_size for file in made.rglob("*") if file.is_file())
     share = spec.samples / count
     frames = spec.samples * spec.clip
     return Estimate(frames, spec.samples, spec.shards, round(size * share), spent * share / 3600)

@@ -49,8 +49,8 @@ def test_a_tree_out_of_a_file(run, tmp_path):
 
 
 def test_an_arm_and_the_same_bytes_again(run, tmp_path):
-    for name in ("one.gif", "two.gif"):
-        result = run("track", "--env", "arm", "--tracker", "constant-velocity", "--start", "given", "--frames", 3,
+    for env, name in (("arm", "one.gif"), ("motionenv/ArmTracking-v1", "two.gif")):
+        result = run("track", "--env", env, "--tracker", "constant-velocity", "--start", "given", "--frames", 3,
                      *FAST, "--seed", 4, "--out", name)  # fmt: skip
         assert result.code == 0, result.err
     assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
@@ -92,6 +92,7 @@ def test_a_video_with_its_camera(run, tmp_path):
     ("args", "says"),
     [
         (("--out", "t.mp4"), "--env"),
+        (("--env", "motionenv/WalkerTracking-v0", "--out", "t.mp4"), "motionenv/WalkerTracking-v1"),
         (("--env", "walker", "--video", "empty.mp4", "--out", "t.mp4"), "one of them"),
         (("--env", "walker", "--out", "t.xyz"), "out must end in"),
         (("--env", "walker", "--out", "t.mp4", "--motion", "t.xyz"), "t.xyz"),

@@ -1,4 +1,4 @@
-"""Pictures of ActiveTracking for people: the square from above, and what the camera sees."""
+"""Pictures of ActiveTracking for people: the plaza from above, and what the camera sees."""
 
 import colorsys
 
@@ -53,7 +53,7 @@ def draw(
 
 
 def _map(state, pillars, walks, colours, beliefs) -> np.ndarray:
-    """The square from above: x up, y to the left."""
+    """The plaza from above: x up, y to the left."""
     image = np.full((SIDE, SIDE, 3), _GROUND, np.uint8)
     for radius in (INNER, OUTER):
         _line(image, radius * np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1), (90, 94, 100))

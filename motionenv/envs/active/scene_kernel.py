@@ -1,6 +1,6 @@
 """The physics of ActiveTracking, compiled: how people stroll, how the camera turns, and what it sees.
 
-The camera stands on a mast in the middle of a square. Its state is (pan, tilt [rad], zoom, and their rates per second):
+The camera stands on a mast in the middle of a round plaza. Its state is (pan, tilt [rad], zoom, and their rates per second):
 pan from x towards y, tilt above the horizon, zoom from 0 (wide) to 1 (narrow). Image coordinates are in units of half
 the image's width: u to the right, v down. Pillars are higher than the camera, so hiding is a question of the plan.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from motionenv._core.compilation import kernel, part
 from motionenv._core.random import gaussian, restart, uniform
 
-#: Height of the camera [m]; people stay between the radii `INNER` and `OUTER` [m] of the square.
+#: Height of the camera [m]; people stay between the radii `INNER` and `OUTER` [m] of the plaza.
 MAST, INNER, OUTER = 4.5, 3.0, 13.0
 #: Half the field of view's width at depth 1 when wide, and the factor on it when narrow; height over width of images.
 WIDE, NARROW, ASPECT = np.tan(np.radians(30.0)), 0.2, 0.75
@@ -55,7 +55,7 @@ def stroll(state, walk, pillars, chance, dt) -> None:
 
 @part
 def appear(state, walk, pillars) -> None:
-    """Draw `walk` (4,) anywhere on the square that is free."""
+    """Draw `walk` (4,) anywhere on the plaza that is free."""
     walk[0] = walk[1] = 0.0
     while not free(walk[0], walk[1], pillars):
         walk[0], walk[1] = OUTER * (2.0 * uniform(state) - 1.0), OUTER * (2.0 * uniform(state) - 1.0)

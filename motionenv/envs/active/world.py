@@ -1,4 +1,4 @@
-"""The world of motionenv/ActiveTracking-v0: people on a square, and a camera in their midst that the agent turns."""
+"""The world of motionenv/ActiveTracking-v0: people on a plaza, and a camera in their midst that the agent turns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

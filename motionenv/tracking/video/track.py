@@ -41,7 +41,7 @@ class VideoTrack:
 
     Attributes:
         motion: expected poses (T, 25) at the video's frames; NaN where the person isn't tracked.
-        particles: (T, particles, 25), equally weighted; NaN as above.
+        particles: (T, 30, 25), drawn from the filter's particles by their weights; NaN as above.
         effective: (T,) effective sample sizes.
         overlap: (T,) intersection over union of the expected silhouette and the person's outline, from 0 to 1, also in
             lost frames; over the silhouette alone where the outline is one with somebody else's.
