@@ -6,12 +6,15 @@ sphinx-build -W -b html docs build/site
 import os
 import re
 import sys
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 from docutils.nodes import SkipNode, math, math_block
 from latex2mathml.converter import convert as latex2mathml
 from matplotlib.figure import Figure
 from sphinx.application import Sphinx
+from sphinx.ext import autosummary
 from sphinx.writers.html5 import HTML5Translator as HTMLTranslator
 from sphinx_gallery.scrapers import figure_rst
 
@@ -19,6 +22,8 @@ import motionenv
 
 sys.path.insert(0, str(Path(__file__).parent))
 import pages
+
+DOCS = Path(__file__).parent
 
 pages.make_pages()
 project, author = "motionenv", "The motionenv developers"
@@ -66,7 +71,7 @@ autosummary_generate = True
 autosummary_ignore_module_all = False
 autodoc_typehints = "none"  # signatures show them
 autodoc_member_order = "bysource"
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]  # "Variables" is napoleon's word for them
 
 
 def _drawn(_block: tuple, variables: dict, settings: dict) -> str:
@@ -113,17 +118,44 @@ def _within_the_site(_: Sphinx, name: str, source: list[str]) -> None:
     source[0] = _OUTSIDE.sub(lambda m: m[0] if m[2].endswith((".png", ".webp")) else f"{m[1]} (`{m[2]}`)", source[0])
 
 
+def _public(module: ModuleType) -> list[str]:
+    return getattr(module, "__all__", [name for name in dir(module) if not name.startswith("_")])
+
+
+def _homes() -> dict[int, tuple[str, str]]:
+    """By the identity of each public class and function, the package whose page tells of it, and its name there.
+
+    That is the first one in the order of the reference, which is the shortest.
+    """
+    found: dict[int, tuple[str, str]] = {}
+    for package in re.findall(r"^   (motionenv[\w.]*)$", (DOCS / "reference.rst").read_text(), re.MULTILINE):
+        module = import_module(package)
+        for name in _public(module):
+            thing = getattr(module, name)
+            if getattr(thing, "__module__", "").startswith("motionenv") and hasattr(thing, "__qualname__"):
+                found.setdefault(id(thing), (package, name))
+    return found
+
+
+HOMES = _homes()
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("ch.", "eq.", "eqs.", "fig.", "figs.", "sec.")  # no sentence ends there
+
+
 def _once(app: Sphinx, _kind: str, name: str, thing: object, skipped: bool, _options: object) -> bool:
-    """Skip what another package's page tells of already: the first one in the order of the alphabet does."""
-    if not getattr(thing, "__module__", "").startswith("motionenv") or "." in getattr(thing, "__qualname__", "."):
-        return skipped
-    here = app.env.docname
-    if not here.startswith("made/reference/"):  # a table of names
-        return skipped
-    return skipped or _homes.setdefault(id(thing), here) != here
+    """Skip what another package's page tells of."""
+    page = app.env.docname.removeprefix("made/reference/")
+    home = HOMES.get(id(thing))
+    return skipped or (page.startswith("motionenv") and home is not None and home[0] != page)
 
 
-_homes: dict[int, str] = {}
+def _contents(package: str) -> list[str]:
+    """A table of the public classes and functions of a package, each with a link to where it is told of."""
+    module = import_module(package)
+    homes = [HOMES[id(thing)] for name in _public(module) if id(thing := getattr(module, name)) in HOMES]
+    entries = [name if home == package else f"~{home}.{name}" for home, name in homes]
+    return ["", ".. autosummary::", "   :nosignatures:", "", *(f"   {entry}" for entry in entries), ""]
+
+
 #: What docstrings say plainly, and reStructuredText would take for markup: |x|, mean_, *.npz.
 _PLAIN = [(r"\|", r"\|"), (r"(?<=\w)_(?=[\s,.;:)]|$)", r"\_"), (r"(?<![\w*])\*(?=\.\w)", r"\*")]
 _CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)(?=(s\b)?)")
@@ -139,6 +171,8 @@ def _as_rst(app: Sphinx, kind: str, name: str, _thing: object, _options: object,
     lines[:] = "\n\n".join(blocks).split("\n")
     short = f"motionenv.{name.rpartition('.')[2]}"  # as the gallery names what examples use
     uses = Path(app.confdir, "made", "uses", f"{short}.examples")
+    if kind == "module":
+        lines += _contents(name)
     if kind in ("class", "function") and uses.exists() and uses.stat().st_size:
         lines += ["", f".. minigallery:: {short}", ""]
 

@@ -26,7 +26,7 @@ BENCHMARKS = DOCS.parent / "benchmarks"
 PICTURES = {
     "WalkerTracking": ("renders/tracking.png", "Frames of WalkerTracking: plain, following, and cluttered"),
     "ActiveTracking": (
-        "benchmarks/envs/active/planner.png", "The square from above and the camera's view, four moments",
+        "benchmarks/envs/active/planner.png", "The plaza from above and the camera's view, four moments",
     ),
 }  # fmt: skip
 LOOKS = {"body": "body", "stick": "stick figure", "points": "point lights"}
@@ -117,8 +117,9 @@ def _results(family: str) -> str:
     found = re.search(rf"^## {family}\n\n(.*?)(?=^## |\Z)", board, re.DOTALL | re.MULTILINE)
     if not found:
         return "Its table is in the [results](/made/results.md#envsactive).\n"
+    table = found[1].strip().replace(f"{family}-", "")
     how = "Mean error per joint [mm], made by `motionenv bench leaderboard`."
-    return f"{how} [All families, and how to read it](/made/leaderboard.md).\n\n{found[1].strip()}\n"
+    return f"{how} [All families, and how to read it](/made/leaderboard.md).\n\n{table}\n"
 
 
 def walker() -> None:

@@ -1,8 +1,9 @@
 """The physics of ActiveTracking, compiled: how people stroll, how the camera turns, and what it sees.
 
-The camera stands on a mast in the middle of a round plaza. Its state is (pan, tilt [rad], zoom, and their rates per second):
-pan from x towards y, tilt above the horizon, zoom from 0 (wide) to 1 (narrow). Image coordinates are in units of half
-the image's width: u to the right, v down. Pillars are higher than the camera, so hiding is a question of the plan.
+The camera stands on a mast in the middle of a round plaza. Its state is (pan, tilt [rad], zoom, and their rates per
+second): pan from x towards y, tilt above the horizon, zoom from 0 (wide) to 1 (narrow). Image coordinates are in units
+of half the image's width: u to the right, v down. Pillars are higher than the camera, so hiding is a question of the
+plan.
 """
 
 import numpy as np
