@@ -45,10 +45,10 @@ class ArmTracking(SimulatedTracking):
     four degrees of freedom. Images are stabilised: the shoulder is always in the centre. Each step shows the next
     image, and the agent estimates the joint angles, or the positions of elbow and wrist.
 
-    Positions are in metres: the person stands at the origin and looks along x, y is left, z up, the ground at z = 0.
-    The camera is 2.4 m from the shoulder, level with it.
+    Positions are in metres. The person stands at the origin and looks along x; y points to the left, z up, and the
+    ground is at z = 0. The camera is 2.4 m from the shoulder, level with it.
 
-    Actions never change what is seen: this is an estimation problem, for which a discount of γ = 0 is right.
+    Actions don't change what is seen. This is an estimation problem, for which a discount of γ = 0 is right.
 
     ## Action Space
     An estimate for the last observed frame, in the form given by `estimate`:
@@ -64,7 +64,7 @@ class ArmTracking(SimulatedTracking):
     As in `WalkerTracking`: "rgb", "mask", "depth", or a `Dict` of several.
 
     ## Rewards
-    Minus the mean distance [m] between the estimated and true positions of elbow and wrist; for a belief, minus its
+    Minus the mean distance [m] between the estimated and true positions of elbow and wrist. For a belief, minus its
     energy score over both, divided by √2. `info["error"]` is the mean distance; for a belief, that of its mean.
 
     ## Starting State
@@ -77,17 +77,17 @@ class ArmTracking(SimulatedTracking):
     - `motion="reach"`: minimum-jerk movements between random postures; or a motion of `WalkerTracking`, of which only
       the right arm is used.
     - `camera="side"`: "side" (from the right), "front", a view angle in degrees, or "random".
-    - `horizon=90`, and all others as in `WalkerTracking`; there is no `start`.
+    - `horizon=90` and all other arguments are as in `WalkerTracking`, except that there is neither `start` nor `path`.
 
     `truth()` returns "pose" (25,), "joints" (15, 3), "camera" and "skeleton"; `observation_model` is that of
     `WalkerTracking`, for whole poses.
 
     ## Vectorized environment
-    `gymnasium.make_vec("motionenv/ArmTracking-v1", num_envs=64)` renders all images of a step in one batch; it also
-    accepts `autoreset_mode` and `threads`.
+    `gymnasium.make_vec("motionenv/ArmTracking-v1", num_envs=64)` renders all images of a step in one batch. It also
+    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled"), `batch_size` and `threads`.
 
     ## Version History
-    - v1: actions are normalised, and losing the track ends nothing.
+    - v1: actions are normalised, and losing the track doesn't end the episode.
     - v0: initial version.
     """
 

@@ -2,12 +2,17 @@
 What does an agent see?
 =======================
 
-Each named task fixes what makes tracking hard: silhouettes in plain view, people who turn behind occluders, colours
-in clutter with somebody else about.
+WalkerTracking shows an agent one picture of 64 × 64 pixels per step, and asks for the position of every joint. Three
+named tasks fix how hard that is. Easy: silhouettes of somebody in plain view. Medium: silhouettes of somebody who turns
+and is hidden by objects. Hard: noisy colours, clutter, and a passer-by as well.
 """
 
 import gymnasium
 import matplotlib.pyplot as plt
+
+import motionenv.envs
+
+gymnasium.register_envs(motionenv.envs)
 
 figure, axes = plt.subplots(3, 6, figsize=(9, 4.8), layout="constrained")
 for row, level in zip(axes, ("Easy", "Medium", "Hard"), strict=True):
@@ -19,3 +24,5 @@ for row, level in zip(axes, ("Easy", "Medium", "Hard"), strict=True):
             for _ in range(12):
                 seen, *_ = env.step(env.action_space.sample())
     row[0].set_ylabel(level)
+for i, axis in enumerate(axes[0]):
+    axis.set_title(f"{12 * i / 30:.1f} s", fontsize="medium")

@@ -1,9 +1,9 @@
 """
-How does a particle filter see a silhouette?
-============================================
+What does a silhouette say about a pose?
+========================================
 
-As a score of each pose: how probable the pixels are if that pose were true. Seen from the side, it tells where
-somebody is to the centimetre, less so how far away; and a leg may as well be where the other one is: the second peak.
+`SilhouetteLikelihood` scores any pose by how probable the pixels would be if that pose were true. Here one number of
+the true pose is changed at a time: the place along the picture, the place in depth, and the flexion of one hip.
 """
 
 import matplotlib.pyplot as plt
@@ -15,21 +15,38 @@ from motionenv.render import render
 from motionenv.types import POSE
 
 walk = motionenv.synthesize("walk/fpca", seconds=1, fps=30, seed=7)
-camera = motionenv.fit_view(motionenv.markers(walk.poses, walk.skeleton), alpha=0, width=128, height=128)
+joints = motionenv.markers(walk.poses, walk.skeleton)
+camera = motionenv.fit_view(joints, alpha=0, width=128, height=128)
 true = walk.poses[20]
-seen = render(true, walk.skeleton, camera).limbs > 0
+mask = (render(true, walk.skeleton, camera).limbs > 0).reshape(128, 128)
 likelihood = SilhouetteLikelihood(camera, walk.skeleton)
-likelihood.observe(mask=seen.reshape(128, 128))
+likelihood.observe(mask=mask)
 
-figure, (picture, *panels) = plt.subplots(1, 4, figsize=(11, 3), layout="constrained")
-picture.imshow(seen.reshape(128, 128), cmap="gray")
+
+def scores(name: str, changes: np.ndarray) -> np.ndarray:
+    """Log likelihood, relative to the true pose, after changes of one number."""
+    poses = np.tile(true, (len(changes), 1))
+    poses[:, POSE.index(name)] += changes
+    return likelihood.log_likelihood(poses) - likelihood.log_likelihood(true[None])
+
+
+# %%
+# A few centimetres to the side make the pose far less likely. The same distance in depth matters much less, because the
+# figure only grows or shrinks a little. The hip has a second, lower peak, where the left leg lies over the right one.
+# Such peaks are why a filter keeps many guesses rather than the best one.
+
+places = {"root_x": "to the side", "root_y": "in depth"}
+for name, label in places.items():
+    print(f"5 cm {label}: log likelihood {scores(name, np.array([0.05]))[0]:.1f}")
+
+figure, (picture, *panels) = plt.subplots(1, 4, figsize=(9, 2.8), layout="constrained")
+picture.imshow(mask, cmap="gray")
 picture.axis("off")
-for axis, name, unit, reach in zip(
-    panels, ("root_x", "root_y", "left_hip_flexion"), ("cm", "cm", "°"), (0.3, 0.3, 0.9), strict=True
-):
-    change = np.linspace(-reach, reach, 201)
-    poses = np.tile(true, (201, 1))
-    poses[:, POSE.index(name)] += change
-    axis.plot(np.degrees(change) if unit == "°" else 100 * change, likelihood.log_likelihood(poses))
-    axis.set(xlabel=f"{name.replace('_', ' ')}: off by [{unit}]")
-panels[0].set_ylabel("log likelihood")
+change = np.linspace(-0.3, 0.3, 201)
+for axis, (name, label) in zip(panels, places.items(), strict=False):
+    axis.plot(100 * change, scores(name, change), color="#0072b2")
+    axis.set(xlabel=f"off {label} [cm]", ylim=(-25, 1))
+angle = np.radians(np.linspace(-50, 60, 201))
+panels[2].plot(np.degrees(angle), scores("left_hip_flexion", angle), color="#0072b2")
+panels[2].set(xlabel="left hip flexion off [°]", ylim=(-25, 1))
+panels[0].set_ylabel("log likelihood\n(0: the true pose)")
