@@ -154,7 +154,7 @@ class MotionTree(GaitModel):
         Args:
             history: (..., frames, 25), see `coefficients`; leading axes are batches.
             n: draws for each history.
-            temperature: β; near 0 draws the nearest window, at 1 windows as spread as the database.
+            temperature: β; near 0 the nearest window is drawn, and larger values draw windows that are farther away.
             seed: int or Generator.
             method: "tree", the paper's search, or "exact".
             leaf: choice within a leaf of "tree", "uniform" or by the "kernel" p(c_i | c_t).
