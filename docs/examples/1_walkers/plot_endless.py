@@ -2,29 +2,42 @@
 How do I get motion without an end, and steer it?
 =================================================
 
-A motion tree draws what comes next from a database of motion. The target may change between steps; nobody turns on
-the spot, because nobody in this database does.
+A motion tree draws each next pose from a database of motion, given the last ten frames (paper C). A
+`motionenv.models.motion_tree.MotionGenerator` goes on for as long as you ask it for frames, and its target may change
+between calls.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import motionenv
-from motionenv.body import markers
 from motionenv.models.motion_tree import MotionGenerator, Target
-from motionenv.types import MARKERS
+from motionenv.types import POSE
 
-tree = motionenv.load("mixed/tree")
-generator = MotionGenerator(tree, "walk", seed=2)
-poses = []
-headings = (0, 90, 0)
-for heading in np.radians(headings):
-    generator.target = Target(heading=heading, speed=1.2)
-    poses.append(generator.step(420))  # 14 seconds at 30 frames/s
+tree = motionenv.load("mixed/tree")  # built on first use, which takes some seconds
+generator = MotionGenerator(tree, "walk", seed=0)
+course = ("walk", "turn left", "walk", "turn right", "walk")
+parts = []
+for activity in course:
+    generator.target = Target(activity=activity)
+    parts.append(generator.step(240))  # 8 seconds at 30 frames/s
+poses = np.concatenate(parts)
+print(f"{len(poses)} frames")
+print(f"activities in this tree: {', '.join(tree.activities)}")
 
-figure, axis = plt.subplots(figsize=(5, 4.5), layout="constrained")
-for i, (part, heading) in enumerate(zip(poses, headings, strict=True)):
-    pelvis = markers(part, tree.body())[:, MARKERS.index("pelvis")]
-    axis.plot(*pelvis[:, :2].T, color=plt.cm.viridis(i / 3), label=f"{14 * i} to {14 * i + 14} s: to {heading}°")
-axis.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-axis.legend(fontsize="small")
+# %%
+# The pelvis from above, and its heading. Turns are as wide as those in the database, with radii of 4.5 to 10 m: nobody
+# turns on the spot, as nobody there does.
+#
+# ``Target`` also takes a heading and a speed. These only choose among the poses that are drawn, and act more slowly:
+# from a straight walk, a heading may take more than ten seconds to have an effect.
+
+colours = {"walk": "0.5", "turn left": "#0072b2", "turn right": "#d55e00"}
+figure, (above, over_time) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
+for i, (activity, part) in enumerate(zip(course, parts, strict=True)):
+    line = {"color": colours[activity], "linewidth": 2}
+    above.plot(part[:, 0], part[:, 1], label=None if activity in course[:i] else activity, **line)
+    over_time.plot(8 * i + np.arange(240) / 30, np.degrees(part[:, POSE.index("root_heading")]), **line)
+above.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="from above")
+above.legend()
+over_time.set(xlabel="time [s]", ylabel="heading [°]", title="over time")

@@ -2,8 +2,8 @@
 How do I make a walker of my own capture?
 =========================================
 
-Read it, fit the body to it, and fit a model to everybody. The files are written here only so that this runs anywhere:
-put your own in their place.
+Read the files, fit motionenv's body to each with `motionenv.retarget`, and fit a model to all of them. To run anywhere,
+this example writes six walks as BVH files first; put your own capture in their place.
 """
 
 from pathlib import Path
@@ -21,17 +21,25 @@ for person in range(6):
     motionenv.write(walk, Path(folder.name, f"{person}_01.bvh"))
 
 # %%
-# From here on as you would with files of your own.
+# From here on, do as you would with files of your own. ``subjects`` says whose walk each is.
 
 files = sorted(Path(folder.name).glob("*.bvh"))
 captured = [motionenv.retarget(motionenv.read(file)) for file in files]
-model = motionenv.WalkingModel(n_components=4).fit(captured, subjects=[file.stem.split("_")[0] for file in files])
+people = [file.stem.split("_")[0] for file in files]
+model = motionenv.WalkingModel(n_components=4).fit(captured, subjects=people)
+print(f"{len(files)} walks of {captured[0].seconds:.0f} s at {captured[0].fps:.0f} frames/s")
 
-average = motionenv.synthesize(model, 2, 30, deviations=[], variation=0)
-fresh = [motionenv.synthesize(model, 2, 30, seed=seed) for seed in (1, 2)]
+# %%
+# New people can be drawn from the model. ``model.save`` writes it to a file, which works wherever a model's name does.
+
+shown = {
+    "captured": captured[0],
+    "average of all": motionenv.synthesize(model, 2, 30, deviations=[], variation=0),
+    "drawn, seed 1": motionenv.synthesize(model, 2, 30, seed=1),
+    "drawn, seed 2": motionenv.synthesize(model, 2, 30, seed=2),
+}
 figure, axes = plt.subplots(1, 4, figsize=(9, 3.6), layout="constrained")
-shown = {"captured": captured[0], "average of all": average, "somebody new": fresh[0], "somebody else": fresh[1]}
 for axis, (title, walk) in zip(axes, shown.items(), strict=True):
-    axis.imshow(picture(walk, 10, np.radians(30), width=180, height=260))
+    axis.imshow(picture(walk, 0, np.radians(30), width=180, height=260))
     axis.set(title=title, xticks=[], yticks=[])
 folder.cleanup()
