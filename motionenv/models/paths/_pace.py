@@ -35,8 +35,9 @@ _SWAY = (
 _OVER = 0.4  # strides, standard deviation of the smoothing of a walk's way
 _SHOWN = 12.0  # [s] of a walk that shows its stride frequency
 _AHEAD = 0.055  # by which balls of feet are before the pelvis of who stands, in body heights
-_STAYS = 0.03  # of a step, in which a foot of the blended walks is not yet on its way, or has come already
 _EDGE = 1e-6  # [cycles]
+_FAR = 10.0  # [cycles] beyond the first and the last contact
+_LEFT, _PASSES_AT, _LANDS_AT, _LEAVES_AT = 1, 2, 3, 4  # columns of a walk's stances
 #: Columns of a walk's signals after the 25 of the poses.
 _ANKLES, _YAWS, _REACH, _STEP, _SIDE, _STANDS = (slice(25 + 2 * i, 27 + 2 * i) for i in range(6))
 
@@ -119,6 +120,26 @@ class _Source:
         return (1.0 - share) * self.signals[before] + share * self.signals[before + 1]
 
 
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """When the sources, walks at `speeds` (sources,) [m/s], are blended how."""
+
+    speeds: np.ndarray
+    pace: Pace
+    phases: np.ndarray  # (ticks,) at the pace's times
+
+    def blend(self, own: np.ndarray, phase: np.ndarray, rounds: int = 2) -> np.ndarray:
+        """The mean (n,) of the sources' `own` (sources, n), by their shares at `phase` (n,).
+
+        With two rounds `own` are phases themselves: the shares depend a little on when it is.
+        """
+        for _ in range(rounds):
+            when = np.interp(phase, self.phases, self.pace.times)
+            shares = _shares(self.speeds, np.interp(when, self.pace.times, self.pace.speeds))
+            phase = np.einsum("nk,kn->n", shares, own)
+        return phase
+
+
 def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple[Steps, Skeleton]:
     """The steps of a straight walk at a pace, for a `request`, and the body.
 
@@ -149,12 +170,13 @@ def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple
     phase, speed, way = (np.interp(clock, pace.times, values) for values in (phases, pace.speeds, pace.way))
     skeleton = walks[0].skeleton
     shares = _shares(speeds, speed)
-    rows = sum(w[:, None] * source.at(phase) for w, source in zip(shares.T, sources, strict=True))
+    course = _Course(speeds, pace, phases)
+    rows = _blended(sources, phase, shares, course)
     calm = np.minimum(speed / least, 1.0)
     still, moved = _still(sources[0]), slice(_STEP.start)
     rows[:, moved] = still + (calm * (2.0 - calm))[:, None] * (rows[:, moved] - still)
     rows[:, 0] += way
-    balls = _balls(rows, sources, (speeds, pace, phases, rests), skeleton.height)
+    balls = _balls(rows, sources, course, rests, skeleton.height)
     ankles, yaws, reach, stands = (rows[:, part] for part in (_ANKLES, _YAWS, _REACH, _STANDS))
     return Steps(rows[:, :25], balls, ankles, yaws, reach, stands > 0.5, request.fps), skeleton
 
@@ -242,24 +264,44 @@ def _phases(pace: Pace, rate: np.ndarray, source: _Source, start: float) -> tupl
     return phases, rests
 
 
-def _balls(rows, sources: list[_Source], course: tuple, height: float) -> np.ndarray:
+def _blended(sources: list[_Source], phase: np.ndarray, shares: np.ndarray, course: _Course) -> np.ndarray:
+    """Signals (frames, 37) at phases (frames,), of the sources by their `shares` (frames, sources).
+
+    Each foot's signals are taken at phases shifted so that it lands and leaves at the same time in all sources:
+    otherwise the mean of walks in which it stands and walks in which it doesn't yet would slide.
+    """
+    rows = sum(w[:, None] * source.at(phase) for w, source in zip(shares.T, sources, strict=True))
+    for side in range(2):
+        columns = [part.start + side for part in (_ANKLES, _YAWS, _REACH, _STEP, _SIDE, _STANDS)]
+        own = np.stack([_own(sources, side, column) for column in (_LANDS_AT, _LEAVES_AT)], axis=-1)
+        events = np.stack([course.blend(own[..., i], own[0, :, i]) for i in range(2)], axis=-1).ravel()
+        knots = np.concatenate([[events[0] - _FAR], events, [events[-1] + _FAR]])
+        foot = 0.0
+        for share, source, at in zip(shares.T, sources, own, strict=True):
+            shifted = np.interp(phase, knots, np.concatenate([[at[0, 0] - _FAR], at.ravel(), [at[-1, 1] + _FAR]]))
+            foot = foot + share[:, None] * source.at(shifted)[:, columns]
+        rows[:, columns] = foot
+    return rows
+
+
+def _own(sources: list[_Source], side: int, column: int) -> np.ndarray:
+    """A column of the stances of a foot, (sources, n), for the numbers of the first source's."""
+    number = sources[0].stances[side][:, 0]
+    return np.array([np.interp(number, s.stances[side][:, 0], s.stances[side][:, column]) for s in sources])
+
+
+def _balls(rows, sources: list[_Source], course: _Course, rests: list, height: float) -> np.ndarray:
     """Balls of the feet (frames, 2, 2) [m]: where the body passes over them, and at a rest a little before it."""
-    speeds, pace, phases, rests = course
     balls = np.empty((len(rows), 2, 2))
     for side in range(2):
         number, _, _, lands, lifts = sources[0].stances[side].T
-        passed = number + 0.5 * side
-        for _ in range(2):  # the speed at which a foot is passed depends a little on when it is
-            when = np.interp(passed, phases, pace.times)
-            shares = _shares(speeds, np.interp(when, pace.times, pace.speeds))
-            own = [[np.interp(number, s.stances[side][:, 0], s.stances[side][:, i]) for i in (1, 2)] for s in sources]
-            left, passed = np.einsum("nk,kin->in", shares, np.array(own))
-        x = np.interp(passed, phases, pace.way)
+        passes = _own(sources, side, _PASSES_AT)
+        passed = course.blend(passes, number + 0.5 * side)
+        left = course.blend(_own(sources, side, _LEFT), passed, rounds=1)
+        x = np.interp(passed, course.phases, course.pace.way)
         for begins, ends, at in rests:
             x[(lands <= ends + _EDGE) & (lifts >= begins - _EDGE)] = at + _AHEAD * height
-        whole = np.floor(rows[:, _STEP.start + side] + 0.5)
-        gone = rows[:, _STEP.start + side] - whole
-        step = whole + np.sign(gone) * np.maximum(np.abs(gone) - _STAYS, 0.0) * (0.5 / (0.5 - _STAYS))
+        step = rows[:, _STEP.start + side]
         balls[:, side, 0] = np.interp(step, number, np.maximum.accumulate(x))
         balls[:, side, 1] = np.interp(step, number, left) + rows[:, _SIDE.start + side]
     return balls

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import feet, forward
@@ -26,6 +26,7 @@ _STRAIGHT = 0.9998  # greatest distance from hip to ankle, as a share of the leg
 _HEEL = 0.05  # body heights by which the heel of a foot behind the body rises more than in the walk, if it must
 _BEHIND = 0.1  # body heights
 _SOFT = 0.0015  # [m] over which legs come to be straight, and too short ones lower the body
+_YIELDS = 0.04  # [s] standard deviation of the smoothing of that lowering, before and after the leg that is too short
 _ROUNDS = 4  # in which feet that follow their shins come to be where they should
 
 
@@ -135,7 +136,9 @@ def posed(steps: Steps, skeleton: Skeleton) -> np.ndarray:
         wanted = (weight * wanted).sum(-1)
         behind = -(apart[..., :2] * ahead).sum(-1) / (_BEHIND * skeleton.height)
         heel = _HEEL * skeleton.height * np.clip(behind, 0.0, 1.0)
-        lift = _least(np.concatenate([wanted[:, None], most + heel], axis=-1))
+        short = wanted - _least(np.concatenate([wanted[:, None], most + heel], axis=-1))
+        width = _YIELDS * steps.fps
+        lift = wanted - smooth(maximum_filter1d(short, 2 * round(width) + 1), width)
         poses[:, 2] += lift
         rise = np.maximum(lift[:, None] - most, 0.0)
         apart[..., 2] += rise - lift[:, None]

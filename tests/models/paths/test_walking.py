@@ -84,6 +84,27 @@ def test_speeds_change_the_steps_with_them():
     np.testing.assert_allclose(rows.poses, motion.poses, atol=1e-6)
 
 
+def steepest(walk: Motion) -> float:
+    """Greatest vertical acceleration of the root [m/s²], but for the first and last moments."""
+    return np.abs(np.diff(walk.poses[12:-12, 2], 2)).max() * walk.fps**2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_body_is_neither_pulled_down_nor_thrown_up(seed):
+    """It falls about as fast as that of the same person on a straight walk, however steps are bent and blended."""
+    model = motionenv.load("walk/fpca")
+    somebody = model.draw_walker(np.random.default_rng(seed), 1.2)
+    curve = Path.through([(0, 0), (3, 0), (5, 2), (3, 4), (0, 3)])
+    straight = model.synthesize(8, 60, walker=somebody, seed=seed, speed=1.2)
+    walks = [
+        walk_along(model, path, 8, 60, walker=somebody, seed=seed, speed=speed)
+        for path, speed in ((curve, 1.2), (Path.line(50), lambda _: 1.2), (curve, STOP_AND_GO))
+    ]
+    most = steepest(straight)
+    for walk in walks:
+        assert steepest(walk) < max(1.8 * most, 17.0)
+
+
 def test_a_walk_ends_where_the_path_ends():
     path = Path.arc(2.0, 1.5)
     motion = walk_along(motionenv.load("walk/eigenwalkers"), path, 7, 30, seed=1, speed=1.3)
