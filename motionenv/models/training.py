@@ -38,7 +38,7 @@ _CMU_CARD = {
     "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
     "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
     "model licence": "MIT",
-    "intended use": "{} of straight walking; few people, most trials of one of them",
+    "intended use": "{} of straight walking; learned from few people",
 }
 _UNKNOWN_CARD = {
     "data": "straight walks from files of unknown origin",

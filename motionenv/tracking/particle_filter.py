@@ -33,8 +33,8 @@ class Belief:
         effective: effective sample size 1 / Σ w², from 1 to N; with annealing, that of the last layer.
         log_evidence: log p(J_t | J_1 ... J_t-1), up to the likelihood's normalisation; minus infinity if no particle
             could be scored.
-        lost: whether "nobody visible" is likelier than all particles, or no particle could be scored; the posterior is
-            then close to the prediction.
+        lost: whether the person is more probably occluded than visible, or no particle could be scored; the posterior
+            is then close to the prediction.
         recovered: whether the filter was restarted at this frame.
     """
 

@@ -2,9 +2,11 @@
 A, fig. 11: fifty frames of somebody who walks
 ==============================================
 
-The paper tracks 50 frames of a film with 10,000 particles and finds legs better aligned than arms. Ours: 50 frames of
-a person of the evaluation split in front of clutter, 1,000 particles. The first pose is given; the paper starts from
-a Gaussian.
+A particle filter follows somebody who walks past clutter; its mean pose is drawn in yellow. The paper does this on a
+film, with 10,000 particles and its learned walking model as the prior.
+
+Our setting is easier, and 1,000 particles are enough: the film is rendered, the filter sees exact silhouettes, and
+camera, body and first pose are given. The person is new, but drawn from the model that the prior uses, ``walk/fpca``.
 """
 
 import gymnasium
@@ -19,26 +21,41 @@ from motionenv.tracking import FPCAPrior, ParticleFilter, Start
 from motionenv.types import MARKERS
 
 env = gymnasium.make(
-    "motionenv/WalkerTracking-v1", observation=("mask", "rgb"), size=128, background="clutter", split="eval",
-    horizon=51, actions="metric",
-)  # fmt: skip
-seen, _ = env.reset(seed=5)
+    "motionenv/WalkerTracking-v1",
+    observation=("mask", "rgb"),
+    size=192,
+    background="clutter",
+    start="line",  # as near as the path allows
+    split="eval",
+    horizon=51,
+    actions="metric",
+)
+seen, _ = env.reset(seed=7)
 truth = env.unwrapped.truth()
 camera, body = truth["camera"], truth["skeleton"]
-tracker = ParticleFilter(FPCAPrior(skeleton=body), SilhouetteLikelihood(camera, body), n=1000, seed=1)
+likelihood = SilhouetteLikelihood(camera, body)
+tracker = ParticleFilter(FPCAPrior(skeleton=body), likelihood, n=1000, seed=1)
 tracker.start(Start.at(truth["pose"]))
-figure, axes = plt.subplots(1, 6, figsize=(11, 2.2), layout="constrained")
+
+figure, axes = plt.subplots(2, 3, figsize=(9, 6), layout="constrained")
 errors = []
 for i in range(51):
     mean = tracker.step(mask=seen["mask"][..., 0]).mean
-    places, true = motionenv.markers(mean, body), motionenv.markers(env.unwrapped.truth()["pose"], body)
-    errors.append(np.linalg.norm(places - true, axis=1))
+    joints = motionenv.markers(mean, body)
+    errors.append(np.linalg.norm(joints - env.unwrapped.truth()["joints"], axis=1))
     if i % 10 == 0:
-        axes[i // 10].imshow(seen["rgb"])
-        for a, b in EDGES:
-            axes[i // 10].plot(*camera.project(places[[a, b]])[0].T, color="#ffcc00", linewidth=1.2)
-        axes[i // 10].set(title=f"frame {i}", xticks=[], yticks=[])
+        axis = axes.flat[i // 10]
+        axis.imshow(seen["rgb"])
+        for edge in EDGES:
+            ends = camera.project(joints[list(edge)])[0]
+            axis.plot(*ends.T, color="#ffcc00", linewidth=1.5)
+        axis.set(title=f"frame {i}", xticks=[], yticks=[])
     seen, *_ = env.step(mean.astype(np.float32))
 for part in ("ankle", "knee", "wrist", "elbow"):
-    of = [MARKERS.index(f"{side}_{part}") for side in ("left", "right")]
-    print(f"{part}: {1000 * np.mean(np.array(errors)[:, of]):.0f} mm")
+    both = [MARKERS.index(f"{side}_{part}") for side in ("left", "right")]
+    print(f"{part}: mean error {1000 * np.mean(np.array(errors)[:, both]):.0f} mm")
+
+# %%
+# The paper finds the legs better aligned than the arms, which the trunk often hides. So do we: wrists and elbows are
+# off by more than knees and ankles. In the paper the model also drifts off the person at frame 30, where much is
+# hidden, and recovers by frame 40; ours stays on the person.

@@ -18,7 +18,7 @@ from motionenv.models.motion_tree.model import PARTS
 from motionenv.tracking.priors.base import Start
 from motionenv.types import POSE, Motion, Skeleton, frozen
 
-#: Standard deviations (25,) of η at 30 frames/s [m/s, rad/s]: root mean squares over 55 walks of 13 people (CMU), equal
+#: Standard deviations (25,) of η at 30 frames/s [m/s, rad/s]: root mean squares over 55 walks of 11 people (CMU), equal
 #: for both sides.
 CHANGE = np.array([
     0.08, 0.07, 0.08, 0.17, 0.12, 0.32, 0.47, 0.23, 0.43,
