@@ -12,6 +12,8 @@ Motions of 60 s start from a walking or running window of the capture.
   windows; and for "low feet", within half a centimetre of the ground for at least four frames, regardless of labels.
 - velocity jumps: share of changes in velocity between frames (22 angles each) above the capture's 99.5th percentile for
   that angle, at changes of clip and overall. The capture has 0.5 %.
+- steering, with `mixed/tree`: motions of which the mean heading over a second comes within 15° of the wanted one in
+  20 s, after 10 s straight on; the time that this takes; and how far off the heading is on average in the last 5 s.
 """
 
 import numpy as np
@@ -20,6 +22,7 @@ from benchmarks.tree.capture import bounds, capture, options, seconds
 from motionenv.body.kinematics import feet, markers
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
+from motionenv.models import load
 from motionenv.models.motion_tree.database import Database, build_database
 from motionenv.models.motion_tree.features import FPS, WINDOW
 from motionenv.models.motion_tree.model import MotionTree
@@ -205,6 +208,26 @@ def speed(model: MotionTree) -> None:
             print(f"| {method}, {name} | {60 * FPS / seconds(call):,.0f} |", flush=True)
 
 
+def steering(seeds: range) -> None:
+    """Print how soon a wanted heading is reached from a straight walk."""
+    print("\n| turn | reached | after, s: median / max | off in the last 5 s, °: median / max |\n|-|-|-|-|")
+    for degrees in (90, -90, 180):
+        after, last = [], []
+        for seed in seeds:
+            growth = load("mixed/tree").generator("walk", seed=seed, target=Target(heading=0.0, speed=1.2))
+            growth.step(300)
+            growth.target = Target(heading=np.radians(degrees), speed=1.2)
+            away = np.degrees(growth.step(600)[:, 5]) - degrees
+            off = np.convolve(np.abs((away + 180) % 360 - 180), np.full(30, 1 / 30), "valid")
+            after += [np.argmax(off < 15) / FPS] if off.min() < 15 else []
+            last.append(off[-150:].mean())
+        took, missed = np.array(after), np.array(last)
+        print(
+            f"| {degrees}° | {len(took)} of {len(seeds)} | {np.median(took):.1f} / {took.max():.1f} "
+            f"| {np.median(missed):.0f} / {missed.max():.0f} |", flush=True
+        )  # fmt: skip
+
+
 def main() -> None:
     """Print the tables."""
     asked = options(__doc__).parse_args()
@@ -212,6 +235,7 @@ def main() -> None:
     quality(model, 2 if asked.quick else 10)
     dead_ends(model, 10 if asked.quick else 100)
     speed(model)
+    steering(range(100, 106 if asked.quick else 124))
 
 
 if __name__ == "__main__":

@@ -29,8 +29,7 @@ print(f"activities in this tree: {', '.join(tree.activities)}")
 # The pelvis from above, and its heading. Turns are as wide as those in the database, with radii of 4.5 to 10 m: nobody
 # turns on the spot, as nobody there does.
 #
-# ``Target`` also takes a heading and a speed. These only choose among the poses that are drawn, and act more slowly:
-# from a straight walk, a heading may take more than ten seconds to have an effect.
+# ``Target`` also takes a heading and a speed: ``Target(heading=1.57)`` turns until the walker faces along y.
 
 colours = {"walk": "0.5", "turn left": "#0072b2", "turn right": "#d55e00"}
 figure, (above, over_time) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")

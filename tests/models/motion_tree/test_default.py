@@ -15,6 +15,7 @@ import motionenv
 from motionenv import models
 from motionenv.body import feet
 from motionenv.errors import ModelError, MotionError
+from motionenv.models.motion_tree import Target
 from motionenv.models.motion_tree import default as mixed
 from motionenv.types import Motion
 
@@ -31,6 +32,19 @@ def test_it_is_a_name_with_a_card_before_it_is_made(monkeypatch, tmp_path):
     assert "mixed/tree" in models.names()
     assert models.card("mixed/tree")["model licence"] == "MIT"
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_heading_is_reached_from_a_straight_walk(tree, side):
+    """Also where no window near the present one turns: the motion comes to one that does."""
+    off = []
+    for seed in range(8):
+        growth = tree.generator("walk", seed=seed, target=Target(heading=0.0))
+        growth.step(300)
+        growth.target = Target(heading=side * np.pi / 2)
+        off.append(np.median(growth.step(600)[-150:, 5]) - side * np.pi / 2)
+    assert np.abs(off).max() < 0.6
+    assert np.median(np.abs(off)) < 0.25
 
 
 def test_it_holds_what_its_card_says(tree):

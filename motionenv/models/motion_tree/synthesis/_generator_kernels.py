@@ -18,9 +18,10 @@ from motionenv.models.motion_tree.search import tree_kernels
 from motionenv.models.motion_tree.synthesis._footing_kernels import keep_footing
 
 #: A tree as input of the loop. blocks, boxes, n, scratch: the exact sampler. nodes, leaves, members, leaf_weights: the
-#: paper's search. Windows by position: frames, cost, turn, speed, activity, way_out (n,) and ground (n, 3), see
-#: `future_cost.FutureCost`; place (frames,): position of the window that ends at a frame, or -1. Projection: channels
-#: (p,), weights (10, p, b), offset (b,). owns (25,): mask of the pose entries that the tree predicts.
+#: paper's search. Windows by position: frames, turn, speed, activity (n,), ground (n, 3), and cost and way_out
+#: (courses, n), of which those of `_course` count, see `future_cost.FutureCost`; place (frames,): position of the
+#: window that ends at a frame, or -1. Projection: channels (p,), weights (10, p, b), offset (b,). owns (25,): mask of
+#: the pose entries that the tree predicts.
 Source = namedtuple(
     "Source",
     ["blocks", "boxes", "n", "scratch", "nodes", "leaves", "members", "leaf_weights", "frames", "cost", "turn", "speed",
@@ -45,6 +46,7 @@ FPS = 30.0
 HERE = 15  # windows within this number of frames count as the same place of a sequence
 _OFF_ACTIVITY = 4.0  # penalty on the log weight of another activity
 _TURN_SPREAD, _SHARPEST = 0.25, 1.2  # [rad] standard deviation and limit of the turn wanted within a second
+_OFF_COURSE = 0.3  # [rad] from the wanted heading, beyond which the future should turn
 _PACE_SPREAD = 0.15  # standard deviation of the wanted speed [m/s]
 
 
@@ -151,7 +153,7 @@ def _choose(sources, s, settings, state, random):
         if abs(source.frames[drawn[k]] - here) > HERE:
             away += 1
             weight[k] = np.log(each) + _log_weight(sources, s, drawn[k], present, settings, state)
-    offered[-1], offered[-2] = after, _way_out(source, last, after)
+    offered[-1], offered[-2] = after, _way_out(source, _course(settings, state), last, after)
     if after >= 0:
         share = settings.stay + each * (len(drawn) - away)
         weight[-1] = np.log(share) + _log_weight(sources, s, after, present, settings, state)
@@ -165,12 +167,28 @@ def _choose(sources, s, settings, state, random):
 
 
 @kernel
-def _way_out(source, last, after):
+def _way_out(source, course, last, after):
     """The best exit from the window `after`; without such a window, the successor of the last window's exit."""
-    if after >= 0 or last < 0 or source.way_out[last] < 0:
-        return source.way_out[after] if after >= 0 else np.int32(-1)
-    following = source.place[source.frames[source.way_out[last]] + 1]
-    return following if following >= 0 else source.way_out[last]
+    way_out = source.way_out[course]
+    if after >= 0 or last < 0 or way_out[last] < 0:
+        return way_out[after] if after >= 0 else np.int32(-1)
+    following = source.place[source.frames[way_out[last]] + 1]
+    return following if following >= 0 else way_out[last]
+
+
+@kernel
+def _course(settings, state):
+    """Which future is wanted: 0 any, or straight on; 1 and 2 turns to the left and to the right."""
+    if not settings.heading == settings.heading or abs(_asked(settings, state)) < _OFF_COURSE:
+        return 0
+    return 1 if _asked(settings, state) > 0.0 else 2
+
+
+@kernel
+def _asked(settings, state):
+    """The turn [rad] to the wanted heading, the shorter way round."""
+    asked = settings.heading - state.pose[5]
+    return asked - 2 * np.pi * np.round(asked / (2 * np.pi))
 
 
 @kernel
@@ -213,13 +231,12 @@ def _log_weight(sources, s, i, present, settings, state):
         w -= _apart(sources[0], source.frames[i], present) / (2.0 * settings.temperature)
     if settings.future:
         following = source.place[source.frames[i] + 1]
-        w -= source.cost[following if following >= 0 else i] / (2.0 * settings.temperature)
+        cost = source.cost[_course(settings, state)]
+        w -= cost[following if following >= 0 else i] / (2.0 * settings.temperature)
     if settings.activity >= 0 and source.activity[i] != settings.activity:
         w -= _OFF_ACTIVITY
     if settings.heading == settings.heading:
-        asked = settings.heading - state.pose[5]
-        asked -= 2 * np.pi * np.round(asked / (2 * np.pi))
-        asked = min(max(asked, -_SHARPEST), _SHARPEST)
+        asked = min(max(_asked(settings, state), -_SHARPEST), _SHARPEST)
         w -= 0.5 * ((source.turn[i] - asked) / _TURN_SPREAD) ** 2
     if settings.pace == settings.pace:
         w -= 0.5 * ((source.speed[i] - settings.pace) / _PACE_SPREAD) ** 2

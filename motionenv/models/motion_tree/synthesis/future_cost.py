@@ -5,9 +5,9 @@ jump the squared distance to the window jumped to, and what lies ahead counts le
 
     V(i) = a(i) + min(γ V(i + 1), min over j elsewhere of |z_i - z_j|² + γ V(j))
 
-so that a window near the end of its sequence is good only when there is a near way out that itself leads on. Where one
-activity is wanted, each window of another costs a(i) = 0.1, else nothing. As p(i | t) is a kernel of squared distances
-too, exp(-V / 2β) is the weight that the future gives a window.
+so that a window near the end of its sequence is good only when there is a near way out that itself leads on. Each
+window of another activity than the wanted one costs a(i) = 0.1, and so does each that doesn't turn to the wanted side.
+As p(i | t) is a kernel of squared distances too, exp(-V / 2β) is the weight that the future gives a window.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,8 @@ BALL_HEIGHT = ANKLE_HEIGHT + FOOT_BALL[2]
 _TAIL = 30  # frames before the end of a sequence from which it may be left
 _EXITS = 32  # nearest windows elsewhere that are looked at
 _TOLL = 0.1  # a(i), squared distance per frame
-_DISCOUNT, _FARSIGHTED = 0.97, 0.99  # γ, per frame, and where an activity is wanted
+_DISCOUNT, _FARSIGHTED = 0.97, 0.99  # γ, per frame, and where an activity or a turn is wanted
+_TURNS = 0.2  # [rad] least change of heading in the next second of a window that turns
 _SWEEPS = 50
 _HORIZON = 30  # frames over which turns and speeds are looked ahead
 _STANDING_SPEED = 0.5  # [m/s] of the ball of a foot, below which it may stand
@@ -57,22 +58,40 @@ class FutureCost:
     ground: np.ndarray
 
     @cached_property
-    def _known(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    def _known(self) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]]:
         return {}
 
-    def towards(self, activity: int = -1) -> tuple[np.ndarray, np.ndarray]:
+    def towards(self, activity: int = -1, side: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Future cost V (n,) of each window, and the best window to jump to (n,) where its sequence ends, else -1.
 
-        For an activity by index, or any (-1); each is worked out once.
+        For an activity by index, or any (-1), and turns to the left (`side` 1), to the right (-1), or any (0); each is
+        worked out once.
         """
-        if activity not in self._known:
+        wanted = activity, side
+        if wanted not in self._known:
             n = len(self.frames)
-            toll = (_TOLL * (self.activity != activity) if activity >= 0 else np.zeros(n)).astype(np.float32)
+            toll = np.zeros(n, dtype=np.float32)
+            if activity >= 0:
+                toll += _TOLL * (self.activity != activity)
+            if side:
+                toll += _TOLL * (side * self.turn < _TURNS)
             cost, way_out = np.zeros(n, dtype=np.float32), np.full(n, -1, dtype=np.int32)
-            discount = _DISCOUNT if activity < 0 else _FARSIGHTED
+            discount = _DISCOUNT if wanted == (-1, 0) else _FARSIGHTED
             future_cost(self.starts, self.frames, self.place, *self.exits, toll, discount, _SWEEPS, cost, way_out)
-            self._known[activity] = cost, way_out
-        return self._known[activity]
+            self._known[wanted] = cost, way_out
+        return self._known[wanted]
+
+    @cached_property
+    def _courses(self) -> dict[tuple[int, bool], tuple[np.ndarray, np.ndarray]]:
+        return {}
+
+    def courses(self, activity: int = -1, turns: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """The same two for several courses, (courses, n): any, and with `turns` also to the left and to the right."""
+        wanted = activity, turns
+        if wanted not in self._courses:
+            found = [self.towards(activity, side) for side in ((0, 1, -1) if turns else (0,))]
+            self._courses[wanted] = np.stack([cost for cost, _ in found]), np.stack([way_out for _, way_out in found])
+        return self._courses[wanted]
 
 
 def fit_future_cost(database: Database, frames: np.ndarray, blocks: np.ndarray, boxes: np.ndarray) -> FutureCost:

@@ -10,8 +10,9 @@ These extensions of the paper can each be switched off in `Options`:
 - contact: stance feet stay in place on the ground (`_footing_kernels`). The next windows are matched to the motion
   before this correction.
 - a `Target` weights the candidates. With r = target - prediction over the next second, the log weights are -4 for
-  another activity (which also has a future cost), -½ (r / 0.25 rad)² for the turn, limited to 1.2 rad/s, and
-  -½ (r / 0.15 m/s)² for the speed.
+  another activity, -½ (r / 0.25 rad)² for the turn, limited to 1.2 rad/s, and -½ (r / 0.15 m/s)² for the speed. Another
+  activity also has a future cost, and so has what doesn't turn while the heading is more than 0.3 rad off: there may be
+  no candidate that does, and the motion must first come near one.
 - two trees, for the lower and the upper body: the upper body's windows are weighted by exp(-|c_i - c_t|² / 2β) with
   the coefficients c of the lower body, so that the arms match the legs.
 """
@@ -132,10 +133,10 @@ class MotionGenerator:
             raise MotionError(_unknown(target.activity, known))
         self._target = target
         self._activity = -1 if target.activity is None else known.index(target.activity)
-        futures = [future.towards(self._activity) for future in self._futures]
+        courses = [future.courses(self._activity, turns=target.heading is not None) for future in self._futures]
         self._sources = tuple(
             source._replace(cost=_fixed(cost), way_out=_fixed(way_out))
-            for source, (cost, way_out) in zip(self._sources, futures, strict=True)
+            for source, (cost, way_out) in zip(self._sources, courses, strict=True)
         )
 
     @property
@@ -278,8 +279,8 @@ def _source(tree: MotionTree, future: FutureCost) -> Source:
         blocks=_fixed(index.blocks), boxes=_fixed(index.boxes), n=int(index.n),
         scratch=scratch(index.n, index.boxes.shape[3]), nodes=_fixed(descent.nodes), leaves=_fixed(descent.starts),
         members=_fixed(descent.members), leaf_weights=np.empty(descent.largest), frames=_fixed(tree.frames_),
-        cost=_fixed(future.towards()[0]), turn=_fixed(future.turn), speed=_fixed(future.speed),
-        activity=_fixed(future.activity), way_out=_fixed(future.towards()[1]), ground=_fixed(future.ground),
+        cost=_fixed(future.courses()[0]), turn=_fixed(future.turn), speed=_fixed(future.speed),
+        activity=_fixed(future.activity), way_out=_fixed(future.courses()[1]), ground=_fixed(future.ground),
         place=_fixed(future.place), channels=_fixed(tree.basis_.channels), weights=_fixed(weights),
         offset=_fixed(offset), owns=_fixed(np.isin(np.arange(25), PARTS[tree.part])),
     )  # fmt: skip
