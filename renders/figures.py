@@ -97,31 +97,32 @@ def _going(model: WalkingModel, seed: int, way: float, frames: int) -> Motion:
 
 
 def figures(out: Path) -> None:
-    """components.png (paper A, figs. 9 and 10) and variance.png (paper B, fig. 2)."""
+    """papers/components.png (paper A, figs. 9 and 10) and papers/variance.png (paper B, fig. 2)."""
     fpca = load("walk/fpca").fpca_
     phase = np.arange(100) / 100
     mean = fpca.evaluate(np.zeros(fpca.n_components), phase)
     steps = np.diag(2 * np.sqrt(fpca.explained_variance_))
     modes = fpca.evaluate(steps[:, None], phase) - mean
     shown = components(mean[:, :19], modes[..., :19], ANGLES, show=("left_hip_flexion", "left_knee_flexion"), count=3)
-    shown.savefig(out / "components.png", dpi=90)
-    variance_curve(load("walk/eigenwalkers").explained_variance_ratio_, marked=5).savefig(out / "variance.png", dpi=90)
+    shown.savefig(out / "papers" / "components.png", dpi=90)
+    shares = load("walk/eigenwalkers").explained_variance_ratio_
+    variance_curve(shares, marked=5).savefig(out / "papers" / "variance.png", dpi=90)
 
 
 def tree(out: Path) -> None:
-    """samples.png, coefficients.png and trajectories.png (paper C, figs. 3, 4 and 5), from `mixed/tree`."""
+    """papers/samples.png, coefficients.png and trajectories.png (paper C, figs. 3, 4 and 5), from `mixed/tree`."""
     model = load("mixed/tree")
     history = load("walk/fpca").synthesize(2, 30, seed=10, speed=1.3)
     drawn = [model.sample(history, 10, temperature=beta, seed=0, method="exact").poses for beta in BETAS]
     titles = [f"β = {beta:g}" for beta in BETAS]
-    pose_samples(history.poses[-1], drawn, history.skeleton, titles).savefig(out / "samples.png", dpi=90)
+    pose_samples(history.poses[-1], drawn, history.skeleton, titles).savefig(out / "papers" / "samples.png", dpi=90)
     draws = {}
     for method in ("exact", "tree"):
         found = model.sample(history, 1000, temperature=1.0, seed=0, method=method)
         draws[method] = model.index_.coefficients(found.windows)
     probe = model.coefficients(history)
-    coefficient_histograms(draws, probe, 1.0).savefig(out / "coefficients.png", dpi=90)
-    trajectories(model.generator("brisk walk", seed=3).motion(2)).savefig(out / "trajectories.png", dpi=90)
+    coefficient_histograms(draws, probe, 1.0).savefig(out / "papers" / "coefficients.png", dpi=90)
+    trajectories(model.generator("brisk walk", seed=3).motion(2)).savefig(out / "papers" / "trajectories.png", dpi=90)
 
 
 def tracking(out: Path) -> None:
@@ -205,7 +206,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
     parser.add_argument("--out", type=Path, default=HERE, help="folder to write to")
     out = parser.parse_args().out
-    (out / "start").mkdir(parents=True, exist_ok=True)
+    for folder in ("papers", "start"):
+        (out / folder).mkdir(parents=True, exist_ok=True)
     walker(out)
     twelve(out)
     figures(out)

@@ -8,7 +8,7 @@ Suntay 1983). Signs are clinical and the same on both sides, so that a symmetric
     abduction  the limb moves away from the midline; neck_bend: towards the left shoulder
     rotation   the front of the limb turns towards the midline; neck_rotation: the face turns left
 
-         zero pose            flexion of hip and knee (seen from the left, walking →)
+         zero pose            flexion of hip and knee (seen from the right, walking →)
             O                        O
           --+--                      |
           | | |                      |\_      hip 30°

@@ -31,7 +31,7 @@ def lift(
     plot: Annotated[Path | None, typer.Option(help="Plot of the estimate (.png, .pdf, .svg).")] = None,
     camera: Annotated[Path | None, typer.Option(help="Calibrated camera (.json, .toml); by default guessed.")] = None,
     which: Annotated[str | None, typer.Option(help="Name of the camera in a .toml file.")] = None,
-    method: Annotated[str, typer.Option(help="steady: a straight walk; free: any; auto: the evidence tells.")] = "auto",
+    method: Annotated[str, typer.Option(help="free: any motion; steady: a straight walk; auto: see above.")] = "auto",
     prior: Annotated[str, typer.Option(help="Name or file of the prior; see `motionenv fit`.")] = "walk/prior",
     person: Annotated[int | None, typer.Option(help="Index of the person in a detector's file.")] = None,
     format: Annotated[str | None, typer.Option(help="Keypoints in JSON, such as halpe-26; else recognised.")] = None,

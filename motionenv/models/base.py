@@ -99,7 +99,7 @@ class GaitModel(StoredModel):
         Args:
             rng: random generator.
             speed: walking speed [m/s]; None lets the model choose.
-            height: body height [m]; None takes the model's.
+            height: body height [m]; None draws it, or takes the model's where that has one body.
         """
 
     @abstractmethod
@@ -196,7 +196,7 @@ class GaitModel(StoredModel):
             walker: the walker, from `walker`; None draws one with the seed.
             seed: int or Generator, also for the variation between cycles.
             speed: speed along x [m/s], from 0.1 to 3; None takes the walker's own.
-            height: body height [m], from 0.5 to 2.5; None takes the model's.
+            height: body height [m], from 0.5 to 2.5; None takes the walker's own.
             phase: phase at the start [cycles]; at 0 the left leg is furthest ahead.
             variation: factor on the variation between the cycles of one walk, from 0 to 10. It has no effect on models
                 of a single cycle.

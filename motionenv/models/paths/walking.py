@@ -52,7 +52,7 @@ def walk_along(
         seed: int or Generator.
         speed: [m/s]: a number from 0.1 to 3, a function of the time [s], or rows (time, speed) with straight lines
             between; functions and rows may be 0. None takes the walker's own.
-        height: body height [m]; None takes the model's.
+        height: body height [m]; None takes the walker's own.
         phase: phase at the start [cycles], as in `GaitModel.synthesize`.
         variation: factor on the variation between cycles.
 
