@@ -51,5 +51,5 @@ for name, values in errors.items():
 
 # %%
 # Synthesised people are easy: they were drawn from a model of the same kind, with eight components. On captured walks
-# (CMU, 25 % hidden), fig. 8 reduces the error of the mean cycle to 47 %, and the default to 33 %
+# (CMU, 25 % hidden), fig. 8 reduces the error of the mean cycle to 51 %, and the default to 38 %
 # (``models.imputation`` in the :doc:`results </made/results>`).

@@ -53,5 +53,4 @@ for variance in (variances[best], 70):
 # %%
 # Our best σ² is larger than the paper's: 30 eigenwalkers leave out more of these people (7.0 % of the variance,
 # against 4.5 %; see :doc:`fig. 2 <plot_b02_variance>`). On captured people (CMU, each of 11 left out in turn), the
-# error is smallest at 200 mm² and within 1 % of that from 125 to 400 mm²; at the paper's 70 mm² it is 4 % higher
-# (``lifting`` in the :doc:`results </made/results>`).
+# error is smallest at 100 mm² (``lifting`` in the :doc:`results </made/results>`).

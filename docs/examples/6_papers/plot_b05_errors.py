@@ -58,5 +58,5 @@ axes[0].legend(fontsize="small", loc="lower center")
 
 # %%
 # The prior pays off at every angle: MAP errs by 27 % less than least squares here, and by about 30 % less in the
-# paper. On captured people (CMU, each of 11 left out in turn) it errs by 36 % less, 23 mm against 29 mm (rms;
+# paper. On captured people (CMU, each of 11 left out in turn) it errs by 34 % less, 21 mm against 26 mm (rms;
 # ``lifting`` in the :doc:`results </made/results>`).

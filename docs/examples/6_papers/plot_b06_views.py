@@ -46,6 +46,6 @@ axes[0, 0].set(ylabel="estimate [°]", yticks=(-90, -45, 0, 45, 90))
 axes[1, 0].set_ylabel("estimate - truth [°]")
 
 # %%
-# On captured people (CMU, each of 11 left out in turn) the mean error is 2.2° with least squares and 2.1° with MAP. A
+# On captured people (CMU, each of 11 left out in turn) the mean error is 1.8° with least squares and 1.9° with MAP. A
 # ``WalkerPrior``, which also learns the noise of each harmonic and marker, reaches 1.6° (``lifting`` in the
 # :doc:`results </made/results>`).
