@@ -12,7 +12,10 @@ from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, p
 from motionenv.errors import GapError, MotionError
 
 _FILMS = {".mp4", ".gif", ".webp"}
-_ENVS = {"walker": "motionenv/WalkerTracking-v1", "arm": "motionenv/ArmTracking-v1"}
+_ENVS = {
+    "walker": "WalkerTracking", "motionenv/WalkerTracking-v1": "WalkerTracking",
+    "arm": "ArmTracking", "motionenv/ArmTracking-v1": "ArmTracking",
+}  # fmt: skip
 _TRACKERS = ("fpca", "tree", "constant-velocity", "mixture")
 _SIZE, _ENLARGED = 128, 3  # image side of an environment [pixels], and its magnification in the film
 _FILM_SIDE = 640  # [pixels] longest side of a video in the film; smaller videos are enlarged by a whole number
@@ -311,16 +314,13 @@ class _Episode:
     """One episode of an environment (walker, arm or an id), and the data for its film."""
 
     def __init__(self, env: str, tracker: str, model: str | None, particles: int, start: str, frames: int, seed: int):
-        import gymnasium
-
-        import motionenv.envs  # noqa: F401 (registers the environments)
+        from motionenv import envs
         from motionenv.envs.agents import TrackingAgent, truth_start
 
-        name = _ENVS.get(env, env)
-        if name not in _ENVS.values():
-            raise MotionError(f"--env must be {', '.join((*_ENVS, *_ENVS.values()))}, got {env!r}")
-        make = _made(tracker, model, arm=name == _ENVS["arm"])
-        made: Any = gymnasium.make(name, size=_SIZE, observation=("mask", "rgb"), horizon=frames)
+        if env not in _ENVS:
+            raise MotionError(f"--env must be one of {', '.join(_ENVS)}, got {env!r}")
+        make = _made(tracker, model, arm=_ENVS[env] == "ArmTracking")
+        made: Any = getattr(envs, _ENVS[env])(size=_SIZE, observation=("mask", "rgb"), horizon=frames)
         self.env, self.fps = made, made.unwrapped.world.fps
         prior = make(None, self.fps)
         self.skeleton = prior.skeleton
