@@ -24,7 +24,13 @@ MADE = DOCS / "made"
 BENCHMARKS = DOCS.parent / "benchmarks"
 #: Pictures of the environments, and what they show.
 PICTURES = {
-    "WalkerTracking": ("renders/tracking.png", "Frames of WalkerTracking: plain, following, and cluttered"),
+    "WalkerTracking": ("renders/environments/walker.png", "Frames of WalkerTracking: plain, following, and cluttered"),
+    "MarkerTracking": (
+        "renders/environments/markers.png", "Five frames of MarkerTracking: the markers that are seen, and the truth",
+    ),
+    "ArmTracking": (
+        "renders/environments/arm.png", "Five frames of ArmTracking with the true pose drawn over them",
+    ),
     "ActiveTracking": (
         "benchmarks/envs/active/planner.png", "The plaza from above and the camera's view, four moments",
     ),

@@ -13,7 +13,7 @@ from plotting import coefficient_histograms, components, frame_and_truth, pose_s
 
 from motionenv import load, write_video
 from motionenv.body import markers
-from motionenv.envs.agents import Blob, TrackingAgent, truth_start
+from motionenv.envs.agents import Blob, Oracle, TrackingAgent, truth_start
 from motionenv.lifting import lift, project_markers
 from motionenv.lifting.plot import lifted_walk
 from motionenv.likelihoods import SilhouetteLikelihood
@@ -126,7 +126,7 @@ def tree(out: Path) -> None:
 
 
 def tracking(out: Path) -> None:
-    """tracking.png: what WalkerTracking shows, in three kinds of episodes, one row each."""
+    """environments/walker.png: what WalkerTracking shows, in three kinds of episodes, one row each."""
     rows = []
     for settings in (
         {"camera": "side"},
@@ -138,7 +138,7 @@ def tracking(out: Path) -> None:
             for _ in range(75):
                 pictures.append(env.step(env.unwrapped.truth()["pose"].astype(np.float32))[0])
         rows.append(np.concatenate(pictures[::25], axis=1))
-    write_image(out / "tracking.png", np.concatenate(rows))
+    write_image(out / "environments" / "walker.png", np.concatenate(rows))
 
 
 def lifting(out: Path) -> None:
@@ -175,6 +175,20 @@ def track(out: Path) -> None:
     write_image(out / "track.png", np.concatenate([film[i] for i in (14, 74)], axis=1))
 
 
+def other_environments(out: Path) -> None:
+    """environments/arm.png, markers.png: five moments of ArmTracking and MarkerTracking, the truth drawn over them."""
+    for name, file, settings in (("ArmTracking", "arm", {"size": 128}), ("MarkerTracking", "markers", {})):
+        with gymnasium.make(f"motionenv/{name}-v1", render_mode="rgb_array", **settings) as env:
+            agent = Oracle(env)
+            seen, _ = env.reset(seed=5)
+            agent.reset(seen)
+            pictures = []
+            for _ in range(60):
+                seen, *_ = env.step(agent.act(seen))
+                pictures.append(env.render())
+        write_image(out / "environments" / f"{file}.png", np.concatenate(pictures[5::11], axis=1))
+
+
 def first_picture(out: Path) -> None:
     """start/picture.png: a frame of a walk as the guide's first page renders it."""
     walk = synthesize("walk/fpca", 4, 30, seed=7)
@@ -206,7 +220,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Remake the README's pictures.")
     parser.add_argument("--out", type=Path, default=HERE, help="folder to write to")
     out = parser.parse_args().out
-    for folder in ("papers", "start"):
+    for folder in ("environments", "papers", "start"):
         (out / folder).mkdir(parents=True, exist_ok=True)
     walker(out)
     twelve(out)
@@ -215,6 +229,7 @@ def main() -> None:
     tracking(out)
     lifting(out)
     track(out)
+    other_environments(out)
     first_picture(out)
     first_environment(out)
 
