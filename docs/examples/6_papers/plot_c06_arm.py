@@ -68,5 +68,5 @@ axes[0].legend()
 # differ more than the models do: the database can't hold every pair of postures.
 #
 # The ``tracking`` benchmark (:doc:`results </made/results>`) repeats this in front of clutter. With 300 particles it
-# finds 14 mm for the tree and 33 mm for constant velocity with swinging arms of recorded people. For reaching arms the
-# tree is no better there: 93 mm against 77 mm, with wide intervals.
+# finds 18 mm for the tree and 40 mm for constant velocity with swinging arms of recorded people. For reaching arms the
+# two are about as good there: 70 mm and 75 mm, with wide intervals.
