@@ -84,6 +84,16 @@ def _drawn(_block: tuple, variables: dict, settings: dict) -> str:
     return figure_rst([path], settings["src_dir"])
 
 
+#: Examples to begin a section with; the others follow by name, as the papers' figures all do.
+_FIRST = ("walk", "speed", "turn", "traits", "truth", "views", "events", "lift", "sure", "environments", "agents")
+
+
+def _reading_order(path: str) -> tuple[int, str]:
+    """Sort key of an example."""
+    name = Path(path).stem.removeprefix("plot_")
+    return (_FIRST.index(name) if name in _FIRST else len(_FIRST), name)
+
+
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
     "backreferences_dir": "made/uses",
@@ -96,7 +106,7 @@ sphinx_gallery_conf = {
     "capture_repr": (),  # values of last lines aren't shown
     "abort_on_example_error": True,
     "write_computation_times": False,
-    "within_subsection_order": "FileNameSortKey",
+    "within_subsection_order": _reading_order,
 }
 
 #: Files of the checkout that pages link to, and the page of the site that shows the same.
