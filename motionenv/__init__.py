@@ -28,7 +28,7 @@ so importing motionenv is fast.
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 #: Public names and the modules that hold them.
 _NAMES = {

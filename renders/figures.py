@@ -200,7 +200,7 @@ def first_picture(out: Path) -> None:
 
 
 def first_environment(out: Path) -> None:
-    """start/environment.png: what two agents say of one episode, five moments; the truth is what the picture shows."""
+    """start/environment.png: six frames of an episode, with the estimates of two agents drawn over them."""
     rows = []
     for kind in ("blob", "filter"):
         with gymnasium.make("motionenv/WalkerTracking-Easy-v1", render_mode="rgb_array") as env:

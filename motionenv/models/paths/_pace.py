@@ -122,22 +122,24 @@ class _Source:
 
 @dataclass(frozen=True, eq=False)
 class _Course:
-    """When the sources, walks at `speeds` (sources,) [m/s], are blended how."""
+    """How the sources, walks at `speeds` (sources,) [m/s], are blended over phase."""
 
     speeds: np.ndarray
     pace: Pace
     phases: np.ndarray  # (ticks,) at the pace's times
 
-    def blend(self, own: np.ndarray, phase: np.ndarray, rounds: int = 2) -> np.ndarray:
-        """The mean (n,) of the sources' `own` (sources, n), by their shares at `phase` (n,).
+    def blend(self, own: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """The mean (n,) of the sources' `own` (sources, n), by their shares at `phase` (n,)."""
+        when = np.interp(phase, self.phases, self.pace.times)
+        shares = _shares(self.speeds, np.interp(when, self.pace.times, self.pace.speeds))
+        return np.einsum("nk,kn->n", shares, own)
 
-        With two rounds `own` are phases themselves: the shares depend a little on when it is.
+    def moments(self, own: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """The mean phases (n,) of events at the sources' `own` phases (sources, n), which are `near` (n,).
+
+        Blended twice, because the shares depend a little on when an event is.
         """
-        for _ in range(rounds):
-            when = np.interp(phase, self.phases, self.pace.times)
-            shares = _shares(self.speeds, np.interp(when, self.pace.times, self.pace.speeds))
-            phase = np.einsum("nk,kn->n", shares, own)
-        return phase
+        return self.blend(own, self.blend(own, near))
 
 
 def paced(make: Callable, pace: Pace, learned: float, request: Request) -> tuple[Steps, Skeleton]:
@@ -274,7 +276,7 @@ def _blended(sources: list[_Source], phase: np.ndarray, shares: np.ndarray, cour
     for side in range(2):
         columns = [part.start + side for part in (_ANKLES, _YAWS, _REACH, _STEP, _SIDE, _STANDS)]
         own = np.stack([_own(sources, side, column) for column in (_LANDS_AT, _LEAVES_AT)], axis=-1)
-        events = np.stack([course.blend(own[..., i], own[0, :, i]) for i in range(2)], axis=-1).ravel()
+        events = np.stack([course.moments(own[..., i], own[0, :, i]) for i in range(2)], axis=-1).ravel()
         knots = np.concatenate([[events[0] - _FAR], events, [events[-1] + _FAR]])
         foot = 0.0
         for share, source, at in zip(shares.T, sources, own, strict=True):
@@ -296,8 +298,8 @@ def _balls(rows, sources: list[_Source], course: _Course, rests: list, height: f
     for side in range(2):
         number, _, _, lands, lifts = sources[0].stances[side].T
         passes = _own(sources, side, _PASSES_AT)
-        passed = course.blend(passes, number + 0.5 * side)
-        left = course.blend(_own(sources, side, _LEFT), passed, rounds=1)
+        passed = course.moments(passes, number + 0.5 * side)
+        left = course.blend(_own(sources, side, _LEFT), passed)
         x = np.interp(passed, course.phases, course.pace.way)
         for begins, ends, at in rests:
             x[(lands <= ends + _EDGE) & (lifts >= begins - _EDGE)] = at + _AHEAD * height
