@@ -368,7 +368,7 @@ class Camera(_Record):
             raise MotionError(f"Camera.R must be a rotation matrix, got {self.R.tolist()}")
 
     def project(self, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Pixel coordinates (..., 2) and depth (...) [m] along z of world points (..., 3) [m]."""
+        """Pixel coordinates (..., 2) and depth (...) [m] along z of world `points` (..., 3) [m]."""
         seen = np.asarray(points, dtype=np.float64) @ self.R.T + self.t
         pixels = seen @ self.K.T
         with np.errstate(divide="ignore", invalid="ignore"):

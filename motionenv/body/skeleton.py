@@ -147,7 +147,7 @@ LIMITS = np.radians(
 
 
 def limit_excess(poses: ArrayLike) -> np.ndarray:
-    """Excess of each entry of poses (..., 25) over its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
+    """Excess of each entry of `poses` (..., 25) over its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
     poses = np.asarray(poses, dtype=np.float64)
     return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
 

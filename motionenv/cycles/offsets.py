@@ -45,7 +45,7 @@ class Alignment:
     errors: np.ndarray
 
     def phase(self, i: int, frames: ArrayLike) -> np.ndarray:
-        """Phase ζ_i in [0, 1) of the given frames of sequence `i`."""
+        """Phase ζ_i in [0, 1) of `frames` of sequence `i`."""
         return np.mod(np.asarray(frames) - self.offsets[i], self.periods[i]) / self.periods[i]
 
 

@@ -31,8 +31,8 @@ def marker_world(
 ) -> MarkerWorld:
     """`n` walkers in place, each in front of their own camera.
 
-    See `MarkerTracking` for motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon, speed,
-    height, file_fps, unit and actions. Raises MotionError for an invalid one.
+    See `MarkerTracking` for `motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon, speed,
+    height, file_fps, unit, actions`. Raises MotionError for an invalid one.
     """
     source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
     sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)

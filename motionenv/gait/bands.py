@@ -31,7 +31,7 @@ class Band:
     who: str
 
     def of(self, angle: str) -> np.ndarray | None:
-        """Mean and standard deviation (2, 101) of one angle; None if the group doesn't have it."""
+        """Mean and standard deviation (2, 101) of one `angle`; None if the group doesn't have it."""
         return np.stack([self.mean[angle], self.sd[angle]]) if angle in self.mean else None
 
     def save(self, path: str | Path) -> None:

@@ -18,7 +18,7 @@ _HEEL, _TOE = LIMB_SHIFTS[_FOOT] + np.outer([-1.0, 1.0] * limb_radii(1.0)[_FOOT]
 
 @dataclass(frozen=True, eq=False)
 class Feet:
-    """Heels, toes and the pelvis, midway between the hips, over time, each (frames, 3) [m], NaN in gaps.
+    """Heels, toes and the `pelvis`, midway between the hips, over time, each (frames, 3) [m], NaN in gaps.
 
     `heel` and `toe` are by side, without sides that the capture doesn't show; `fps` is the frame rate [Hz]; `notes`
     tell what stands in for a heel or a toe that the capture doesn't show.

@@ -50,12 +50,12 @@ class Session:
         return {side: np.concatenate([t.curves(side) for t in self.trials]) for side in ("left", "right")}
 
     def toe_off(self, side: str) -> float:
-        """Mean toe-off of one side [% of its cycle]; NaN if unknown."""
+        """Mean toe-off of one `side` [% of its cycle]; NaN if unknown."""
         found = next((p.mean for p in self.parameters if (p.name, p.side) == ("stance", side)), np.nan)
         return float(found)
 
     def mean_curve(self, side: str, angle: str) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and standard deviation (101,) [degrees] over the strides of one angle of one side."""
+        """Mean and standard deviation (101,) [degrees] over the strides of one `angle` of one `side`."""
         return mean_and_sd(self.curves[side][:, :, ANGLES.index(angle)])
 
 

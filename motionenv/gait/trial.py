@@ -47,7 +47,7 @@ class Trial:
         return len(self.feet.pelvis) / self.feet.fps
 
     def curves(self, side: str) -> np.ndarray:
-        """The angles of one side over its strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
+        """The angles of one `side` over its strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
         strides = [stride for stride in self.strides if stride.side == side]
         columns = [self.angles.names.index(f"{side}_{name}") for name in ANGLES]
         return normalised(self.angles.values[:, columns], self.feet.fps, strides)

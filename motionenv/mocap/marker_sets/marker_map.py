@@ -61,7 +61,7 @@ class MarkerMap:
 
     @classmethod
     def parse(cls, text: str) -> "MarkerMap":
-        """The map in the text of a TOML file.
+        """The map in the `text` of a TOML file.
 
         Raises:
             MotionError: not TOML, an unknown landmark or key, or weights that don't sum to 1; names it.

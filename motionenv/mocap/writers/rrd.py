@@ -36,7 +36,7 @@ _SKELETON = (120, 120, 120)
 
 
 def parts(motion: Motion, events: Sequence[Event] = (), angles: Angles | None = None) -> Iterator[bytes]:
-    """The bytes of `write_rrd` for a motion, its events and angles; rerun numbers its chunks anew each time."""
+    """The bytes of `write_rrd` for a `motion`, its `events` and `angles`; rerun numbers its chunks anew each time."""
     return iter([_encoded(motion, None, None, events, angles)])
 
 

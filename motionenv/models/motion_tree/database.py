@@ -22,7 +22,7 @@ _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """A motion of one sequence (frames, 25), with its name or file, activity and person's label."""
+    """A `motion` of one sequence (frames, 25), its `name` or file, its `activity` and the label of its `person`."""
 
     motion: Motion
     name: str = ""

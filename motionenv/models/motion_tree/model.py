@@ -331,7 +331,7 @@ class MotionTree(GaitModel):
         return self.descent_.leaf_of(windows)
 
     def recent(self, history: History) -> Recent:
-        """Parameters of a history's last frames, scaled to the database's body; see `coefficients` for its errors."""
+        """Parameters of the last frames of a `history`, on the database's body; errors as in `coefficients`."""
         return recent_frames(history, self.database_)
 
     def _poses(self, recent: Recent, after: np.ndarray) -> np.ndarray:

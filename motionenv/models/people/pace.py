@@ -51,7 +51,7 @@ class Pace:
     speeds: np.ndarray
 
     def log_length(self, z: np.ndarray) -> np.ndarray:
-        """Log stride lengths (...) of bodies of height 1 with scores z (..., q)."""
+        """Log stride lengths (...) of bodies of height 1 with scores `z` (..., q)."""
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
     def longer(self, z: np.ndarray, change: float | np.ndarray, way: np.ndarray) -> np.ndarray:

@@ -75,7 +75,7 @@ def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640,
 def cameras_for(
     motion: Motion, alpha: float, width: int, height: int, *, follow: bool, elevation: float = _LEVEL
 ) -> list[Camera]:
-    """One camera per frame of a motion (frames, 25) at view angle `alpha` [rad], which may `follow` the walker.
+    """One camera per frame of a `motion` (frames, 25) at view angle `alpha` [rad], which may `follow` the walker.
 
     It looks down by the angle `elevation` [rad] and has images of `width` and `height` [pixels].
     """

@@ -178,7 +178,7 @@ def find_people(
 ) -> list[Candidate]:
     """What moves in a video, the likeliest walking person first; `track_video` takes the number as `person`.
 
-    path, fps, seconds, background, region and detections are as of `track_video`; with detections, it's whom they show.
+    `path, fps, seconds, background, region, detections` are as of `track_video`; with detections, it's whom they show.
 
     Raises:
         FormatError: not a video, or a damaged one.

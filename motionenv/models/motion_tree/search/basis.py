@@ -58,7 +58,7 @@ class Basis:
 
 
 def fit_basis(database: Database, channels: np.ndarray) -> Basis:
-    """The basis of a database's n windows: b = ⌊log₂ n⌋ components (paper C) of `channels` (p,) of a frame's 50.
+    """The basis of the n windows of a `database`: b = ⌊log₂ n⌋ components (paper C) of `channels` (p,) of a frame's 50.
 
     Parameters are divided by their standard deviations first, as by Σ in paper C's eq. 3. Otherwise the approximation
     of its Observation 1 doesn't hold.

@@ -216,7 +216,7 @@ class MotionGenerator:
 def history(
     tree: MotionTree, activity: str | None = None, *, seed: int | np.random.Generator | None = None
 ) -> np.ndarray:
-    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of a tree's database.
+    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of the database of a `tree`.
 
     The window is one of `activity`, if not None; a `seed` picks the same one as for `MotionGenerator`.
 
