@@ -33,8 +33,8 @@ __version__ = "0.3.0"
 #: Public names and the modules that hold them.
 _NAMES = {
     "types": "Camera Cycles Frame Markers Motion Points Skeleton",
-    "errors": "EngineError MotionError ServiceError",
-    "mocap": "read retarget write",
+    "errors": "EngineError FormatError GapError ModelError MotionError ServiceError",
+    "mocap": "read read_motion retarget write",
     "mocap.keypoints": "read_points",
     "body": "from_height markers",
     "cycles": "segment",
@@ -45,23 +45,26 @@ _NAMES = {
     "models.motion_tree": "MotionTree",
     "models.eigenwalkers.walker_prior": "WalkerPrior",
     "models.walking": "WalkingModel",
-    "models.filling": "fill read_motion",
+    "models.filling": "fill",
     "models.registry": "load",
-    "models.storage.export": "parameters",
     "models.synthesis": "synthesize",
     "lifting": "lift",
     "render": "Scene film",
-    "render.cameras": "fit_view view",
+    "render.cameras": "fit_view",
     "render.video.encode": "stream_video write_video",
     "client": "Client",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
+#: Packages that users begin with; the others can be imported too.
+_PACKAGES = {"data", "envs", "gait", "lifting", "mocap", "models", "render", "tracking"}
 
-__all__ = sorted(_HOME)
+__all__ = sorted({*_HOME, *_PACKAGES})
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first asked for (PEP 562)."""
+    if name in _PACKAGES:
+        return import_module(f"motionenv.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'motionenv' has no attribute {name!r}")
     value = getattr(import_module(f"motionenv.{_HOME[name]}"), name)

@@ -95,10 +95,10 @@ def _start() -> Any:
 
 @output("track of a film")
 def _video_track() -> Any:
-    from motionenv.render import render
+    from motionenv.render import cameras, render
     from motionenv.tracking.video.track import track_video
 
-    watching = motionenv.view(0.0, distance=5.0, width=128, height=96)
+    watching = cameras.view(0.0, distance=5.0, width=128, height=96)
     poses = walk().poses - np.eye(25)[0] * walk().poses[:, :1].mean()
     noise = 4 * np.random.default_rng(5).standard_normal((len(poses), 96, 128, 3))
     drawn = render(poses, walk().skeleton, watching).rgb + noise

@@ -98,9 +98,9 @@ def convert(
     Example: motionenv mocap convert 02_01.amc --fps 120 --out walk.glb
     """
     from motionenv.body.gaps import listed, missing_parts
-    from motionenv.mocap import write
+    from motionenv.mocap import read_motion, write
     from motionenv.mocap.writing import check_suffix
-    from motionenv.models.filling import read_motion
+    from motionenv.models import filling
 
     check_suffix(out)
     how = {"fps": fps, "unit": unit, "body_model": body_model}
@@ -108,7 +108,8 @@ def convert(
     if points:
         _convert_points(path, out, chosen, static, how)
         return
-    motion = read_motion(path, fill=fill, marker_map=chosen, static=static, **how)
+    motion = read_motion(path, marker_map=chosen, static=static, **how)
+    motion = filling.fill(motion) if fill else motion
     if missing := missing_parts(motion.poses):
         note(f"{path.name} doesn't show {listed(missing)}: --fill estimates them")
     write(motion, out, **_gait(path, out, chosen, static, how))

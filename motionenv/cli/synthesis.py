@@ -140,11 +140,13 @@ def render(
     Limbs that the capture doesn't show aren't drawn; --fill estimates them.
     Example: motionenv render walk.npz --view oblique --out walk.mp4
     """
-    from motionenv.models.filling import read_motion
+    from motionenv.mocap import read_motion
+    from motionenv.models import filling
 
     width, height = parsed_size(size)
     alpha = parsed_view(view)
-    loaded = read_motion(motion, fill=fill, fps=fps, unit=unit, marker_map=marker_map(map_))
+    loaded = read_motion(motion, fps=fps, unit=unit, marker_map=marker_map(map_))
+    loaded = filling.fill(loaded) if fill else loaded
     _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
 

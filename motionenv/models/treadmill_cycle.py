@@ -131,7 +131,7 @@ def markers_in_place(
 
 
 def pose_series(model: WalkingModel) -> dict[str, np.ndarray]:
-    """Fourier series of a fitted `model`'s channels, as `motionenv.parameters` describes them, and its stride times.
+    """Fourier series of a fitted `model`'s channels and its stride times, as in `motionenv.models.parameters`.
 
     Columns of its basis are scaled to amplitude 1. The mean of channels that the model lacks is NaN.
     """
@@ -150,7 +150,7 @@ def pose_series(model: WalkingModel) -> dict[str, np.ndarray]:
 
 
 def marker_series(model: FourierModel) -> dict[str, np.ndarray]:
-    """Fourier series of a fitted `model`'s markers, as `motionenv.parameters` describes them, and its frequencies."""
+    """Fourier series of a fitted `model`'s markers and its frequencies, as in `motionenv.models.parameters`."""
     return {
         "mean": model.mean_,
         "components": model.components_,

@@ -68,7 +68,7 @@ class Treadmill:
 
     Attributes:
         frame: what the Fourier series in `arrays` describe: "poses" or "markers".
-        arrays: see `motionenv.parameters`.
+        arrays: see `motionenv.models.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
         cycles: maps scores (n, q), and a speed [m/s] and a body height [m] or None, to the cycles, their markers

@@ -31,7 +31,7 @@ def computed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("parity")
     names = {"walk/fpca": "walk.bin", "walk/eigenwalkers": "eigenwalkers.bin"}
     for name, file in names.items():
-        (folder / file).write_bytes(packed(*motionenv.parameters(motionenv.load(name))))
+        (folder / file).write_bytes(packed(*motionenv.models.parameters(motionenv.load(name))))
     parameters = {name: str(folder / file) for name, file in names.items()}
 
     def compute(cases: list[dict]) -> list:
