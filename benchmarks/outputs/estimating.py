@@ -174,9 +174,9 @@ def _unknown(**how) -> Any:
 
 @output("lifting refined")
 def _refined() -> Any:
-    from motionenv.lifting import Start, refine
+    from motionenv.lifting import InitialEstimate, refine
 
     walkers = motionenv.load("walk/prior")
-    begin = Start(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
+    begin = InitialEstimate(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
     found = refine(walkers, points(missing=0.2), begin, unknown=("alpha", "elevation"))
     return [found, found.positions, found.deviations, found.standard_deviation("alpha")]

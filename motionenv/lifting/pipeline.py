@@ -16,7 +16,7 @@ from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading
 from motionenv.lifting.free.proposal import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
-from motionenv.lifting.refinement import Start, refine
+from motionenv.lifting.refinement import InitialEstimate, refine
 from motionenv.lifting.validation import check_points, check_series, check_strides, swapped_back, unswapped
 from motionenv.lifting.views.unknown_view import ELEVATIONS, Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
@@ -267,10 +267,10 @@ def _check(points, alpha, elevation, scale, camera) -> None:
         raise MotionError("camera needs points in pixels; these are in metres: omit the camera")
 
 
-def _start(model, views: Views, series: Series) -> Start:
+def _start(model, views: Views, series: Series) -> InitialEstimate:
     """The closed-form estimate at the best view. Phase 0 of the series is its first frame."""
     w = model.inverse_transform(views.scores)
-    return Start(
+    return InitialEstimate(
         w, float(views.alpha), series.frequency, float(-views.phase), float(views.elevation), float(views.scale)
     )
 

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 
 import motionenv
 from motionenv.body import forward, limb_segments
-from motionenv.data.stimuli import Display, Person, dots_at
+from motionenv.data.stimuli import Display, PointLightWalker, dots_at
 from motionenv.data.stimuli.making import ring
 from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 from service.formats.parameters import packed
@@ -120,7 +120,7 @@ def test_the_dots_of_stimuli_are_the_same(computed, model):
         for d, o, z in cases
     ]
     for (display, options, deviations), found in zip(cases, computed(asked), strict=True):
-        want = dots_at(display, ring(Person(model=model, deviations=deviations, **options)), times)
+        want = dots_at(display, ring(PointLightWalker(model=model, deviations=deviations, **options)), times)
         found = np.array(found)
         np.testing.assert_array_equal(found[..., 2], want.visible)
         np.testing.assert_allclose(found[..., :2], want.plane, rtol=0, atol=1e-9)
