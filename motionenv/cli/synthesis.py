@@ -54,7 +54,7 @@ def synth(
     model: Annotated[str, typer.Argument(help="Name or file of the model: see `motionenv models`.")],
     out: Out,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
-    fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
+    fps: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
     seed: Seed = 0,
     speed: Annotated[
         str | None,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet
 from motionenv.gait.kinematic_events import kinematic_events
@@ -15,8 +16,8 @@ _FEW = 2  # events that say nothing about sides
 _SAME = 0.3  # [s] within which two events of a kind and side are the same one: no foot steps again so soon
 
 
-@dataclass(frozen=True)
-class Events:
+@dataclass(frozen=True, repr=False)
+class Events(OneLine):
     """The gait events of a capture, in the order of time.
 
     `sources` counts those that came from the "file", from "plates" and from "kinematics"; `notes` are what a reader of

@@ -9,6 +9,7 @@ from numbers import Real
 import numpy as np
 from scipy.stats import chi
 
+from motionenv._core.representation import OneLine
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
@@ -42,8 +43,8 @@ class OtherView:
     probability: float
 
 
-@dataclass(frozen=True, eq=False)
-class Lifted:
+@dataclass(frozen=True, eq=False, repr=False)
+class Lifted(OneLine):
     """A person's motion in 3D with its uncertainty.
 
     A straight, steady walk is a Fourier walker with a view (`posterior`, paper B); any other motion is fitted frame by
@@ -70,6 +71,11 @@ class Lifted:
     others: tuple[OtherView, ...] = ()
     contradiction: OtherView | None = None
     free: FreeFit | None = None
+
+    def _shown(self) -> str:
+        kind = "any motion" if self.posterior is None else "a steady walk"
+        seen = "" if self.posterior is None else f", seen at {np.degrees(self.posterior.alpha):.0f}°"
+        return f"{len(self.points.positions)} frames of {kind}{seen}{'' if self.plausible else ', implausible'}"
 
     @property
     def misfit(self) -> float:

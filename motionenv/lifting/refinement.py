@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting._noise import Noise, first_noise, noise, robust_weights
@@ -45,8 +46,8 @@ _SIZE = 0.015  # relative standard deviation of body size beyond what a model fi
 _BY_MARKER = np.arange(225).reshape(5, 15, 3).swapaxes(0, 1).reshape(-1)
 
 
-@dataclass(frozen=True, eq=False)
-class InitialEstimate:
+@dataclass(frozen=True, eq=False, repr=False)
+class InitialEstimate(OneLine):
     """Initial values of `refine`, such as the closed-form estimate.
 
     Attributes:

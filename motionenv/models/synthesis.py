@@ -24,7 +24,7 @@ __all__ = ["scaled", "synthesize"]
 def synthesize(
     model: str | GaitModel,
     seconds: float,
-    fps: float,
+    fps: float = 30.0,
     *,
     walker: Walker | None = None,
     deviations: Sequence[float] | None = None,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.body.gaps import known_markers
 from motionenv.body.kinematics import FOOT_BALL, feet, markers
@@ -40,8 +41,8 @@ _FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe from the ankle [bo
 _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")]
 
 
-@dataclass(frozen=True, eq=False)
-class InPlace:
+@dataclass(frozen=True, eq=False, repr=False)
+class InPlace(OneLine):
     """One cycle of each of some walkers, who go along x on ground that moves back evenly.
 
     Attributes:

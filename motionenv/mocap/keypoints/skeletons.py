@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.body.kinematics import markers
 from motionenv.body.skeleton import from_height
 from motionenv.errors import FormatError, MotionError
@@ -17,8 +18,8 @@ _CLEARER = 0.1  # how much more upright people must be by a rarer definition tha
 _TRACE = 0.05  # score of keypoints that tell definitions apart
 
 
-@dataclass(frozen=True)
-class KeypointSet:
+@dataclass(frozen=True, repr=False)
+class KeypointSet(OneLine):
     """The keypoints of one kind of detector.
 
     Attributes:

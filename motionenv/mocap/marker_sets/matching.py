@@ -9,6 +9,7 @@ from re import split
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import GapError, MotionError
 from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_name
 from motionenv.types import Markers
@@ -18,8 +19,8 @@ _CLUSTER = 3  # markers of a cluster that determine a pose
 _FEWEST = 3  # letters of a prefix without a separator
 
 
-@dataclass(frozen=True, eq=False)
-class Landmarks:
+@dataclass(frozen=True, eq=False, repr=False)
+class Landmarks(OneLine):
     """The landmarks that a file shows.
 
     Attributes:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
 from motionenv.types import frozen
@@ -19,8 +20,8 @@ _LONGEST = 11_000.0  # [m], an hour at the greatest speed
 _FULL = 0.98  # share of LEAST_RADIUS's curvature that random paths use
 
 
-@dataclass(frozen=True, eq=False)
-class WalkPath:
+@dataclass(frozen=True, eq=False, repr=False)
+class WalkPath(OneLine):
     """A smooth curve on the ground, parameterised by arc length; straight before its start and beyond its end.
 
     Make one with `WalkPath.line`, `WalkPath.arc`, `WalkPath.through` or `random_path`.

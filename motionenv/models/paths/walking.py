@@ -26,7 +26,7 @@ def walk_along(
     model: GaitModel,
     path: WalkPath,
     seconds: float,
-    fps: float = 60.0,
+    fps: float = 30.0,
     *,
     walker: Walker | None = None,
     seed: int | np.random.Generator | None = None,

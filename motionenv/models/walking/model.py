@@ -17,6 +17,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body.skeleton import NODES, limb_radii, symmetric
@@ -38,8 +39,8 @@ _LEG = [NODES.index("left_knee"), NODES.index("left_ankle")]
 _SHORTEST = 0.5  # stride time [s]
 
 
-@dataclass(frozen=True)
-class WalkerScores:
+@dataclass(frozen=True, repr=False)
+class WalkerScores(OneLine):
     """Walkers as arrays: mean scores (n, q) and stride times (n,) [s]."""
 
     scores: np.ndarray
@@ -156,7 +157,7 @@ class WalkingModel(GaitModel):
     def walks(
         self,
         seconds: float,
-        fps: float = 60.0,
+        fps: float = 30.0,
         *,
         n: int,
         seed: int | np.random.Generator | None = None,

@@ -158,4 +158,4 @@ def test_what_cannot_be_walked_is_refused():
             walk_along(model, **({"path": WalkPath.line(5), "seconds": 4, "seed": 1} | given))
     with pytest.raises(ModelError, match="no steps"):
         walk_along(Statue(), WalkPath.line(9), 3, speed=[(0, 0), (1, 1)])
-    assert len(walk_along(Statue(), WalkPath.arc(5, 1), 3).poses) == 180
+    assert len(walk_along(Statue(), WalkPath.arc(5, 1), 3).poses) == 90
