@@ -14,12 +14,11 @@ From recordings to pictures to estimates, and the folder of each step:
 
     >>> import motionenv
     >>> motion = motionenv.synthesize("walk/fpca", seconds=2, fps=30, seed=1, speed=1.3)
-    >>> motion.poses.shape
-    (60, 25)
+    >>> motion
+    Motion(60 frames, 30 fps, 1.81 m, 'walk')
     >>> camera = motionenv.fit_view(motionenv.markers(motion.poses, motion.skeleton), alpha=0.0)
-    >>> from motionenv.render import render
-    >>> render(motion.poses[:2], motion.skeleton, camera).rgb.shape
-    (2, 480, 640, 3)
+    >>> motionenv.render.render(motion.poses[:2], motion.skeleton, camera)
+    Frame(2 frames, 640x480, rgb, depth and limbs)
 
 World: x forward, y left, z up; metres, radians, seconds; missing values are NaN. Public names are loaded on first use,
 so importing motionenv is fast.

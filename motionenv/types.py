@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.representation import OneLine, curves, figures, picture, some
-from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole
+from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole, did_you_mean
 from motionenv.errors import MotionError
 
 #: The 15 markers of Zhang & Troje (2007, fig. 1), in the order of every (..., 15, 3) array.
@@ -106,7 +106,7 @@ class Skeleton(_Record):
             raise MotionError(f"Skeleton needs finite offsets and radii and height above 0, got {self.height!r}")
 
     def _shown(self) -> str:
-        return f"{self.height:.4g} m"
+        return f"{self.height:.2f} m"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,7 +136,7 @@ class Motion(_Record):
             self._set(filled=frozen(self.filled, self.poses.shape, "Motion.filled", dtype=bool))
 
     def _shown(self) -> str:
-        height = f"{self.skeleton.height:.4g} m"
+        height = f"{self.skeleton.height:.2f} m"
         return f"{_counts(self.poses.shape[:-1])}, {self.fps:g} fps, {height}{_rest(self.name, self.poses)}"
 
     def _repr_html_(self) -> str:
@@ -278,7 +278,8 @@ class Markers(_Record):
             MotionError: no such point; lists the names.
         """
         if name not in self.names:
-            raise MotionError(f"there is no point {name!r}; available are {', '.join(self.names)}")
+            nearest = did_you_mean(name, self.names)
+            raise MotionError(f"there is no point {name!r}; available are {', '.join(self.names)}{nearest}")
         return self.names.index(name)
 
 

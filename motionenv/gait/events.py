@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet
 from motionenv.gait.kinematic_events import kinematic_events
@@ -42,8 +43,7 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     Raises:
         MotionError: `method` isn't one of `METHODS`, or `recording` has nothing for it.
     """
-    if method not in METHODS:
-        raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    checked_choice(method, "method", METHODS)
     recording = recording or Recording()
     found = {
         "file": recording.events,
