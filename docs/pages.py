@@ -133,7 +133,7 @@ def walker() -> None:
     embed = DOCS / "_static" / "made"
     embed.mkdir(exist_ok=True)
     shutil.copy(DOCS.parent / "service" / "web" / "dist" / "embed.js", embed)
-    parameters = packed(*motionenv.parameters("walk/fpca"))
+    parameters = packed(*motionenv.models.parameters("walk/fpca"))
     looks = "".join(f"<option value={value}>{name}</option>" for value, name in LOOKS.items())
     (MADE / "walker.html").write_text(
         f"<div class=walker data-parameters='{base64.b64encode(parameters).decode()}'>"

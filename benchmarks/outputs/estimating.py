@@ -100,10 +100,10 @@ def _start() -> Any:
 
 @output("track of a film")
 def _video_track() -> Any:
-    from motionenv.render import render
+    from motionenv.render import cameras, render
     from motionenv.tracking.video.track import track_video
 
-    watching = motionenv.view(0.0, distance=5.0, width=128, height=96)
+    watching = cameras.view(0.0, distance=5.0, width=128, height=96)
     poses = walk().poses - np.eye(25)[0] * walk().poses[:, :1].mean()
     noise = 4 * np.random.default_rng(5).standard_normal((len(poses), 96, 128, 3))
     drawn = render(poses, walk().skeleton, watching).rgb + noise
@@ -179,9 +179,9 @@ def _unknown(**how) -> Any:
 
 @output("lifting refined")
 def _refined() -> Any:
-    from motionenv.lifting import Start, refine
+    from motionenv.lifting import InitialEstimate, refine
 
     walkers = motionenv.load("walk/prior")
-    begin = Start(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
+    begin = InitialEstimate(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
     found = refine(walkers, points(missing=0.2), begin, unknown=("alpha", "elevation"))
     return [found, found.positions, found.deviations, found.standard_deviation("alpha")]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import GapError
 from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
@@ -20,8 +21,8 @@ from motionenv.types import Markers, Motion
 ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.startswith("left_"))
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trial(OneLine):
     """One analysed capture: its feet, clinical angles, gait events, stretches, and the strides in the steady ones.
 
     Attributes:
@@ -40,6 +41,10 @@ class Trial:
     strides: tuple[Stride, ...]
     leg_length: float | None
     notes: tuple[str, ...]
+
+    def _shown(self) -> str:
+        person = f" of {self.person!r}" if self.person else ""
+        return f"{self.name!r}{person}, {self.seconds:.1f} s, {len(self.strides)} strides"
 
     @property
     def seconds(self) -> float:

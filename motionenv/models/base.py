@@ -179,7 +179,7 @@ class GaitModel(StoredModel):
     def synthesize(
         self,
         seconds: float,
-        fps: float = 60.0,
+        fps: float = 30.0,
         *,
         walker: Walker | None = None,
         seed: int | np.random.Generator | None = None,

@@ -15,7 +15,7 @@ from motionenv.models.types import Walker
 from motionenv.types import HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
 
 if TYPE_CHECKING:
-    from motionenv.models.paths import Path
+    from motionenv.models.paths import WalkPath
     from motionenv.models.paths.walking import Speed
 
 __all__ = ["scaled", "synthesize"]
@@ -24,12 +24,12 @@ __all__ = ["scaled", "synthesize"]
 def synthesize(
     model: str | GaitModel,
     seconds: float,
-    fps: float,
+    fps: float = 30.0,
     *,
     walker: Walker | None = None,
     deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None,
-    path: "Path | ArrayLike | None" = None,
+    path: "WalkPath | ArrayLike | None" = None,
     speed: "Speed" = None,
     **asked,
 ) -> Motion:
@@ -47,7 +47,7 @@ def synthesize(
         walker: from `GaitModel.walker`.
         deviations: up to q standard deviations from the average person's scores; the other components are average.
         scores: up to q scores; the other components are average.
-        path: a `motionenv.models.paths.Path`, or points (n, 2) [m] that it goes through; None goes along x.
+        path: a `motionenv.models.paths.WalkPath`, or points (n, 2) [m] that it goes through; None goes along x.
         speed: [m/s], or a function of the time [s], or rows (time, speed); see `walk_along`.
         asked: `seed`, `height`, `phase` and `variation` of `GaitModel.synthesize`.
 
@@ -62,10 +62,10 @@ def synthesize(
         walker = fitted.walker(scores=scores, deviations=deviations)
     if path is None and (speed is None or is_number(speed)):
         return fitted.synthesize(seconds, fps, walker=walker, speed=speed, **asked)
-    from motionenv.models.paths import Path, walk_along
+    from motionenv.models.paths import WalkPath, walk_along
 
-    if not isinstance(path, Path):
-        path = Path.line(SECONDS_MOST * SPEED_RANGE[1]) if path is None else Path.through(path)
+    if not isinstance(path, WalkPath):
+        path = WalkPath.line(SECONDS_MOST * SPEED_RANGE[1]) if path is None else WalkPath.through(path)
     return walk_along(fitted, path, seconds, fps, walker=walker, speed=speed, **asked)
 
 

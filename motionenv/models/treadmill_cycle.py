@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.body.gaps import known_markers
 from motionenv.body.kinematics import FOOT_BALL, feet, markers
@@ -40,8 +41,8 @@ _FOOT = LIMB_SHIFTS[LIMBS.index("left_foot")]  # heel and toe from the ankle [bo
 _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")]
 
 
-@dataclass(frozen=True, eq=False)
-class InPlace:
+@dataclass(frozen=True, eq=False, repr=False)
+class InPlace(OneLine):
     """One cycle of each of some walkers, who go along x on ground that moves back evenly.
 
     Attributes:
@@ -131,7 +132,7 @@ def markers_in_place(
 
 
 def pose_series(model: WalkingModel) -> dict[str, np.ndarray]:
-    """Fourier series of a fitted `model`'s channels, as `motionenv.parameters` describes them, and its stride times.
+    """Fourier series of a fitted `model`'s channels and its stride times, as in `motionenv.models.parameters`.
 
     Columns of its basis are scaled to amplitude 1. The mean of channels that the model lacks is NaN.
     """
@@ -150,7 +151,7 @@ def pose_series(model: WalkingModel) -> dict[str, np.ndarray]:
 
 
 def marker_series(model: FourierModel) -> dict[str, np.ndarray]:
-    """Fourier series of a fitted `model`'s markers, as `motionenv.parameters` describes them, and its frequencies."""
+    """Fourier series of a fitted `model`'s markers and its frequencies, as in `motionenv.models.parameters`."""
     return {
         "mean": model.mean_,
         "components": model.components_,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
 from motionenv.models.people.population import Person
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
     from motionenv.models.treadmill_cycle import InPlace
 
 
-@dataclass(frozen=True)
-class Walker:
+@dataclass(frozen=True, repr=False)
+class Walker(OneLine):
     """One person of a model: comparable, and storable as JSON with `dataclasses.asdict` and `Walker(**stored)`.
 
     Attributes:
@@ -39,8 +40,8 @@ class Walker:
         object.__setattr__(self, "scores", tuple(float(score) for score in self.scores))
 
 
-@dataclass(frozen=True, eq=False)
-class Components:
+@dataclass(frozen=True, eq=False, repr=False)
+class Components(OneLine):
     """The components along which a model's walkers differ; the page shows one slider for each.
 
     Attributes:
@@ -62,13 +63,13 @@ class Components:
         return tuple(f"component {k + 1}" for k in range(len(self)))
 
 
-@dataclass(frozen=True, eq=False)
-class Treadmill:
+@dataclass(frozen=True, eq=False, repr=False)
+class Treadmill(OneLine):
     """One cycle of walking in place in closed form, which the page computes itself while sliders move.
 
     Attributes:
         frame: what the Fourier series in `arrays` describe: "poses" or "markers".
-        arrays: see `motionenv.parameters`.
+        arrays: see `motionenv.models.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
         cycles: maps scores (n, q), and a speed [m/s] and a body height [m] or None, to the cycles, their markers
@@ -142,8 +143,8 @@ class Request:
         return round(self.seconds * self.fps)
 
 
-@dataclass(frozen=True, eq=False)
-class Trait:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trait(OneLine):
     """A direction in the space of a model's walkers.
 
     Attributes:

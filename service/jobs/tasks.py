@@ -90,13 +90,15 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     """Convert one file; settings of `service.schemas.jobs.ConvertFields`, and the `suffix` of the other format."""
-    from motionenv.models.filling import read_motion
+    from motionenv.mocap import read_motion
+    from motionenv.models.filling import fill
 
     files = _captures(folder)
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], **_how(settings), fill=settings.get("fill", False), override=False)
+    motion = read_motion(files[0], **_how(settings), override=False)
+    motion = fill(motion) if settings.get("fill") else motion
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")

@@ -38,9 +38,7 @@ HOME = {
     "scipy": set(RANK),
     "numba": STAGES,
     "threadpoolctl": {"lifting"},
-    "ezc3d": {"mocap"},
     "pygltflib": {"mocap"},
-    "rerun": {"mocap"},
     "platformdirs": {"_core", "models"},
     "pooch": {"mocap"},
     "rtmlib": {"mocap"},
@@ -79,7 +77,6 @@ DISTRIBUTION = {
     "python_multipart": "python-multipart",
     "prometheus_client": "prometheus-client",
     "pydantic_settings": "pydantic-settings",
-    "rerun": "rerun-sdk",
     "opentelemetry": "opentelemetry-sdk",
     "sklearn": "scikit-learn",
     "stable_baselines3": "stable-baselines3",
@@ -159,7 +156,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("agents", "data", "detect", "plots", "ray", "rerun")),
+        ("motionenv", ("agents", "data", "detect", "plots", "ray")),
         ("service", ("cluster", "telemetry")),
         ("tests", ("test", "agents", "cluster", "data", "integrations", "telemetry")),
         ("benchmarks", ("test", "bench", "cluster")),

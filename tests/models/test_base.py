@@ -164,7 +164,7 @@ def test_its_description_is_json(model):
     assert len(told["components"]) == len(model.components())
     assert ("deviations" in told["takes"]) == bool(told["components"])
     assert ("variation" in told["takes"]) == model.steady
-    arrays, description = motionenv.parameters(model)
+    arrays, description = motionenv.models.parameters(model)
     json.dumps(description)
     assert arrays["offsets"].shape == (16, 3)
     assert description["treadmill"] == told["treadmill"]

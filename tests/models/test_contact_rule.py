@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[2] / "service" / "web" / "src" / "walkers"
 
 @pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
 def test_clients_are_told_the_rule(model):
-    _, description = motionenv.parameters(model)
+    _, description = motionenv.models.parameters(model)
     assert description["contact"] == CONTACT._asdict()
 
 

@@ -5,7 +5,7 @@ from typing import Any
 from gymnasium.vector import AutoresetMode
 
 from motionenv._core.validation import checked_whole
-from motionenv.envs.active.world import ActiveWorld, Scene
+from motionenv.envs.active.world import ActiveWorld, WorldSettings
 from motionenv.envs.base import TrackingEnv, with_horizon
 from motionenv.envs.vector import TrackingVectorEnv
 
@@ -86,7 +86,7 @@ class ActiveTracking(TrackingEnv):
     world: ActiveWorld
 
     def __init__(self, *, render_mode: str | None = None, **arguments: Any) -> None:
-        super().__init__(ActiveWorld(1, Scene(**arguments)), render_mode=render_mode)
+        super().__init__(ActiveWorld(1, WorldSettings(**arguments)), render_mode=render_mode)
 
 
 class ActiveTrackingVector(TrackingVectorEnv):
@@ -104,5 +104,5 @@ class ActiveTrackingVector(TrackingVectorEnv):
         render_mode: str | None = None,
         **arguments: Any,
     ) -> None:
-        world = ActiveWorld(checked_whole(num_envs, "num_envs", 1), Scene(**with_horizon(arguments)))
+        world = ActiveWorld(checked_whole(num_envs, "num_envs", 1), WorldSettings(**with_horizon(arguments)))
         super().__init__(world, render_mode=render_mode, autoreset_mode=autoreset_mode, batch_size=batch_size)

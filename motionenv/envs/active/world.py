@@ -31,7 +31,7 @@ _RADII, _APART = (0.4, 1.0), 0.25  # [m] of pillars, variation of hues relative 
 
 
 @dataclass(frozen=True)
-class Scene:
+class WorldSettings:
     """Settings of the task; `motionenv.envs.active.ActiveTracking` describes them."""
 
     people: int = 4
@@ -47,7 +47,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         for name, limits in _LIMITS.items():
-            checked: Any = checked_whole if isinstance(getattr(Scene, name), int) else checked_number
+            checked: Any = checked_whole if isinstance(getattr(WorldSettings, name), int) else checked_number
             object.__setattr__(self, name, checked(getattr(self, name), name, *limits))
         if self.split not in SPLITS:
             raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
@@ -85,7 +85,7 @@ class BeliefScale(ActionScale):
 class ActiveWorld:
     """A `motionenv.envs.World` of n squares, each with the settings `scene`."""
 
-    def __init__(self, n: int, scene: Scene) -> None:
+    def __init__(self, n: int, scene: WorldSettings) -> None:
         self.n, self.scene, self.horizon, self.fps = n, scene, scene.horizon, scene.fps
         k, p = scene.people, scene.pillars
         box = lambda high, *shape: spaces.Box(-high, high, shape, np.float32)

@@ -130,7 +130,7 @@ class FourierModel(GaitModel):
         return float(self.score_samples(self.transform(walkers)).mean())
 
     def synthesize_markers(
-        self, seconds: float, fps: float = 60.0, *, walker: Walker | None = None,
+        self, seconds: float, fps: float = 30.0, *, walker: Walker | None = None,
         seed: int | np.random.Generator | None = None, speed: float | None = None, phase: float = 0.0,
         overground: bool = True,
     ) -> Markers:  # fmt: skip

@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv.body.gaps import listed, missing_parts
 from motionenv.body.skeleton import NODES, mirror
 from motionenv.errors import MotionError
@@ -20,8 +21,8 @@ from motionenv.types import Motion, Skeleton
 _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right_ankle")]
 
 
-@dataclass(frozen=True, eq=False)
-class Clip:
+@dataclass(frozen=True, eq=False, repr=False)
+class Clip(OneLine):
     """A `motion` of one sequence (frames, 25), its `name` or file, its `activity` and the label of its `person`."""
 
     motion: Motion
@@ -30,8 +31,8 @@ class Clip:
     person: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class Database:
+@dataclass(frozen=True, eq=False, repr=False)
+class Database(OneLine):
     """Concatenated sequences of poses of one body.
 
     Attributes:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
@@ -49,8 +50,8 @@ _IN_MEMORY = 2**28  # bytes of coefficients; more of them lie in a file, whose p
 _CHUNK = 2**16  # windows
 
 
-@dataclass(frozen=True, eq=False)
-class Samples:
+@dataclass(frozen=True, eq=False, repr=False)
+class Samples(OneLine):
     """Samples of the next pose.
 
     Attributes:

@@ -13,6 +13,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
+
 #: The power of speed that step length follows when the walk ratio is constant, and how much studies differ: from 0.42
 #: (Grieve & Gear 1966) to 0.58 (Zijlstra et al. 1995).
 EXPONENT, _BETWEEN_STUDIES = 0.5, 0.03
@@ -28,8 +30,8 @@ _LEAST_GAIN = 0.3
 _BEND = np.radians(15.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Pace:
+@dataclass(frozen=True, eq=False, repr=False)
+class Pace(OneLine):
     """What speed does to walkers with standard scores z (..., q), in standard deviations from the average person.
 
     Attributes:

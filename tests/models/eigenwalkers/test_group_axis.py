@@ -64,7 +64,7 @@ def test_it_is_a_trait_and_is_kept_in_the_file(tmp_path):
     np.testing.assert_array_equal(kept.direction, trait.direction)
     assert np.linalg.norm(kept.direction) == pytest.approx(1)
     assert "Left out of the fit" in kept.note
-    assert motionenv.parameters(again)[1]["traits"][0]["note"] == trait.note
+    assert motionenv.models.parameters(again)[1]["traits"][0]["note"] == trait.note
     plain = Eigenwalkers().fit(people(4.0)[0])
     assert plain.axis_ is None
     assert "these" not in [one.low for one in plain.traits()]

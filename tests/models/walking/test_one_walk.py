@@ -27,5 +27,5 @@ def test_it_walks_like_what_it_has_seen(walks, count, tmp_path):
 
 
 def test_what_it_shares_with_the_page_is_finite(walks):
-    arrays, _ = motionenv.parameters(WalkingModel().fit(walks[:1], ["somebody"]))
+    arrays, _ = motionenv.models.parameters(WalkingModel().fit(walks[:1], ["somebody"]))
     assert all(np.isfinite(array).all() for array in arrays.values())
