@@ -30,7 +30,7 @@ class Actions:
         self.n = env.num_envs if self.vector else 1
         space = env.single_action_space if self.vector else env.action_space
         observed = env.single_observation_space if self.vector else env.observation_space
-        named = observed.spaces if isinstance(observed, spaces.Dict) else {_kind(observed): observed}
+        named: dict[str, Any] = observed.spaces if isinstance(observed, spaces.Dict) else {_kind(observed): observed}
         self.names = list(named)
         self.points = "points" in named
         self.far = float(np.max(named["depth"].high)) if "depth" in named else np.inf
