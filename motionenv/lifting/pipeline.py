@@ -18,7 +18,8 @@ from motionenv.lifting.free.proposal import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
 from motionenv.lifting.refinement import InitialEstimate, refine
-from motionenv.lifting.validation import check_points, check_series, check_strides, swapped_back, unswapped
+from motionenv.lifting.side_labels import swapped_back, unswapped
+from motionenv.lifting.validation import check_points, check_series, check_strides
 from motionenv.lifting.views.unknown_view import ELEVATIONS, Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait

@@ -10,9 +10,8 @@ from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods.background import Background
 from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.render.cameras import view
-from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree
+from motionenv.tracking import Film, FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree, track_video
 from motionenv.tracking.initialization import automatic_start
-from motionenv.tracking.video.track import track_video
 
 NO_WHOLE_NUMBER = ["ten", None, True, 2.5, np.nan, np.inf, [3], 0]
 CAMERA = view(0.0, width=32, height=32)
@@ -97,7 +96,7 @@ def test_a_generator_is_taken_as_it_is():
         (lambda v: reaching_tree(seconds=v), "seconds"),
         (lambda v: track_video("none.mp4", attempts=v), "attempts"),
         (lambda v: track_video("none.mp4", particles=v), "n"),
-        (lambda v: track_video("none.mp4", seconds=v), "seconds"),
+        (lambda v: Film("none.mp4", seconds=v), "seconds"),
         (lambda v: ParticleFilter(FPCAPrior(), None, v), "n"),
         (lambda v: ParticleFilter(FPCAPrior(), None, resample=v), "resample"),
         (lambda v: ParticleFilter(FPCAPrior(), None, hidden=v), "hidden"),

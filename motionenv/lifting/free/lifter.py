@@ -17,8 +17,7 @@ from motionenv.lifting.free.posture_network import RATE, PostureNetwork
 from motionenv.lifting.free.proposal import BODY_UNIT, Proposal, propose, shipped_network
 from motionenv.lifting.free.rays import Rays, rays_of
 from motionenv.lifting.free.smoother import DEFAULTS, Fit, Settings, smooth
-from motionenv.lifting.free.swaps import exchanged, find_swaps
-from motionenv.lifting.validation import continuous_labels, swapped_back
+from motionenv.lifting.side_labels import continuous_labels, exchanged, find_swaps, swapped_back
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS, Camera, Points
 

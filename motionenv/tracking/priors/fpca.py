@@ -143,6 +143,10 @@ class FPCAPrior:
         fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
         self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:]])
 
+    def __repr__(self) -> str:
+        size = f", size {self.size:g}" if self.size else ""
+        return f"FPCAPrior({len(self.root)} components, {self.fps:g} fps{size})"
+
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
         """Draw `n` walkers with `rng` in the poses of `start`: phase and scores by their posterior, the rest is δ.
 

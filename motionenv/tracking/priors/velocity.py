@@ -37,6 +37,7 @@ class MovingState:
 
     poses: np.ndarray
     velocities: np.ndarray
+    sizes = None
 
     def take(self, which: np.ndarray) -> "MovingState":
         """The bodies with indices `which` (n,)."""
@@ -70,12 +71,15 @@ class VelocityPrior:
         change: np.ndarray | None = None,
         velocity: np.ndarray | None = None,
     ) -> None:
-        self.fps = checked_fps(fps)
+        self.fps, self.size, self._part = checked_fps(fps), 0.0, part
         self.skeleton = from_height() if skeleton is None else skeleton
         self.moves = moving_entries(part)
         change = _checked(CHANGE if change is None else change, "change")
         self._change = change * self.moves * np.sqrt(FPS / self.fps)
         self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * self.moves
+
+    def __repr__(self) -> str:
+        return f"VelocityPrior({self._part}, {self.fps:g} fps)"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MovingState:
         """Draw `n` bodies from `start`; unknown velocities are drawn from their prior with `rng`."""

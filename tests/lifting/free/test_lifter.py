@@ -7,7 +7,7 @@ from motionenv.body import from_height, markers
 from motionenv.errors import GapError
 from motionenv.lifting import fit_freely, lift
 from motionenv.lifting.free.lifter import heading_of, limb_lengths
-from motionenv.lifting.free.swaps import exchanged
+from motionenv.lifting.side_labels import exchanged
 from motionenv.metrics import aligned_mpjpe, mpjpe, pelvis_mpjpe
 from motionenv.models.paths import WalkPath
 from motionenv.models.synthesis import synthesize
