@@ -11,11 +11,10 @@ from motionenv.gait.report import to_json
 from motionenv.models import GaitModel
 from service.errors import at_most, documented
 from service.responses import caching
-from service.routes.json_route import JsonRoute
 from service.schemas.gait import GaitReport, GaitRequest
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["motion"])
 
 
 @router.post(

@@ -89,7 +89,7 @@ async def get_job(
     """Status and progress; with `wait`, as soon as either changes."""
     manager, access, until = _manager(request), access_of(request.scope), time.monotonic() + wait
     found = first = await manager.get(job, access)
-    going = lambda: found == first and found.status in WAITING and "closing" not in request.scope
+    going = lambda: found == first and found.status in WAITING
     while going() and time.monotonic() < until:
         await asyncio.sleep(_POLL)
         found = await manager.get(job, access)

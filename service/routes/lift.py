@@ -11,11 +11,10 @@ from motionenv.lifting import Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE, Camera
 from service.errors import documented
 from service.responses.json import dumps
-from service.routes.json_route import JsonRoute
 from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
 from service.transport.access import EVERYTHING
 
-router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["lift"])
 
 
 @router.post(

@@ -12,12 +12,11 @@ from service.errors import at_most, documented
 from service.formats import ZIP, negotiated
 from service.responses import caching
 from service.responses.threaded_response import ThreadedResponse
-from service.routes.json_route import JsonRoute
 from service.schemas.stimuli import StimuliRequest
 from service.settings import Settings
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["motion"])
 _BYTES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "A ZIP archive: a film or a folder of frames of each stimulus, a table (.csv) of where its dots "

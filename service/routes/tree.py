@@ -14,11 +14,10 @@ from motionenv.types import POSE, Motion
 from service.errors import Problem, documented
 from service.responses.json import dumps
 from service.responses.motion_response import RESPONSES, answer
-from service.routes.json_route import JsonRoute
 from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1/tree", tags=["tree"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1/tree", tags=["tree"])
 _INLINE = 1000  # draws that take less than 2 ms
 _REFUSALS = documented(400, 401, 404, 413, 415, 422, 429, 503, 504)
 
