@@ -2,6 +2,7 @@
 
 import asyncio
 import base64
+import gzip
 import time
 
 import httpx
@@ -11,6 +12,7 @@ from websockets.sync.client import connect
 
 from service.app import create_app
 from service.settings import Settings
+from service.transport.access import EVERYTHING, Access, access_of
 from tests.service.inside import answers
 from tests.service.running import raw
 from tests.service.waiting import until
@@ -232,3 +234,48 @@ def test_what_is_left_of_the_rate_is_told(tmp_path):
     assert refused.headers["ratelimit"] == f'"minute";r=0;t={refused.headers["retry-after"]}'
     (free,) = answers(tmp_path / "other", [("GET", "/v1/body", {})])
     assert "ratelimit" not in free.headers
+
+
+def test_without_keys_everything_is_everybodys():
+    assert access_of({}) == EVERYTHING
+    assert access_of({"key": None}).to("anybody")
+
+
+def test_a_key_sees_its_own_and_an_admin_key_all():
+    hers, admins = access_of({"key": "a1", "admin": False}), access_of({"key": "b2", "admin": True})
+    assert hers == Access("a1", everything=False)
+    assert (hers.to("a1"), hers.to("b2"), hers.to("")) == (True, False, False)
+    assert (admins.to("a1"), admins.to(""), admins.owner) == (True, True, "b2")
+
+
+LONG = {"seed": 1, "seconds": 60}
+
+
+def asked_long(server, body, accept="application/json", encoding="gzip"):
+    headers = {"Accept": accept, "Accept-Encoding": encoding, "Content-Type": "application/json"}
+    with httpx.stream("POST", f"{server.url}/v1/synthesis", json=body, headers=headers, timeout=60) as answer:
+        return answer.headers, b"".join(answer.iter_raw())
+
+
+@pytest.mark.parametrize("accept", ["application/json", "text/csv", "model/x-bvh"])
+def test_large_text_is_smaller_and_the_same(server, accept):
+    plain, whole = asked_long(server, LONG, accept, encoding="identity")
+    packed, body = asked_long(server, LONG, accept)
+    assert "content-encoding" not in plain
+    assert packed["content-encoding"] == "gzip"
+    assert gzip.decompress(body) == whole
+    assert len(body) < 0.6 * len(whole)
+    assert packed["etag"] == "W/" + plain["etag"]
+    assert "Accept-Encoding" in plain["vary"]
+    again = server.http.post("/v1/synthesis", json=LONG, headers={"Accept": accept, "If-None-Match": packed["etag"]})
+    assert again.status_code == 304
+
+
+@pytest.mark.parametrize(
+    ("body", "accept"),
+    [({"seed": 1, "seconds": 0.1}, "application/json"), (LONG, "application/x-npz"), (LONG, "model/gltf-binary")],
+)
+def test_what_is_short_or_packed_already_stays(server, body, accept):
+    headers, _ = asked_long(server, body, accept)
+    assert "content-encoding" not in headers
+    assert not headers["etag"].startswith("W/")
