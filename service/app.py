@@ -10,8 +10,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from motionenv import __version__
 from service import errors
-from service.jobs.backend import Backend
-from service.jobs.local import Local
+from service.jobs.backend import Backend, Local
 from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
 from service.observability.tracing import Tracer
@@ -111,7 +110,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
 
 def _methods(app: FastAPI) -> dict[str, set[str]]:
-    """Methods by template of a path, for 404 and 405."""
     found: dict[str, set[str]] = {}
     for route in iter_route_contexts(app.routes):
         methods = route.methods or set()

@@ -191,7 +191,6 @@ def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
 
 
 def _of_fields(found: Sequence[Mapping[str, Any]], kind: type[BaseModel] | None = None) -> tuple[int, str, list]:
-    """Status, detail and fields of pydantic's errors."""
     if found[0]["type"] == "json_invalid" and not _is_field(found[0]["loc"]):
         return 400, _NO_JSON, []
     errors = [field_problem(one, kind) for one in found]
@@ -219,7 +218,6 @@ def _is_field(loc: Sequence[str | int]) -> bool:
 
 
 def _fields(kind: Any, loc: Sequence[str | int]) -> Iterable[str]:
-    """Names of the fields at a place in a body that should be a `kind`."""
     for part in loc:
         if isinstance(part, str):
             field = kind.model_fields.get(part)

@@ -56,7 +56,6 @@ async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
 
 
 def _check_limits(asked: StimuliRequest, settings: Settings) -> None:
-    """Reject, before any work, what is larger than this service allows."""
     frames, pixels = asked.stimuli * asked.frames, asked.width * asked.height
     limit, each = settings.max_video_frames, asked.stimuli * asked.fps
     at_most(frames, limit, "/seconds", "people · displays · seconds · fps", "frames", each=each)

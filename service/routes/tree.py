@@ -12,7 +12,7 @@ from motionenv.models import Target
 from motionenv.models.motion_tree import MotionTree, Options, history
 from motionenv.types import POSE, Motion
 from service.errors import Problem, documented
-from service.responses.json import dumps
+from service.formats import dumps
 from service.responses.motion_response import RESPONSES, answer
 from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
 from service.transport.access import access_of
@@ -59,7 +59,6 @@ def tree_of(request: Request, asked: FromTree) -> MotionTree:
 
 
 def _samples(tree: Any, asked: SamplesRequest, seed: int) -> bytes:
-    """`SamplesResponse` as JSON."""
     rng = np.random.default_rng(seed)
     before = history(tree, asked.start, seed=rng) if asked.history is None else np.array(asked.history)
     drawn = tree.sample(

@@ -11,7 +11,7 @@ import pytest
 
 import motionenv
 from service.errors import Problem
-from service.jobs.local import Local
+from service.jobs.backend import Local
 from service.jobs.manager import JobManager
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import Job
