@@ -190,7 +190,6 @@ KINDS = {
 
 
 def _captures(folder: Path) -> list[Path]:
-    """The files that contain motion, sorted by name."""
     files = sorted(path for path in (folder / "input").iterdir() if path.suffix != ".asf")
     if not files:
         raise MotionError("the files contain only skeletons (ASF): add the motion (AMC)")
@@ -252,7 +251,6 @@ def _walk(motion: Motion) -> dict[str, Any]:
 
 
 def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:
-    """A preview of a motion, with a reduced frame rate."""
     body = motion.skeleton
     return {
         "fps": motion.fps / max(1, round(motion.fps / fps)), "height": body.height, "offsets": body.offsets,
@@ -261,7 +259,6 @@ def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -
 
 
 def _thinned(frames: np.ndarray, own: float, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> np.ndarray:
-    """The frames (n, ...) at `own` frames per second with a reduced rate."""
     return np.ascontiguousarray(frames[:: max(1, round(own / fps))][:most])
 
 
