@@ -28,7 +28,7 @@ from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
 from motionenv.models.people.population import draw_person
 from motionenv.models.storage.blocks import selected
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import scaled
 from motionenv.models.types import Components, Cycle, Request, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
 
