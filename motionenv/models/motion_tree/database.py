@@ -15,7 +15,8 @@ from motionenv._core.representation import OneLine
 from motionenv.body.gaps import listed, missing_parts
 from motionenv.body.skeleton import NODES, mirror
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.features import WINDOW, resample
+from motionenv.models.motion_tree.features import WINDOW
+from motionenv.models.transforms import resample
 from motionenv.types import Motion, Skeleton
 
 _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right_ankle")]

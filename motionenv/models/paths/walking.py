@@ -7,11 +7,10 @@ import numpy as np
 from motionenv._core.validation import is_number, random_generator
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
-from motionenv.models.motion_tree.features import resample
 from motionenv.models.paths._pace import RATE, pace_of, paced
 from motionenv.models.paths.bending import bend, bent
 from motionenv.models.paths.path import WalkPath
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import resample, scaled
 from motionenv.models.types import Request, Target, Walker
 from motionenv.types import POSE, SPEED_RANGE, Motion
 

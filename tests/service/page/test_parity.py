@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import linprog
 
@@ -14,7 +15,6 @@ import motionenv
 from motionenv.body import forward, limb_segments
 from motionenv.data.stimuli import Display, PointLightWalker, dots_at
 from motionenv.data.stimuli.making import ring
-from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 from service.formats.parameters import packed
 
 HERE = Path(__file__).parent
