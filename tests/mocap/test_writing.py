@@ -159,8 +159,15 @@ class Angles:
     values = np.linspace(-5, 5, 5)[:, None]
 
 
+def test_a_c3d_file_holds_events_and_angles(any_motion, tmp_path):
+    path, beside = tmp_path / "a.c3d", {"events": [Event(0.01, "toe_off", "left")], "angles": Angles()}
+    write(any_motion(1), path, **beside)
+    (event,) = read(path).recording.events
+    assert (event.time, event.kind, event.side) == (pytest.approx(0.01), "toe_off", "left")
+
+
 @pytest.mark.parametrize("suffix", [suffix for suffix in SUFFIXES if suffix != ".c3d"])
-def test_events_and_angles_are_refused_where_the_format_has_none(suffix, any_motion, tmp_path):
+def test_other_formats_refuse_events_and_angles(suffix, any_motion, tmp_path):
     path, beside = tmp_path / f"a{suffix}", {"events": [Event(0.01, "toe_off", "left")], "angles": Angles()}
     for given in (("events",), ("angles",), ("events", "angles")):
         with pytest.raises(MotionError, match=rf"{suffix} file holds no {' and '.join(given)}, but \.c3d does"):

@@ -35,6 +35,7 @@ def test_it_points_from_one_group_to_the_other_and_tells_people_apart():
     axis = model.axis_
     step = np.tensordot(axis.direction * np.sqrt(model.explained_variance_), model.components_, axes=1)
     cosine = (step * change).sum() / np.linalg.norm(step) / np.linalg.norm(change)
+    assert len(model.components_) == 10  # 30 people who differ along 10 directions
     assert cosine > 0.55  # chance: 0.3
     assert sum(axis.right) >= 26
     assert axis.people == (15, 15)

@@ -82,10 +82,8 @@ def test_names_are_never_paths(job_server, name):
     answer = job_server.http.post(
         "/v1/jobs/inspect", content=body, headers={"Content-Type": "multipart/form-data; boundary=x"}
     )
-    if answer.status_code == 400:  # a header that is no header
-        return
-    job = answer.json()
     assert answer.status_code == 202, answer.text
+    job = answer.json()
     assert all(c.isalnum() or c in "_-." for c in job["files"][0])
     assert len(job["files"][0]) < 100
     job_server.http.delete(answer.headers["Location"])
