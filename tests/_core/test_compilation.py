@@ -109,6 +109,12 @@ def test_compilation_is_said_once_with_the_kernel_s_name(package, tmp_path):
     assert second == ""
 
 
+def test_each_processor_gets_kernels_of_its_own(package, tmp_path, monkeypatch):
+    for name in ("generic", "haswell"):
+        monkeypatch.setenv("NUMBA_CPU_NAME", name)
+        assert [ask(package, tmp_path / "cache")[:2] for _ in range(2)] == [(20.0, 0), (20.0, 1)]
+
+
 def test_nothing_is_written_beside_the_code(package, tmp_path):
     before = sorted(package.iterdir())
     ask(package, tmp_path / "cache")
