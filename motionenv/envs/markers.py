@@ -49,7 +49,6 @@ class MarkerVectorArguments(MarkerArguments, VectorArguments):
 
 
 def _radians(view) -> tuple[float, float]:
-    """Range (low, high) of view angles [rad]."""
     if view is None:
         return -np.pi, np.pi
     if is_number(view):

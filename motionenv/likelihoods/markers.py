@@ -98,7 +98,6 @@ class MarkerLikelihood(Likelihood):
         return each[:, ~np.isnan(self._points).any(-1)].sum(-1)
 
     def _project(self, points: np.ndarray) -> np.ndarray:
-        """Image positions (N, 15, 2) of 3D points (N, 15, 3)."""
         if isinstance(self.view, Camera | Orthographic):
             return project(points, self.view)[0]
         return orthographic(points, float(self.view))

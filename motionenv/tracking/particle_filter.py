@@ -192,7 +192,6 @@ class ParticleFilter:
         return prior.resized(state, np.exp(np.where(accepted, new, old)), centre)
 
     def _restarted(self, observation: Mapping[str, Any]) -> bool:
-        """Restart if `restart` returns a start; called once per period of patience."""
         start = None if self.restart is None else self.restart(observation)
         self._lost = 0 if start is not None else int(_WIDER * self.prior.fps)
         if start is None:
@@ -245,7 +244,6 @@ class ParticleFilter:
         return apparent(self._state.poses, self._state.sizes, cast(Camera, self.likelihood.camera))
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
-        """Multiply the weights by the likelihood (N,); returns the log evidence."""
         joint = self._log_weights + log_likelihood
         evidence = float(_log_sum(joint))
         self._log_weights = joint - evidence
@@ -275,7 +273,6 @@ class ParticleFilter:
         return scores[which]
 
     def _annealing_power(self, log_likelihood: np.ndarray, most: float) -> float:
-        """The highest power, up to `most`, that keeps the fraction `resample` of particles effective."""
         low, high = 0.0, most
         if self._effective(log_likelihood, most) >= self.resample * self.n:
             return most
@@ -287,7 +284,6 @@ class ParticleFilter:
         return low
 
     def _effective(self, log_likelihood: np.ndarray, power: float) -> float:
-        """Effective sample size after weighting by the likelihood (N,) to a power."""
         joint = self._log_weights + _tempered(log_likelihood, power)
         weights = np.exp(joint - joint.max())
         return float(weights.sum() ** 2 / (weights**2).sum())
@@ -297,7 +293,6 @@ class ParticleFilter:
             self._resample()
 
     def _resample(self) -> np.ndarray:
-        """Systematic resampling to equal weights; returns the drawn indices (N,)."""
         which = systematic(np.exp(self._log_weights), self.n, self._rng)
         self._state = self._state.take(which)
         self._log_weights = np.full(self.n, -np.log(self.n))
@@ -313,11 +308,9 @@ def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: flo
 
 
 def _tempered(scores: np.ndarray, power: float) -> np.ndarray:
-    """Log-likelihoods (N,) of the tempered likelihood; impossible stays impossible, even with power 0."""
     return np.where(np.isfinite(scores), power * np.nan_to_num(scores, neginf=0.0), -np.inf)
 
 
 def _log_sum(values: np.ndarray) -> float:
-    """Log Σ exp of values (N,), at least one of which is finite."""
     most = values.max()
     return float(most + np.log(np.exp(values - most).sum()))

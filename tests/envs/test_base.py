@@ -21,7 +21,7 @@ from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, Reco
 import motionenv.envs
 from motionenv.envs import MarkerTracking, TrackingVectorEnv, WalkerTracking
 from motionenv.envs.base import checked_actions, checked_lost_after, checked_render_mode
-from motionenv.envs.registration import ENVIRONMENTS
+from motionenv.envs.tasks import ENVIRONMENTS
 from motionenv.errors import MotionError
 
 pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environments are new in Gymnasium 1.4")

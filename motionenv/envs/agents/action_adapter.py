@@ -60,5 +60,4 @@ class Actions:
 
 
 def _kind(space) -> str:
-    """Content of an image Box: "rgb", "mask" or "depth"."""
     return "depth" if space.dtype.kind == "f" else "mask" if space.shape[-1] == 1 else "rgb"

@@ -136,7 +136,6 @@ class TrackingAgent:
         return self._actions.of(poses, joints)
 
     def _begun(self, slot: int) -> _Track:
-        """A filter for the episode that begins in `slot`."""
         env = self._actions.env
         known = env.world.observation_model(slot)
         prior: Prior = self._prior(env, slot) if callable(self._prior) else self._prior
@@ -214,7 +213,6 @@ class _Track:
         return Start.at(pose, spread=_ANYWHERE)
 
     def _searched(self, observations: list) -> Start:
-        """A start from the pictures of successive frames."""
         prior, model = self.filter.prior, cast(ImageLikelihood, self.likelihood)
         return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, seed=self._rng)
 
@@ -244,7 +242,6 @@ def _check_moves_an_arm(prior: Prior, start: Start) -> None:
 
 
 def _picture(name: str, picture: np.ndarray, far: float) -> np.ndarray:
-    """A picture as an environment shows it, as likelihoods take it."""
     if name == "rgb":
         return picture
     return np.where(picture < far, picture, np.inf)[..., 0] if name == "depth" else picture[..., 0]

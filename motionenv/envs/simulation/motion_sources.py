@@ -133,7 +133,6 @@ class _Walkers:
         return _piece(self._made[block][number], self._source.frames, rng)
 
     def _make(self, block: int) -> list[Motion]:
-        """The walkers of a block."""
         source, n = self._source, self._model.batch_size
         key = (SPLITS.index(source.split), block)
         rng = np.random.default_rng(np.random.SeedSequence(0, spawn_key=key))
@@ -190,7 +189,6 @@ def is_evaluated(person: str) -> bool:
 
 
 def _read_folder(source: Source) -> list[tuple[str, Motion]]:
-    """Names and motions of the split's people in a folder."""
     from motionenv.models.motion_tree.clips import read_clips
 
     def refuse(name: str, why: str) -> None:
@@ -229,7 +227,6 @@ def _stretches(name: str, motion: Motion, source: Source) -> list[Motion]:
 
 
 def _piece(recording: Motion, frames: int, rng: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
-    """A segment of a recording that starts at a random frame."""
     start = int(rng.integers(len(recording.poses) - frames + 1))
     return recording.poses[start : start + frames], recording.skeleton
 
@@ -246,7 +243,6 @@ def _ahead(motion: Motion) -> Motion:
 
 
 def _is_model(path: Path) -> bool:
-    """Whether a file holds a motion model rather than a motion."""
     if not zipfile.is_zipfile(path):
         return False
     with zipfile.ZipFile(path) as archive:
@@ -254,7 +250,6 @@ def _is_model(path: Path) -> bool:
 
 
 def _check_reading(file_fps: float | None, unit: str | None) -> None:
-    """Validate the arguments for reading capture files."""
     if file_fps is not None:
         checked_fps(file_fps, "file_fps")
     if unit is not None:
@@ -262,7 +257,6 @@ def _check_reading(file_fps: float | None, unit: str | None) -> None:
 
 
 def _check_seeded(seed, speed: tuple[float, float] | None, height: tuple[float, float] | None) -> None:
-    """Validate the arguments of a seeded motion."""
     checked_whole(seed, "motion_seed", 0)
     for name, wanted in (("speed", speed), ("height", height)):
         if wanted is not None and wanted[0] != wanted[1]:

@@ -38,7 +38,7 @@ class MixtureState:
         return MixtureState(self.learned.take(which), self.general.take(which))
 
 
-class MixturePrior:
+class MixturePrior(SizedPrior):
     """Bodies that move, in each frame, by one of two priors.
 
     Args:
@@ -70,7 +70,6 @@ class MixturePrior:
         return MixtureState(learned, self.general.initial(each, n, rng))
 
     def propagate(self, state: MixtureState, rng: np.random.Generator) -> MixtureState:
-        """The bodies of `state` one frame later, with noise of `rng`."""
         learned, general = self.learned.propagate(state.learned, rng), self.general.propagate(state.general, rng)
         helped = rng.random((len(learned.poses), 1)) < self.share
         return self.moved(MixtureState(learned, general), np.where(helped, general.poses, learned.poses))
@@ -86,7 +85,6 @@ class MixturePrior:
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 
     def resized(self, state: MixtureState, sizes: np.ndarray, centre: np.ndarray) -> MixtureState:
-        """The bodies of `state` with other `sizes` (N,), as much farther from `centre` (2,), as of `FPCAPrior`."""
         learned = cast(SizedPrior, self.learned).resized(state.learned, sizes, centre)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 

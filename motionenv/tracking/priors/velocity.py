@@ -15,7 +15,7 @@ from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.features import FPS, resample, turned_towards
 from motionenv.models.motion_tree.model import PARTS
-from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.base import Prior, Start
 from motionenv.types import POSE, Motion, Skeleton, frozen
 
 #: Standard deviations (25,) of η at 30 frames/s [m/s, rad/s]: root mean squares over 55 walks of 11 people (CMU), equal
@@ -44,7 +44,7 @@ class MovingState:
         return MovingState(self.poses[which], self.velocities[which])
 
 
-class VelocityPrior:
+class VelocityPrior(Prior):
     """Bodies whose velocity is a random walk.
 
     Args:
@@ -91,12 +91,10 @@ class VelocityPrior:
         return MovingState(poses, np.where(np.isnan(said), unknown, said + noise))
 
     def propagate(self, state: MovingState, rng: np.random.Generator) -> MovingState:
-        """The bodies of `state` one frame later, with noise of `rng`."""
         velocities = state.velocities + self._change * rng.standard_normal(state.poses.shape)
         return MovingState(state.poses + velocities / self.fps, velocities)
 
     def diffuse(self, state: MovingState, share: float, rng: np.random.Generator) -> MovingState:
-        """The bodies of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
         velocities = state.velocities + share * self._change * rng.standard_normal(state.poses.shape)
         return MovingState(state.poses + (velocities - state.velocities) / self.fps, velocities)
 

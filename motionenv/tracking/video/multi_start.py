@@ -132,7 +132,6 @@ class MultiStart:
         return tracker
 
     def _prior(self, frame: int) -> Prior:
-        """Of the frames from one on: about the guide's motion, if that is known."""
         if self.guide is None or not self.guide.known[frame]:
             return self.prior
         return GuidedPrior(self.guide.poses, DEVIATION, skeleton=self.prior.skeleton, fps=self.prior.fps, first=frame)
@@ -233,6 +232,5 @@ def _reflected(poses: np.ndarray) -> np.ndarray:
 
 
 def _from_here(belief: Belief, rng: np.random.Generator) -> Start:
-    """A start at a posterior, with unknown velocity."""
     poses = belief.poses[systematic(np.exp(belief.log_weights), _CANDIDATES, rng)]
     return Start(poses, np.zeros(len(poses)), np.full(poses.shape, np.nan), SPREAD)
