@@ -259,11 +259,12 @@ class SilhouetteLikelihood(ImageLikelihood):
         return out * self.temper
 
     def _score(self) -> tuple[Score, float]:
+        from motionenv.likelihoods._silhouette_kernel import silhouette_sums
+
         if self._depth is not None:
             return self._depths(self._depth)
-        if self._foreground is not None:
-            return self._silhouettes()
-        raise MotionError(NOTHING_OBSERVED)
+        odds, none = self.odds()
+        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, odds, out), none
 
     def odds(self) -> tuple[np.ndarray, float]:
         """Log-odds (height, width) of body against background, and the log-likelihood of background alone.
@@ -280,14 +281,7 @@ class SilhouetteLikelihood(ImageLikelihood):
         none = np.log(p * alarms + (1 - p) * (1 - alarms))
         return np.log(p * (1 - misses) + (1 - p) * misses) - none, float(none.sum())
 
-    def _silhouettes(self) -> tuple[Score, float]:
-        from motionenv.likelihoods._silhouette_kernel import silhouette_sums
-
-        odds, none = self.odds()
-        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, odds, out), none
-
     def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
-        """`_score` for depths (height, width)."""
         from motionenv.likelihoods._depth_kernel import depth_sums
 
         seen, nothing = np.isfinite(observed), np.isposinf(observed)

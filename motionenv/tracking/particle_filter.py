@@ -128,7 +128,7 @@ class ParticleFilter:
         restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
         seed: int | np.random.Generator | None = None,
     ) -> None:
-        check_options(n, resample=resample, layers=layers, hidden=hidden)
+        check_filter(n, resample, layers, hidden)
         scored = likelihood.skeleton or prior.skeleton
         if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:
             raise MotionError(
@@ -165,7 +165,8 @@ class ParticleFilter:
         self.likelihood.observe(**observation)
         recovered = self._lost >= _PATIENCE * self.prior.fps and self._restarted(observation)
         if self._began:
-            self._resample_if_low()
+            if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
+                self._resample()
             self._state = self.prior.propagate(self._state, self._rng)
             if self._searched and not self._lost:
                 self._state = self._shifted_in_depth()
@@ -245,7 +246,8 @@ class ParticleFilter:
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
         joint = self._log_weights + log_likelihood
-        evidence = float(_log_sum(joint))
+        most = joint.max()
+        evidence = float(most + np.log(np.exp(joint - most).sum()))
         self._log_weights = joint - evidence
         return evidence
 
@@ -288,10 +290,6 @@ class ParticleFilter:
         weights = np.exp(joint - joint.max())
         return float(weights.sum() ** 2 / (weights**2).sum())
 
-    def _resample_if_low(self) -> None:
-        if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
-            self._resample()
-
     def _resample(self) -> np.ndarray:
         which = systematic(np.exp(self._log_weights), self.n, self._rng)
         self._state = self._state.take(which)
@@ -299,8 +297,8 @@ class ParticleFilter:
         return which
 
 
-def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, restart: Any = None) -> None:
-    """Validate n, resample, layers, hidden and restart of a `ParticleFilter`; raises MotionError if out of range."""
+def check_filter(n: int, resample: float = 0.5, layers: int = 1, hidden: float = 0.02) -> None:
+    """Raise MotionError for n, resample, layers or hidden of a `ParticleFilter` out of range."""
     checked_whole(n, "n", 2, 10_000_000)
     checked_whole(layers, "layers", 1, 50)
     checked_number(resample, "resample", high=1, above=0)
@@ -309,8 +307,3 @@ def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: flo
 
 def _tempered(scores: np.ndarray, power: float) -> np.ndarray:
     return np.where(np.isfinite(scores), power * np.nan_to_num(scores, neginf=0.0), -np.inf)
-
-
-def _log_sum(values: np.ndarray) -> float:
-    most = values.max()
-    return float(most + np.log(np.exp(values - most).sum()))

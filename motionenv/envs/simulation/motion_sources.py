@@ -78,7 +78,10 @@ class Source:
             raise MotionError(
                 f"horizon must be at most {_LONGEST:g} seconds, got {self.frames - 1} estimates at {self.fps:g} fps"
             )
-        _check_reading(self.file_fps, self.unit)
+        if self.file_fps is not None:
+            checked_fps(self.file_fps, "file_fps")
+        if self.unit is not None:
+            metres_per(self.unit)
         if self.speed is not None:
             object.__setattr__(self, "speed", checked_range(self.speed, "speed", *SPEED_RANGE))
         if self.height is not None:
@@ -247,13 +250,6 @@ def _is_model(path: Path) -> bool:
         return False
     with zipfile.ZipFile(path) as archive:
         return "header.npy" in archive.namelist()
-
-
-def _check_reading(file_fps: float | None, unit: str | None) -> None:
-    if file_fps is not None:
-        checked_fps(file_fps, "file_fps")
-    if unit is not None:
-        metres_per(unit)
 
 
 def _check_seeded(seed, speed: tuple[float, float] | None, height: tuple[float, float] | None) -> None:

@@ -65,7 +65,8 @@ class MixturePrior(SizedPrior):
         """Draw `n` bodies at `start` from the learned prior, with `rng`."""
         learned = self.learned.initial(start, n, rng)
         before = np.where(np.isnan(start.previous), np.nan, start.previous - start.poses)
-        nearest = _nearest(learned.poses, start.poses)
+        squared = (start.poses**2).sum(1) - 2 * np.einsum("ni,mi->nm", learned.poses, start.poses)
+        nearest = squared.argmin(axis=1)  # of the candidates
         each = Start(learned.poses, np.zeros(n), learned.poses + before[nearest], np.zeros(learned.poses.shape[1]))
         return MixtureState(learned, self.general.initial(each, n, rng))
 
@@ -87,9 +88,3 @@ class MixturePrior(SizedPrior):
     def resized(self, state: MixtureState, sizes: np.ndarray, centre: np.ndarray) -> MixtureState:
         learned = cast(SizedPrior, self.learned).resized(state.learned, sizes, centre)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
-
-
-def _nearest(poses: np.ndarray, candidates: np.ndarray) -> np.ndarray:
-    """Index (n,) of the candidate (m, 25) nearest to each of `poses` (n, 25)."""
-    squared = (candidates**2).sum(1) - 2 * np.einsum("ni,mi->nm", poses, candidates)
-    return squared.argmin(axis=1)

@@ -120,7 +120,9 @@ class MultiStart:
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
-        tracker = self._tracker(_from_here(there, self.rng), self.back)
+        here = there.poses[systematic(np.exp(there.log_weights), _CANDIDATES, self.rng)]
+        unknown = np.full(here.shape, np.nan)
+        tracker = self._tracker(Start(here, np.zeros(len(here)), unknown, SPREAD), self.back)
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=film[i]))
             tick(done + len(film) - i)
@@ -229,8 +231,3 @@ def _reflected(poses: np.ndarray) -> np.ndarray:
     other = mirror(poses)
     other[:, [1, 5]] = poses[:, [1, 5]]
     return other
-
-
-def _from_here(belief: Belief, rng: np.random.Generator) -> Start:
-    poses = belief.poses[systematic(np.exp(belief.log_weights), _CANDIDATES, rng)]
-    return Start(poses, np.zeros(len(poses)), np.full(poses.shape, np.nan), SPREAD)
