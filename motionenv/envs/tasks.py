@@ -78,14 +78,16 @@ TASKS = {
 }
 
 
-def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
+def settings(
+    task: str, split: str = "eval", *, motion: str | None = None, file_fps: float | None = None, unit: str | None = None
+) -> dict[str, Any]:
     """Arguments for `gymnasium.make(task, ...)` that make a split.
 
     Args:
         task: an id of `TASKS`.
         split: one of `SPLITS`.
-        capture: `motion`, a folder or file of motion capture, with `file_fps` and `unit` if its files need them; only
-            of "ood".
+        motion, file_fps, unit: a folder or file of motion capture, with frame rate and unit if its files don't state
+            them; only of "ood".
 
     Raises:
         MotionError: no such task or split, or motion capture for another split.
@@ -94,6 +96,8 @@ def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
         raise MotionError(f"task must be one of {', '.join(TASKS)}, got {task!r}")
     if split not in SPLITS:
         raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
+    given = {"motion": motion, "file_fps": file_fps, "unit": unit}
+    capture = {name: value for name, value in given.items() if value is not None}
     if capture and split != "ood":
         raise MotionError(f"motion capture is out of distribution: use it with split 'ood', got {split!r}")
     return {"split": "eval", **(capture or TASKS[task].ood)} if split == "ood" else {"split": split}

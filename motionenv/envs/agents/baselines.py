@@ -38,7 +38,14 @@ _STANDING = 0.53  # pelvis height of a standing body, relative to body height
 _SPREAD = 0.02  # [m, rad] standard deviation of the oracle's beliefs
 
 
-class MeanPose:
+class _Baseline:
+    _actions: Actions
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._actions.env!r})"
+
+
+class MeanPose(_Baseline):
     """Always the mean pose of walking in the middle of the world of `env`; for an arm, the mean of reaching.
 
     If the walking direction is unknown, as in MarkerTracking, the mean is over all directions.
@@ -60,7 +67,7 @@ class MeanPose:
         return self._actions.of(self._poses[None], self._joints[None])
 
 
-class ConstantVelocity:
+class ConstantVelocity(_Baseline):
     """Follows 2D detections, and extrapolates them at constant velocity while there are none.
 
     Markers: the last two visible positions of each are extrapolated; depth is the mean pose's. Images: the mean pose of
@@ -139,7 +146,7 @@ class Blob(ConstantVelocity):
         return self._actions.of(None, joints)
 
 
-class Oracle:
+class Oracle(_Baseline):
     """Returns the ground truth of `env`; as a belief, poses around it.
 
     Args:

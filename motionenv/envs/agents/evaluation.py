@@ -157,15 +157,16 @@ def agent_of(name: str) -> Callable[[Any], Agent]:
 
 
 def score(
-    task: str, agent: str | Callable[[Any], Agent], episodes: int = 100, *, split: str = "eval", **capture: Any
-) -> dict[str, Any]:
+    task: str, agent: str | Callable[[Any], Agent], episodes: int = 100, *, split: str = "eval",
+    motion: str | None = None, file_fps: float | None = None, unit: str | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """Score an agent on a task.
 
     Args:
         task, split: an id of `motionenv.envs.tasks.TASKS`, and one of its `SPLITS`.
         agent: a name for `agent_of`, or a factory that makes an agent from a native vector environment.
         episodes: number of episodes, with seeds from `FIRST_SEED`.
-        capture: see `motionenv.envs.tasks.settings`.
+        motion, file_fps, unit: see `motionenv.envs.tasks.settings`.
 
     Returns:
         What JSON can hold: task, split, agent, settings, seeds, mean error [m] and return of each episode, their means
@@ -174,7 +175,7 @@ def score(
     Raises:
         MotionError: no such task, split or agent, or a number of episodes below 1.
     """
-    changed = settings(task, split, **capture)
+    changed = settings(task, split, motion=motion, file_fps=file_fps, unit=unit)
     episodes = checked_whole(episodes, "episodes", 1)
     make, name = (agent_of(agent), agent) if isinstance(agent, str) else (agent, getattr(agent, "__name__", "agent"))
     began, parts = time.perf_counter(), []

@@ -60,6 +60,12 @@ def test_a_belief_spread_as_the_truth_scores_worse_than_certainty_alone():
     assert (spread.returns < certain.returns).all()
 
 
+def test_reprs_are_a_line():
+    env = MarkerTracking(horizon=3)
+    said = "(MarkerTracking(motion='walk/eigenwalkers', horizon 3))"
+    assert [repr(agent(env)) for agent in AGENTS] == [f"{agent.__name__}{said}" for agent in AGENTS]
+
+
 def test_a_negative_spread_is_refused():
     with pytest.raises(MotionError, match="spread must be"):
         Oracle(MarkerTracking(horizon=3), spread=-1.0)
