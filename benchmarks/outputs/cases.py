@@ -53,7 +53,9 @@ def tree() -> Any:
 
 def camera(alpha: float = 0.4, size: int = 64) -> motionenv.Camera:
     """A small camera that looks at the origin."""
-    return motionenv.view(alpha, distance=4.0, width=size, height=size)
+    from motionenv.render import cameras
+
+    return cameras.view(alpha, distance=4.0, width=size, height=size)
 
 
 def near(pose: np.ndarray, n: int = 50) -> np.ndarray:
@@ -121,12 +123,11 @@ def _walkers(name: str) -> Any:
 
 @output("walking in place")
 def _in_place() -> Any:
+    from motionenv.models import cycle
     from motionenv.models.eigenwalkers.batch import draw_walkers
-    from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 
-    fpca, troje = motionenv.load("walk/fpca"), motionenv.load("walk/eigenwalkers")
-    on_the_spot = markers_in_place(troje, troje.components().means)
-    return [walk_in_place(fpca, fpca.components().means), on_the_spot, draw_walkers(troje, 4, seed=1)]
+    troje = motionenv.load("walk/eigenwalkers")
+    return [cycle("walk/fpca"), cycle(troje), draw_walkers(troje, 4, seed=1)]
 
 
 @output("traits of walk/fpca", "walk/fpca")
@@ -135,8 +136,9 @@ def _traits(name: str) -> Any:
     from motionenv.models.traits import measured, traits
 
     model = motionenv.load(name)
-    found = traits(model)
-    return {"traits": found, "measured": measured(model, 2 * np.array([t.direction for t in found]))}
+    made = model.components(), model.treadmill()
+    found = traits(*made)
+    return {"traits": found, "measured": measured(*made, 2 * np.array([t.direction for t in found]))}
 
 
 @output("parameters of walk/fpca", "walk/fpca")
@@ -146,7 +148,7 @@ def _traits(name: str) -> Any:
 def _parameters(name: str) -> Any:
     from motionenv.models import card
 
-    arrays, description = motionenv.parameters(name)
+    arrays, description = motionenv.models.parameters(name)
     for later in ("about", "treadmill", "steerable"):
         del description[later]
     for key in ("shares", "traits", "activities"):

@@ -69,7 +69,7 @@ def track(
         float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
     ] = None,
     motion: Annotated[
-        Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot, .rrd or .trc.")
+        Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot or .trc.")
     ] = None,
     seed: Seed = 0,
 ) -> None:

@@ -24,10 +24,9 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike
 
-from motionenv._core.validation import checked_number
+from motionenv._core.validation import checked_number, did_you_mean
 from motionenv.envs.simulation.estimates import ActionScale
 from motionenv.errors import MotionError
-from motionenv.models.registry import did_you_mean
 
 _Self = TypeVar("_Self")
 _Made = TypeVar("_Made")

@@ -130,7 +130,7 @@ class MarkerTracking(SimulatedTracking):
 
 
 class MarkerTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `MarkerTracking`, stepped together."""
+    """`num_envs` copies of `MarkerTracking` in an `autoreset_mode`, stepped together."""
 
     @taking(MarkerVectorArguments)
     def __init__(self, arguments: MarkerVectorArguments) -> None:

@@ -1,10 +1,13 @@
 """Gait models: functional PCA (paper A), eigenwalkers (paper B), the motion tree (paper C) and more."""
 
+from motionenv._core.validation import did_you_mean
 from motionenv.models.base import FixedModel, GaitModel
-from motionenv.models.registry import ModelFile, card, did_you_mean, gait_model, load, names, takes_long, version
-from motionenv.models.types import Components, Request, Target, Treadmill, Walker
+from motionenv.models.in_place import cycle
+from motionenv.models.registry import ModelFile, card, gait_model, load, names, takes_long, version
+from motionenv.models.storage.export import parameters
+from motionenv.models.types import Components, Cycle, Request, Target, Treadmill, Walker
 
 __all__ = [
-    "Components", "FixedModel", "GaitModel", "ModelFile", "Request", "Target", "Treadmill", "Walker", "card",
-    "did_you_mean", "gait_model", "load", "names", "takes_long", "version",
+    "Components", "Cycle", "FixedModel", "GaitModel", "ModelFile", "Request", "Target", "Treadmill", "Walker", "card",
+    "cycle", "did_you_mean", "gait_model", "load", "names", "parameters", "takes_long", "version",
 ]  # fmt: skip

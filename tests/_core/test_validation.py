@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motionenv._core.validation import checked_number, checked_range, checked_whole, random_generator
+from motionenv._core.validation import checked_choice, checked_number, checked_range, checked_whole, random_generator
 from motionenv.envs.agents.evaluation import evaluate
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
@@ -110,3 +110,13 @@ def test_a_generator_is_taken_as_it_is():
 def test_words_are_refused_by_name_at_every_entrance(call, name):
     with pytest.raises(MotionError, match=rf"\b{name} .*'ten'"):
         call("ten")
+
+
+def test_a_choice_suggests_the_nearest_word():
+    assert checked_choice("raycast", "engine", ("raycast", "pyrender")) == "raycast"
+    with pytest.raises(
+        MotionError, match=r"engine must be one of raycast, pyrender, got 'raykast': did you mean raycast\?"
+    ):
+        checked_choice("raykast", "engine", ("raycast", "pyrender"))
+    with pytest.raises(MotionError, match="got None$"):
+        checked_choice(None, "engine", ("raycast",))

@@ -13,8 +13,9 @@ import numpy as np
 
 from motionenv.body import EDGES
 from motionenv.data.stimuli.dots import Dots, Ring, dots_at
-from motionenv.data.stimuli.specification import Display, Person, StimulusSet
+from motionenv.data.stimuli.specification import Display, PointLightWalker, StimulusSet
 from motionenv.errors import MotionError
+from motionenv.models import cycle
 from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
 from motionenv.render.draw2d.shapes import draw_figures
@@ -26,7 +27,7 @@ _MOST = 100  # frames that are drawn together
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of files in an archive, so that its bytes depend on nothing else
 
 
-def ring(person: Person, models: Callable[[str], GaitModel] = gait_model) -> Ring:
+def ring(person: PointLightWalker, models: Callable[[str], GaitModel] = gait_model) -> Ring:
     """One cycle of a person's walk.
 
     Args:
@@ -36,13 +37,8 @@ def ring(person: Person, models: Callable[[str], GaitModel] = gait_model) -> Rin
     Raises:
         MotionError: there is no such model, it makes no cycles in place, or it has fewer components.
     """
-    model = models(person.model)
-    treadmill = model.treadmill()
-    if treadmill is None:
-        raise MotionError(f"{person.model} makes no cycles in place: take walk/fpca, walk/eigenwalkers or walk/prior")
-    scores = model.walker(deviations=person.deviations).scores
-    cycle, markers, heights = treadmill.cycles(np.asarray(scores)[None], person.speed, person.height)
-    return Ring(markers[0], float(cycle.strides[0]), float(cycle.seconds[0]), float(heights[0]))
+    walk = cycle(models(person.model), deviations=person.deviations or None, speed=person.speed, height=person.height)
+    return Ring(walk.markers, walk.stride, walk.seconds, walk.body.height)
 
 
 def pixels_of(asked: StimulusSet, dots: Dots) -> np.ndarray:
@@ -53,7 +49,7 @@ def pixels_of(asked: StimulusSet, dots: Dots) -> np.ndarray:
     return np.where(dots.visible[..., None], np.round(found * _GRID) / _GRID, np.nan)
 
 
-def frames_of(asked: StimulusSet, person: Person, display: Display) -> Iterator[np.ndarray]:
+def frames_of(asked: StimulusSet, person: PointLightWalker, display: Display) -> Iterator[np.ndarray]:
     """The pictures (height, width, 3) uint8 of a stimulus, one after the other.
 
     Args:

@@ -292,7 +292,7 @@ class ActiveVectorArguments(ActiveArguments, VectorArguments):
 
 
 class ActiveTrackingVector(TrackingVectorEnv):
-    """`num_envs` copies of `ActiveTracking`, stepped together."""
+    """`num_envs` copies of `ActiveTracking` in an `autoreset_mode`, stepped together."""
 
     @taking(ActiveVectorArguments)
     def __init__(self, arguments: ActiveVectorArguments) -> None:

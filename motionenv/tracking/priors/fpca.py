@@ -28,7 +28,7 @@ from motionenv.errors import GapError, MotionError
 from motionenv.models.motion_tree.features import turned_towards
 from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
-from motionenv.models.walking.model import Stride, WalkingModel
+from motionenv.models.walking.model import WalkerScores, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
 from motionenv.tracking.priors import _walk_kernel as kernels
 from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y
@@ -275,7 +275,7 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
     seconds = np.full(len(scores), np.exp(model.person_mean_[q]))
     fps = _PHASES / seconds[0]
     walks = model.walks(
-        2 * seconds[0], fps, n=len(scores), stride=Stride(scores, seconds), variation=0.0, height=height, seed=0
+        2 * seconds[0], fps, n=len(scores), stride=WalkerScores(scores, seconds), variation=0.0, height=height, seed=0
     ).poses
     channels = np.concatenate([np.gradient(walks[..., :2], axis=1) * _PHASES, walks[..., 2:]], axis=-1)
     cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)

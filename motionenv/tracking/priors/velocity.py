@@ -13,8 +13,9 @@ import numpy as np
 from motionenv._core.validation import checked_fps
 from motionenv.body import from_height
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.features import FPS, resample, turned_towards
+from motionenv.models.motion_tree.features import FPS, turned_towards
 from motionenv.models.motion_tree.model import PARTS
+from motionenv.models.transforms import resample
 from motionenv.tracking.priors.base import Prior, Start
 from motionenv.types import POSE, Motion, Skeleton, frozen
 
