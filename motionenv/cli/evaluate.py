@@ -37,8 +37,8 @@ def evaluate(
     if out is not None:
         check_folder(out)
     sys.path.insert(0, "")  # so that module:factory is found in this folder
-    capture = {"motion": motion and str(motion), "file_fps": fps, "unit": unit}
-    result = score(task, agent, episodes, split=split, **{k: v for k, v in capture.items() if v is not None})
+    captured = motion and str(motion)
+    result = score(task, agent, episodes, split=split, motion=captured, file_fps=fps, unit=unit)
     if out is not None:
         with atomic_write(out) as part:
             part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

@@ -19,7 +19,7 @@ Except in ActiveTracking, actions never change what is seen: these are estimatio
 
 from importlib import import_module
 
-from motionenv.envs.registration import register
+from motionenv.envs.tasks import register
 
 #: Public names and the modules that hold them.
 _NAMES = {

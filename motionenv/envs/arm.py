@@ -101,7 +101,7 @@ class ArmTracking(SimulatedTracking):
 
 
 class ArmTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `ArmTracking`, stepped together and rendered in batches by `threads` threads."""
+    """`num_envs` copies of `ArmTracking` in an `autoreset_mode`, rendered in batches by `threads` threads."""
 
     @taking(ArmVectorArguments)
     def __init__(self, arguments: ArmVectorArguments) -> None:

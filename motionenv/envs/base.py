@@ -253,12 +253,10 @@ class TrackingEnv(OfWorld, gymnasium.Env):
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
     def _observed(self) -> Observation:
-        """The current observation without the world's leading axis."""
         seen = self.world.observe(self._slots)
         return {name: value[0] for name, value in seen.items()} if isinstance(seen, dict) else seen[0]
 
     def _show(self) -> None:
-        """Show the image in a window, for render mode "human"."""
         if self.render_mode == "human":
             if self._window is None:
                 from motionenv.envs.window import Window
@@ -345,7 +343,6 @@ def checked_actions(actions: ArrayLike, space: gymnasium.spaces.Box, read: np.nd
 
 
 def _refuse(actions: np.ndarray, space: gymnasium.spaces.Box, inside: np.ndarray) -> None:
-    """Raise for the first entry of actions (n, ...) that isn't inside, if any."""
     if inside.all():
         return
     at = tuple(int(i) for i in np.argwhere(~inside)[0])

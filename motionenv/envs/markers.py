@@ -49,7 +49,6 @@ class MarkerVectorArguments(MarkerArguments, VectorArguments):
 
 
 def _radians(view) -> tuple[float, float]:
-    """Range (low, high) of view angles [rad]."""
     if view is None:
         return -np.pi, np.pi
     if is_number(view):
@@ -131,7 +130,7 @@ class MarkerTracking(SimulatedTracking):
 
 
 class MarkerTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `MarkerTracking`, stepped together."""
+    """`num_envs` copies of `MarkerTracking` in an `autoreset_mode`, stepped together."""
 
     @taking(MarkerVectorArguments)
     def __init__(self, arguments: MarkerVectorArguments) -> None:

@@ -11,6 +11,8 @@ evaluation, and `motionenv.envs.agents.score` runs it:
 
 from typing import Any, NamedTuple
 
+import gymnasium
+
 from motionenv.errors import MotionError
 
 #: Splits of a task.
@@ -76,14 +78,16 @@ TASKS = {
 }
 
 
-def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
+def settings(
+    task: str, split: str = "eval", *, motion: str | None = None, file_fps: float | None = None, unit: str | None = None
+) -> dict[str, Any]:
     """Arguments for `gymnasium.make(task, ...)` that make a split.
 
     Args:
         task: an id of `TASKS`.
         split: one of `SPLITS`.
-        capture: `motion`, a folder or file of motion capture, with `file_fps` and `unit` if its files need them; only
-            of "ood".
+        motion, file_fps, unit: a folder or file of motion capture, with frame rate and unit if its files don't state
+            them; only of "ood".
 
     Raises:
         MotionError: no such task or split, or motion capture for another split.
@@ -92,6 +96,27 @@ def settings(task: str, split: str = "eval", **capture: Any) -> dict[str, Any]:
         raise MotionError(f"task must be one of {', '.join(TASKS)}, got {task!r}")
     if split not in SPLITS:
         raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
+    given = {"motion": motion, "file_fps": file_fps, "unit": unit}
+    capture = {name: value for name, value in given.items() if value is not None}
     if capture and split != "ood":
         raise MotionError(f"motion capture is out of distribution: use it with split 'ood', got {split!r}")
     return {"split": "eval", **(capture or TASKS[task].ood)} if split == "ood" else {"split": split}
+
+
+#: Ids and the classes of the single environments; a vector environment's class has the same name followed by Vector.
+ENVIRONMENTS = {
+    "motionenv/WalkerTracking-v1": "motionenv.envs.walker:WalkerTracking",
+    "motionenv/MarkerTracking-v1": "motionenv.envs.markers:MarkerTracking",
+    "motionenv/ArmTracking-v1": "motionenv.envs.arm:ArmTracking",
+    "motionenv/ActiveTracking-v0": "motionenv.envs.active.tracking:ActiveTracking",
+}
+
+
+def register() -> None:
+    """Register the environments and the named tasks with Gymnasium; importing `motionenv.envs` does so."""
+    for name, entry_point in ENVIRONMENTS.items():
+        gymnasium.register(name, entry_point=entry_point, vector_entry_point=f"{entry_point}Vector")
+    for name, task in TASKS.items():
+        entry_point = ENVIRONMENTS[task.env]
+        vector, kwargs = f"{entry_point}Vector", dict(task.settings)
+        gymnasium.register(name, entry_point=entry_point, vector_entry_point=vector, kwargs=kwargs)

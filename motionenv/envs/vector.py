@@ -110,7 +110,6 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         return self.world.observe(self._all), {}
 
     def _seed(self, seed: int | Sequence[int | None] | None, slots: np.ndarray) -> None:
-        """Seed the generators of `slots`, as `reset` describes."""
         seeds = (
             list(seed)
             if isinstance(seed, Sequence)
@@ -163,7 +162,6 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
         return self.world.observe(self._all), rewards, np.zeros_like(truncated), truncated, infos
 
     def _begin(self, slots: np.ndarray) -> None:
-        """Start new episodes in `slots`."""
         if len(slots):
             self.world.begin(slots, [self._seeded[slot][0] for slot in slots])
             self._begun[slots], self._ended[slots], self._off[slots] = True, False, 0
@@ -226,7 +224,6 @@ def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, 
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    """The autoreset mode with this value."""
     try:
         return AutoresetMode(mode)
     except ValueError:
@@ -235,7 +232,6 @@ def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:
-    """Which of `n` sub-environments `options` select for a reset, bool (n,)."""
     check_options(options, "reset_mask")
     mask = (options or {}).get("reset_mask")
     if mask is None:

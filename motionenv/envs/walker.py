@@ -132,7 +132,7 @@ class WalkerTracking(SimulatedTracking):
 
 
 class WalkerTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `WalkerTracking`, stepped together and rendered in batches by `threads` threads."""
+    """`num_envs` copies of `WalkerTracking` in an `autoreset_mode`, rendered in batches by `threads` threads."""
 
     @taking(WalkerVectorArguments)
     def __init__(self, arguments: WalkerVectorArguments) -> None:

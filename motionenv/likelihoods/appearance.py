@@ -22,11 +22,11 @@ from motionenv.body import LIMBS
 from motionenv.errors import MotionError
 from motionenv.likelihoods.background import picture
 from motionenv.likelihoods.base import Likelihood
-from motionenv.likelihoods.limb_posterior import LimbPosterior
 from motionenv.likelihoods.silhouette import (
     EFFECTIVE,
     NOTHING_OBSERVED,
     PIECE,
+    LimbPosterior,
     SilhouetteLikelihood,
     checked_poses,
     fast_limb_segments,

@@ -142,7 +142,6 @@ class Background:
         self._count[rows, columns] += 1
 
     def _median(self) -> np.ndarray:
-        """Median of the samples (height, width, 3)."""
         middle = np.minimum(self._count, self.frames) // 2
         if middle.min() == middle.max():
             return np.partition(self._samples, middle.flat[0], axis=-1)[..., middle.flat[0]]

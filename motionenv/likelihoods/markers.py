@@ -90,15 +90,13 @@ class MarkerLikelihood(Likelihood):
         """
         if self._points is None:
             raise MotionError("no points have been observed yet: call observe(points) first")
-        shown = self._project(markers(checked_poses(poses), self.skeleton))
+        joints = markers(checked_poses(poses), self.skeleton)
+        if isinstance(self.view, Camera | Orthographic):
+            shown = project(joints, self.view)[0]
+        else:
+            shown = orthographic(joints, float(self.view))
         square = ((shown - self._points) ** 2).sum(-1) / self.noise**2
         peak = (1 - self.outliers) / (2 * np.pi * self.noise**2)
         square = np.where(np.isnan(shown).any(-1), np.inf, square)  # behind the camera: not in the image
         each = np.log(peak * np.exp(-0.5 * square) + self.outliers / self._area)
         return each[:, ~np.isnan(self._points).any(-1)].sum(-1)
-
-    def _project(self, points: np.ndarray) -> np.ndarray:
-        """Image positions (N, 15, 2) of 3D points (N, 15, 3)."""
-        if isinstance(self.view, Camera | Orthographic):
-            return project(points, self.view)[0]
-        return orthographic(points, float(self.view))

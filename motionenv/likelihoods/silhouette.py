@@ -45,7 +45,7 @@ from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.likelihoods.background import Background, foreground_probability, picture
 from motionenv.likelihoods.base import ImageLikelihood
-from motionenv.likelihoods.limb_posterior import LimbPosterior
+from motionenv.render.raycast.engine import Raycaster
 from motionenv.types import Camera, Skeleton
 
 #: Effective number of independent pixels of a body (`benchmarks/tracking/likelihood.py`): with walkers of random
@@ -259,12 +259,12 @@ class SilhouetteLikelihood(ImageLikelihood):
         return out * self.temper
 
     def _score(self) -> tuple[Score, float]:
-        """A function that writes log-odds of bodies, and the log-likelihood of the image without a body."""
+        from motionenv.likelihoods._silhouette_kernel import silhouette_sums
+
         if self._depth is not None:
             return self._depths(self._depth)
-        if self._foreground is not None:
-            return self._silhouettes()
-        raise MotionError(NOTHING_OBSERVED)
+        odds, none = self.odds()
+        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, odds, out), none
 
     def odds(self) -> tuple[np.ndarray, float]:
         """Log-odds (height, width) of body against background, and the log-likelihood of background alone.
@@ -277,20 +277,11 @@ class SilhouetteLikelihood(ImageLikelihood):
         return self._odds
 
     def _log_odds(self, p: np.ndarray) -> tuple[np.ndarray, float]:
-        """`odds` from foreground probabilities (height, width)."""
         misses, alarms = self.misses, self.false_alarms
         none = np.log(p * alarms + (1 - p) * (1 - alarms))
         return np.log(p * (1 - misses) + (1 - p) * misses) - none, float(none.sum())
 
-    def _silhouettes(self) -> tuple[Score, float]:
-        """`_score` for foreground probabilities."""
-        from motionenv.likelihoods._silhouette_kernel import silhouette_sums
-
-        odds, none = self.odds()
-        return lambda ends, out: silhouette_sums(ends, self.skeleton.radii, *self.view, odds, out), none
-
     def _depths(self, observed: np.ndarray) -> tuple[Score, float]:
-        """`_score` for depths (height, width)."""
         from motionenv.likelihoods._depth_kernel import depth_sums
 
         seen, nothing = np.isfinite(observed), np.isposinf(observed)
@@ -303,7 +294,6 @@ class SilhouetteLikelihood(ImageLikelihood):
         return lambda ends, out: depth_sums(ends, self.skeleton.radii, *self.view, *args, out), none
 
     def _not_background(self, rgb, background) -> np.ndarray:
-        """Probability (height, width) that pixels of `rgb` are foreground."""
         if background is None:
             self._background.observe(rgb)
             background = self._background.estimate()
@@ -384,7 +374,6 @@ def checked_unseen(unseen: ArrayLike, size: tuple) -> np.ndarray:
 
 
 def _probabilities(mask, size: tuple) -> np.ndarray:
-    """A mask as foreground probabilities."""
     mask = np.asarray(mask)
     _check_size("mask", mask.shape, size)
     if mask.dtype.kind in "bui":
@@ -401,3 +390,44 @@ def _depths(depth, size: tuple) -> np.ndarray:
     if depth.dtype.kind not in "fui" or np.isnan(depth).any() or (depth < 0).any():
         raise MotionError("depth must be at least 0 [m], infinite or 0 where there is no body, and not NaN")
     return np.where(depth > 0, depth, np.inf).astype(np.float32)
+
+
+_DRAWN = 24  # rendered hypotheses
+
+
+class LimbPosterior:
+    """Renders hypotheses drawn from a posterior, for likelihoods that adapt to it.
+
+    Args:
+        skeleton: the body of the hypotheses.
+    """
+
+    def __init__(self, skeleton: Skeleton) -> None:
+        self.skeleton = skeleton
+        self._caster = Raycaster(threads=1)
+
+    def shares(self, poses: ArrayLike, log_weights: ArrayLike | None, camera: Camera) -> np.ndarray:
+        """Probability (1 + limbs, height, width) that a pixel shows no limb, or each of the limbs.
+
+        Args:
+            poses: (N, 25) [m, rad], or one (25,).
+            log_weights: (N,), up to a constant; None is equal weights.
+            camera: the view.
+
+        Raises:
+            MotionError: arrays of incompatible shapes.
+        """
+        poses = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+        logs = np.zeros(len(poses)) if log_weights is None else np.asarray(log_weights, dtype=np.float64)
+        if logs.shape != (len(poses),) or not len(poses) or not np.isfinite(logs.max()):
+            raise MotionError(f"log_weights must be ({len(poses)},), at least one above -inf, got {logs.shape}")
+        total = np.cumsum(np.exp(logs - logs.max()))
+        # Deterministic systematic resampling, so that repeated calls give the same result.
+        drawn = np.searchsorted(total, total[-1] * (np.arange(_DRAWN) + 0.5) / _DRAWN)
+        which, times = np.unique(drawn, return_counts=True)
+        labels = self._caster.render(poses[which], self.skeleton, camera, rgb=False).limbs
+        pixels = camera.height * camera.width
+        cells = labels.reshape(len(which), -1) * np.int64(pixels) + np.arange(pixels)
+        weights = np.repeat(times / _DRAWN, pixels)
+        shares = np.bincount(cells.ravel(), weights, minlength=(1 + len(LIMBS)) * pixels)
+        return shares.reshape(-1, camera.height, camera.width)

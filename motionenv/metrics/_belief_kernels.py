@@ -54,7 +54,6 @@ def _centre(samples, weights, truth, x, w):
 
 @_sums
 def _four_squares(x, i, j):
-    """Squared distances of x[j] from x[i] to x[i + 3]."""
     a0, a1, a2, a3, b = x[i], x[i + 1], x[i + 2], x[i + 3], x[j]
     s0 = s1 = s2 = s3 = np.float32(0)
     for k in range(_PADDED):  # a compile-time length
@@ -68,7 +67,6 @@ def _four_squares(x, i, j):
 
 @_sums
 def _weighted(w, square):
-    """Σ w √square."""
     total = np.float32(0)
     for j in range(len(w)):
         total += w[j] * np.sqrt(square[j])

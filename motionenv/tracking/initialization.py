@@ -220,7 +220,6 @@ def _placement_shift(camera: Camera, ends: np.ndarray, boxes: np.ndarray) -> np.
 
 
 def _horizontal_unit(direction: np.ndarray) -> np.ndarray:
-    """`direction` (2,) on the ground, normalised unless it is 0."""
     length = float(np.linalg.norm(direction))
     return direction / length if length > 1e-6 else direction
 
@@ -243,7 +242,6 @@ def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
 
 
 def _observed(likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]]) -> Iterator[ImageLikelihood]:
-    """A copy of the likelihood after each observation."""
     seeing = deepcopy(likelihood)
     if len(observations) > 1:
         seeing.forget()  # what was learned beside a wrong body
@@ -268,7 +266,6 @@ def _scores(
 
 
 def _tempered_draw(scores: np.ndarray, effective: float, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Indices (n,), drawn with scores tempered to an effective sample size of about `effective`."""
     scores = scores - scores.max()
     low, high = 0.0, 1.0
     for _ in range(30):

@@ -128,7 +128,7 @@ class ParticleFilter:
         restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
         seed: int | np.random.Generator | None = None,
     ) -> None:
-        check_options(n, resample=resample, layers=layers, hidden=hidden)
+        check_filter(n, resample, layers, hidden)
         scored = likelihood.skeleton or prior.skeleton
         if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:
             raise MotionError(
@@ -165,7 +165,8 @@ class ParticleFilter:
         self.likelihood.observe(**observation)
         recovered = self._lost >= _PATIENCE * self.prior.fps and self._restarted(observation)
         if self._began:
-            self._resample_if_low()
+            if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
+                self._resample()
             self._state = self.prior.propagate(self._state, self._rng)
             if self._searched and not self._lost:
                 self._state = self._shifted_in_depth()
@@ -192,7 +193,6 @@ class ParticleFilter:
         return prior.resized(state, np.exp(np.where(accepted, new, old)), centre)
 
     def _restarted(self, observation: Mapping[str, Any]) -> bool:
-        """Restart if `restart` returns a start; called once per period of patience."""
         start = None if self.restart is None else self.restart(observation)
         self._lost = 0 if start is not None else int(_WIDER * self.prior.fps)
         if start is None:
@@ -245,9 +245,9 @@ class ParticleFilter:
         return apparent(self._state.poses, self._state.sizes, cast(Camera, self.likelihood.camera))
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
-        """Multiply the weights by the likelihood (N,); returns the log evidence."""
         joint = self._log_weights + log_likelihood
-        evidence = float(_log_sum(joint))
+        most = joint.max()
+        evidence = float(most + np.log(np.exp(joint - most).sum()))
         self._log_weights = joint - evidence
         return evidence
 
@@ -275,7 +275,6 @@ class ParticleFilter:
         return scores[which]
 
     def _annealing_power(self, log_likelihood: np.ndarray, most: float) -> float:
-        """The highest power, up to `most`, that keeps the fraction `resample` of particles effective."""
         low, high = 0.0, most
         if self._effective(log_likelihood, most) >= self.resample * self.n:
             return most
@@ -287,25 +286,19 @@ class ParticleFilter:
         return low
 
     def _effective(self, log_likelihood: np.ndarray, power: float) -> float:
-        """Effective sample size after weighting by the likelihood (N,) to a power."""
         joint = self._log_weights + _tempered(log_likelihood, power)
         weights = np.exp(joint - joint.max())
         return float(weights.sum() ** 2 / (weights**2).sum())
 
-    def _resample_if_low(self) -> None:
-        if self._effective(np.zeros(self.n), 0.0) < self.resample * self.n:
-            self._resample()
-
     def _resample(self) -> np.ndarray:
-        """Systematic resampling to equal weights; returns the drawn indices (N,)."""
         which = systematic(np.exp(self._log_weights), self.n, self._rng)
         self._state = self._state.take(which)
         self._log_weights = np.full(self.n, -np.log(self.n))
         return which
 
 
-def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: float = 0.02, restart: Any = None) -> None:
-    """Validate n, resample, layers, hidden and restart of a `ParticleFilter`; raises MotionError if out of range."""
+def check_filter(n: int, resample: float = 0.5, layers: int = 1, hidden: float = 0.02) -> None:
+    """Raise MotionError for n, resample, layers or hidden of a `ParticleFilter` out of range."""
     checked_whole(n, "n", 2, 10_000_000)
     checked_whole(layers, "layers", 1, 50)
     checked_number(resample, "resample", high=1, above=0)
@@ -313,11 +306,4 @@ def check_options(n: int, *, resample: float = 0.5, layers: int = 1, hidden: flo
 
 
 def _tempered(scores: np.ndarray, power: float) -> np.ndarray:
-    """Log-likelihoods (N,) of the tempered likelihood; impossible stays impossible, even with power 0."""
     return np.where(np.isfinite(scores), power * np.nan_to_num(scores, neginf=0.0), -np.inf)
-
-
-def _log_sum(values: np.ndarray) -> float:
-    """Log Σ exp of values (N,), at least one of which is finite."""
-    most = values.max()
-    return float(most + np.log(np.exp(values - most).sum()))

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 
 import motionenv
+from motionenv import envs
 
 #: Typer shows the help of each option beside its name; tests/cli/test_cli.py sees that none lacks one.
 OPTIONS_HAVE_HELP = "motionenv.cli"
@@ -67,8 +68,15 @@ def methods(name: str, cls: type) -> Iterator[tuple[str, object]]:
 
 
 def documentation(thing) -> str:
-    """The docstring; for a method that overrides one and has none, that of the method it overrides."""
-    return inspect.getdoc(thing) or ""
+    """The docstring; for a method that overrides one and has none, that of the method it overrides.
+
+    That of an environment refers to others for the arguments that it has in common with them.
+    """
+    text = inspect.getdoc(thing) or ""
+    if inspect.isclass(thing) and thing.__name__ in envs.__all__:
+        others = [name for name in CODE.findall(text) if name in envs.__all__ and name != thing.__name__]
+        text += "".join(documentation(getattr(envs, name)) for name in others)
+    return text
 
 
 def parameters(thing) -> set[str]:

@@ -20,8 +20,8 @@ from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, Reco
 
 import motionenv.envs
 from motionenv.envs import MarkerTracking, TrackingVectorEnv, WalkerTracking
-from motionenv.envs.base import checked_actions, checked_lost_after, checked_render_mode
-from motionenv.envs.registration import ENVIRONMENTS
+from motionenv.envs.base import checked_actions
+from motionenv.envs.tasks import ENVIRONMENTS
 from motionenv.errors import MotionError
 
 pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environments are new in Gymnasium 1.4")
@@ -80,8 +80,6 @@ def test_actions_say_estimates():
     np.testing.assert_allclose(back[:, 25], 2.0, atol=1e-5)
     far = env.action(belief + 1e6)
     assert env.action_space.contains(far)
-    with pytest.raises(MotionError, match="actions must be one of normalised, metric, got 'raw'"):
-        WalkerTracking(actions="raw")
 
 
 def numbers(env, steps: int = 3):
@@ -384,14 +382,3 @@ def test_actions_are_checked_where_they_are_read():
         checked_actions(bad, space, np.ones(3, bool))
     with pytest.raises(MotionError, match=r"an array of shape \(2,\), got lists of different lengths"):
         checked_actions([[1.0, 2.0], [1.0]], space)
-
-
-def test_modes_and_limits_that_can_not_be_are_refused():
-    assert checked_render_mode("human", ["human", "rgb_array"]) == "human"
-    assert checked_render_mode(None, []) is None
-    with pytest.raises(MotionError, match="render_mode must be None or one of human, rgb_array, got 'ansi'"):
-        checked_render_mode("ansi", ["human", "rgb_array"])
-    assert checked_lost_after(0.5) == 0.5
-    assert checked_lost_after(None) is None
-    with pytest.raises(MotionError, match="lost_after must be a number of metres above 0, got 0"):
-        checked_lost_after(0)

@@ -1,11 +1,14 @@
 """Named tasks: what they are made of, and that their splits don't share what they shouldn't."""
 
+import subprocess
+import sys
+
 import gymnasium
 import numpy as np
 import pytest
 
 import motionenv.envs  # noqa: F401 (registers the tasks)
-from motionenv.envs.tasks import SPLITS, TASKS, settings
+from motionenv.envs.tasks import ENVIRONMENTS, SPLITS, TASKS, settings
 from motionenv.errors import MotionError
 from motionenv.mocap import write
 from motionenv.models.synthesis import synthesize
@@ -70,3 +73,35 @@ def test_walkers_can_be_seen_most_of_the_time_and_the_less_the_harder_it_is(leve
     envs.reset(seed=0)
     seen = [(envs.step(envs.action_space.sample())[0] > 0).sum(axis=(1, 2, 3)) >= 5 for _ in range(90)]
     assert share - 0.02 <= np.mean(seen) <= min(1.0, share + 0.05)
+
+
+ID = "motionenv/WalkerTracking-v1"
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "import gymnasium, motionenv.envs\n"
+        f"gymnasium.register_envs(motionenv.envs)\nassert gymnasium.make({ID!r}).spec.namespace == 'motionenv'",
+        f"import gymnasium\ngymnasium.make('motionenv.envs:{ID}')",
+        "import motionenv.envs, sys\nassert 'numba' not in sys.modules",
+        f"import gymnasium, motionenv\ntry:\n    gymnasium.make({ID!r})\n"
+        "except gymnasium.error.NamespaceNotFound:\n    pass\nelse:\n    raise AssertionError",
+    ],
+)
+def test_in_a_fresh_process(script):
+    run = subprocess.run([sys.executable, "-W", "error", "-c", script], capture_output=True, text=True)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_docstrings_have_the_house_headings(name):
+    import gymnasium
+
+    entry = gymnasium.spec(name).entry_point
+    text = gymnasium.envs.registration.load_env_creator(entry).__doc__
+    headings = ["Description", "Action Space", "Observation Space", "Rewards", "Starting State", "Episode End",
+                "Arguments", "Vectorized environment", "Version History"]  # fmt: skip
+    at = [text.find(f"## {heading}\n") for heading in headings]
+    assert -1 not in at
+    assert at == sorted(at)

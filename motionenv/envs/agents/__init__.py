@@ -1,9 +1,8 @@
 """Agents for the environments: baselines, a particle filter agent, and evaluation."""
 
 from motionenv.envs.agents.baselines import Blob, ConstantVelocity, MeanPose, Oracle
-from motionenv.envs.agents.evaluation import Scores, evaluate
+from motionenv.envs.agents.evaluation import Scores, evaluate, score
 from motionenv.envs.agents.particle_filter import TrackingAgent, truth_start
-from motionenv.envs.agents.scoring import score
 
 __all__ = [
     "Blob", "ConstantVelocity", "MeanPose", "Oracle", "Scores", "TrackingAgent", "evaluate", "score", "truth_start",

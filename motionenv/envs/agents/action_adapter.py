@@ -30,7 +30,10 @@ class Actions:
         self.n = env.num_envs if self.vector else 1
         space = env.single_action_space if self.vector else env.action_space
         observed = env.single_observation_space if self.vector else env.observation_space
-        named: dict[str, Any] = observed.spaces if isinstance(observed, spaces.Dict) else {_kind(observed): observed}
+        if isinstance(observed, spaces.Dict):
+            named: dict[str, Any] = observed.spaces
+        else:
+            named = {"depth" if observed.dtype.kind == "f" else "mask" if observed.shape[-1] == 1 else "rgb": observed}
         self.names = list(named)
         self.points = "points" in named
         self.far = float(np.max(named["depth"].high)) if "depth" in named else np.inf
@@ -57,8 +60,3 @@ class Actions:
             said = poses[:, 0]
         said = self.env.action(np.broadcast_to(said, (self.n, *self._shape)))
         return said if self.vector else said[0]
-
-
-def _kind(space) -> str:
-    """Content of an image Box: "rgb", "mask" or "depth"."""
-    return "depth" if space.dtype.kind == "f" else "mask" if space.shape[-1] == 1 else "rgb"

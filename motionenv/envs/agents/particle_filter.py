@@ -17,7 +17,7 @@ from motionenv.errors import MotionError
 from motionenv.likelihoods.base import ImageLikelihood, Likelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import automatic_start
-from motionenv.tracking.particle_filter import Belief, ParticleFilter, check_options
+from motionenv.tracking.particle_filter import Belief, ParticleFilter, check_filter
 from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.types import Camera, Skeleton
@@ -49,14 +49,13 @@ class TrackingAgent:
         env: WalkerTracking, ArmTracking or a vector of them.
         prior: of motion, or a callable (unwrapped env, slot) that gives one as an episode begins; None is an
             `FPCAPrior` of a body of unknown size, or of the average body where only depths are seen.
-        n: particles.
+        n, resample, layers, hidden: of the `ParticleFilter`.
         likelihood: callable (camera, skeleton) that gives what scores the prior's bodies; None is an
             `SilhouetteLikelihood`.
         start: callable (unwrapped env, slot) that gives the first pose, such as `truth_start`; None searches pictures:
             in the first one, and better once 4, 12 and 36 have come. A walker who is lost is searched for in any case.
         seed: int or Generator.
         threads: of the default likelihood; None is one per core. The same seed says the same with any number.
-        options: of `ParticleFilter`: resample, layers, hidden.
 
     Raises:
         MotionError: an environment of markers, no start or prior for an arm, or an option out of range.
@@ -72,7 +71,9 @@ class TrackingAgent:
         start: Callable[[Any, int], Start] | None = None,
         seed: int | np.random.Generator | None = None,
         threads: int | None = None,
-        **options: Any,
+        resample: float = 0.5,
+        layers: int = 1,
+        hidden: float = 0.02,
     ) -> None:
         self._actions = Actions(env)
         if self._actions.points:
@@ -83,20 +84,18 @@ class TrackingAgent:
             )
         if self._actions.arm and prior is None:
             raise MotionError('walkers don\'t move as arms do: give prior, such as VelocityPrior(part="right_arm")')
-        check_options(n, **options)
-        self._prior = FPCAPrior(fps=self._actions.env.world.fps, size=self._size()) if prior is None else prior
+        self._options: dict[str, Any] = {"n": n, "resample": resample, "layers": layers, "hidden": hidden}
+        check_filter(**self._options)
+        # Depths alone tell where a body of any size is.
+        size = 0.0 if "depth" in self._actions.names and "mask" not in self._actions.names else _SIZE
+        self._prior = FPCAPrior(fps=self._actions.env.world.fps, size=size) if prior is None else prior
         self._likelihood, self._start, self._threads = likelihood, start, threads
-        self._n, self._options = n, options
         self._rng = random_generator(seed)
         self._tracks: list[_Track | None] = [None] * self._actions.n
 
-    def _size(self) -> float:
-        """Uncertainty of the body's size: 0 where only depths are seen, in which a body of any size is where it is."""
-        return 0.0 if "depth" in self._actions.names and "mask" not in self._actions.names else _SIZE
-
     def __repr__(self) -> str:
         prior = "a prior for each episode" if callable(self._prior) else repr(self._prior)
-        return f"TrackingAgent({prior}, n={self._n})"
+        return f"TrackingAgent({prior}, n={self._options['n']})"
 
     @property
     def beliefs(self) -> list[Belief]:
@@ -136,7 +135,6 @@ class TrackingAgent:
         return self._actions.of(poses, joints)
 
     def _begun(self, slot: int) -> _Track:
-        """A filter for the episode that begins in `slot`."""
         env = self._actions.env
         known = env.world.observation_model(slot)
         prior: Prior = self._prior(env, slot) if callable(self._prior) else self._prior
@@ -154,7 +152,7 @@ class TrackingAgent:
         if self._actions.arm and start is not None:
             _check_moves_an_arm(prior, start)
         rng = self._rng.spawn(1)[0]
-        track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
+        track = ParticleFilter(prior, likelihood, seed=rng, **self._options)
         if start is None and not isinstance(likelihood, ImageLikelihood):
             raise MotionError(f"{likelihood!r} shows no foreground in which to find the first pose: give start")
         walks = not self._actions.arm and isinstance(likelihood, ImageLikelihood)
@@ -214,7 +212,6 @@ class _Track:
         return Start.at(pose, spread=_ANYWHERE)
 
     def _searched(self, observations: list) -> Start:
-        """A start from the pictures of successive frames."""
         prior, model = self.filter.prior, cast(ImageLikelihood, self.likelihood)
         return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, seed=self._rng)
 
@@ -244,7 +241,6 @@ def _check_moves_an_arm(prior: Prior, start: Start) -> None:
 
 
 def _picture(name: str, picture: np.ndarray, far: float) -> np.ndarray:
-    """A picture as an environment shows it, as likelihoods take it."""
     if name == "rgb":
         return picture
     return np.where(picture < far, picture, np.inf)[..., 0] if name == "depth" else picture[..., 0]

@@ -176,14 +176,12 @@ class Estimates:
         return (weights[..., None, None] * joints).sum(axis=1)
 
     def _error(self, joints: np.ndarray, true: np.ndarray) -> np.ndarray:
-        """Mean distance (n,) [m] over the scored joints; the other joints are equal."""
         error = np.empty(len(joints))
         mean_distances(joints, true, error, _AS_IT_IS[0], _AS_IT_IS[1])
         return error if self._whole else error * (len(MARKERS) / len(self._scored))
 
 
 def _true_joints(poses: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """The joints (n, 15, 3) [m] of poses (n, 25)."""
     joints = np.empty((len(poses), 1, 15, 3))
     joints_of(0, len(poses), poses[:, None], offsets, joints)
     return joints[:, 0]

@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import Space, spaces
 
 from motionenv.body import markers
+from motionenv.envs.base import World
 from motionenv.envs.simulation.estimates import FAR, ActionScale
 from motionenv.envs.simulation.motion_sources import SPLITS, Recordings, Source
 from motionenv.likelihoods import MarkerLikelihood
@@ -32,7 +33,7 @@ _SIZE, _WIDE = 320, 2.4  # width of a rendered image [pixels] and [m]
 _SHAPE = 0.03  # [m] standard deviation of markers from those of the average body, for the observation model
 
 
-class MarkerWorld:
+class MarkerWorld(World):
     """A `motionenv.envs.World` of n walkers in place and a static camera.
 
     Args:
@@ -61,7 +62,6 @@ class MarkerWorld:
         self._keys = np.zeros(n, dtype=np.uint64)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
-        """As `World.begin`, for `slots` with their `rngs`."""
         self.time[slots] = 0
         for slot, rng in zip(slots, rngs, strict=True):
             self._keys[slot] = rng.integers(2**64, dtype=np.uint64)
@@ -70,27 +70,22 @@ class MarkerWorld:
         self._look(slots)
 
     def observe(self, slots: np.ndarray) -> dict[str, np.ndarray]:
-        """As `World.observe`, of `slots`."""
         return {"points": self._view.points[slots], "seen": self._view.seen[slots]}
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As `World.judge`, of `actions`."""
         error = np.empty(self.n)
         mean_distances(actions, self._view.joints, error, self.scale.factor, self.scale.centre)
         return error, -error
 
     def advance(self, slots: np.ndarray) -> None:
-        """As `World.advance`, for `slots`."""
         self._before[0][:], self._before[1][:] = self._view.points, self._view.seen
         self.time[slots] += 1
         self._look(slots)
 
     def truth(self, slot: int) -> dict[str, Any]:
-        """As `World.truth`, of `slot`."""
         return {"joints": self._view.joints[slot].copy(), "alpha": float(self._alphas[slot]), "camera": self._camera}
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
-        """As `World.render`, of `slot` with its `estimate`."""
         points, seen = (self._view.points, self._view.seen) if estimate is None else self._before
         plane = np.full((len(MARKERS), 3), np.nan)
         shown = seen[slot] > 0
@@ -116,7 +111,6 @@ class MarkerWorld:
         return model
 
     def _look(self, slots: np.ndarray) -> None:
-        """Observe the current frames."""
         walkers = self._motion.positions(slots, self.time)
         self._view.look(slots, walkers, self._alphas, self._keys, self.time)
 
@@ -168,7 +162,6 @@ class _Recorded:
 
 
 def _motion(source: Source, n: int) -> _Series | _Recorded:
-    """Motion of n walkers of `source`."""
     if source.motion == _FOURIER:
         return _Series(source, n)
     return _Recorded(source.open(), source.frames, n)
@@ -182,7 +175,6 @@ def fourier_walkers(split: str) -> WalkerBatch:
 
 
 def _camera(distance: float | None) -> Camera | Orthographic:
-    """Camera of rendered images."""
     target = (0.0, 0.0, EYE_HEIGHT)
     if distance is None:
         return Orthographic(0.0, _SIZE / _WIDE, target, _SIZE, _SIZE)

@@ -78,7 +78,10 @@ class Source:
             raise MotionError(
                 f"horizon must be at most {_LONGEST:g} seconds, got {self.frames - 1} estimates at {self.fps:g} fps"
             )
-        _check_reading(self.file_fps, self.unit)
+        if self.file_fps is not None:
+            checked_fps(self.file_fps, "file_fps")
+        if self.unit is not None:
+            metres_per(self.unit)
         if self.speed is not None:
             object.__setattr__(self, "speed", checked_range(self.speed, "speed", *SPEED_RANGE))
         if self.height is not None:
@@ -133,7 +136,6 @@ class _Walkers:
         return _piece(self._made[block][number], self._source.frames, rng)
 
     def _make(self, block: int) -> list[Motion]:
-        """The walkers of a block."""
         source, n = self._source, self._model.batch_size
         key = (SPLITS.index(source.split), block)
         rng = np.random.default_rng(np.random.SeedSequence(0, spawn_key=key))
@@ -190,7 +192,6 @@ def is_evaluated(person: str) -> bool:
 
 
 def _read_folder(source: Source) -> list[tuple[str, Motion]]:
-    """Names and motions of the split's people in a folder."""
     from motionenv.models.motion_tree.clips import read_clips
 
     def refuse(name: str, why: str) -> None:
@@ -229,7 +230,6 @@ def _stretches(name: str, motion: Motion, source: Source) -> list[Motion]:
 
 
 def _piece(recording: Motion, frames: int, rng: np.random.Generator) -> tuple[np.ndarray, Skeleton]:
-    """A segment of a recording that starts at a random frame."""
     start = int(rng.integers(len(recording.poses) - frames + 1))
     return recording.poses[start : start + frames], recording.skeleton
 
@@ -246,23 +246,13 @@ def _ahead(motion: Motion) -> Motion:
 
 
 def _is_model(path: Path) -> bool:
-    """Whether a file holds a motion model rather than a motion."""
     if not zipfile.is_zipfile(path):
         return False
     with zipfile.ZipFile(path) as archive:
         return "header.npy" in archive.namelist()
 
 
-def _check_reading(file_fps: float | None, unit: str | None) -> None:
-    """Validate the arguments for reading capture files."""
-    if file_fps is not None:
-        checked_fps(file_fps, "file_fps")
-    if unit is not None:
-        metres_per(unit)
-
-
 def _check_seeded(seed, speed: tuple[float, float] | None, height: tuple[float, float] | None) -> None:
-    """Validate the arguments of a seeded motion."""
     checked_whole(seed, "motion_seed", 0)
     for name, wanted in (("speed", speed), ("height", height)):
         if wanted is not None and wanted[0] != wanted[1]:

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from motionenv.envs.base import SimulatedArguments
+from motionenv.envs.base import SimulatedArguments, World
 from motionenv.envs.simulation.estimates import Estimates
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
 from motionenv.envs.simulation.stage import Motions, PictureSettings, Stage
@@ -24,7 +24,7 @@ from motionenv.render.sensors.augmentation import Augmentation
 SHOWN = 256
 
 
-class PictureWorld:
+class PictureWorld(World):
     """A `motionenv.envs.World` of people on a `stage` in front of cameras; `sense` is what images are observed.
 
     The `stage` holds the episodes, `sense` says which images are observed, `estimates` has action space and scoring.
@@ -42,7 +42,6 @@ class PictureWorld:
         self._episodes = np.zeros(self.n, dtype=np.intp)
 
     def begin(self, slots: np.ndarray, rngs: Sequence[np.random.Generator]) -> None:
-        """As `World.begin`, for `slots` with their `rngs`."""
         self.stage.begin(slots, rngs)
         self._episodes[slots] += 1
         farthest = float(np.abs(self.stage.poses[slots, :, :2]).max())
@@ -53,15 +52,12 @@ class PictureWorld:
             )
 
     def observe(self, slots: np.ndarray) -> np.ndarray | dict[str, np.ndarray]:
-        """As `World.observe`, of `slots`."""
         return self._sense.of(self.stage.draw(slots, rgb=self._sense.rgb))
 
     def judge(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As `World.judge`, of `actions`."""
         return self.estimates.judge(actions, self.stage.now(), self.stage.offsets)
 
     def advance(self, slots: np.ndarray) -> None:
-        """As `World.advance`, for `slots`."""
         self.time[slots] += 1
 
     def truth(self, slot: int) -> dict[str, Any]:
@@ -83,7 +79,6 @@ class PictureWorld:
         return self._models[slot]
 
     def render(self, slot: int, estimate: np.ndarray | None) -> np.ndarray:
-        """As `World.render`, of `slot` with its `estimate`."""
         only = np.array([slot])
         picture = np.asarray(self.stage.draw(only, back=0 if estimate is None else 1).rgb)[0]
         finer = -(-SHOWN // len(picture))
@@ -96,7 +91,6 @@ class PictureWorld:
         return draw_pose(picture, joints[0], enlarged(stage.camera(slot), finer), width=len(picture) / 100)
 
     def close(self) -> None:
-        """As `World.close`."""
         self.stage.close()
         self.estimates.close()
 

@@ -181,7 +181,6 @@ class PictureSettings:
 
 
 def _mask(limbs: np.ndarray) -> np.ndarray:
-    """255 where `limbs` isn't 0, uint8."""
     mask = np.empty(limbs.shape, np.uint8)
     np.not_equal(limbs, 0, out=mask.view(bool))
     return np.negative(mask, out=mask)  # -1 wraps to 255

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,7 +63,6 @@ class Prior(Protocol):
         """The particles of `state` with `poses` (N, 25) instead of their own; other variables are kept."""
 
 
-@runtime_checkable
 class SizedPrior(Prior, Protocol):
     """A prior that can have a `size` above 0: particles of bodies of different sizes, and one method more.
 

@@ -32,7 +32,7 @@ from motionenv.models.walking.model import WalkerScores, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
 from motionenv.tracking.priors import _walk_kernel as kernels
 from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y
-from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.base import SizedPrior, Start
 from motionenv.types import POSE, Skeleton
 
 _PHASES = 256  # phases per cycle at which the model is tabulated
@@ -84,7 +84,7 @@ class WalkState:
         return WalkState(*(a.take(which, axis=0) for a in (self.poses, self.scores, self.rest, self.gait)))
 
 
-class FPCAPrior:
+class FPCAPrior(SizedPrior):
     """Walkers whose scores, phase and pace drift over time.
 
     Args:
@@ -168,11 +168,9 @@ class FPCAPrior:
         return self.moved(self._with_poses(gait, scores, np.zeros((n, 25))), poses)
 
     def propagate(self, state: WalkState, rng: np.random.Generator) -> WalkState:
-        """The walkers of `state` one frame later, with noise of `rng`."""
         return self._advanced(state, self._step, rng)
 
     def diffuse(self, state: WalkState, share: float, rng: np.random.Generator) -> WalkState:
-        """The walkers of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
         noise = np.concatenate([[0.0], np.zeros(3), share * self._step[4:]])
         noise[_KEPT] = np.sqrt(1 - noise[_FRESH] ** 2)  # keeps the autoregressive processes stationary
         return self._advanced(state, noise, rng)
@@ -193,7 +191,6 @@ class FPCAPrior:
         return WalkState(poses, state.scores, rest, gait)
 
     def resized(self, state: WalkState, sizes: np.ndarray, centre: np.ndarray) -> WalkState:
-        """The walkers of `state` with other `sizes` (N,), and as much farther from the point `centre` (2,) [m]."""
         factors, gait, poses = sizes / state.sizes, state.gait.copy(), state.poses.copy()
         gait[:, SIZE] = np.log(sizes)
         gait[:, [X, Y]] = poses[:, :2] = centre + factors[:, None] * (poses[:, :2] - centre)
@@ -212,7 +209,6 @@ class FPCAPrior:
         return WalkState(poses, scores, rest, gait)
 
     def _with_poses(self, gait: np.ndarray, scores: np.ndarray, rest: np.ndarray) -> WalkState:
-        """The walkers with the poses that these variables determine."""
         poses = np.empty((len(gait), 25))
         kernels.advance(self.table, self.still, gait, gait, scores, rest, False, poses)
         return WalkState(poses, scores, rest, gait)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import MotionError
-from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.base import Prior, Start
 from motionenv.types import POSE, Skeleton, frozen
 
 
@@ -33,7 +33,7 @@ class GuidedState:
         return GuidedState(self.poses[which], self.frame)
 
 
-class GuidedPrior:
+class GuidedPrior(Prior):
     """Bodies near a known motion.
 
     Args:
@@ -68,7 +68,6 @@ class GuidedPrior:
         return f"GuidedPrior({len(self._guide)} frames, {self.fps:g} fps)"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> GuidedState:
-        """Draw `n` bodies of the first frame from `start`, with `rng`."""
         return GuidedState(start.draw(n, rng)[1], self._first)
 
     def propagate(self, state: GuidedState, rng: np.random.Generator) -> GuidedState:
@@ -80,9 +79,7 @@ class GuidedPrior:
         return GuidedState(self._guide[state.frame + 1] + off + noise, state.frame + 1)
 
     def diffuse(self, state: GuidedState, share: float, rng: np.random.Generator) -> GuidedState:
-        """The bodies of `state` in the same frame, with a `share`, 0 to 1, of the process noise, from `rng`."""
         return replace(state, poses=state.poses + share * self._noise * rng.standard_normal(state.poses.shape))
 
     def moved(self, state: GuidedState, poses: np.ndarray) -> GuidedState:
-        """The bodies of `state` with other `poses` (N, 25) [m, rad]."""
         return replace(state, poses=np.array(poses))

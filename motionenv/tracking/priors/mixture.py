@@ -38,7 +38,7 @@ class MixtureState:
         return MixtureState(self.learned.take(which), self.general.take(which))
 
 
-class MixturePrior:
+class MixturePrior(SizedPrior):
     """Bodies that move, in each frame, by one of two priors.
 
     Args:
@@ -65,12 +65,12 @@ class MixturePrior:
         """Draw `n` bodies at `start` from the learned prior, with `rng`."""
         learned = self.learned.initial(start, n, rng)
         before = np.where(np.isnan(start.previous), np.nan, start.previous - start.poses)
-        nearest = _nearest(learned.poses, start.poses)
+        squared = (start.poses**2).sum(1) - 2 * np.einsum("ni,mi->nm", learned.poses, start.poses)
+        nearest = squared.argmin(axis=1)  # of the candidates
         each = Start(learned.poses, np.zeros(n), learned.poses + before[nearest], np.zeros(learned.poses.shape[1]))
         return MixtureState(learned, self.general.initial(each, n, rng))
 
     def propagate(self, state: MixtureState, rng: np.random.Generator) -> MixtureState:
-        """The bodies of `state` one frame later, with noise of `rng`."""
         learned, general = self.learned.propagate(state.learned, rng), self.general.propagate(state.general, rng)
         helped = rng.random((len(learned.poses), 1)) < self.share
         return self.moved(MixtureState(learned, general), np.where(helped, general.poses, learned.poses))
@@ -86,12 +86,5 @@ class MixturePrior:
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 
     def resized(self, state: MixtureState, sizes: np.ndarray, centre: np.ndarray) -> MixtureState:
-        """The bodies of `state` with other `sizes` (N,), as much farther from `centre` (2,), as of `FPCAPrior`."""
         learned = cast(SizedPrior, self.learned).resized(state.learned, sizes, centre)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
-
-
-def _nearest(poses: np.ndarray, candidates: np.ndarray) -> np.ndarray:
-    """Index (n,) of the candidate (m, 25) nearest to each of `poses` (n, 25)."""
-    squared = (candidates**2).sum(1) - 2 * np.einsum("ni,mi->nm", poses, candidates)
-    return squared.argmin(axis=1)

@@ -29,7 +29,7 @@ from motionenv.models.motion_tree.model import METHODS, PARTS, MotionTree
 from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
 from motionenv.tracking.priors import _tree_kernels as kernels
-from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.base import Prior, Start
 from motionenv.types import POSE, Motion, Skeleton
 
 _ENOUGH = 20.0  # least effective number of windows for each candidate of a start
@@ -63,7 +63,7 @@ class TreeState:
         return TreeState(self.poses[which], self.history[which], self.rest[which], self.turn[which])
 
 
-class TreePrior:
+class TreePrior(Prior):
     """Bodies that continue like windows of a motion database.
 
     Args:
@@ -129,7 +129,6 @@ class TreePrior:
         return TreeState(poses, history, rest, self._turning * rng.standard_normal(n))
 
     def propagate(self, state: TreeState, rng: np.random.Generator) -> TreeState:
-        """The bodies of `state` one frame later, with noise of `rng`."""
         tree, entries = self.tree, self._entries
         probes = np.empty((len(state.poses), len(self._offset)), dtype=np.float32)
         kernels.coefficients_of(state.history, self._weights, self._offset, probes)
@@ -149,7 +148,6 @@ class TreePrior:
         return TreeState(poses + half, history, rest, turn)
 
     def diffuse(self, state: TreeState, share: float, rng: np.random.Generator) -> TreeState:
-        """The bodies of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
         poses = state.poses.copy()
         poses[:, self._entries] += share * (self._noise / self._scaled) * rng.standard_normal(state.rest.shape)
         return self.moved(state, poses)

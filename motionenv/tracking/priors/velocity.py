@@ -16,7 +16,7 @@ from motionenv.errors import MotionError
 from motionenv.models.motion_tree.features import FPS, turned_towards
 from motionenv.models.motion_tree.model import PARTS
 from motionenv.models.transforms import resample
-from motionenv.tracking.priors.base import Start
+from motionenv.tracking.priors.base import Prior, Start
 from motionenv.types import POSE, Motion, Skeleton, frozen
 
 #: Standard deviations (25,) of η at 30 frames/s [m/s, rad/s]: root mean squares over 55 walks of 11 people (CMU), equal
@@ -45,7 +45,7 @@ class MovingState:
         return MovingState(self.poses[which], self.velocities[which])
 
 
-class VelocityPrior:
+class VelocityPrior(Prior):
     """Bodies whose velocity is a random walk.
 
     Args:
@@ -92,12 +92,10 @@ class VelocityPrior:
         return MovingState(poses, np.where(np.isnan(said), unknown, said + noise))
 
     def propagate(self, state: MovingState, rng: np.random.Generator) -> MovingState:
-        """The bodies of `state` one frame later, with noise of `rng`."""
         velocities = state.velocities + self._change * rng.standard_normal(state.poses.shape)
         return MovingState(state.poses + velocities / self.fps, velocities)
 
     def diffuse(self, state: MovingState, share: float, rng: np.random.Generator) -> MovingState:
-        """The bodies of `state` in the same frame, with the `share`, 0 to 1, of the process noise, from `rng`."""
         velocities = state.velocities + share * self._change * rng.standard_normal(state.poses.shape)
         return MovingState(state.poses + (velocities - state.velocities) / self.fps, velocities)
 

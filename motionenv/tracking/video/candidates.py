@@ -115,7 +115,6 @@ def _rhythm(mover: Mover, labels: np.ndarray, fps: float) -> float:
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:
-    """Correlation of two signals (n,); 0 if one is constant."""
     size = np.sqrt((one**2).sum() * (other**2).sum())
     return float((one * other).sum() / size) if size > 1e-12 else 0.0
 
@@ -203,7 +202,6 @@ def _matched(one: Candidate, box, point, at: float | None) -> np.ndarray:
 
 
 def _pieces(mover: Mover, fps: float) -> list[Mover]:
-    """A mover in overlapping pieces of at most `_PIECE` seconds."""
     first, last = np.flatnonzero(mover.seen)[[0, -1]]
     long, frames = round(_PIECE * fps), np.arange(len(mover.boxes))
     starts = range(first, max(first + 1, last + 2 - long), max(1, long // 2))
@@ -212,7 +210,6 @@ def _pieces(mover: Mover, fps: float) -> list[Mover]:
 
 
 def _log_odds(found: np.ndarray, tallest: float) -> float:
-    """Log-odds of walking from the evidence (6,) and the height of the tallest mover."""
     travel, jitter, upright, rhythm, seconds, height = found
     terms = [
         np.log(travel + 0.05), np.log(jitter + 0.02), np.log(upright), (np.log(upright) - 1) ** 2, max(rhythm, 0.0),

@@ -137,7 +137,6 @@ def _presence(points: Points) -> float:
 
 
 def _parts(labels: np.ndarray, boxes: np.ndarray) -> dict[int, list[int]]:
-    """Numbers of the outlines that are inside the boxes (T, 4), by frame."""
     parts = {}
     for t in np.flatnonzero(np.isfinite(boxes[:, 0])).tolist():
         c0, c1, r0, r1 = np.maximum(boxes[t], 0).astype(int)

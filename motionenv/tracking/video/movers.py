@@ -89,7 +89,6 @@ def window(labels: np.ndarray, who: Mover, others: Sequence[Mover]) -> np.ndarra
 
 
 def _alive(mover: Mover, t: int, fps: float, shape: tuple) -> bool:
-    """Whether a mover can be seen again in frame `t` of images of a shape."""
     last = int(np.flatnonzero(mover.seen)[-1])
     box = _predicted(mover, t, fps)
     middle = box[:2].mean(), box[2:].mean()
@@ -97,7 +96,6 @@ def _alive(mover: Mover, t: int, fps: float, shape: tuple) -> bool:
 
 
 def _predicted(mover: Mover, t: int, fps: float) -> np.ndarray:
-    """Box (4,) of a mover in frame `t` at constant velocity."""
     seen = np.flatnonzero(mover.seen)
     last = seen[-1]
     known = seen[~mover.merged[seen]]
@@ -140,7 +138,6 @@ def _one_body(parts: np.ndarray, piece: np.ndarray) -> bool:
 
 
 def _frame(movers: list[Mover], active: list[Mover], t: int, image: np.ndarray, fps: float, frames: int) -> None:
-    """Assign the outlines of frame `t` to active movers, and add new ones to `movers`."""
     from scipy.ndimage import find_objects
 
     found = [(number, at) for number, at in enumerate(find_objects(image), 1) if at is not None]
@@ -181,7 +178,6 @@ def _within(box: np.ndarray, outer: np.ndarray) -> np.ndarray:
 
 
 def _hull(boxes: np.ndarray) -> np.ndarray:
-    """The box (4,) around boxes (n, 4)."""
     return np.stack([boxes.min(axis=0), boxes.max(axis=0)])[[0, 1, 0, 1], np.arange(4)]
 
 

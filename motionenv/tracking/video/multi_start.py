@@ -120,7 +120,9 @@ class MultiStart:
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
-        tracker = self._tracker(_from_here(there, self.rng), self.back)
+        here = there.poses[systematic(np.exp(there.log_weights), _CANDIDATES, self.rng)]
+        unknown = np.full(here.shape, np.nan)
+        tracker = self._tracker(Start(here, np.zeros(len(here)), unknown, SPREAD), self.back)
         for i in range(self.begin - 1, -1, -1):
             record.keep(i, tracker.step(mask=film[i]))
             tick(done + len(film) - i)
@@ -132,7 +134,6 @@ class MultiStart:
         return tracker
 
     def _prior(self, frame: int) -> Prior:
-        """Of the frames from one on: about the guide's motion, if that is known."""
         if self.guide is None or not self.guide.known[frame]:
             return self.prior
         return GuidedPrior(self.guide.poses, DEVIATION, skeleton=self.prior.skeleton, fps=self.prior.fps, first=frame)
@@ -230,9 +231,3 @@ def _reflected(poses: np.ndarray) -> np.ndarray:
     other = mirror(poses)
     other[:, [1, 5]] = poses[:, [1, 5]]
     return other
-
-
-def _from_here(belief: Belief, rng: np.random.Generator) -> Start:
-    """A start at a posterior, with unknown velocity."""
-    poses = belief.poses[systematic(np.exp(belief.log_weights), _CANDIDATES, rng)]
-    return Start(poses, np.zeros(len(poses)), np.full(poses.shape, np.nan), SPREAD)

@@ -69,7 +69,7 @@ class Film:
         return read_frames(self.path, fps=fps, width=width, seconds=self.seconds)
 
     def model(self, frames: Sequence[np.ndarray], fps: float, width: int, cut: Any = ...) -> FilmBackground:
-        """The background model of the film's `frames`, or of its `background`, as of `frames` and cropped by `cut`."""
+        """The background model of the film's `frames`, or of its `background` at `fps` [Hz], `width` and `cut`."""
         if self.background is None:
             return FilmBackground(frames)
         if isinstance(self.background, np.ndarray):

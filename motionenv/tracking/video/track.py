@@ -15,7 +15,7 @@ from motionenv._core.validation import checked_number, checked_whole, random_gen
 from motionenv.body import from_height
 from motionenv.errors import MotionError
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
-from motionenv.tracking.particle_filter import check_options
+from motionenv.tracking.particle_filter import check_filter
 from motionenv.tracking.priors.base import Prior
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
@@ -123,7 +123,7 @@ def track_video(
             range.
     """
     attempts = checked_whole(attempts, "attempts", 1)
-    check_options(particles, layers=layers)
+    check_filter(particles, layers=layers)
     _check_choice(person, box, point, at)
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
     seen = _surveyed(film)

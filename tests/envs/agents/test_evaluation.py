@@ -1,16 +1,21 @@
 """Episodes are counted and scored alike in single and vector environments, in every mode."""
 
+import json
+
+import gymnasium
 import numpy as np
 import pytest
 
-from motionenv.envs.agents import ConstantVelocity, MeanPose, Oracle, evaluate
+from motionenv.envs.agents import Blob, ConstantVelocity, MeanPose, Oracle, evaluate, score
+from motionenv.envs.agents.evaluation import AGENTS, FIRST_SEED, agent_of, interval
 from motionenv.envs.markers import MarkerTracking, MarkerTrackingVector
-from motionenv.errors import MotionError
+from motionenv.envs.tasks import TASKS, settings
+from motionenv.errors import ExtrapolationWarning, MotionError
 
-AGENTS = (MeanPose, ConstantVelocity, Oracle)
+BASELINES = (MeanPose, ConstantVelocity, Oracle)
 
 
-@pytest.mark.parametrize("agent", AGENTS)
+@pytest.mark.parametrize("agent", BASELINES)
 def test_single_and_vector_score_the_same(kind, agent):
     single, vector, arguments = kind
     envs = vector(3, horizon=12, **arguments)
@@ -21,7 +26,7 @@ def test_single_and_vector_score_the_same(kind, agent):
     assert np.allclose(together.errors, [score.errors[0] for score in alone], atol=tolerance)
 
 
-@pytest.mark.parametrize("agent", AGENTS)
+@pytest.mark.parametrize("agent", BASELINES)
 def test_autoreset_modes_score_the_same(agent):
     scores = []
     for mode in ("NextStep", "SameStep", "Disabled"):
@@ -67,3 +72,63 @@ def test_errors_are_means_and_returns_are_sums_over_an_episode():
     np.testing.assert_allclose(scores.errors, (0.1 + 0.2 + 0.3 + 0.4) / 4, atol=1e-6)
     np.testing.assert_allclose(scores.returns, -(0.1 + 0.2 + 0.3 + 0.4), atol=1e-6)
     assert scores.lengths.tolist() == [4, 4, 4]
+
+
+MARKERS = "motionenv/MarkerTracking-Medium-v1"
+
+
+def test_episodes_have_the_seeds_that_the_report_says():
+    report = json.loads(json.dumps(score(MARKERS, "blob", 18)))
+    assert report["seeds"] == list(range(FIRST_SEED, FIRST_SEED + 18))
+    env = gymnasium.make(MARKERS, split="eval")
+    for i in (0, 15, 16, 17):
+        alone = evaluate(env, Blob(env), 1, seed=report["seeds"][i])
+        assert alone.errors[0] == pytest.approx(report["errors"][i], abs=1e-12)
+        assert alone.returns[0] == pytest.approx(report["returns"][i], abs=1e-9)
+    assert report["mean_error"] == pytest.approx(np.mean(report["errors"]))
+    assert report["error_interval"][0] < report["mean_error"] < report["error_interval"][1]
+    assert report["settings"] == {**TASKS[MARKERS].settings, "split": "eval"}
+    assert report["agent"] == "blob"
+    assert {"motionenv", "gymnasium", "numpy", "python"} <= set(report["versions"])
+
+
+def test_more_episodes_begin_with_the_same_ones():
+    few, many = (score(MARKERS, Blob, n)["errors"] for n in (3, 20))
+    assert few == pytest.approx(many[:3], abs=1e-12)
+
+
+def test_other_people_are_another_split():
+    usual, other = score(MARKERS, Blob, 2), score(MARKERS, Blob, 2, split="ood")
+    assert other["settings"]["motion"] == "walk/fpca"
+    assert other["errors"] != usual["errors"]
+    assert other["seeds"] == usual["seeds"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_people_who_are_out_of_distribution_on_purpose_warn_nobody():
+    task = "motionenv/WalkerTracking-Easy-v1"
+    env = gymnasium.make_vec(task, num_envs=4, **settings(task, "ood"))
+    with pytest.warns(ExtrapolationWarning, match="beyond"):
+        env.reset(seed=FIRST_SEED)
+    score(task, "mean-pose", 4, split="ood")
+
+
+def test_the_interval_is_that_of_a_mean():
+    """Of many normal values, 1.96 standard errors on either side."""
+    values = np.random.default_rng(1).normal(3.0, 2.0, 400)
+    error = 1.96 * values.std() / 20
+    np.testing.assert_allclose(interval(values), [values.mean() - error, values.mean() + error], atol=0.06)
+
+
+def test_agents_are_named_or_made_by_a_factory():
+    assert agent_of("blob") is AGENTS["blob"] is Blob
+    assert agent_of("motionenv.envs.agents:Blob") is Blob
+    for name in ("blub", "motionenv.nowhere:Agent", "motionenv.envs.agents:Nobody", ":", ""):
+        with pytest.raises(MotionError, match="agent must be one of mean-pose, .* or module:factory"):
+            agent_of(name)
+
+
+@pytest.mark.parametrize("episodes", [0, 1.5])
+def test_a_number_of_episodes_that_is_none_is_refused(episodes):
+    with pytest.raises(MotionError, match="episodes must be"):
+        score(MARKERS, Blob, episodes)

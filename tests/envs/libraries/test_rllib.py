@@ -40,10 +40,7 @@ def flat_markers(context: dict) -> gymnasium.vector.VectorEnv:
     )
     shape = envs.action_space.shape
     return TransformAction(
-        envs,
-        lambda actions: actions.reshape(shape),
-        Box(-100, 100, (shape[0], 45)),
-        Box(-100, 100, (45,)),
+        envs, lambda actions: actions.reshape(shape), Box(-100, 100, (shape[0], 45)), Box(-100, 100, (45,))
     )
 
 

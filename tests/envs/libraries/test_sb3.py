@@ -32,11 +32,7 @@ def test_its_checker_passes(name):
     ("policy", "name", "settings"),
     [
         ("CnnPolicy", "motionenv/WalkerTracking-v1", {"size": 64, "observation": "rgb"}),
-        (
-            "MultiInputPolicy",
-            "motionenv/WalkerTracking-v1",
-            {"size": 48, "observation": ("rgb", "mask")},
-        ),
+        ("MultiInputPolicy", "motionenv/WalkerTracking-v1", {"size": 48, "observation": ("rgb", "mask")}),
         ("MultiInputPolicy", "motionenv/MarkerTracking-v1", {}),
     ],
 )

@@ -6,7 +6,6 @@ import pytest
 from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.simulation.estimates import Estimates
-from motionenv.errors import MotionError
 from motionenv.metrics import energy_score, mpjpe
 from tests.envs.playing import begun
 
@@ -88,11 +87,3 @@ def test_threads_share_the_work_and_change_nothing(form, n):
     for one, other in zip(alone.judge(actions, TRUE, OFFSETS), shared.judge(actions, TRUE, OFFSETS), strict=True):
         np.testing.assert_array_equal(one, other)
     shared.close()
-
-
-def test_forms_that_there_are_not_are_refused():
-    with pytest.raises(MotionError, match="estimate must be one of pose, joints, belief, got 'guess'"):
-        Estimates("guess")
-    for n in (0, 4097):
-        with pytest.raises(MotionError, match=f"n_belief must be a whole number of poses from 1 to 4096, got {n}"):
-            Estimates("belief", n)

@@ -123,25 +123,15 @@ def test_models_of_ones_own(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        ({"motion": "walk/nobody"}, "motion must be a model"),
-        ({"motion": "no/such/folder"}, "motion must be a model"),
-        ({"split": "test"}, "split must be one of train, eval"),
-        ({"fps": 0}, "fps"),
-        ({"fps": np.nan}, "fps"),
+        ({"motion": "walk/nobody"}, "motion must be a model"), ({"motion": "no/such/folder"}, "motion must be a model"),
+        ({"split": "test"}, "split must be one of train, eval"), ({"fps": 0}, "fps"), ({"fps": np.nan}, "fps"),
         ({"fps": 1e9}, "fps must be a number of frames per second from 1 to 1000"),
-        ({"fps": 1.0, "horizon": 5000}, "horizon must be at most"),
-        ({"file_fps": -120}, "file_fps"),
-        ({"file_fps": "many"}, "file_fps"),
-        ({"unit": "parsec"}, "unit"),
-        ({"horizon": 0}, "horizon"),
-        ({"horizon": 2.5}, "horizon"),
-        ({"speed": (2.0, 1.0)}, "speed"),
-        ({"speed": 1.0}, "speed"),
-        ({"speed": (0.0, 9.0)}, "speed"),
-        ({"height": (0.1, 1.0)}, "height"),
-        ({"height": "tall"}, "height"),
+        ({"fps": 1.0, "horizon": 5000}, "horizon must be at most"), ({"file_fps": -120}, "file_fps"),
+        ({"file_fps": "many"}, "file_fps"), ({"unit": "parsec"}, "unit"), ({"horizon": 0}, "horizon"),
+        ({"horizon": 2.5}, "horizon"), ({"speed": (2.0, 1.0)}, "speed"), ({"speed": 1.0}, "speed"),
+        ({"speed": (0.0, 9.0)}, "speed"), ({"height": (0.1, 1.0)}, "height"), ({"height": "tall"}, "height"),
     ],
-)
+)  # fmt: skip
 def test_impossible_motion_is_named_when_the_environment_is_made(arguments, why):
     with pytest.raises(MotionError, match=why):
         WalkerTracking(**arguments)

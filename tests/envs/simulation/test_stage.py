@@ -8,7 +8,6 @@ from motionenv.envs import WalkerTrackingVector
 from motionenv.envs.simulation.motion_sources import Source
 from motionenv.envs.simulation.stage import PictureSettings, Stage
 from motionenv.envs.simulation.views import WalkingView
-from motionenv.errors import MotionError
 from motionenv.render import render
 from motionenv.render.sensors.augmentation import FAR, Augmentation
 from motionenv.types import Frame
@@ -78,18 +77,6 @@ def test_people_wear_colours_that_skin_and_clothes_have():
     assert skin[:, 0].max() > 0.8
 
 
-@pytest.mark.parametrize(
-    ("changed", "says"),
-    [
-        ({"n": 0}, "num_envs must be a whole number from 1, got 0"),
-        ({"clothes": "yes"}, "clothes must be True or False, got 'yes'"),
-    ],
-)
-def test_a_stage_that_can_not_be_is_refused(changed, says):
-    with pytest.raises(MotionError, match=says):
-        made(**{"n": 2, **changed})
-
-
 def test_settings_select_what_is_observed():
     rgb, limbs = np.arange(36 * 36 * 3, dtype=np.uint8).reshape(1, 36, 36, 3), np.zeros((1, 36, 36), np.uint8)
     limbs[0, 3, 4] = 9
@@ -106,17 +93,3 @@ def test_settings_select_what_is_observed():
     assert np.isinf(PictureSettings("depth", 36).evidence(frame)["depth"][0, 0])
     assert list(PictureSettings(["rgb", "mask"], 36).evidence(frame)) == ["mask"]
     assert list(PictureSettings("rgb", 36).evidence(frame)) == ["rgb"]
-
-
-@pytest.mark.parametrize("observation", ["sound", (), None, 5, [["rgb"]], ("rgb", "rgb")])
-def test_what_can_not_be_observed_is_refused(observation):
-    with pytest.raises(
-        MotionError, match="observation must be one of rgb, mask, depth, or several different ones, got"
-    ):
-        PictureSettings(observation, 36)
-
-
-@pytest.mark.parametrize("size", [35, 257, 64.5, "large"])
-def test_sides_that_can_not_be_are_refused(size):
-    with pytest.raises(MotionError, match="size must be a whole number of pixels from 36 to 256, got"):
-        PictureSettings("rgb", size)
