@@ -1,5 +1,7 @@
 """Arguments checked before any work, in one wording: the name, what is allowed, what was given."""
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -7,6 +9,12 @@ import numpy as np
 from motionenv.errors import MotionError
 
 PICTURE_SIZES = (1, 16384)  # [pixels], sides of a picture
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """Suffix for an error text that suggests the `known` word closest to `given`; empty if none is close."""
+    near = get_close_matches(given, list(known), n=1, cutoff=0.5)
+    return f": did you mean {near[0]}?" if near else ""
 
 
 def is_number(value: Any) -> TypeGuard[float]:

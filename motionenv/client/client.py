@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from motionenv.arguments import WalkArguments, keyword_arguments
 from motionenv.client.connection import Connection
 from motionenv.client.jobs import Job
 from motionenv.client.responses import LiftedPoints, lifted, samples
@@ -31,7 +32,7 @@ _FILMS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
 _SAVED = {**_FILES, **_FILMS, ".npy": "application/x-npy", ".png": "image/png"}
 
 
-class Walk(TypedDict, total=False):
+class Walk(WalkArguments, total=False):
     """The walker and its walk; everything as in `motionenv.synthesize`."""
 
     seed: int
@@ -39,9 +40,6 @@ class Walk(TypedDict, total=False):
     scores: Sequence[float]
     speed: float | Sequence[Sequence[float]]
     path: Sequence[Sequence[float]]
-    height: float
-    phase: float
-    variation: float
 
 
 class Picture(TypedDict, total=False):
@@ -127,6 +125,7 @@ class Client:
         """
         return self._uploaded("/v1/models/files", [file], {"name": name, "replace": replace})
 
+    @keyword_arguments(Walk)
     def synthesize(self, model: str, seconds: float, fps: float, **walk: Unpack[Walk]) -> Motion:
         """The motion (frames, 25) that `motionenv.synthesize` makes of the same arguments, to the last bit.
 
@@ -138,6 +137,7 @@ class Client:
         """
         return self._motion("/v1/synthesis", _walk(model, seconds, fps, walk, {}))
 
+    @keyword_arguments(Walk)
     def film(
         self, model: str, seconds: float, fps: float, *, suffix: str = ".mp4", picture: Picture | None = None,
         **walk: Unpack[Walk],
@@ -152,6 +152,7 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(suffix)
         return self._connection.request("POST", "/v1/synthesis", json=body, headers={"Accept": accept}).content
 
+    @keyword_arguments(Walk)
     def save(
         self, out: str | Path, model: str, seconds: float, fps: float, *, picture: Picture | None = None,
         **walk: Unpack[Walk],
@@ -166,6 +167,7 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
         self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
 
+    @keyword_arguments(Walk)
     def gait(self, model: str, seconds: float = 8.0, fps: float = 100.0, **walk: Unpack[Walk]) -> dict[str, Any]:
         """The gait of a walk that a model makes: step parameters, events, and joint angles over the gait cycle.
 
@@ -296,6 +298,7 @@ class Client:
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 
+    @keyword_arguments(Walk)
     def render(
         self, model: str, seconds: float, fps: float, *, suffix: str = ".mp4", picture: Picture | None = None,
         **walk: Unpack[Walk],

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from motionenv._core.validation import did_you_mean
 from motionenv.errors import MotionError
-from motionenv.models.registry import did_you_mean
 
 
 def _describe(schema: dict[str, Any], record: type) -> None:

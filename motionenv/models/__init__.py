@@ -1,8 +1,10 @@
 """Gait models: functional PCA (paper A), eigenwalkers (paper B), the motion tree (paper C) and more."""
 
+from motionenv._core.validation import did_you_mean
+from motionenv.arguments import Request
 from motionenv.models.base import FixedModel, GaitModel
-from motionenv.models.registry import ModelFile, card, did_you_mean, gait_model, load, names, takes_long, version
-from motionenv.models.types import Components, Request, Target, Treadmill, Walker
+from motionenv.models.registry import ModelFile, card, gait_model, load, names, takes_long, version
+from motionenv.models.types import Components, Target, Treadmill, Walker
 
 __all__ = [
     "Components", "FixedModel", "GaitModel", "ModelFile", "Request", "Target", "Treadmill", "Walker", "card",

@@ -8,15 +8,14 @@ The value of a ready-made model may have two attributes: `card()`, which returns
 model, and `takes_long`, which makes the service build it in the background.
 """
 
-import difflib
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
+from motionenv._core.validation import did_you_mean
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.storage.model_file import StoredModel, open_model, read_card
@@ -109,12 +108,6 @@ def class_of(kind: str) -> type[StoredModel]:
     if kind not in kinds:
         raise ModelError(f"no installed package has models of kind {kind!r}; known kinds: {', '.join(kinds)}")
     return _value(kind)
-
-
-def did_you_mean(given: str, known: Iterable[str]) -> str:
-    """Suffix for an error text that suggests the `known` word closest to `given`; empty if none is close."""
-    near = difflib.get_close_matches(given, list(known), n=1, cutoff=0.5)
-    return f": did you mean {near[0]}?" if near else ""
 
 
 @cache

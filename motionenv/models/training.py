@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv import __version__
+from motionenv._core.validation import did_you_mean
 from motionenv.body import markers as markers_of
 from motionenv.body.gaps import PARTS, known_markers, listed, missing_parts
 from motionenv.cycles import estimate_period
@@ -18,7 +19,6 @@ from motionenv.models import filling
 from motionenv.models.base import GaitModel
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
-from motionenv.models.registry import did_you_mean
 from motionenv.models.walking.model import WalkingModel
 from motionenv.models.walking.preprocessing import STRAIGHT, gait_channels, straightness
 from motionenv.types import MARKERS, Markers, Motion

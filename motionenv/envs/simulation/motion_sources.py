@@ -16,13 +16,13 @@ from typing import Protocol
 
 import numpy as np
 
-from motionenv._core.validation import checked_fps, checked_number, checked_range, checked_whole
+from motionenv._core.validation import checked_fps, checked_number, checked_range, checked_whole, did_you_mean
 from motionenv.body.gaps import PARTS, check_shown
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
 from motionenv.mocap.units_axes import metres_per
 from motionenv.models.motion_tree.features import resample
-from motionenv.models.registry import did_you_mean, gait_model, names
+from motionenv.models.registry import gait_model, names
 from motionenv.models.synthesis import synthesize
 from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
 

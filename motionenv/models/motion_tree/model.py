@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.motion_tree.database import Clip, Database, build_database
@@ -31,7 +32,7 @@ from motionenv.models.motion_tree.serialization import pack, unpack
 from motionenv.models.registry import load
 from motionenv.models.storage.mapped_npz import Mapping
 from motionenv.models.synthesis import scaled
-from motionenv.models.types import Components, Request, Target, Walker
+from motionenv.models.types import Components, Target, Walker
 from motionenv.types import Motion, Skeleton, frozen
 
 if TYPE_CHECKING:

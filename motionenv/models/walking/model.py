@@ -19,13 +19,14 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.arguments import Request
 from motionenv.body.skeleton import NODES, limb_radii, symmetric
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.people.pace import Pace
 from motionenv.models.people.population import draw_person
-from motionenv.models.types import Components, Request, Treadmill, Walker
+from motionenv.models.types import Components, Treadmill, Walker
 from motionenv.models.walking.people import fit_people
 from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, tables_of
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Motion, Skeleton
