@@ -121,12 +121,11 @@ def _walkers(name: str) -> Any:
 
 @output("walking in place")
 def _in_place() -> Any:
+    from motionenv.models import cycle
     from motionenv.models.eigenwalkers.batch import draw_walkers
-    from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 
-    fpca, troje = motionenv.load("walk/fpca"), motionenv.load("walk/eigenwalkers")
-    on_the_spot = markers_in_place(troje, troje.components().means)
-    return [walk_in_place(fpca, fpca.components().means), on_the_spot, draw_walkers(troje, 4, seed=1)]
+    troje = motionenv.load("walk/eigenwalkers")
+    return [cycle("walk/fpca"), cycle(troje), draw_walkers(troje, 4, seed=1)]
 
 
 @output("traits of walk/fpca", "walk/fpca")
@@ -135,8 +134,9 @@ def _traits(name: str) -> Any:
     from motionenv.models.traits import measured, traits
 
     model = motionenv.load(name)
-    found = traits(model)
-    return {"traits": found, "measured": measured(model, 2 * np.array([t.direction for t in found]))}
+    made = model.components(), model.treadmill()
+    found = traits(*made)
+    return {"traits": found, "measured": measured(*made, 2 * np.array([t.direction for t in found]))}
 
 
 @output("parameters of walk/fpca", "walk/fpca")

@@ -27,6 +27,7 @@ import math
 import numpy as np
 
 from motionenv._core.compilation import kernel, part
+from motionenv.body.gaps import known_markers
 from motionenv.body.simd import foot_rotation, hinged, placed, root_rotation, turned
 from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
 from motionenv.errors import MotionError
@@ -66,6 +67,11 @@ def forward(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarr
 def markers(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
     """The 15 markers (..., 15, 3) [m] of `poses` (..., 25) of a `skeleton`, ordered as `motionenv.types.MARKERS`."""
     return forward(poses, skeleton)[0][..., :15, :]
+
+
+def shown_markers(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """`markers`, but NaN also where a limb that `poses` (..., 25) don't show carries them on a `skeleton`."""
+    return np.where(known_markers(poses)[..., None], markers(poses, skeleton), np.nan)
 
 
 def limb_segments(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
+from typing import Any, ClassVar, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,12 +19,11 @@ from motionenv._core.validation import random_generator
 from motionenv.arguments import ARGUMENTS, Request, WalkArguments, keyword_arguments
 from motionenv.body.skeleton import from_height
 from motionenv.errors import ExtrapolationWarning, MotionError
+from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.storage.model_file import StoredModel
-from motionenv.models.types import Components, Treadmill, Walker
+from motionenv.models.traits import traits
+from motionenv.models.types import Components, Cycle, Trait, Treadmill, Walker
 from motionenv.types import Motion, Skeleton
-
-if TYPE_CHECKING:
-    from motionenv.models.types import Trait
 
 
 class GaitModel(StoredModel):
@@ -79,7 +78,10 @@ class GaitModel(StoredModel):
 
     @abstractmethod
     def treadmill(self) -> Treadmill | None:
-        """The walk in place in closed form, so that clients can compute it; None if only the model can."""
+        """The walk in place in closed form; None if motion has no cycles or no closed form.
+
+        A model that has one defines `in_place`.
+        """
 
     @abstractmethod
     def body(self, height: float | None = None) -> Skeleton | None:
@@ -133,9 +135,8 @@ class GaitModel(StoredModel):
 
     def traits(self) -> list[Trait]:
         """Directions in which walks change in ways that people name; empty without components or treadmill."""
-        from motionenv.models.traits import traits
-
-        return [*self.own_traits(), *traits(self)] if self.treadmill() is not None else []
+        components, treadmill = self.components(), self.treadmill()
+        return [] if treadmill is None else [*self.own_traits(), *traits(components, treadmill)]
 
     def own_traits(self) -> list[Trait]:
         """Traits that were learned with the model, such as an axis between groups of people; by default none."""
@@ -210,12 +211,33 @@ class GaitModel(StoredModel):
         rng = random_generator(seed)
         if walker is None:
             walker = self.draw_walker(rng, speed, request.height)
-        elif walker.kind != self.kind or len(walker.scores) != len(self.components()):
+        else:
+            self.check_walker(walker)
+        return self.make_motion(walker, request, rng)
+
+    def check_walker(self, walker: Walker) -> None:
+        """Raise a `MotionError` if `walker` is of another model."""
+        if walker.kind != self.kind or len(walker.scores) != len(self.components()):
             raise MotionError(
                 f"walker is of a {walker.kind} model with {len(walker.scores)} components: make one with "
                 f"this {self.kind} model's walker()"
             )
-        return self.make_motion(walker, request, rng)
+
+    def in_place(
+        self,
+        walkers: Sequence[Walker],
+        *,
+        speed: float | None = None,
+        height: float | None = None,
+        samples: int = SAMPLES,
+    ) -> list[Cycle]:
+        """One stride in place of each of n `walkers` of this model, without variation; only with a `treadmill`.
+
+        `speed` [m/s] and `height` [m] are as of `synthesize`. `motionenv.models.cycle` checks these arguments.
+        """
+        raise MotionError(
+            f"a {self.kind} model makes no cycles in place: take walk/fpca, walk/eigenwalkers or walk/prior"
+        )
 
     def synthesize_batch(
         self,

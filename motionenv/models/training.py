@@ -9,8 +9,8 @@ import numpy as np
 
 from motionenv import __version__
 from motionenv._core.validation import did_you_mean
-from motionenv.body import markers as markers_of
-from motionenv.body.gaps import PARTS, known_markers, listed, missing_parts
+from motionenv.body.gaps import PARTS, listed, missing_parts
+from motionenv.body.kinematics import shown_markers
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read, retarget, to_markers
@@ -157,7 +157,7 @@ def _walk(
     estimate_period(gait_channels(motion)[:, :19], motion.fps)
     if fill:
         motion = filling.fill(motion)
-    shown = np.where(known_markers(motion.poses)[..., None], markers_of(motion.poses, motion.skeleton), np.nan)
+    shown = shown_markers(motion.poses, motion.skeleton)
     if isinstance(capture, Motion):
         return motion, Markers(MARKERS, shown, motion.fps, name=path.stem)
     markers = to_markers(capture, marker_map=marker_map)

@@ -14,22 +14,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv.errors import MotionError
-from motionenv.models.base import GaitModel
-from motionenv.models.treadmill_cycle import InPlace
-from motionenv.models.types import Trait
+from motionenv.models.types import Components, Trait, Treadmill
 from motionenv.types import MARKERS
 
 _DRAWN = 100  # walkers; enough, as each model has about ten components
 _SEED = 1
 
 
-def traits(model: GaitModel) -> list[Trait]:
-    """The traits of a fitted gait `model`; deterministic. Those of limbs that the model doesn't know are left out.
+def traits(components: Components, treadmill: Treadmill) -> list[Trait]:
+    """The traits of a model with these `components` and this `treadmill`; deterministic.
 
-    A `MotionError` for a model without components or treadmill.
+    Those of limbs that the model doesn't know are left out.
     """
-    z = np.random.default_rng(_SEED).standard_normal((_DRAWN, len(model.components())))
-    features = measured(model, z)
+    z = np.random.default_rng(_SEED).standard_normal((_DRAWN, len(components)))
+    features = measured(components, treadmill, z)
     z = np.column_stack([np.ones(_DRAWN), z])
     found = []
     for (name, (low, high, unit, _)), values in zip(FEATURES.items(), features.T, strict=True):
@@ -42,32 +40,30 @@ def traits(model: GaitModel) -> list[Trait]:
     return found
 
 
-def measured(model: GaitModel, deviations: ArrayLike) -> np.ndarray:
-    """The `FEATURES` (n, features) of walkers of a fitted `model`, each in its unit.
+def measured(components: Components, treadmill: Treadmill, deviations: ArrayLike) -> np.ndarray:
+    """The `FEATURES` (n, features) of walkers, each in its unit.
 
-    They deviate from the average by `deviations` (n, q), in standard deviations along each component.
+    Args:
+        components, treadmill: of their model.
+        deviations: (n, q) from the average, in standard deviations along each component.
 
     Raises:
-        MotionError: deviations of another shape, or a model without components or treadmill.
+        MotionError: deviations of another shape.
     """
-    components, treadmill = model.components(), model.treadmill()
     deviations = np.asarray(deviations, dtype=np.float64)
-    if treadmill is None or not len(components):
-        raise MotionError(f"a {model.kind} model has no components and so no traits")
     if deviations.ndim != 2 or deviations.shape[1] != len(components):
         raise MotionError(f"deviations must have shape (n, {len(components)}), got {deviations.shape}")
-    cycle, markers, heights = treadmill.cycles(components.means + deviations * components.deviations)
-    walkers = _Walkers(markers, heights, cycle)
+    walkers = _Walkers(*treadmill.crowd(components.means + deviations * components.deviations))
     return np.column_stack([feature(walkers) for _, _, _, feature in FEATURES.values()])
 
 
 @dataclass(frozen=True, eq=False)
 class _Walkers:
-    """Markers (n, samples, 15, 3) [m] of a cycle in place, body heights (n,) [m], and the cycle."""
+    """Markers (n, samples, 15, 3) [m] of a cycle in place, speeds (n,) [m/s] and body heights (n,) [m]."""
 
     markers: np.ndarray
+    speeds: np.ndarray
     heights: np.ndarray
-    cycle: InPlace
 
     def of(self, name: str) -> np.ndarray:
         """(n, samples, 3) of one marker, in body heights."""
@@ -105,7 +101,7 @@ def _lean(w: _Walkers) -> np.ndarray:
 
 #: Features by name: words for little and much of it, unit, and the function that measures it.
 FEATURES: dict[str, tuple[str, str, str, Callable[[_Walkers], np.ndarray]]] = {
-    "pace": ("slow", "fast", "m/s", lambda w: w.cycle.speeds),
+    "pace": ("slow", "fast", "m/s", lambda w: w.speeds),
     "bounce": ("flat", "bouncy", "body heights", _bounce),
     "arm swing": ("still arms", "swinging arms", "body heights", _swing),
     "arm spread": ("narrow arms", "wide arms", "body heights", lambda w: _apart(w, "wrist")),

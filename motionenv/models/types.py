@@ -1,16 +1,13 @@
-"""Types of the gait models' interface: walkers, components, targets."""
+"""Types of the gait models' interface: walkers, components, cycles, targets, traits."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motionenv._core.validation import checked_number
 from motionenv.models.people.population import Person
-
-if TYPE_CHECKING:
-    from motionenv.models.treadmill_cycle import InPlace
+from motionenv.types import Skeleton
 
 
 @dataclass(frozen=True)
@@ -61,23 +58,61 @@ class Components:
 
 
 @dataclass(frozen=True, eq=False)
+class Cycle:
+    """One stride of one walker in place, along x on ground z = 0 that moves back evenly.
+
+    Sample j is at phase j / samples; at phase 0 the left leg is furthest ahead. The root is at x = y = 0 on average.
+
+    Attributes:
+        markers: (samples, 15, 3) [m], in the order of `motionenv.types.MARKERS`; NaN for limbs that the model doesn't
+            know.
+        poses: (samples, 25) [m, rad], in the order of `motionenv.types.POSE`; NaN likewise.
+        standing: (samples, 2) how much the left and the right foot stand, from 0 to 1; the sum is 1.
+        body: what `poses` are of.
+        stride: how far the ground moves back in a cycle [m].
+        seconds: duration of a cycle [s].
+    """
+
+    markers: np.ndarray
+    poses: np.ndarray
+    standing: np.ndarray
+    body: Skeleton
+    stride: float
+    seconds: float
+
+    @property
+    def speed(self) -> float:
+        """Speed [m/s]."""
+        return self.stride / self.seconds
+
+    @property
+    def contacts(self) -> np.ndarray:
+        """Phases (2,) [cycles] at which the left and the right foot take over from the other."""
+        more = self.standing - 0.5
+        rises = (more <= 0) & (np.roll(more, -1, axis=0) > 0)
+        first = rises.argmax(axis=0)
+        before, after = more[first, [0, 1]], more[(first + 1) % len(more), [0, 1]]
+        return (first + before / (before - after)) / len(more) % 1.0
+
+
+@dataclass(frozen=True, eq=False)
 class Treadmill:
-    """One cycle of walking in place in closed form, which the page computes itself while sliders move.
+    """Walking in place in closed form.
 
     Attributes:
         frame: what the Fourier series in `arrays` describe: "poses" or "markers".
         arrays: see `motionenv.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
-        cycles: maps scores (n, q), and a speed [m/s] and a body height [m] or None, to the cycles, their markers
-            (n, samples, 15, 3) [m] and body heights (n,) [m].
+        crowd: maps scores (n, q) of many walkers to markers (n, samples, 15, 3) [m] in place, speeds (n,) [m/s] and
+            body heights (n,) [m].
     """
 
     frame: str
     arrays: dict[str, np.ndarray]
     offsets: np.ndarray
     height: float
-    cycles: "Callable[..., tuple[InPlace, np.ndarray, np.ndarray]]"
+    crowd: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)

@@ -175,12 +175,12 @@ def test_a_treadmill_shows_who_is_asked_for(model):
     if treadmill is None:
         return
     scores = np.array([model.walker(deviations=[d]).scores for d in (-1.0, 0.0, 1.0)])
-    cycle, positions, heights = treadmill.cycles(scores)
+    positions, speeds, heights = treadmill.crowd(scores)
     assert positions.shape[0::2] == (3, 15)
-    assert cycle.speeds.shape == heights.shape == (3,)
+    assert speeds.shape == heights.shape == (3,)
     walk = model.synthesize(6, 60, walker=model.walker(deviations=[1.0]), variation=0.0, seed=0)
     way = markers(walk.poses, walk.skeleton)[[0, -1], 2, 0]
-    assert (way[1] - way[0]) * 60 / 359 == pytest.approx(cycle.speeds[2], rel=0.04)
+    assert (way[1] - way[0]) * 60 / 359 == pytest.approx(speeds[2], rel=0.04)
 
 
 def test_saved_and_loaded_it_makes_the_same_motion(model, tmp_path):

@@ -15,6 +15,7 @@ from motionenv.body import EDGES
 from motionenv.data.stimuli.dots import Dots, Ring, dots_at
 from motionenv.data.stimuli.specification import Display, Person, StimulusSet
 from motionenv.errors import MotionError
+from motionenv.models import cycle
 from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
 from motionenv.render.draw2d.shapes import draw_figures
@@ -36,13 +37,8 @@ def ring(person: Person, models: Callable[[str], GaitModel] = gait_model) -> Rin
     Raises:
         MotionError: there is no such model, it makes no cycles in place, or it has fewer components.
     """
-    model = models(person.model)
-    treadmill = model.treadmill()
-    if treadmill is None:
-        raise MotionError(f"{person.model} makes no cycles in place: take walk/fpca, walk/eigenwalkers or walk/prior")
-    scores = model.walker(deviations=person.deviations).scores
-    cycle, markers, heights = treadmill.cycles(np.asarray(scores)[None], person.speed, person.height)
-    return Ring(markers[0], float(cycle.strides[0]), float(cycle.seconds[0]), float(heights[0]))
+    walk = cycle(models(person.model), deviations=person.deviations or None, speed=person.speed, height=person.height)
+    return Ring(walk.markers, walk.stride, walk.seconds, walk.body.height)
 
 
 def pixels_of(asked: StimulusSet, dots: Dots) -> np.ndarray:

@@ -6,7 +6,6 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize_scalar
 
-from motionenv.body.gaps import known_markers
 from motionenv.errors import GapError, MotionError
 from motionenv.models.eigenwalkers import fourier_series as series
 from motionenv.models.eigenwalkers.fourier_series import PARTS, PELVIS, FourierWalker
@@ -96,10 +95,9 @@ def best_frequency(residual: Callable[[float], float], low: float, high: float, 
 
 
 def _markers_of(motion: Motion) -> Markers:
-    from motionenv.body.kinematics import markers
+    from motionenv.body.kinematics import shown_markers  # numba takes a while
 
-    shown = np.where(known_markers(motion.poses)[..., None], markers(motion.poses, motion.skeleton), np.nan)
-    return Markers(MARKERS, shown, motion.fps, name=motion.name)
+    return Markers(MARKERS, shown_markers(motion.poses, motion.skeleton), motion.fps, name=motion.name)
 
 
 def _check(markers: Markers, frequencies, steady, drift) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -14,7 +14,14 @@ from motionenv.arguments import Request
 from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
-from motionenv.models.eigenwalkers.fourier_series import FourierWalker, body_heights, stride_lengths
+from motionenv.models.contact_rule import SAMPLES
+from motionenv.models.eigenwalkers.fourier_series import (
+    FourierWalker,
+    body_heights,
+    grounded,
+    positions_at,
+    stride_lengths,
+)
 from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.eigenwalkers.speed import at_speed, longer
 from motionenv.models.eigenwalkers.table import COEFFICIENTS, Columns, Rows, each
@@ -23,7 +30,7 @@ from motionenv.models.fpca.observations import Observations, column_sums, group_
 from motionenv.models.people.population import draw_person
 from motionenv.models.storage.blocks import selected
 from motionenv.models.synthesis import scaled
-from motionenv.models.types import Components, Treadmill, Walker
+from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
 
 _EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits
@@ -169,9 +176,9 @@ class FourierModel(GaitModel):
         """
         w, person = self.inverse_transform(walker.scores), walker.person
         tall = float(body_heights(w[None])[0])
-        if height is None:
-            height = tall if person is None else person.height
-        own = None if speed is None else speed * tall / height
+        if height is None and person is not None:
+            height = person.height
+        own = speed if speed is None or height is None else speed * tall / height
         if own is not None:
             checked_number(own, "speed of the walker's own body", *SPEED_RANGE)
         if person is None:
@@ -185,6 +192,8 @@ class FourierModel(GaitModel):
             liked = size * person.speed
             own = liked if own is None else own
             found = gait(longer(self, w, self.speed_exponent_ * np.log(own / liked)))
+        if height is None:
+            return found, own / found.stride_length
         return found, own * found.skeleton.height / tall / found.stride_length
 
     def components(self) -> Components:
@@ -195,9 +204,40 @@ class FourierModel(GaitModel):
 
     def treadmill(self) -> Treadmill:
         """The walk in place as Fourier series of markers; the drawn body has average proportions."""
-        from motionenv.models.treadmill_cycle import marker_cycles, marker_series
+        arrays = {
+            "mean": self.mean_,
+            "components": self.components_,
+            "log_frequency_mean": np.asarray(self.log_frequency_mean_),
+            "log_frequency_weights": self.log_frequency_weights_,
+            "speed_direction": self.speed_direction_,
+            "speed_exponent": np.asarray(self.speed_exponent_),
+        }
+        return Treadmill("markers", arrays, from_height(1.0).offsets, 1.75, self.crowd)
 
-        return Treadmill("markers", marker_series(self), from_height(1.0).offsets, 1.75, partial(marker_cycles, self))
+    def in_place(
+        self, walkers: Sequence[Walker], *, speed: float | None = None, height: float | None = None,
+        samples: int = SAMPLES,
+    ) -> list[Cycle]:  # fmt: skip
+        """As `GaitModel.in_place`: the markers, and the body that is fitted to them and whose feet carry both."""
+        return [self._in_place(walker, speed, height, samples) for walker in walkers]
+
+    def _in_place(self, walker: Walker, speed: float | None, height: float | None, samples: int) -> Cycle:
+        found, frequency = self._paced(walker, speed, height)
+        cycle = found.in_place(samples, 1 / frequency)
+        height = height or (walker.person and walker.person.height)
+        if not height:
+            return cycle
+        size = height / cycle.body.height
+        body = scaled(Motion(cycle.poses, cycle.body, samples), height)
+        return replace(
+            cycle, markers=size * cycle.markers, poses=body.poses, body=body.skeleton, stride=size * cycle.stride
+        )
+
+    def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`Treadmill.crowd` of `scores` (n, q): no bodies are fitted, so the ankles say how far a stride goes."""
+        w = grounded(self.inverse_transform(scores))
+        positions = positions_at(w, np.arange(SAMPLES) * (2 * np.pi / SAMPLES))
+        return positions, stride_lengths(w) * self.frequency(scores), body_heights(w)
 
     def body(self, height: float | None = None) -> None:
         """None for any `height`: each walker's markers determine its limb lengths."""

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, TRUNK_SHARE
 from motionenv.errors import GapError, MotionError
+from motionenv.models.contact_rule import ROLL
 from motionenv.types import MARKERS, frozen
 
 #: The rows of w.
@@ -37,8 +38,6 @@ _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PHASES = np.arange(48) * (2 * np.pi / 48)
 _TWELVE = _PHASES[::4]
-#: The foot rolls over its ball: mean ratio of the stride lengths of `locomotion.gait` to the ankle's, spread 1 %.
-ROLL = 1.086
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,14 +18,15 @@ from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.body.kinematics import feet
 from motionenv.body.skeleton import ANKLE_HEIGHT, limit_excess
 from motionenv.errors import GapError
-from motionenv.models.contact_rule import CONTACT
-from motionenv.models.eigenwalkers.fourier_series import WALKING, grounded, positions_at
+from motionenv.models.contact_rule import CONTACT, SAMPLES
+from motionenv.models.eigenwalkers.fourier_series import PELVIS, WALKING, grounded, positions_at
+from motionenv.models.types import Cycle
 from motionenv.types import MARKERS, Motion, Skeleton
 
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
-_PHASES = 96  # of a cycle, at which contact is looked at
+_PHASES = np.arange(SAMPLES) * (2 * np.pi / SAMPLES)  # [rad]
 _WAVES = 24  # harmonics kept of how the way differs from an even one
-_PADDING = 36  # phases before and after a cycle, so that what smooths over time sees no ends in it
+_PADDING = 0.375  # of a cycle, before and after it, so that what smooths over time sees no ends in it
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,10 @@ class Gait:
 
     coefficients: np.ndarray  # (5, 15, 3) [m], standing on z = 0
     skeleton: Skeleton  # the cylinder body, limbs as long as between the markers
+    poses: np.ndarray  # (SAMPLES, 25) of the body that follows the markers in place
     lift: float  # by how much the fitted body is raised [m], so that its lowest foot touches the ground
     excess: float  # by how much the body goes beyond its joint limits at most [rad]; 0 for a body that can do this
+    standing: np.ndarray  # (SAMPLES, 2) how much the left and the right foot stand
     waves: np.ndarray  # (25, 2) complex, Fourier series of the velocity forward and to the left [m per radian of phase]
 
     @property
@@ -76,6 +79,20 @@ class Gait:
         poses[:, 2] += self.lift
         return Motion(poses, self.skeleton, fps, name)
 
+    def in_place(self, samples: int, seconds: float) -> Cycle:
+        """One cycle of `samples` that lasts `seconds` [s]: as over the ground, less the even way."""
+        phase = np.arange(samples) * (2 * np.pi / samples)
+        positions = positions_at(self.coefficients, phase)
+        poses = self.poses if samples == SAMPLES else _fitted(self.coefficients, self.skeleton, samples, self.lift)
+        poses = poses.copy()
+        sway = self.way(phase) - phase[:, None] * self.waves[0].real
+        sway -= (sway + positions[:, PELVIS, :2]).mean(axis=0)
+        positions[..., :2] += sway[:, None]
+        poses[:, :2] = (poses[:, :2] + sway) @ self.turn[:2, :2].T
+        poses[:, 5] += np.arctan2(self.turn[1, 0], self.turn[0, 0])
+        standing = np.stack([np.interp(phase, _PHASES, side, period=2 * np.pi) for side in self.standing.T], axis=-1)
+        return Cycle(positions @ self.turn.T, poses, standing, self.skeleton, self.stride_length, seconds)
+
 
 def gait(coefficients: ArrayLike) -> Gait:
     """Body and way of a walker (5, 15, 3) [m], or a GapError for a marker of pelvis or legs; keeps the last ones."""
@@ -89,24 +106,37 @@ def gait(coefficients: ArrayLike) -> Gait:
 @lru_cache(maxsize=64)
 def _gait(coefficients: bytes) -> Gait:
     w = grounded(np.frombuffer(coefficients).reshape(5, len(MARKERS), 3))
-    inside = slice(_PADDING, _PADDING + _PHASES)
-    nodes = _nodes(positions_at(w, np.arange(-_PADDING, _PHASES + _PADDING) * (2 * np.pi / _PHASES)))
-    skeleton = fit_skeleton(nodes[inside])
-    poses = fit_poses(nodes, skeleton, _PHASES)[inside]
-    lift = ANKLE_HEIGHT * skeleton.height - feet(poses, skeleton)[0][..., 2].min()
+    skeleton = fit_skeleton(_nodes(positions_at(w, _PHASES)))
+    poses = _fitted(w, skeleton, SAMPLES, 0.0)
+    lift = float(ANKLE_HEIGHT * skeleton.height - feet(poses, skeleton)[0][..., 2].min())
     poses[:, 2] += lift
     excess = float(np.nanmax(np.abs(limit_excess(poses))))
-    return Gait(w, skeleton, float(lift), excess, _velocity(poses, skeleton))
+    return Gait(w, skeleton, poses, lift, excess, *_contact(poses, skeleton))
 
 
-def _velocity(poses: np.ndarray, skeleton: Skeleton) -> np.ndarray:
-    """Fourier series (25, 2) of the velocity [m per radian] that keeps the standing foot's ball in place."""
+def _fitted(w: np.ndarray, skeleton: Skeleton, samples: int, lift: float) -> np.ndarray:
+    """Poses (samples, 25) of a cycle in place of the body that follows the markers of w (5, 15, 3), raised by `lift`.
+
+    Angles are smoothed where they are undefined as in a cycle of a second.
+    """
+    pad = round(_PADDING * samples)
+    nodes = _nodes(positions_at(w, np.arange(-pad, samples + pad) * (2 * np.pi / samples)))
+    poses = fit_poses(nodes, skeleton, samples)[pad : pad + samples]
+    poses[:, 2] += lift
+    return poses
+
+
+def _contact(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+    """How much the feet stand (SAMPLES, 2), and the velocity that keeps the standing foot's ball in place.
+
+    The velocity is a Fourier series (25, 2) [m per radian].
+    """
     ball = feet(poses, skeleton)[1][..., :2]
-    back = (np.roll(ball, 1, axis=0) - np.roll(ball, -1, axis=0)) * (_PHASES / (4 * np.pi))
+    back = (np.roll(ball, 1, axis=0) - np.roll(ball, -1, axis=0)) * (SAMPLES / (4 * np.pi))
     fastest = back[..., 0].max(axis=1, keepdims=True)
     stands = np.exp((back[..., 0] - fastest) / (CONTACT.marker_firmness * fastest.max()))
     stands /= stands.sum(axis=1, keepdims=True)
-    return np.fft.rfft((stands[..., None] * back).sum(axis=1), axis=0)[: _WAVES + 1] / _PHASES
+    return stands, np.fft.rfft((stands[..., None] * back).sum(axis=1), axis=0)[: _WAVES + 1] / SAMPLES
 
 
 def _nodes(positions: np.ndarray) -> np.ndarray:

@@ -6,8 +6,7 @@ import numpy as np
 
 from motionenv.body import skeleton
 from motionenv.models.base import GaitModel
-from motionenv.models.contact_rule import CONTACT
-from motionenv.models.eigenwalkers.fourier_series import ROLL
+from motionenv.models.contact_rule import CONTACT, ROLL
 from motionenv.models.people.pace import REACH
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
@@ -26,7 +25,8 @@ def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
       `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines; of limbs that no
       walk of the model shows, `mean` is NaN and `components` 0. The log stride
       time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations. The arrays `pace_...`
-      are the attributes of `motionenv.models.people.pace.Pace`.
+      are the attributes of `motionenv.models.people.pace.Pace`. Ankles are lifted over the 10th percentile of their
+      heights at `samples` () phases of a cycle.
     - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz];
       `speed_direction` (5, 15, 3) and `speed_exponent` () as in `FourierModel`.
 

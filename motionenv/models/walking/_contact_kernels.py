@@ -27,14 +27,14 @@ LEG_ROWS = 8
 #: Rows of both legs; then cosine and sine of the heading.
 COS_HEADING, SIN_HEADING = 2 * LEG_ROWS, 2 * LEG_ROWS + 1
 #: Rows that contact writes: the root, how much each foot stands, the balls of the feet, and by how much to move them.
-X, Y, Z, _STANDS, _BALLS, _SURELY, _SMOOTH = 18, 19, 20, 21, 23, 27, 30
+X, Y, Z, STANDS, _BALLS, _SURELY, _SMOOTH = 18, 19, 20, 21, 23, 27, 30
 _WORK, _MORE = 33, 34
 ROWS = 35
 #: Samples in a block.
 LANES = 16
 
 _MIDSWING = (0.8, 0.3)  # [cycles] phase at which the left and the right foot is in the air
-_TRUNCATE = 4.0  # standard deviations at which Gaussians end
+TRUNCATE = 4.0  # standard deviations at which Gaussians end
 TOE_X, TOE_Z = float(FOOT_BALL[0]), float(FOOT_BALL[2])
 
 
@@ -69,7 +69,7 @@ def carry(rows, samples, rate, height):
     The legs' rows are filled in; there are `samples` of each, `rate` per second, of a body of `height` [m].
     """
     z, work, more = rows[Z], rows[_WORK], rows[_MORE]
-    left, right = rows[_STANDS], rows[_STANDS + 1]
+    left, right = rows[STANDS], rows[STANDS + 1]
     for t in range(samples):
         work[t] = (rows[LEG_ROWS + ANKLE_X, t] - rows[ANKLE_X, t]) / CONTACT.firmness
     _gradient(work, samples, rate, more)
@@ -133,7 +133,7 @@ def _slip(rows, samples, side, phase):
 
     A foot's place is the mean of its ball over the step that a sample belongs to, weighted by how much it stands.
     """
-    stands, work = rows[_STANDS + side], rows[_WORK]
+    stands, work = rows[STANDS + side], rows[_WORK]
     surely, x, y = rows[_SURELY], rows[_SURELY + 1], rows[_SURELY + 2]
     _add(rows[_BALLS + 2 * side], rows[X], samples, x)
     _add(rows[_BALLS + 2 * side + 1], rows[Y], samples, y)
@@ -219,7 +219,7 @@ def smooth(values, samples, deviation, out):
 
     As scipy's gaussian_filter1d with the ends repeated; `out` must not be `values`.
     """
-    radius = int(_TRUNCATE * deviation + 0.5)
+    radius = int(TRUNCATE * deviation + 0.5)
     longer = np.empty(samples + 2 * radius)
     for t in range(radius):
         longer[t], longer[radius + samples + t] = values[0], values[samples - 1]

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from motionenv._core.compilation import kernel, part
+from motionenv.body.kinematics import write_nodes
 from motionenv.body.simd import foot_direction, hinged, placed, root_rotation, sine_cosine, turned
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models.contact_rule import CONTACT
@@ -22,9 +23,12 @@ from motionenv.models.walking._contact_kernels import (
     LEG_ROWS,
     ROWS,
     SIN_HEADING,
+    STANDS,
     TOE_X,
     TOE_Z,
+    TRUNCATE,
     X,
+    Y,
     carry,
     decay,
     plant,
@@ -40,8 +44,6 @@ _inline = part(fastmath=_FAST, forceinline=True)
 ORDER = (19, 20, 21, *range(11, 19), 22, 23, 0, 1, 2, *range(3, 11))
 _LEFT, _RIGHT, _HEIGHTS, _NECK, _ARMS, _SIN, _COS, _OUT = 3, 7, 11, 13, 16, 24, 35, 46
 _WORK = _OUT + 2 * LEG_ROWS
-
-_PACINGS = 3
 
 
 @jit
@@ -293,7 +295,7 @@ def walk(start, stop, scores, floors, seconds, speeds, points, clock, terms, bod
         most = (samples + finer) / rate / (shortest if speed > 0.0 else seconds[i])  # strides
         _curves(scores[i], points[i], terms, curves[: int(most) + 5])
         floor, stride = floors[i], seconds[i]
-        for _ in range(_PACINGS if speed > 0.0 else 0):
+        for _ in range(CONTACT.turns if speed > 0.0 else 0):
             _move(curves, floor, (rate, pad, stride, phase), samples + finer, finer, body, rows, poses[i, :0])
             carry(rows, samples + finer, rate, height)
             reached = (rows[X, pad + frames * finer] - rows[X, pad]) * rate / (finer * frames)
@@ -312,3 +314,69 @@ def _phases(pace, samples):
     for t in range(samples):
         cycles[t] = phase + (t - pad) / rate / seconds
     return cycles
+
+
+@kernel(fastmath=_FAST)
+def walk_in_place(scores, floors, speeds, finer, terms, bodies, out):
+    """Write a cycle of each of n walkers, as `walk` repeats it, less its even way along x.
+
+    Args:
+        scores, floors, speeds, terms, bodies: as of `walk`.
+        finer: samples of contact from one that is written to the next.
+        out: to write: markers (n, samples, 15, 3) [m], poses (n, samples, 25), how much the left and the right foot
+            stand (n, samples, 2), stride lengths (n,) [m]; and stride times (n,) [s], changed to reach the speeds.
+    """
+    markers, poses, standing, strides, seconds = out
+    count = poses.shape[1] * finer
+    points, curves = np.zeros((4, scores.shape[1])), np.empty((4, terms.shape[1]))
+    ring, nodes, rotations = np.empty((ROWS, count + LANES)), np.empty((16, 3)), np.empty((12, 3, 3))
+    for i in range(len(poses)):
+        offsets, height = bodies[0][i], bodies[1][i]
+        _curves(scores[i], points, terms, curves)
+        _move(curves, floors[i], (float(count), 0, 1.0, 0.0), count, finer, (offsets, height), ring, poses[i])
+        for _ in range(CONTACT.turns if speeds[i] > 0.0 else 1):
+            rate = count / seconds[i]
+            # Steps that the cycle belongs to begin and end within 0.8 cycles of it; smoothing reaches beyond them.
+            pad = int(count + TRUNCATE * CONTACT.shifting * rate)
+            total = count + 2 * pad
+            rows = _around(ring, count, pad, total)
+            carry(rows, total, rate, height)
+            x, y = rows[X, pad + count] - rows[X, pad], rows[Y, pad + count] - rows[Y, pad]
+            strides[i] = math.sqrt(x * x + y * y)
+            seconds[i] = strides[i] / speeds[i] if speeds[i] > 0.0 else seconds[i]
+        plant(rows, total, rate, pad, finer, _phases((float(count), pad, 1.0, 0.0), total), offsets[9:11], poses[i])
+        _stay(poses[i], x, y)
+        for f in range(poses.shape[1]):
+            for side in range(2):
+                standing[i, f, side] = rows[STANDS + side, pad + f * finer]
+            write_nodes(poses[i, f], offsets, nodes, rotations)
+            for marker in range(15):
+                for axis in range(3):
+                    markers[i, f, marker, axis] = nodes[marker, axis]
+
+
+@jit
+def _around(ring, count, pad, total):
+    """Rows (ROWS, total) of what contact wants, which repeats after `count` samples and starts at sample -pad."""
+    rows = np.empty((ROWS, total + LANES))
+    for row in range(SIN_HEADING + 1):
+        for t in range(total + LANES):
+            rows[row, t] = ring[row, (t - pad) % count]
+    return rows
+
+
+@jit
+def _stay(poses, x, y):
+    """Take the even way (x, y) [m] of a cycle out of poses (samples, 25), centre them and turn them towards it."""
+    samples, mean_x, mean_y = len(poses), 0.0, 0.0
+    for f in range(samples):
+        poses[f, 0] -= f / samples * x
+        poses[f, 1] -= f / samples * y
+        mean_x += poses[f, 0] / samples
+        mean_y += poses[f, 1] / samples
+    length, heading = math.sqrt(x * x + y * y), math.atan2(y, x)
+    c, s = x / length, y / length
+    for f in range(samples):
+        ahead, left = poses[f, 0] - mean_x, poses[f, 1] - mean_y
+        poses[f, 0], poses[f, 1] = c * ahead + s * left, c * left - s * ahead
+        poses[f, 5] -= heading

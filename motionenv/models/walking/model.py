@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property, partial
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -20,15 +20,25 @@ from numpy.typing import ArrayLike
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.arguments import Request
+from motionenv.body.gaps import known_markers
 from motionenv.body.skeleton import NODES, limb_radii, symmetric
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
+from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.people.pace import Pace
 from motionenv.models.people.population import draw_person
-from motionenv.models.types import Components, Treadmill, Walker
+from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.models.walking.people import fit_people
-from motionenv.models.walking.tables import CHANNELS, Tables, floors_of, lacking_angles, root_of, tables_of
+from motionenv.models.walking.tables import (
+    CHANNELS,
+    Tables,
+    floors_of,
+    lacking_angles,
+    root_of,
+    series_of,
+    tables_of,
+)
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Motion, Skeleton
 
 _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
@@ -201,9 +211,34 @@ class WalkingModel(GaitModel):
 
     def treadmill(self) -> Treadmill:
         """The walk in place as Fourier series of poses."""
-        from motionenv.models.treadmill_cycle import pose_series, walk_cycles
+        components, seconds = self.components(), self.stride_seconds
+        steps = components.means + np.diag(components.deviations)
+        arrays = {
+            **series_of(self.fpca_),
+            "log_seconds_mean": np.log(seconds(components.means)),
+            "log_seconds_weights": np.log(seconds(steps) / seconds(components.means)),
+            **self.pace_.to_arrays(),
+        }
+        return Treadmill("poses", arrays, self.proportions_, self.height_, self.crowd)
 
-        return Treadmill("poses", pose_series(self), self.proportions_, self.height_, partial(walk_cycles, self))
+    def in_place(
+        self, walkers: Sequence[Walker], *, speed: float | None = None, height: float | None = None,
+        samples: int = SAMPLES,
+    ) -> list[Cycle]:  # fmt: skip
+        """As `GaitModel.in_place`."""
+        stride, bodies, shapes = self._people(walkers, [height] * len(walkers))
+        markers, poses, standing, strides, seconds = self._cycles(stride, shapes, speed, samples)
+        return [
+            Cycle(markers[i], poses[i], standing[i], bodies[i], float(strides[i]), float(seconds[i]))
+            for i in range(len(walkers))
+        ]
+
+    def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`Treadmill.crowd` of `scores` (n, q): walkers of the mean body at the stride times that suit them."""
+        body, seconds = self.skeleton(), self.stride_seconds(scores)
+        shapes = np.repeat(body.offsets[None], len(scores), axis=0), np.full(len(scores), body.height)
+        markers, _, _, strides, _ = self._cycles(Stride(scores, seconds), shapes, None, SAMPLES)
+        return markers, strides / seconds, shapes[1]
 
     def body(self, height: float | None = None) -> Skeleton:
         """The mean body, scaled to `height` [m]."""
@@ -255,6 +290,12 @@ class WalkingModel(GaitModel):
 
     def _motions(self, walkers: list[Walker], heights, speeds, request: Request, rng) -> list[Motion]:
         """Walks of people with their own bodies, heights [m] and speeds [m/s], which may be None."""
+        stride, bodies, shapes = self._people(walkers, heights)
+        poses = self._poses(stride, request, rng, shapes, np.array([speed or 0.0 for speed in speeds]))
+        return [Motion(p, body, request.fps, "walk") for p, body in zip(poses, bodies, strict=True)]
+
+    def _people(self, walkers: Sequence[Walker], heights) -> tuple[Stride, list[Skeleton], tuple]:
+        """Scores and stride times of people, their bodies, and these as offsets (n, 16, 3) and heights (n,) [m]."""
         scores = np.array([walker.scores for walker in walkers])
         own = [walker.stride_seconds for walker in walkers]
         seconds = np.array([self.stride_seconds(s) if t is None else t for s, t in zip(scores, own, strict=True)])
@@ -263,9 +304,7 @@ class WalkingModel(GaitModel):
             self.skeleton(height) if walker.person is None else walker.person.body(self.proportions_, height)
             for walker, height in zip(walkers, heights, strict=True)
         ]
-        shapes = np.array([body.offsets for body in bodies]), np.array([body.height for body in bodies])
-        poses = self._poses(stride, request, rng, shapes, np.array([speed or 0.0 for speed in speeds]))
-        return [Motion(p, body, request.fps, "walk") for p, body in zip(poses, bodies, strict=True)]
+        return stride, bodies, (np.array([b.offsets for b in bodies]), np.array([b.height for b in bodies]))
 
     def skeleton(self, height: float | None = None) -> Skeleton:
         """The mean body, scaled to `height` [m]; None keeps the mean height.
@@ -331,6 +370,31 @@ class WalkingModel(GaitModel):
                 walk(start, stop, scores, floors, seconds, speeds, wobble, clock, terms, bodies, poses)
 
         everywhere.share(fill, -(-n // _TOGETHER))
+
+    def _cycles(self, stride: Stride, bodies, speed: float | None, samples: int) -> tuple[np.ndarray, ...]:
+        """Markers, poses and standing (n, samples, ...) in place, stride lengths (n,) [m] and times (n,) [s]."""
+        from motionenv.models.walking._walk_kernels import walk_in_place
+
+        n = len(stride.seconds)
+        speeds = np.full(n, speed or 0.0)
+        if speed is not None:
+            stride = self._at_speeds(stride, bodies, speeds)
+        scores, seconds = np.ascontiguousarray(stride.scores, dtype=np.float64), np.array(stride.seconds, dtype=float)
+        markers, poses, standing = (np.empty((n, samples, *shape)) for shape in ((15, 3), (25,), (2,)))
+        out = markers, poses, standing, np.empty(n), seconds
+        walk_in_place(
+            scores,
+            floors_of(self._tables, scores),
+            speeds,
+            math.ceil(SAMPLES / samples),
+            self._tables.terms,
+            bodies,
+            out,
+        )
+        if lacking := lacking_angles(self):
+            poses[..., lacking] = np.nan
+            markers[~known_markers(poses)] = np.nan
+        return out
 
     @cached_property
     def _tables(self) -> Tables:

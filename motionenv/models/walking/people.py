@@ -55,12 +55,11 @@ def _even(trials: list[np.ndarray]) -> np.ndarray:
 
 def _pace(model: "WalkingModel", rows: np.ndarray, people: list[str]) -> Pace:
     """What speed does, from trials' (scores, log stride time, log speed) and the strides of synthetic walks."""
-    from motionenv.models.treadmill_cycle import walk_in_place
-
     fpca, q = model.fpca_, model.fpca_.n_components
     spread = 1.5 * root_of(model.person_covariance_[:q, :q])  # a little wider than people
     scores = model.person_mean_[:q] + np.random.default_rng(0).standard_normal((_DRAWN, q)) @ spread
-    lengths = np.log(walk_in_place(model, scores).strides / model.height_)
+    speeds = model.crowd(scores)[1]
+    lengths = np.log(speeds * model.stride_seconds(scores) / model.height_)
     knees = [fpca.channels_.index(f"{side}_knee_flexion") for side in ("left", "right")]
     bend = np.mean([fpca.components_[:, fpca.mean_[:, i].argmax(), i] for i in knees], axis=0)
     own = model.standard(rows[:, :q]), people, rows[:, q + 1], rows[:, q] + rows[:, q + 1]

@@ -8,7 +8,7 @@ import pytest
 import motionenv
 from motionenv.data.stimuli import Display, Person, Ring, dots_at
 from motionenv.data.stimuli.making import ring
-from motionenv.models.treadmill_cycle import walk_in_place
+from motionenv.models import cycle
 from motionenv.render.cameras import orthographic
 from motionenv.types import MARKERS
 
@@ -21,13 +21,9 @@ def walk() -> Ring:
 
 
 def test_a_plain_display_shows_the_markers_of_the_walk(walk):
-    model = motionenv.load("walk/fpca")
-    components = model.components()
-    scores = components.means.copy()
-    scores[:2] += components.deviations[:2] * [1.0, -0.5]
-    cycle = walk_in_place(model, scores)
-    seen = dots_at(Display(view=30), walk, np.arange(96) / 96 * float(cycle.seconds))
-    wanted = motionenv.markers(cycle.frames, model.skeleton())
+    made = cycle("walk/fpca", deviations=(1.0, -0.5))
+    seen = dots_at(Display(view=30), walk, np.arange(96) / 96 * made.seconds)
+    wanted = motionenv.markers(made.poses, made.body)
     np.testing.assert_allclose(seen.positions, wanted, atol=1e-9)
     flat = orthographic(wanted, np.radians(30)) / walk.height - [0, 0.5]
     np.testing.assert_allclose(seen.plane, flat, atol=1e-9)

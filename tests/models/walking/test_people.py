@@ -1,10 +1,11 @@
-"""What a walking model learns of people from walks of which that is known."""
+"""What a walking model learns of people, and from a single walk."""
 
 import numpy as np
 import pytest
 
 import motionenv
-from motionenv.models.treadmill_cycle import walk_in_place
+from motionenv import WalkingModel
+from motionenv.models import cycle
 from motionenv.models.walking.people import _even
 
 
@@ -16,7 +17,7 @@ def model():
 def test_it_knows_how_long_strides_are(model):
     """Log stride lengths within 3 % of those of walking in place, of people who were not drawn to learn it."""
     scores = model.sample(60, seed=11).scores
-    lengths = np.log(walk_in_place(model, scores).strides / model.height_)
+    lengths = np.log([cycle(model, scores=each).stride / model.height_ for each in scores])
     assert (model.pace_.log_length(model.standard(scores)) - lengths).std() < 0.03
 
 
@@ -25,8 +26,7 @@ def test_knees_bend_with_speed_as_in_published_walks(model):
     z = np.zeros((1, 8))
     longer, shorter = (model.pace_.longer(z, change, model.pace_.direction) for change in (0.1, -0.1))
     peaks = [
-        np.degrees(walk_in_place(model, model._scores(each)).frames[0][:, [20, 24]].max(axis=0).mean())
-        for each in (longer, shorter)
+        np.degrees(cycle(model, deviations=each[0]).poses[:, [20, 24]].max(axis=0).mean()) for each in (longer, shorter)
     ]
     assert (peaks[0] - peaks[1]) / 0.2 == pytest.approx(15, abs=8)
 
@@ -38,3 +38,26 @@ def test_walks_that_start_or_stop_do_not_tell_how_cycles_vary():
     uneven = 20 * (np.arange(6) - 2.5)[:, None] * np.ones(3)
     np.testing.assert_allclose(_even([*even, uneven]), _even(even))
     np.testing.assert_allclose(_even(even), np.eye(3), atol=0.5)
+
+
+@pytest.fixture(scope="module")
+def walks():
+    return [motionenv.synthesize("walk/fpca", 9, 60, seed=seed, speed=1.2) for seed in (3, 4)]
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_model_of_one_walk_or_two_walks_like_them(walks, count, tmp_path):
+    model = WalkingModel().fit(walks[:count], ["somebody"] * count)
+    assert 1 <= model.fpca_.n_components <= 8
+    model.save(tmp_path / "one.npz")
+    loaded = motionenv.load(tmp_path / "one.npz")
+    mean = loaded.person_mean_[:-2]
+    assert float(loaded.stride_seconds(mean)) == pytest.approx(np.exp(loaded.person_mean_[-2]))
+    assert cycle(loaded, scores=mean).speed == pytest.approx(1.2, abs=0.1)
+    for options in ({}, {"speed": 1.5}, {"deviations": [1.0]}):
+        assert np.isfinite(motionenv.synthesize(loaded, 2, 30, seed=1, **options).poses).all()
+
+
+def test_what_a_model_of_one_walk_tells_clients_is_finite(walks):
+    arrays, _ = motionenv.parameters(WalkingModel().fit(walks[:1], ["somebody"]))
+    assert all(np.isfinite(array).all() for array in arrays.values())
