@@ -17,7 +17,21 @@ from service.observability.metrics import Metrics
 from service.observability.tracing import Tracer
 from service.reference import asyncapi, openapi
 from service.reference import page as docs
-from service.routes import gait, health, jobs, lift, models, page, parameters, stimuli, stream, synthesis, tree, uploads
+from service.routes import (
+    cycles,
+    gait,
+    health,
+    jobs,
+    lift,
+    models,
+    page,
+    parameters,
+    stimuli,
+    stream,
+    synthesis,
+    tree,
+    uploads,
+)
 from service.settings import Settings
 from service.transport.access import AccessMiddleware, trusted_hosts
 from service.transport.compression import CompressionMiddleware
@@ -86,7 +100,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     if service.settings.all_keys:
         openapi.require_keys(app)
     most_used_first = (
-        synthesis, tree, lift, gait, stimuli, health, uploads, jobs, models, stream, parameters, page, docs, asyncapi,
+        synthesis, cycles, tree, lift, gait, stimuli, health, uploads, jobs, models, stream, parameters, page, docs,
+        asyncapi,
     )  # fmt: skip
     for module in most_used_first:
         for route in module.router.routes:
