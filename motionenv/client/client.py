@@ -13,13 +13,14 @@ import numpy as np
 from motionenv.arguments import WalkArguments, keyword_arguments
 from motionenv.client.connection import Connection
 from motionenv.client.jobs import Job
-from motionenv.client.responses import LiftedPoints, lifted, samples
+from motionenv.client.responses import LiftedPoints, cycle, lifted, samples
 from motionenv.client.streams import Stream
 from motionenv.errors import MotionError
 from motionenv.mocap import MarkerMap, npz
 from motionenv.types import Camera, Motion, Points
 
 if TYPE_CHECKING:
+    from motionenv.models import Cycle
     from motionenv.models.motion_tree import Samples
 
 _NPZ = "application/x-npz"
@@ -176,6 +177,25 @@ class Client:
             seconds, fps: duration [s], at least 2, and frame rate [Hz], at least 30.
         """
         return self._connection.request("POST", "/v1/gait", json=_walk(model, seconds, fps, walk, None)).json()
+
+    def cycle(
+        self, model: str, *, seed: int | None = None, deviations: Sequence[float] | None = None,
+        scores: Sequence[float] | None = None, speed: float | None = None, height: float | None = None,
+        samples: int = 96,
+    ) -> "Cycle":  # fmt: skip
+        """One stride of a walker in place, as `motionenv.models.cycle`.
+
+        Args:
+            model: its name.
+            seed, deviations, scores: the walker, by one of them; None takes the average one.
+            speed: [m/s]; None takes the walker's own.
+            height: body height [m]; None takes the walker's own.
+            samples: number of phases.
+        """
+        given = {"seed": seed, "deviations": deviations, "scores": scores, "speed": speed, "height": height}
+        body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
+        body |= {"model": model, "samples": samples}
+        return cycle(self._connection.request("POST", "/v1/cycles", json=body, headers={"Accept": _NPZ}).content)
 
     def stimuli(self, asked: Mapping[str, Any], out: str | Path) -> None:
         """Save a set of point-light stimuli as a ZIP archive.
