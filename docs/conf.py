@@ -35,7 +35,7 @@ extensions = [
 ]  # fmt: skip
 templates_path = ["_templates"]
 #: The index for those who read the files themselves, and what is put into other pages.
-exclude_patterns = ["README.md", "examples/*", "made/http", "licences.md"]
+exclude_patterns = ["README.md", "examples/*", "licences.md"]
 default_role = "py:obj"  # a name in backticks links to what it names, if that has a page
 suppress_warnings = [
     "config.cache",  # of the event handlers below
@@ -45,7 +45,6 @@ suppress_warnings = [
 html_theme = "pydata_sphinx_theme"
 html_title = "motionenv"
 html_show_sourcelink = False
-html_extra_path = ["made/http"]  # documents for programs
 html_static_path, html_css_files = ["_static"], ["site.css"]
 html_theme_options = {
     "navigation_with_keys": False,

@@ -15,7 +15,7 @@ COMPATIBLE = (
     "Python Software Foundation", "Unlicense", "Zlib",
 )  # fmt: skip
 #: Packages whose metadata don't say it; their source distributions do.
-UNSTATED = {"ezc3d": "MIT", "pyglet": "BSD-3-Clause"}
+UNSTATED = {"pyglet": "BSD-3-Clause"}
 
 
 def needed(name: str) -> dict[str, Distribution]:

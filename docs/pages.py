@@ -1,25 +1,18 @@
-"""Pages that are made of what is elsewhere: results, environments, the HTTP interface."""
+"""Pages that are made of what is elsewhere: results, environments, licences, the walker."""
 
-import asyncio
 import base64
-import json
 import re
 import shutil
-import tempfile
-import textwrap
 from pathlib import Path
 
 import gymnasium
-import httpx
 import licences
 
 import motionenv
 import motionenv.envs  # registers the environments
 from motionenv.models import cycle
-from service.app import create_app
 from service.formats.cycles import encoded
 from service.formats.parameters import MEDIA_TYPE, packed
-from service.settings import Settings
 
 DOCS = Path(__file__).parent
 MADE = DOCS / "made"
@@ -59,7 +52,6 @@ def make_pages() -> None:
     licence_list()
     environments()
     walker()
-    http()
 
 
 def results() -> None:
@@ -135,7 +127,7 @@ def walker() -> None:
     embed = DOCS / "_static" / "made"
     embed.mkdir(exist_ok=True)
     shutil.copy(DOCS.parent / "service" / "web" / "dist" / "embed.js", embed)
-    parameters = packed(*motionenv.parameters("walk/fpca"))
+    parameters = packed(*motionenv.models.parameters("walk/fpca"))
     stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), "walk/fpca", MEDIA_TYPE)
     looks = "".join(f"<option value={value}>{name}</option>" for value, name in LOOKS.items())
     (MADE / "walker.html").write_text(
@@ -147,25 +139,3 @@ def walker() -> None:
         "<script src='_static/made/embed.js' defer></script>",
         encoding="utf-8",
     )
-
-
-async def _asked(*paths: str) -> list[httpx.Response]:
-    """The answers of a service to requests for these paths."""
-    with tempfile.TemporaryDirectory() as data:
-        served = httpx.ASGITransport(create_app(Settings(data=data)))
-        async with httpx.AsyncClient(transport=served, base_url="http://127.0.0.1:8000") as client:
-            return [(await client.get(path)).raise_for_status() for path in paths]
-
-
-def http() -> None:
-    """http.rst: the reference that a server shows at /docs, without its forms; and the documents for programs."""
-    folder = MADE / "http"
-    folder.mkdir(exist_ok=True)
-    openapi, asyncapi, docs = asyncio.run(_asked("/openapi.json", "/asyncapi.json", "/docs"))
-    for name, told in (("openapi", openapi), ("asyncapi", asyncapi)):
-        (folder / f"{name}.json").write_text(json.dumps(told.json(), indent=1), encoding="utf-8")
-    page = docs.text
-    body = re.sub(r"(?s)<details class=try.*?</details>", "", page[page.index("</h1>") + 5 : page.index("</main>")])
-    body = re.sub(r"href='(openapi|asyncapi)\.json'", r"href='../\1.json'", body)
-    raw = textwrap.indent(f"<div class='http'>{body}</div>", "   ")
-    (MADE / "http.rst").write_text(f"HTTP\n====\n\n.. raw:: html\n\n{raw}\n", encoding="utf-8")

@@ -14,12 +14,11 @@ From recordings to pictures to estimates, and the folder of each step:
 
     >>> import motionenv
     >>> motion = motionenv.synthesize("walk/fpca", seconds=2, fps=30, seed=1, speed=1.3)
-    >>> motion.poses.shape
-    (60, 25)
+    >>> motion
+    Motion(60 frames, 30 fps, 1.81 m, 'walk')
     >>> camera = motionenv.fit_view(motionenv.markers(motion.poses, motion.skeleton), alpha=0.0)
-    >>> from motionenv.render import render
-    >>> render(motion.poses[:2], motion.skeleton, camera).rgb.shape
-    (2, 480, 640, 3)
+    >>> motionenv.render.render(motion.poses[:2], motion.skeleton, camera)
+    Frame(2 frames, 640x480, rgb, depth and limbs)
 
 World: x forward, y left, z up; metres, radians, seconds; missing values are NaN. Public names are loaded on first use,
 so importing motionenv is fast.
@@ -33,8 +32,8 @@ __version__ = "0.3.0"
 #: Public names and the modules that hold them.
 _NAMES = {
     "types": "Camera Cycles Frame Markers Motion Points Skeleton",
-    "errors": "EngineError MotionError ServiceError",
-    "mocap": "read retarget write",
+    "errors": "EngineError FormatError GapError ModelError MotionError ServiceError",
+    "mocap": "read read_motion retarget write",
     "mocap.keypoints": "read_points",
     "body": "from_height markers",
     "cycles": "segment",
@@ -45,23 +44,26 @@ _NAMES = {
     "models.motion_tree": "MotionTree",
     "models.eigenwalkers.walker_prior": "WalkerPrior",
     "models.walking": "WalkingModel",
-    "models.filling": "fill read_motion",
+    "models.filling": "fill",
     "models.registry": "load",
-    "models.storage.export": "parameters",
     "models.synthesis": "synthesize",
     "lifting": "lift",
     "render": "Scene film",
-    "render.cameras": "fit_view view",
+    "render.cameras": "fit_view",
     "render.video.encode": "stream_video write_video",
     "client": "Client",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
+#: Packages that users begin with; the others can be imported too.
+_PACKAGES = {"data", "envs", "gait", "lifting", "mocap", "models", "render", "tracking"}
 
-__all__ = sorted(_HOME)
+__all__ = sorted({*_HOME, *_PACKAGES})
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first asked for (PEP 562)."""
+    if name in _PACKAGES:
+        return import_module(f"motionenv.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'motionenv' has no attribute {name!r}")
     value = getattr(import_module(f"motionenv.{_HOME[name]}"), name)

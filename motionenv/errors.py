@@ -10,7 +10,13 @@ class MotionError(ValueError):
 
 
 class FormatError(MotionError):
-    """A file can't be read: the message names the file, the line or block, and what was expected."""
+    """A file can't be read.
+
+    Args:
+        path: the file.
+        problem: what is wrong, and what was expected.
+        where: the line or block; "" for the whole file.
+    """
 
     def __init__(self, path: str | Path, problem: str, where: str = "") -> None:
         place = f"{path}, {where}" if where else f"{path}"

@@ -7,11 +7,14 @@ walking), y left, z up, ground at z = 0. Missing values are NaN. Arrays are read
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from html import escape
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole
+from motionenv._core.representation import OneLine, curves, figures, picture, some
+from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole, did_you_mean
 from motionenv.errors import MotionError
 
 #: The 15 markers of Zhang & Troje (2007, fig. 1), in the order of every (..., 15, 3) array.
@@ -64,7 +67,7 @@ def shape_text(shape: tuple) -> str:
     return "(" + ", ".join("..." if s is ... else "n" if s is None else str(s) for s in shape) + ")"
 
 
-class _Record:
+class _Record(OneLine):
     """Base of frozen dataclasses with validated fields, which pickles their fields."""
 
     def _set(self, **values):
@@ -75,7 +78,7 @@ class _Record:
         self.__init__(**{f.name: state[f.name] for f in fields(self) if f.init})  # type: ignore[misc, arg-type]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Skeleton(_Record):
     """The cylinder body of one person: joint offsets and limb radii.
 
@@ -101,8 +104,11 @@ class Skeleton(_Record):
         if not (np.isfinite(self.offsets).all() and np.isfinite(self.radii).all() and 0 < self.height < np.inf):
             raise MotionError(f"Skeleton needs finite offsets and radii and height above 0, got {self.height!r}")
 
+    def _shown(self) -> str:
+        return f"{self.height:.2f} m"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion(_Record):
     """Poses of one body over time.
 
@@ -127,6 +133,17 @@ class Motion(_Record):
             raise MotionError(f"Motion.skeleton must be a Skeleton, got {type(self.skeleton).__name__}")
         if self.filled is not None:
             self._set(filled=frozen(self.filled, self.poses.shape, "Motion.filled", dtype=bool))
+
+    def _shown(self) -> str:
+        height = f"{self.skeleton.height:.2f} m"
+        return f"{_counts(self.poses.shape[:-1])}, {self.fps:g} fps, {height}{_rest(self.name, self.poses)}"
+
+    def _repr_html_(self) -> str:
+        """A strip of stick figures, for notebooks."""
+        body = import_module("motionenv.body")  # a later stage, needed in notebooks only
+        poses = self.poses.reshape(-1, *self.poses.shape[-2:])[:1].reshape(-1, 25)
+        points = body.markers(poses[some(len(poses))], self.skeleton)
+        return figures(points, body.EDGES, escape(repr(self)))
 
     @property
     def angles(self) -> np.ndarray:
@@ -161,7 +178,7 @@ class Event:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ForcePlate(_Record):
     """One force plate of a capture.
 
@@ -187,7 +204,7 @@ class ForcePlate(_Record):
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording(_Record):
     """What a capture file holds beside its points.
 
@@ -211,7 +228,7 @@ class Recording(_Record):
     outputs: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Markers(_Record):
     """Named points over time: optical markers, or the joints of a captured hierarchy.
 
@@ -248,6 +265,11 @@ class Markers(_Record):
         if self.rotations is not None:
             self._set(rotations=frozen(self.rotations, (..., None, n, 3, 3), "Markers.rotations"))
 
+    def _shown(self) -> str:
+        points = f"{len(self.names)} {'points' if self.parents is None else 'joints'}"
+        rest = _rest(self.name, self.positions)
+        return f"{_counts(self.positions.shape[:-2])}, {points}, {self.fps:g} fps{rest}"
+
     def index(self, name: str) -> int:
         """Index of the point `name`.
 
@@ -255,11 +277,12 @@ class Markers(_Record):
             MotionError: no such point; lists the names.
         """
         if name not in self.names:
-            raise MotionError(f"there is no point {name!r}; available are {', '.join(self.names)}")
+            nearest = did_you_mean(name, self.names)
+            raise MotionError(f"there is no point {name!r}; available are {', '.join(self.names)}{nearest}")
         return self.names.index(name)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Points(_Record):
     """The 15 markers in the image of one camera: the input of lifting.
 
@@ -296,13 +319,17 @@ class Points(_Record):
                 raise MotionError("Points.confidence must be from 0 to 1, or NaN for missing points")
             self._set(confidence=confidence)
 
+    def _shown(self) -> str:
+        rest = _rest(self.name, self.positions)
+        return f"{_counts(self.positions.shape[:-2])}, {self.fps:g} fps, in {self.unit}{rest}"
+
     @property
     def upward(self) -> np.ndarray:
         """Positions (frames, 15, 2) with the second axis upwards in either unit."""
         return self.positions if self.unit == "m" else self.positions * [1.0, -1.0]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Cycles(_Record):
     """Motion cycles in a common reference domain (paper A, section 3.4): the unrolled design matrix X⁽¹⁾.
 
@@ -335,8 +362,18 @@ class Cycles(_Record):
         if len(self.subject) != k:
             raise MotionError(f"Cycles.subject must hold {k} labels, got {len(self.subject)}")
 
+    def _shown(self) -> str:
+        (k, samples, channels), people = self.values.shape, len(set(self.subject))
+        return f"{k} cycles of {people} people, {samples} samples, {channels} channels"
 
-@dataclass(frozen=True, eq=False)
+    def _repr_html_(self) -> str:
+        """The mean cycle of each channel, for notebooks."""
+        known = np.isfinite(self.values)
+        sums, counts = np.where(known, self.values, 0.0).sum(0), known.sum(0)
+        return curves(np.where(counts > 0, sums / np.maximum(counts, 1), np.nan).T, escape(repr(self)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Camera(_Record):
     """A pinhole camera in OpenCV's convention: x right, y down, z into the scene; pixel centres at integers.
 
@@ -366,8 +403,12 @@ class Camera(_Record):
         if not np.allclose(self.R @ self.R.T, np.eye(3), atol=1e-6) or np.linalg.det(self.R) < 0:
             raise MotionError(f"Camera.R must be a rotation matrix, got {self.R.tolist()}")
 
+    def _shown(self) -> str:
+        place = ", ".join(f"{x:.2f}" for x in self.centre + 0.0)
+        return f"{self.width}x{self.height}, focal length {self.K[0, 0]:.4g} pixels, at ({place}) m"
+
     def project(self, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Pixel coordinates (..., 2) and depth (...) [m] along z of world points (..., 3) [m]."""
+        """Pixel coordinates (..., 2) and depth (...) [m] along z of world `points` (..., 3) [m]."""
         seen = np.asarray(points, dtype=np.float64) @ self.R.T + self.t
         pixels = seen @ self.K.T
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -379,7 +420,7 @@ class Camera(_Record):
         return -self.R.T @ self.t
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame(_Record):
     """Rendered images; leading axes are batch axes.
 
@@ -391,4 +432,25 @@ class Frame(_Record):
 
     rgb: np.ndarray | None
     depth: np.ndarray
-    limbs: np.ndarray = field(repr=False)
+    limbs: np.ndarray
+
+    def _shown(self) -> str:
+        height, width = self.limbs.shape[-2:]
+        counted = f"{_counts(self.limbs.shape[:-2])}, " if self.limbs.ndim > 2 else ""
+        return f"{counted}{width}x{height}, {'depth and limbs' if self.rgb is None else 'rgb, depth and limbs'}"
+
+    def _repr_html_(self) -> str:
+        """A strip of pictures, or of limbs' outlines if there is no colour, for notebooks."""
+        every = np.repeat((self.limbs > 0)[..., None] * np.uint8(255), 3, -1) if self.rgb is None else self.rgb
+        every = every.reshape(-1, *every.shape[-3:])
+        step = max(1, every.shape[1] // 150)
+        return picture(np.concatenate(every[some(len(every)), ::step, ::step], axis=1), escape(repr(self)))
+
+
+def _counts(shape: tuple[int, ...]) -> str:
+    """Batch axes and frames, such as "4 x 30 frames"."""
+    return f"{' x '.join(map(str, shape))} frame{'' if shape == (1,) else 's'}"
+
+
+def _rest(name: str, values: np.ndarray) -> str:
+    return (f", {name[:40]!r}" if name else "") + (", with gaps" if np.isnan(values).any() else "")

@@ -4,21 +4,19 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
-from fastapi.routing import APIRoute
+from fastapi.routing import iter_route_contexts
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from motionenv import __version__
 from service import errors
-from service.jobs.backend import Backend
-from service.jobs.local import Local
+from service.jobs.backend import Backend, Local
 from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
 from service.observability.tracing import Tracer
-from service.reference import asyncapi, openapi
-from service.reference import page as docs
 from service.routes import (
     cycles,
+    docs,
     gait,
     health,
     jobs,
@@ -80,8 +78,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             service.tracer.close()
 
     app = FastAPI(
-        title="motionenv", version=__version__, lifespan=lifespan, redirect_slashes=False, docs_url=None,
-        redoc_url=None, telemetry={"tracing": False, "metrics": False, "logs": False},
+        title="motionenv", version=__version__, description=docs.DESCRIPTION, lifespan=lifespan,
+        redirect_slashes=False, docs_url=None, redoc_url=None,  # FastAPI's load their scripts from a CDN
+        generate_unique_id_function=lambda route: route.name,
+        telemetry={"tracing": False, "metrics": False, "logs": False},
     )  # fmt: skip
     app.state.service = service
     app.add_middleware(CompressionMiddleware)
@@ -98,14 +98,21 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     errors.install(app)
     if service.settings.all_keys:
-        openapi.require_keys(app)
+        docs.require_keys(app)
     most_used_first = (
         synthesis, cycles, tree, lift, gait, stimuli, health, uploads, jobs, models, stream, parameters, page, docs,
-        asyncapi,
     )  # fmt: skip
     for module in most_used_first:
-        for route in module.router.routes:
-            app.router.routes.append(route)  # an included router would be matched twice
-            if isinstance(route, APIRoute):
-                route.unique_id = route.name  # operations are called as their functions
+        app.include_router(module.router)
+    app.mount("/assets", page.ASSETS)
+    app.mount("/docs", docs.ASSETS)
+    app.state.paths = _methods(app)
     return app
+
+
+def _methods(app: FastAPI) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for route in iter_route_contexts(app.routes):
+        methods = route.methods or set()
+        found.setdefault(route.path or "", set()).update(methods | ({"HEAD"} if "GET" in methods else set()))
+    return found

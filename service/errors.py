@@ -13,7 +13,6 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Match
 
 from motionenv import MotionError
 from motionenv.models import did_you_mean
@@ -47,6 +46,7 @@ FULL = "the service's disk is full: remove jobs or models, or contact its operat
 #: [s] after which a client may try again when the database is away, and the detail of that 503.
 OUTAGE = 10
 UNREACHABLE = f"the service can't reach its database or its files; retry in {OUTAGE} s"
+_NO_JSON = "the body is not valid JSON"
 #: Names of bounds in pydantic's errors that are passed on.
 _BOUNDS = ("gt", "ge", "lt", "le", "multiple_of", "min_length", "max_length", "pattern", "expected")
 
@@ -148,25 +148,24 @@ async def _of_problem(request: Request, error: Any) -> Response:
 
 
 async def _of_http(request: Request, error: Any) -> Response:
-    path = request.url.path[:100]
-    near = did_you_mean(path, {getattr(route, "path", "") for route in request.app.routes} - {path})
-    details = {404: f"not found: {path}; see /docs{near}", 405: f"method {request.method} is not allowed"}
-    detail = details.get(error.status_code, str(error.detail))
-    headers = {"Allow": _allowed(request)} if error.status_code == 405 else error.headers
+    path, paths, headers = request.url.path[:100], request.app.state.paths, error.headers
+    if error.status_code == 404:
+        detail = f"not found: {path}; see /docs{did_you_mean(path, paths.keys() - {path})}"
+    elif error.status_code == 405:  # Starlette names the methods of the first route with this path only
+        headers = {"Allow": ", ".join(sorted(paths[request.scope["route"].path]))}
+        detail = f"method {request.method} is not allowed"
+    elif error.status_code == 400:  # FastAPI's, of what Python's json can't read, such as other encodings
+        detail = _NO_JSON
+    else:
+        detail = str(error.detail)
     return _answer(request, error.status_code, detail, headers=headers)
 
 
-def _allowed(request: Request) -> str:
-    """Methods of all routes with this path; Starlette tells those of the first one only."""
-    matching = (route for route in request.app.routes if route.matches(request.scope)[0] is not Match.NONE)
-    path = getattr(next(matching, None), "path", None)
-    same = (route for route in request.app.routes if getattr(route, "path", None) == path)
-    methods = {method for route in same for method in getattr(route, "methods", None) or ()}
-    return ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
-
-
 async def _of_validation(request: Request, error: Any) -> Response:
-    status, detail, errors = _of_fields(error.errors())
+    body = getattr(request.scope.get("route"), "body_field", None)
+    if body is not None and isinstance(error.body, bytes):  # FastAPI parses only what is declared as JSON
+        return _answer(request, 415, "the body must be JSON with Content-Type: application/json")
+    status, detail, errors = _of_fields(error.errors(), body and body.field_info.annotation)
     return _answer(request, status, detail, errors=errors)
 
 
@@ -192,10 +191,9 @@ def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:
 
 
 def _of_fields(found: Sequence[Mapping[str, Any]], kind: type[BaseModel] | None = None) -> tuple[int, str, list]:
-    """Status, detail and fields of pydantic's errors."""
+    if found[0]["type"] == "json_invalid" and not _is_field(found[0]["loc"]):
+        return 400, _NO_JSON, []
     errors = [field_problem(one, kind) for one in found]
-    if any(one["type"] == "json_invalid" and not _is_field(one["loc"]) for one in found):
-        return 400, "the body is not valid JSON", errors
     return 422, "; ".join(f"{one['field']}: {one['problem']}" for one in errors[:5]), errors[:100]
 
 
@@ -220,7 +218,6 @@ def _is_field(loc: Sequence[str | int]) -> bool:
 
 
 def _fields(kind: Any, loc: Sequence[str | int]) -> Iterable[str]:
-    """Names of the fields at a place in a body that should be a `kind`."""
     for part in loc:
         if isinstance(part, str):
             field = kind.model_fields.get(part)

@@ -63,7 +63,6 @@ class JobSettings(BaseSettings):
 
     @model_validator(mode="after")
     def _shared(self) -> Self:
-        """Require database and store together."""
         if bool(self.database.get_secret_value()) != bool(self.store):
             given, missing = ("store", "database") if self.store else ("database", "store")
             raise ValueError(f"{given} needs {missing}: machines that share jobs share their files too; set both")
@@ -146,7 +145,6 @@ class Settings(JobSettings):
 
     @model_validator(mode="after")
     def _safe(self) -> Self:
-        """Require keys or `open` before other machines get access."""
         if not self.all_keys and not self.open and not _loopback(self.host):
             raise ValueError(
                 f"host {self.host!r} is reachable from other machines, but there are no keys: "

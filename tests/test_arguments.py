@@ -7,7 +7,7 @@ import pytest
 
 import motionenv
 from motionenv.arguments import ARGUMENTS, WALK_ARGUMENTS, WalkArguments, keyword_arguments
-from motionenv.models.paths import Path, walk_along
+from motionenv.models.paths import WalkPath, walk_along
 
 
 def test_what_functions_hand_on_has_the_types_of_the_request():
@@ -56,7 +56,7 @@ def test_a_wrong_name_is_answered_with_the_nearest(wrong, says):
 def test_a_wrong_name_is_of_the_function_that_was_called():
     model = motionenv.load("walk/fpca")
     with pytest.raises(TypeError, match=r"walk_along\(\) .* did you mean variation\?"):
-        walk_along(model, Path.line(5), 1, 30, variaton=0.0)
+        walk_along(model, WalkPath.line(5), 1, 30, variaton=0.0)
     with pytest.raises(TypeError, match=r"save\(\) .* did you mean height\?"):
         motionenv.Client("http://127.0.0.1:9").save("w.npz", "walk/fpca", 1, 30, heigth=1.7)
 

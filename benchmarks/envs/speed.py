@@ -171,7 +171,7 @@ class Clock:
         setattr(thing, method, timed)
 
 
-def parts(make: Callable, seconds: float) -> dict[str, float]:
+def step_shares(make: Callable, seconds: float) -> dict[str, float]:
     """Shares of the time of a step of an environment with image observations."""
     env, step = make()
     step()
@@ -203,7 +203,7 @@ def parts(make: Callable, seconds: float) -> dict[str, float]:
 def profile(seconds: float) -> None:
     """Print the profile of a step."""
     names = [name for name in TIMED if "Marker" not in name]
-    shares = [parts(TIMED[name][0], seconds) for name in names]
+    shares = [step_shares(TIMED[name][0], seconds) for name in names]
     print(f"\n| share of a step | {' | '.join(names)} |\n|-|{'-|' * len(names)}")
     for part in shares[0]:
         print(f"| {part} | {' | '.join(f'{100 * s[part]:.1f} %' for s in shares)} |")

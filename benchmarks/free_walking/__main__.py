@@ -31,7 +31,7 @@ from motionenv.lifting.free.proposal import BODY_UNIT, propose, shipped_network
 from motionenv.lifting.free.rays import rays_of
 from motionenv.metrics import aligned_mpjpe, pelvis_mpjpe
 from motionenv.mocap.keypoints import DetectorErrors
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.render.cameras import fit_view
 from motionenv.types import MARKERS, Camera, Points
 
@@ -161,7 +161,7 @@ def _baselines(mocap: pathlib.Path, learned: np.ndarray, count: int) -> str:
 
 def _hour() -> str:
     """CPU time and peak memory of lifting a minute in a circle, with 2 pixels of noise, and sixty times that."""
-    walk = motionenv.synthesize("walk/fpca", 60.0, 30.0, seed=4, path=Path.arc(1.6, 60.0), speed=1.0)
+    walk = motionenv.synthesize("walk/fpca", 60.0, 30.0, seed=4, path=WalkPath.arc(1.6, 60.0), speed=1.0)
     places = markers(walk.poses, walk.skeleton)
     camera = fit_view(places, 0.4, elevation=0.12, **bandai.PICTURE)
     pixels = camera.project(places)[0] + 2 * np.random.default_rng(0).standard_normal((*places.shape[:2], 2))

@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 from benchmarks.free_walking import left_out
 from motionenv.lifting.free.lifter import fit_labelled
 from motionenv.lifting.free.posture_network import PostureNetwork
-from motionenv.lifting.validation import swapped_back
+from motionenv.lifting.side_labels import swapped_back
 from motionenv.types import Points
 
 SECONDS = (0.5, 1.0, 2.0, 4.0)

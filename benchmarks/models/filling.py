@@ -18,7 +18,8 @@ from benchmarks import MOCAP
 from motionenv import Motion
 from motionenv.cycles import Alignment, to_reference
 from motionenv.errors import MotionError
-from motionenv.models.filling import fill, read_motion
+from motionenv.mocap import read_motion
+from motionenv.models.filling import fill
 from motionenv.models.filling.prior import prior_of
 from motionenv.models.walking.preprocessing import CHANNELS, find_cycles, gait_channels
 

@@ -24,7 +24,7 @@ No constant of the library was chosen on these numbers: lean, anticipation and s
 
 import argparse
 from itertools import pairwise
-from pathlib import Path as File
+from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -35,7 +35,7 @@ from benchmarks.captured_walks import straight_trials
 from motionenv.body import NODES, feet, forward
 from motionenv.gait import feet_of, find_events
 from motionenv.mocap.readers import asfamc
-from motionenv.models.paths import Path, random_path, walk_along
+from motionenv.models.paths import WalkPath, random_path, walk_along
 
 MODELS = ("walk/fpca", "walk/eigenwalkers")
 TURNING = ("26_01", "27_01", "29_01", "46_01")
@@ -46,7 +46,7 @@ OVER = 0.45  # [s]
 ROUND = 0.2  # [1/m] of a turn in which inner and outer strides are told apart
 
 
-def task(rng: np.random.Generator, changing: bool) -> tuple[Path, float, float | list]:
+def task(rng: np.random.Generator, changing: bool) -> tuple[WalkPath, float, float | list]:
     """A path, the greatest speed on it, and the speed over time."""
     radius = rng.uniform(*RADIUS)
     path = random_path(rng, 40.0, radius=radius, scale=rng.uniform(1.5, 4.0))
@@ -181,7 +181,7 @@ def slipped(found: list[np.ndarray]) -> str:
     )
 
 
-def captured(mocap: File) -> None:
+def captured(mocap: Path) -> None:
     """Print how far captured people's feet slip, and how they turn."""
     trials = straight_trials(mocap)
     walks = [motionenv.retarget(asfamc.read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120)) for t in trials]
@@ -198,7 +198,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--walkers", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--mocap", type=File)
+    parser.add_argument("--mocap", type=Path)
     arguments = parser.parse_args()
     for name in MODELS:
         measure(name, arguments.walkers, arguments.seed)

@@ -53,7 +53,9 @@ def tree() -> Any:
 
 def camera(alpha: float = 0.4, size: int = 64) -> motionenv.Camera:
     """A small camera that looks at the origin."""
-    return motionenv.view(alpha, distance=4.0, width=size, height=size)
+    from motionenv.render import cameras
+
+    return cameras.view(alpha, distance=4.0, width=size, height=size)
 
 
 def near(pose: np.ndarray, n: int = 50) -> np.ndarray:
@@ -146,7 +148,7 @@ def _traits(name: str) -> Any:
 def _parameters(name: str) -> Any:
     from motionenv.models import card
 
-    arrays, description = motionenv.parameters(name)
+    arrays, description = motionenv.models.parameters(name)
     for later in ("about", "treadmill", "steerable"):
         del description[later]
     for key in ("shares", "traits", "activities"):

@@ -35,12 +35,12 @@ def model(name: str) -> Any:
 @output("likelihood of colours", "SilhouetteLikelihood", "rgb")
 @output("likelihood of depth", "SilhouetteLikelihood", "depth")
 @output("likelihood of appearance", "AppearanceLikelihood", "rgb")
-@output("likelihood of silhouettes and appearance", "ProductLikelihood", "mask")
-def _likelihood(name: str, sense: str) -> Any:
+@output("likelihood of silhouettes and appearance", "ProductLikelihood", "mask", "rgb")
+def _likelihood(name: str, *senses: str) -> Any:
     made, seen, found = model(name), pictures(), []
-    given = {"mask": seen.limbs > 0, "rgb": seen.rgb, "depth": seen.depth}[sense]
+    given = {"mask": seen.limbs > 0, "rgb": seen.rgb, "depth": seen.depth}
     for i in range(0, 12, 3):
-        made.observe(**{sense: given[i]})
+        made.observe(**{sense: given[sense][i] for sense in senses})
         if hasattr(made, "learn"):
             made.learn(walk().poses[i])
         found.append(made.log_likelihood(near(walk().poses[i])))
@@ -81,7 +81,12 @@ def _track(name: str, likelihood: str = "SilhouetteLikelihood", **options) -> An
     made = prior(name)
     tracker = ParticleFilter(made, model(likelihood), n=150, seed=1, **options)
     tracker.start(Start.at(walk().poses[0]))
-    beliefs = [tracker.step(mask=limbs > 0) for limbs in pictures().limbs]
+    product = likelihood == "ProductLikelihood"  # its second part looks at colours
+    seen = pictures()
+    beliefs = [
+        tracker.step(mask=limbs > 0, **({"rgb": rgb} if product else {}))
+        for limbs, rgb in zip(seen.limbs, seen.rgb, strict=True)
+    ]
     return [[b.poses, b.log_weights, b.mean, b.effective, b.log_evidence, b.lost] for b in beliefs]
 
 
@@ -95,10 +100,10 @@ def _start() -> Any:
 
 @output("track of a film")
 def _video_track() -> Any:
-    from motionenv.render import render
+    from motionenv.render import cameras, render
     from motionenv.tracking.video.track import track_video
 
-    watching = motionenv.view(0.0, distance=5.0, width=128, height=96)
+    watching = cameras.view(0.0, distance=5.0, width=128, height=96)
     poses = walk().poses - np.eye(25)[0] * walk().poses[:, :1].mean()
     noise = 4 * np.random.default_rng(5).standard_normal((len(poses), 96, 128, 3))
     drawn = render(poses, walk().skeleton, watching).rgb + noise
@@ -146,7 +151,7 @@ def _lift(alpha: float | None = None, missing: float = 0.0, seen: dict | None = 
 def _lift_by_camera() -> Any:
     watching = motionenv.fit_view(markers_of(walk(4.0)).positions, 0.5, width=640, height=480, elevation=0.1)
     seen = points(0.5, elevation=0.1, camera=watching, heading=0.0)
-    lifted = motionenv.lift(seen, camera=watching, method="steady")
+    lifted = motionenv.lift(seen, camera=watching)
     return [seen, lifted, lifted.band, lifted.motion()]
 
 
@@ -174,9 +179,9 @@ def _unknown(**how) -> Any:
 
 @output("lifting refined")
 def _refined() -> Any:
-    from motionenv.lifting import Start, refine
+    from motionenv.lifting import InitialEstimate, refine
 
     walkers = motionenv.load("walk/prior")
-    begin = Start(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
+    begin = InitialEstimate(walkers.mean_, 0.8, motionenv.lift(points()).posterior.frequency, 0.3)
     found = refine(walkers, points(missing=0.2), begin, unknown=("alpha", "elevation"))
     return [found, found.positions, found.deviations, found.standard_deviation("alpha")]

@@ -86,6 +86,6 @@ def application(media_type: str) -> Starlette:
 if __name__ == "__main__":
     logging.basicConfig(level=logging.INFO)
     uvicorn.run(
-        product() if sys.argv[1] == "product" else application(sys.argv[1]), port=0, loop="uvloop", http="httptools",
+        product() if sys.argv[1] == "product" else application(sys.argv[1]), port=0, loop="uvloop", http="h11",
         access_log=False, log_config=None, server_header=False,
     )  # fmt: skip

@@ -32,6 +32,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks import MOCAP
 from benchmarks.free_walking import bandai
+from motionenv import tracking
 from motionenv.body import markers as joints_of
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
@@ -43,7 +44,6 @@ from motionenv.models.training import read_walks
 from motionenv.render import render
 from motionenv.render.cameras import fit_view
 from motionenv.render.video.encode import write_video
-from motionenv.tracking.video import track_video
 from motionenv.types import MARKERS, Camera, Points
 
 WAYS = ("lift alone", "silhouettes", "detections", "detections and a point")
@@ -152,11 +152,13 @@ def played(film: Film, path: Path, particles: int, attempts: int, way: str) -> d
         found = fit_freely(film.people[1], film.camera).positions
         scores = scored(found, np.isfinite(found[:, 0, 0]), film.joints)
     else:
-        told = {"detections": film.people} if way.startswith("detections") else {}
+        told, known = {}, tracking.Film(path, detections=film.people if way.startswith("detections") else None)
         if way != "detections":
             early = len(film.joints) // 4
-            told |= {"point": film.camera.project(film.joints[early, PELVIS])[0], "at": early / FPS}
-        track = track_video(path, film.camera, particles=particles, attempts=attempts, seed=0, threads=1, **told)
+            told = {"point": film.camera.project(film.joints[early, PELVIS])[0], "at": early / FPS}
+        track = tracking.track_video(
+            known, film.camera, particles=particles, attempts=attempts, seed=0, threads=1, **told
+        )
         body = track.motion.skeleton
         scores = scored(joints_of(track.expected, body), track.followed, film.joints)
     return scores | {"seconds": (time.process_time() - begun) / len(film.joints) * FPS}

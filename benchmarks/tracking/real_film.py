@@ -22,7 +22,7 @@ from motionenv.mocap.keypoints.points2d import read_people
 from motionenv.render.draw2d.overlay import draw_pose
 from motionenv.render.video.decode import narrowed, read_frames, video_info
 from motionenv.render.video.encode import write_image
-from motionenv.tracking.video import VideoTrack, track_video
+from motionenv.tracking import Film, VideoTrack, track_video
 from motionenv.tracking.video.detection import resized
 from motionenv.tracking.video.guide import at_frames
 from motionenv.types import MARKERS, Camera
@@ -121,7 +121,7 @@ def main() -> None:
             if given is not None:
                 about = line_of_detections(given, (info.width, info.height), info.fps, camera, true)
             try:
-                track = track_video(path, camera, detections=given, person=1, particles=1000, seed=0)
+                track = track_video(Film(path, detections=given), camera, person=1, particles=1000, seed=0)
             except MotionError as error:
                 print(
                     f"| {view} | {'detections' if given else 'film'} | {about} | refused: {error} | | | |", flush=True

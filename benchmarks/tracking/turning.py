@@ -35,8 +35,7 @@ from motionenv import write
 from motionenv.body import from_height
 from motionenv.envs.agents import TrackingAgent
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.models.paths import Path as Way
-from motionenv.models.paths import random_path, walk_along
+from motionenv.models.paths import WalkPath, random_path, walk_along
 from motionenv.models.registry import load
 from motionenv.render.draw2d.overlay import draw_pose, strip
 from motionenv.render.video.encode import write_image
@@ -63,7 +62,7 @@ def walked(model: str, course: str, seed: int) -> Motion:
     speed: float | list = fast
     if course == "free":
         speed = _speeds(rng, fast, seconds)
-    way = Way.line(20.0) if course == "straight" else random_path(rng, 20.0, radius=max(radius, 0.5 * fast**2))
+    way = WalkPath.line(20.0) if course == "straight" else random_path(rng, 20.0, radius=max(radius, 0.5 * fast**2))
     height = float(rng.uniform(1.5, 1.95))
     return walk_along(load(model), way, seconds, FPS, seed=seed, speed=speed, height=height)
 
@@ -86,7 +85,7 @@ def prior_of(name: str, height: float) -> Prior:
     return learned if name == "fpca" else MixturePrior(learned, VelocityPrior(skeleton=learned.skeleton, fps=FPS))
 
 
-class Scene(SilhouetteLikelihood):
+class SceneLikelihood(SilhouetteLikelihood):
     """Silhouettes before an empty `scene` (height, width, 3) that is known; None learns it from the pictures."""
 
     def __init__(self, camera: Camera, skeleton: Skeleton, scene: np.ndarray | None):
@@ -124,7 +123,9 @@ def _film(env, name: str, seed: int, known: bool) -> tuple[list[np.ndarray], dic
     observation, _ = env.reset(seed=seed)
     prior = prior_of(name, env.unwrapped.truth()["skeleton"].height)
     scene = empty_scene(env.unwrapped.world.stage) if known else None
-    agent = TrackingAgent(env, prior, N, likelihood=lambda camera, body: Scene(camera, body, scene), seed=seed)
+    agent = TrackingAgent(
+        env, prior, N, likelihood=lambda camera, body: SceneLikelihood(camera, body, scene), seed=seed
+    )
     agent.reset(observation)
     frames, joints, true, turned, over, began = [], [], [], [], False, time.process_time()
     while not over:

@@ -11,12 +11,6 @@ from motionenv.errors import MotionError
 PICTURE_SIZES = (1, 16384)  # [pixels], sides of a picture
 
 
-def did_you_mean(given: str, known: Iterable[str]) -> str:
-    """Suffix for an error text that suggests the `known` word closest to `given`; empty if none is close."""
-    near = get_close_matches(given, list(known), n=1, cutoff=0.5)
-    return f": did you mean {near[0]}?" if near else ""
-
-
 def is_number(value: Any) -> TypeGuard[float]:
     """Whether a value is a real number; True and False are none."""
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
@@ -58,6 +52,20 @@ def _limits(low: float, high: float, above: float, below: float) -> str:
 
 def _short(limit: float) -> str:
     return str(int(limit)) if limit % 1 == 0 else f"{limit:g}"
+
+
+def did_you_mean(given: Any, known: Iterable[str]) -> str:
+    """Suffix for an error text that suggests the `known` word closest to `given`; empty if none is close."""
+    near = get_close_matches(str(given), list(known), n=1, cutoff=0.5)
+    return f": did you mean {near[0]}?" if near else ""
+
+
+def checked_choice(value: Any, name: str, known: Iterable[str]) -> Any:
+    """One of the `known` words; else a MotionError about `name`, which suggests the nearest."""
+    if value not in (words := list(known)):
+        nearest = did_you_mean(value, words)
+        raise MotionError(f"{name} must be one of {', '.join(words)}, got {value!r}{nearest}")
+    return value
 
 
 def checked_range(value: Any, name: str, low: float, high: float, unit: str = "") -> tuple[float, float]:

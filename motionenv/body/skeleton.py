@@ -146,8 +146,13 @@ LIMITS = np.radians(
 )
 
 
+#: Middle of each angle's range (25,) [rad]; NaN for what has none: the root's position and heading.
+MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
+MIDDLE[[0, 1, 2, 5]] = np.nan
+
+
 def limit_excess(poses: ArrayLike) -> np.ndarray:
-    """Excess of each entry of poses (..., 25) over its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
+    """Excess of each entry of `poses` (..., 25) over its joint limit [rad]: 0 inside, negative below, NaN in gaps."""
     poses = np.asarray(poses, dtype=np.float64)
     return poses - np.clip(poses, LIMITS[:, 0], LIMITS[:, 1])
 

@@ -151,7 +151,7 @@ def parsed_speed(text: str | None) -> float | list[list[float]] | None:
 
 def parsed_path(text: str | None):
     """A path from "arc:3,90", points (n, 2) from "0,0 2,0 3,1" or a file of such rows; None from None."""
-    from motionenv.models.paths import Path as Way
+    from motionenv.models.paths import WalkPath
 
     if text is None:
         return None
@@ -166,7 +166,7 @@ def parsed_path(text: str | None):
     except ValueError:
         wanted = "arc:RADIUS,DEGREES, points 'X,Y X,Y ...' in metres, or a .csv file with X,Y in each row"
         raise MotionError(f"--path must be {wanted}; got {text!r}") from None
-    return Way.arc(points[0][0], math.radians(points[0][1])) if is_arc else Way.through(points)
+    return WalkPath.arc(points[0][0], math.radians(points[0][1])) if is_arc else WalkPath.through(points)
 
 
 def parsed_view(text: str) -> float:

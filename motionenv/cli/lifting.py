@@ -23,7 +23,7 @@ def lift(
     points: Annotated[
         Path, typer.Argument(help="2D points (detector's .json, folder of them, .trc or .csv), a film, or 3D capture.")
     ],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
     view: Annotated[str, typer.Option(help="unknown, side, front, oblique, or a view angle in degrees.")] = "unknown",
     elevation: Annotated[str, typer.Option(help="Angle by which the camera looks down, in degrees, or unknown.")] = "0",
     scale: Annotated[float | None, typer.Option(help="Pixels per metre at the walker; by default estimated.")] = None,

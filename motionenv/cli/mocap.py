@@ -85,22 +85,22 @@ def guess(
 
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
-    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd or .trc.")],
+    out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
     fps: Fps = None, unit: Unit = None, body_model: BodyModel = None, map_: Map = None, static: Static = None,
     fill: Fill = False,
     points: Annotated[bool, typer.Option("--points", help="Keep the file's own points (.c3d and .trc).")] = False,
 ) -> None:  # fmt: skip
     """Retarget capture to the 25-DOF body and write it in another format.
 
-    Limbs that the capture doesn't show stay unknown; --fill estimates them. C3D and RRD files also get gait events and
-    clinical joint angles. With --points, a C3D or TRC file gets the capture's own points instead of the body's.
+    Limbs that the capture doesn't show stay unknown; --fill estimates them. C3D files also get gait events and clinical
+    joint angles. With --points, a C3D or TRC file gets the capture's own points instead of the body's.
 
     Example: motionenv mocap convert 02_01.amc --fps 120 --out walk.glb
     """
     from motionenv.body.gaps import listed, missing_parts
-    from motionenv.mocap import write
+    from motionenv.mocap import read_motion, write
     from motionenv.mocap.writing import check_suffix
-    from motionenv.models.filling import read_motion
+    from motionenv.models import filling
 
     check_suffix(out)
     how = {"fps": fps, "unit": unit, "body_model": body_model}
@@ -108,7 +108,8 @@ def convert(
     if points:
         _convert_points(path, out, chosen, static, how)
         return
-    motion = read_motion(path, fill=fill, marker_map=chosen, static=static, **how)
+    motion = read_motion(path, marker_map=chosen, static=static, **how)
+    motion = filling.fill(motion) if fill else motion
     if missing := missing_parts(motion.poses):
         note(f"{path.name} doesn't show {listed(missing)}: --fill estimates them")
     write(motion, out, **_gait(path, out, chosen, static, how))
@@ -129,11 +130,11 @@ def _convert_points(path: Path, out: Path, chosen, static: Path | None, how: dic
 
 
 def _gait(path: Path, out: Path, chosen, static: Path | None, how: dict) -> dict:
-    """Events and clinical angles of a capture, for the formats that hold them; nothing if it shows no gait."""
+    """Events and clinical angles of a capture, for a C3D file; nothing if it shows no gait."""
     from motionenv.gait import analyse
     from motionenv.mocap import read, read_static
 
-    if out.suffix.lower() not in (".c3d", ".rrd"):
+    if out.suffix.lower() != ".c3d":
         return {}
     standing = None if static is None else read_static(static, unit=how["unit"])
     try:

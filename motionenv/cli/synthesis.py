@@ -31,7 +31,7 @@ from motionenv.errors import MotionError
 _FILMS = (".mp4", ".gif", ".webp")
 Out = Annotated[
     Path,
-    typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .rrd, .trc."),
+    typer.Option(help="Output file: a film (.mp4, .gif, .webp) or .bvh, .c3d, .csv, .glb, .mot, .npz, .trc."),
 ]
 
 
@@ -56,7 +56,7 @@ def synth(
     model: Annotated[str, typer.Argument(help="Name or file of the model: see `motionenv models`.")],
     out: Out,
     seconds: Annotated[float, typer.Option(help="Duration in seconds.")] = 10.0,
-    fps: Annotated[float, typer.Option(help="Frames per second.")] = 60.0,
+    fps: Annotated[float, typer.Option(help="Frames per second.")] = 30.0,
     seed: Seed = 0,
     speed: Annotated[
         str | None,
@@ -140,11 +140,13 @@ def render(
     Limbs that the capture doesn't show aren't drawn; --fill estimates them.
     Example: motionenv render walk.npz --view oblique --out walk.mp4
     """
-    from motionenv.models.filling import read_motion
+    from motionenv.mocap import read_motion
+    from motionenv.models import filling
 
     width, height = parsed_size(size)
     alpha = parsed_view(view)
-    loaded = read_motion(motion, fill=fill, fps=fps, unit=unit, marker_map=marker_map(map_))
+    loaded = read_motion(motion, fps=fps, unit=unit, marker_map=marker_map(map_))
+    loaded = filling.fill(loaded) if fill else loaded
     _film(loaded, out, alpha, width=width, height=height, points=points, engine=engine, follow=not still)
     typer.echo(f"{out}  {len(loaded.poses)} frames")
 

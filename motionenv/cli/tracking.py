@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -10,6 +10,9 @@ import typer
 from motionenv._core.validation import random_generator
 from motionenv.cli._shared import Seed, Weights, check_folder, detected, note, parsed_numbers, progress
 from motionenv.errors import GapError, MotionError
+
+if TYPE_CHECKING:
+    from motionenv.tracking import Film
 
 _FILMS = {".mp4", ".gif", ".webp"}
 _ENVS = {
@@ -66,7 +69,7 @@ def track(
         float | None, typer.Option(help="Frame rate at which to track a video; by default its own, up to 31.")
     ] = None,
     motion: Annotated[
-        Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot, .rrd or .trc.")
+        Path | None, typer.Option(help="Also write the track: .npz, .bvh, .c3d, .csv, .glb, .mot or .trc.")
     ] = None,
     seed: Seed = 0,
 ) -> None:
@@ -96,64 +99,62 @@ def track(
         start, frames = "automatic" if start is None else start, 90 if frames is None else frames
         _track_env(str(env), tracker, model, particles, start, frames, out, motion, seed)
         return
+    from motionenv.tracking import Film
+
     _refuse({"start": start, "frames": frames}, "for --env only; a video is tracked as a whole")
     if camera is None:
         _refuse({"which": which}, "needs --camera")
     areas = {
         name: parsed_numbers(text, f"--{name}") for name, text in (("box", box), ("point", point), ("region", region))
     }
-    given = {"height": height, "seconds": seconds, "fps": fps, "background": background, "at": at, "attempts": attempts}
-    options = {name: value for name, value in {**given, **areas}.items() if value is not None}
-    options |= _of_detector(video, detections, detect, weights, 60.0 if seconds is None else seconds)
-    people = _people(video, person, options)
+    seconds = 60.0 if seconds is None else seconds
+    points = _detections(video, detections, detect, weights, seconds)
+    film = Film(video, fps, seconds, background, areas["region"], points)
+    choice = {"height": height, "box": areas["box"], "point": areas["point"], "at": at}
+    choice |= {"attempts": 4 if attempts is None else attempts, "particles": particles, "seed": seed}
+    people = _people(film, person)
     lost = [
-        _track_video(
-            video, camera, which, tracker, model, particles, chosen, *_named(out, motion, chosen, people), seed
-        )
-        for chosen in people
+        _track_video(film, camera, which, _made(tracker, model), choice | {"person": number}, *files)
+        for number, files in ((number, _named(out, motion, number, people)) for number in people)
     ]
     if any(lost):
         raise typer.Exit(_LOST)
 
 
-def _of_detector(video: Path, file: Path | None, detect: bool, weights, seconds: float) -> dict[str, Any]:
-    """The option `detections` of `track_video`, if there are any: a file's, or detected now."""
+def _detections(video: Path, file: Path | None, detect: bool, weights, seconds: float) -> Any:
+    """The keypoints of everybody in a video: a file's, detected now, or None."""
     from motionenv.mocap.keypoints.points2d import points_of
 
     if not detect:
         _refuse({"weights": weights}, "needs --detect")
-        return {} if file is None else {"detections": file}
+        return file
     _refuse({"detections": file}, "not with --detect, which makes them")
-    return {"detections": points_of(video, *detected(video, weights, seconds))}
+    return points_of(video, *detected(video, weights, seconds))
 
 
-def _people(video: Path, person: str | None, options: dict[str, Any]) -> list[dict[str, Any]]:
-    """The options of `track_video` for everybody whom --person asks for; prints who moves and ends for "list"."""
-    from motionenv.tracking.video import find_people
+def _people(film: "Film", person: str | None) -> list[int | None]:
+    """Numbers of everybody whom --person asks for, None for the likeliest; prints who moves and ends for "list"."""
+    from motionenv.tracking import find_people
 
     if person is None or person.isdecimal():
-        return [options if person is None else {**options, "person": int(person)}]
+        return [None if person is None else int(person)]
     if person not in ("all", "list"):
         raise MotionError(f"--person must be a number, all or list, got {person!r}")
-    looked = {
-        name: options[name] for name in ("seconds", "fps", "background", "region", "detections") if name in options
-    }
-    found = find_people(video, **looked)
+    found = find_people(film)
     if person == "list":
         typer.echo("\n".join(str(one) for one in found) or "nothing moves")
         raise typer.Exit
-    walking = [{**options, "person": one.number} for one in found if one.points is not None or one.walks >= _WALKS]
+    walking = [one.number for one in found if one.points is not None or one.walks >= _WALKS]
     if not walking:
         raise MotionError("--person all: nobody seems to walk; --person list says what moves")
-    return walking
+    return list(walking)
 
 
-def _named(out: Path, motion: Path | None, chosen: dict[str, Any], people: list) -> tuple[Path, Path | None]:
+def _named(out: Path, motion: Path | None, number: int | None, people: list) -> tuple[Path, Path | None]:
     """The output files of one of several people: with the person's number."""
     if len(people) == 1:
         return out, motion
-    own = f"-{chosen['person']}"
-    return out.with_stem(out.stem + own), motion and motion.with_stem(motion.stem + own)
+    return out.with_stem(f"{out.stem}-{number}"), motion and motion.with_stem(f"{motion.stem}-{number}")
 
 
 def _refuse(options: dict[str, Any], why: str) -> None:
@@ -197,34 +198,31 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
     return make
 
 
-def _track_video(video, camera, which, tracker, model, particles, options, out, motion_out, seed) -> bool:
-    """Track a person in a video, with the given `options` of `track_video`; returns whether the track was lost."""
+def _track_video(film: "Film", camera, which, prior, options: dict[str, Any], out: Path, motion_out) -> bool:
+    """Track a person in a film, with the given `options` of `track_video`; returns whether the track was lost."""
     from motionenv.render.camera_files import read_camera
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import marked, track_film
-    from motionenv.tracking.video import track_video
+    from motionenv.tracking import track_video
 
     known = None if camera is None else read_camera(camera, which)
     with progress("following", None) as step:
-        found = track_video(
-            video, known, prior=_made(tracker, model), particles=particles, seed=seed,
-            progress=lambda done, total: step(done), **options,
-        )  # fmt: skip
+        found = track_video(film, known, prior=prior, progress=lambda done, total: step(done), **options)
     poses, skeleton, fps = found.motion.poses, found.motion.skeleton, found.motion.fps
-    pictures, seen = _pictures(video, found, options.get("seconds", 60.0))
+    pictures, seen = _pictures(film, found)
     lost = ~found.followed
     for away in (loss for loss in found.losses if loss.left):
         lost[away.first : away.last + 1] = False
-    film = track_film(
+    shown = track_film(
         marked(pictures, lost, "LOST"), seen, poses, found.particles, skeleton, found.overlap,
         label="overlap of pose and outline", most=1.0,
     )  # fmt: skip
     with progress("filming", len(found.overlap)) as step:
-        write_video(out, film, fps, progress=step)
+        write_video(out, shown, fps, progress=step)
     followed = np.flatnonzero(found.followed)
     _report(out, found, followed)
     if motion_out is not None:
-        _write_followed(motion_out, found, followed, video.stem)
+        _write_followed(motion_out, found, followed, Path(film.path).stem)
     return bool(found.lost)
 
 
@@ -264,16 +262,15 @@ def _report(out: Path, found, followed: np.ndarray) -> None:
         typer.echo(f"camera guessed: {np.hypot(x, y):.1f} m away, {z:.1f} m high, {person}")
 
 
-def _pictures(video: Path, found, seconds: float) -> tuple[Iterator[np.ndarray], Any]:
+def _pictures(film: "Film", found) -> tuple[Iterator[np.ndarray], Any]:
     """A video's frames in the film's size (even, for all players), and their camera."""
     from motionenv.render.request import enlarged
-    from motionenv.render.video.decode import read_frames
     from motionenv.tracking.video.detection import resized
 
     camera, share = found.camera, _FILM_SIDE / max(found.camera.width, found.camera.height)
     width = round(camera.width * min(1.0, share))
     width = max(16, width - width % 2)
-    pictures = read_frames(video, fps=found.motion.fps, width=width, seconds=seconds)
+    pictures = film.frames(found.motion.fps, width)
     seen = resized(camera, width, round(camera.height * width / camera.width))
     return _enlarged(pictures, max(1, int(share))), enlarged(seen, max(1, int(share)))
 

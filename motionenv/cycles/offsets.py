@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import fft
 
+from motionenv._core.representation import OneLine
 from motionenv.cycles import _fold
 from motionenv.cycles.snr import checked_series
 from motionenv.cycles.splines import outer_products, periodic_basis, solve
@@ -28,8 +29,8 @@ SUBFRAMES = 4
 TOLERANCE = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
-class Alignment:
+@dataclass(frozen=True, eq=False, repr=False)
+class Alignment(OneLine):
     """Aligned sequences: frame t of sequence i has phase ((t - offsets[i]) mod periods[i]) / periods[i].
 
     Attributes:
@@ -45,7 +46,7 @@ class Alignment:
     errors: np.ndarray
 
     def phase(self, i: int, frames: ArrayLike) -> np.ndarray:
-        """Phase ζ_i in [0, 1) of the given frames of sequence `i`."""
+        """Phase ζ_i in [0, 1) of `frames` of sequence `i`."""
         return np.mod(np.asarray(frames) - self.offsets[i], self.periods[i]) / self.periods[i]
 
 

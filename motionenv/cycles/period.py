@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_fps
 from motionenv.cycles._fold import squared_changes
 from motionenv.cycles.snr import SNR, centre, checked_series, snr
@@ -41,8 +42,8 @@ SPREAD = 0.14
 WINDOW = 1.25
 
 
-@dataclass(frozen=True, eq=False)
-class Period:
+@dataclass(frozen=True, eq=False, repr=False)
+class Period(OneLine):
     """The cycle length of a sequence and the evidence for it.
 
     Attributes:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv.cycles import _fold
 from motionenv.errors import GapError, MotionError
 
@@ -15,8 +16,8 @@ from motionenv.errors import GapError, MotionError
 ROUNDING = 1e-13
 
 
-@dataclass(frozen=True, eq=False)
-class SNR:
+@dataclass(frozen=True, eq=False, repr=False)
+class SNR(OneLine):
     """Signal-to-noise ratio as a function of the candidate period (paper A, fig. 5).
 
     Attributes:

@@ -34,7 +34,7 @@ class Stored:
 class CycleFiles:
     """Arrays of cycles in files, one after the other, as if they were one array: `shape`, and slices, which are read.
 
-    Pickles as the files' names.
+    It pickles as the names of its `files`.
     """
 
     def __init__(self, files: Sequence[Stored]) -> None:

@@ -1,20 +1,19 @@
 """motionenv/ArmTracking-v1: the right arm in images (paper C, section 6)."""
 
 from dataclasses import dataclass
-from functools import lru_cache, partial
-from typing import Any
+from functools import lru_cache
+from typing import Any, ClassVar
 
 import numpy as np
 
 from motionenv.body import from_height, markers
 from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.body.skeleton import ANKLE_HEIGHT
-from motionenv.envs.base import SimulatedTracking
-from motionenv.envs.pictures import picture_world
+from motionenv.envs.base import SimulatedTracking, taking
 from motionenv.envs.simulation.motion_sources import HEIGHT, SPLITS, WALKERS, Recordings, Source
-from motionenv.envs.simulation.picture_world import PictureWorld
+from motionenv.envs.simulation.picture_world import PictureArguments
 from motionenv.envs.simulation.views import ArmView
-from motionenv.envs.vector import SimulatedTrackingVector
+from motionenv.envs.vector import SimulatedTrackingVector, VectorArguments
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, POSE, Skeleton
 
@@ -23,18 +22,23 @@ _ANKLES = [MARKERS.index("left_ankle"), MARKERS.index("right_ankle")]
 _SPARE = 3.0  # [s] length of a reaching recording beyond that of an episode
 
 
-def arm_world(n: int, *, motion: str = "reach", **arguments: Any) -> PictureWorld:
-    """`n` people who stand and move an arm by `motion`, each in front of their own camera.
+@dataclass(frozen=True, kw_only=True)
+class ArmArguments(PictureArguments):
+    """Arguments of `ArmTracking`."""
 
-    The other `arguments`, and errors, are those of `picture_world`.
-    """
-    return picture_world(
-        n,
-        lambda source, camera: (ArmMotion(source), ArmView(camera)),
-        motion=motion,
-        scored={"entries": RIGHT_ARM, "joints": _SCORED},
-        **arguments,
-    )
+    motion: str = "reach"
+    scored: ClassVar[dict[str, Any]] = {"entries": RIGHT_ARM, "joints": _SCORED}
+
+    def staged(self, source: Source) -> tuple["ArmMotion", ArmView]:
+        """The arm's motion from a `source`, and the cameras."""
+        return ArmMotion(source), ArmView(self.camera)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmVectorArguments(ArmArguments, VectorArguments):
+    """Arguments of `ArmTrackingVector`."""
+
+    threads: int | None = None
 
 
 class ArmTracking(SimulatedTracking):
@@ -84,23 +88,24 @@ class ArmTracking(SimulatedTracking):
 
     ## Vectorized environment
     `gymnasium.make_vec("motionenv/ArmTracking-v1", num_envs=64)` renders all images of a step in one batch. It also
-    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled"), `batch_size` and `threads`.
+    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled") and `threads`, None for one per core.
 
     ## Version History
     - v1: actions are normalised, and losing the track doesn't end the episode.
     - v0: initial version.
     """
 
-    make_world = staticmethod(arm_world)
+    @taking(ArmArguments)
+    def __init__(self, arguments: ArmArguments) -> None:
+        super().__init__(arguments)
 
 
 class ArmTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `ArmTracking`, rendered in batches by `threads` threads, None is one per core.
+    """`num_envs` copies of `ArmTracking`, stepped together and rendered in batches by `threads` threads."""
 
-    The other arguments are those of `SimulatedTrackingVector` and of `ArmTracking`.
-    """
-
-    make_world = staticmethod(partial(arm_world, threads=None))
+    @taking(ArmVectorArguments)
+    def __init__(self, arguments: ArmVectorArguments) -> None:
+        super().__init__(arguments)
 
 
 @dataclass(frozen=True)

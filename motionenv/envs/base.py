@@ -10,9 +10,13 @@ same as single ones with the same seeds.
 
 from __future__ import annotations
 
+import functools
+import inspect
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 import gymnasium
 import numpy as np
@@ -20,9 +24,13 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike
 
-from motionenv._core.validation import checked_number
+from motionenv._core.validation import checked_number, did_you_mean
 from motionenv.envs.simulation.estimates import ActionScale
 from motionenv.errors import MotionError
+
+_Self = TypeVar("_Self")
+_Made = TypeVar("_Made")
+_Named = ParamSpec("_Named")
 
 #: Number of consecutive estimates with errors above `lost_after` after which the track is lost.
 LOST_ESTIMATES = 10
@@ -76,11 +84,56 @@ class World(Protocol):
         """Release threads; the world stays usable."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Arguments(ABC):
+    """Arguments of an environment, with their defaults; the environment's docstring describes them."""
+
+    render_mode: str | None = None
+
+    @abstractmethod
+    def world(self, n: int) -> World:
+        """A world of `n` episodes; raises MotionError for an invalid argument."""
+
+
+def taking(
+    arguments: Callable[_Named, _Made],
+) -> Callable[[Callable[[_Self, _Made], None]], Callable[Concatenate[_Self, _Named], None]]:
+    """Decorate a constructor of one object, an `Arguments`, to take that object's fields by name instead.
+
+    The constructor's signature is that of `arguments`, the class of the object. Unknown names raise MotionError.
+    """
+    signature = inspect.signature(arguments, eval_str=True)
+
+    def decorate(init: Callable[[_Self, _Made], None]) -> Callable[Concatenate[_Self, _Named], None]:
+        @functools.wraps(init)
+        def __init__(self: _Self, *given: Any, **named: Any) -> None:
+            if "num_envs" in signature.parameters and "max_episode_steps" in named:
+                # Gymnasium remakes a vector from its specification.
+                named = {"horizon": named.pop("max_episode_steps"), **named}
+            if unknown := sorted(named.keys() - signature.parameters):
+                near = did_you_mean(unknown[0], signature.parameters)
+                raise MotionError(f"{type(self).__name__} has no argument {unknown[0]!r}{near}")
+            signature.bind(*given, **named)  # for errors that don't name the class of the arguments
+            init(self, arguments(*given, **named))
+
+        own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
+        vars(__init__)["__signature__"] = signature.replace(parameters=[own, *signature.parameters.values()])
+        return __init__
+
+    return decorate
+
+
 class OfWorld:
     """What single and vector environments have in common."""
 
     world: World
+    arguments: Arguments | None = None
     _spec: EnvSpec | None = None
+
+    def __repr__(self) -> str:
+        many = f"{self.world.n}, " if self.world.n > 1 else ""
+        what = "" if self.arguments is None else f"{self.arguments}, "
+        return f"{type(self).__name__}({many}{what}horizon {self.world.horizon})"
 
     @property
     def spec(self) -> EnvSpec | None:
@@ -131,8 +184,12 @@ class TrackingEnv(OfWorld, gymnasium.Env):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict]:
         """Start a new episode; returns the observation of its frame 0, and an empty info.
 
-        `seed` seeds the episodes from here on; None continues with the current generator. `options` are ignored.
+        `seed` seeds the episodes from here on; None continues with the current generator. There are no `options`.
+
+        Raises:
+            MotionError: an option.
         """
+        check_options(options)
         super().reset(seed=seed)
         self.world.begin(self._slots, [self.np_random])
         self._begun, self._running, self._off, self._estimate = True, True, 0, None
@@ -213,17 +270,21 @@ class TrackingEnv(OfWorld, gymnasium.Env):
         return {**self.__dict__, "_window": None}
 
 
+@dataclass(frozen=True, kw_only=True)
+class SimulatedArguments(Arguments):
+    """Arguments of environments whose track can be lost."""
+
+    lost_after: float | None = None
+
+
 class SimulatedTracking(TrackingEnv):
-    """A tracking environment that makes its world from `arguments`; subclasses say of what.
+    """A tracking environment on the world of its `arguments`."""
 
-    See `TrackingEnv` for `render_mode` and `lost_after`.
-    """
-
-    make_world: Callable[..., World]
     world: Any
 
-    def __init__(self, *, render_mode: str | None = None, lost_after: float | None = None, **arguments: Any) -> None:
-        super().__init__(type(self).make_world(1, **arguments), render_mode=render_mode, lost_after=lost_after)
+    def __init__(self, arguments: SimulatedArguments) -> None:
+        super().__init__(arguments.world(1), render_mode=arguments.render_mode, lost_after=arguments.lost_after)
+        self.arguments = arguments
 
     @property
     def observation_model(self) -> Any:
@@ -232,18 +293,19 @@ class SimulatedTracking(TrackingEnv):
         return self.world.observation_model(0)
 
 
-def with_horizon(arguments: dict[str, Any]) -> dict[str, Any]:
-    """`arguments` of `make_vec`, with the specification's `max_episode_steps` as the horizon if there is none."""
-    arguments = dict(arguments)
-    steps = arguments.pop("max_episode_steps", None)
-    return arguments if steps is None else {"horizon": steps, **arguments}
-
-
 def checked_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
     """`mode`, which must be one of `modes` or None; otherwise raises MotionError."""
     if mode is not None and mode not in modes:
         raise MotionError(f"render_mode must be None or one of {', '.join(modes)}, got {mode!r}")
     return mode
+
+
+def check_options(options: dict[str, Any] | None, *known: str) -> None:
+    """Raise MotionError for `options` of `reset` other than `known` ones."""
+    for name in options or {}:
+        if name not in known:
+            allowed = f"only {', '.join(known)}" if known else "no options"
+            raise MotionError(f"reset takes {allowed}, got {name!r}{did_you_mean(name, known)}")
 
 
 def checked_lost_after(lost_after: float | None) -> float | None:

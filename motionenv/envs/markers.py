@@ -1,43 +1,51 @@
 """motionenv/MarkerTracking-v1: 3D tracking from 15 noisy, incomplete 2D markers in an unknown view."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from motionenv._core.validation import checked_range, checked_whole, is_number
-from motionenv.envs.base import SimulatedTracking
+from motionenv._core.validation import checked_range, is_number
+from motionenv.envs.base import SimulatedArguments, SimulatedTracking, taking
 from motionenv.envs.simulation.marker_world import MarkerWorld
 from motionenv.envs.simulation.motion_sources import Source, episode_frames
-from motionenv.envs.vector import SimulatedTrackingVector
+from motionenv.envs.vector import SimulatedTrackingVector, VectorArguments
 from motionenv.render.sensors.marker_sensor import MarkerSensor
 
 
-def marker_world(
-    n: int,
-    *,
-    motion: str = "walk/eigenwalkers",
-    split: str = "train",
-    view: float | tuple[float, float] | None = None,
-    distance: float | None = None,
-    noise: float = 0.01,
-    dropout: float = 0.05,
-    gaps: float = 0.1,
-    gap_seconds: float = 0.3,
-    fps: float = 30.0,
-    horizon: int = 200,
-    speed: tuple[float, float] | None = None,
-    height: tuple[float, float] | None = None,
-    file_fps: float | None = None,
-    unit: str | None = None,
-    actions: str = "normalised",
-) -> MarkerWorld:
-    """`n` walkers in place, each in front of their own camera.
+@dataclass(frozen=True, kw_only=True)
+class MarkerArguments(SimulatedArguments):
+    """Arguments of `MarkerTracking`."""
 
-    See `MarkerTracking` for motion, split, view, distance, noise, dropout, gaps, gap_seconds, fps, horizon, speed,
-    height, file_fps, unit and actions. Raises MotionError for an invalid one.
-    """
-    source = Source(motion, split, episode_frames(horizon), fps, speed, height, file_fps, unit)
-    sensor = MarkerSensor(noise, dropout, gaps, gap_seconds, distance, source.fps)
-    n = checked_whole(n, "num_envs", 1)
-    return MarkerWorld(n, source, sensor, _radians(view), actions)
+    motion: str = "walk/eigenwalkers"
+    split: str = "train"
+    view: float | tuple[float, float] | None = None
+    distance: float | None = None
+    noise: float = 0.01
+    dropout: float = 0.05
+    gaps: float = 0.1
+    gap_seconds: float = 0.3
+    fps: float = 30.0
+    horizon: int = 200
+    speed: tuple[float, float] | None = None
+    height: tuple[float, float] | None = None
+    file_fps: float | None = None
+    unit: str | None = None
+    actions: str = "normalised"
+
+    def __str__(self) -> str:
+        return f"motion={self.motion!r}"
+
+    def world(self, n: int) -> MarkerWorld:
+        """`n` walkers in place, each in front of their own camera; raises MotionError for an invalid argument."""
+        frames, reading = episode_frames(self.horizon), (self.file_fps, self.unit)
+        source = Source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
+        sensor = MarkerSensor(self.noise, self.dropout, self.gaps, self.gap_seconds, self.distance, source.fps)
+        return MarkerWorld(n, source, sensor, _radians(self.view), self.actions)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkerVectorArguments(MarkerArguments, VectorArguments):
+    """Arguments of `MarkerTrackingVector`."""
 
 
 def _radians(view) -> tuple[float, float]:
@@ -110,17 +118,21 @@ class MarkerTracking(SimulatedTracking):
 
     ## Vectorized environment
     `gymnasium.make_vec("motionenv/MarkerTracking-v1", num_envs=1024)` steps all environments in compiled loops. It also
-    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled") and `batch_size`.
+    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled").
 
     ## Version History
     - v1: actions are normalised, and losing the track doesn't end the episode.
     - v0: initial version.
     """
 
-    make_world = staticmethod(marker_world)
+    @taking(MarkerArguments)
+    def __init__(self, arguments: MarkerArguments) -> None:
+        super().__init__(arguments)
 
 
 class MarkerTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `MarkerTracking`, stepped together: see `SimulatedTrackingVector`."""
+    """`num_envs` copies of `MarkerTracking`, stepped together."""
 
-    make_world = staticmethod(marker_world)
+    @taking(MarkerVectorArguments)
+    def __init__(self, arguments: MarkerVectorArguments) -> None:
+        super().__init__(arguments)

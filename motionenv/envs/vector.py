@@ -1,6 +1,7 @@
 """The native vector environment: many episodes in one world, in all three autoreset modes of Gymnasium."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium
@@ -10,21 +11,29 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from motionenv.envs.asynchronous import Asynchronous, Step
+from motionenv._core.validation import checked_whole
 from motionenv.envs.base import (
     LOST_ESTIMATES,
     Observation,
     OfWorld,
     World,
+    check_options,
     checked_actions,
     checked_lost_after,
     checked_render_mode,
-    with_horizon,
 )
 from motionenv.errors import MotionError
 
 
-class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
+@dataclass(frozen=True, kw_only=True)
+class VectorArguments:
+    """The arguments that vector environments have beside those of single ones."""
+
+    num_envs: int = field(default=1, kw_only=False)
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP
+
+
+class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
     """A vector environment on a world with one slot per sub-environment.
 
     It returns the same as a `gymnasium.vector.SyncVectorEnv` of the single environments for the same seeds, actions and
@@ -34,7 +43,6 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
         world: with n = the number of sub-environments.
         render_mode, lost_after: None or "rgb_array", and as in `TrackingEnv`.
         autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as `gymnasium.vector.AutoresetMode` or its value.
-        batch_size: number of sub-environments that `recv` returns; None for all. `reset` and `step` return all.
     """
 
     metadata = {  # noqa: RUF012 (as Gymnasium declares it)
@@ -50,9 +58,7 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
         render_mode: str | None = None,
         lost_after: float | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        batch_size: int | None = None,
     ) -> None:
-        super().__init__(world.n, batch_size)
         self.world = world
         self.num_envs = world.n
         self.single_observation_space = world.observation_space
@@ -94,7 +100,6 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
             MotionError: a wrong number of seeds, or an invalid mask.
             ResetNeeded: the mask excludes sub-environments that have never been reset.
         """
-        self._check_received("reset")
         mask = _checked_mask(options, self.num_envs)
         if not (self._begun | mask).all():
             raise ResetNeeded("reset all environments once before using reset_mask")
@@ -131,52 +136,31 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
             MotionError: actions of another shape, not numeric, not finite or out of bounds; the state is unchanged.
             ResetNeeded: before the first `reset`, or, in DISABLED mode, after the end of an episode.
         """
-        self._check_received("step")
-        ended = self._runnable(self._all)
-        return self._advance(checked_actions(actions, self.world.action_space, ~ended), self._all)
-
-    def _restart(self, seed: int | Sequence[int | None] | None) -> None:
-        self._seed(seed, self._all)
-        self.closed = False
-        self._begun[:] = self._ended[:] = True  # so that the next step restarts them
-
-    def _runnable(self, ids: np.ndarray) -> np.ndarray:
-        ended, begun = self._ended[ids], self._begun[ids]
-        if not begun.all() or (self.autoreset_mode == AutoresetMode.DISABLED and ended.any()):
+        ended = self._ended.copy()
+        if not self._begun.all() or (self.autoreset_mode == AutoresetMode.DISABLED and ended.any()):
             raise ResetNeeded(
-                f"environments {ids[ended | ~begun].tolist()} have no running episode: reset them "
+                f"environments {self._all[ended | ~self._begun].tolist()} have no running episode: reset them "
                 'first, with reset(options={"reset_mask": mask})'
             )
-        return ended
-
-    def _advance(self, actions: np.ndarray, chosen: np.ndarray) -> Step:
-        stepped, resets = np.zeros((2, self.num_envs), dtype=bool)
-        resets[chosen] = self._ended[chosen]
-        stepped[chosen] = ~resets[chosen]
-        slots = np.flatnonzero(stepped)
+        actions = checked_actions(actions, self.world.action_space, ~ended)
+        slots = np.flatnonzero(~ended)
         errors, rewards = self.world.judge(actions)
         self.world.advance(slots)
         if self.lost_after is not None:
             self._off[slots] = np.where(errors[slots] > self.lost_after, self._off[slots] + 1, 0)
-        lost, truncated = stepped & (self._off >= LOST_ESTIMATES), stepped & (self.world.time >= self.world.horizon)
-        self._keep(actions, slots)
-        if resets.any():
-            errors[resets] = rewards[resets] = 0
-            self._begin(np.flatnonzero(resets))
-        self._ended[chosen] = truncated[chosen]
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._ended[chosen].any():
-            infos = self._renewed(errors, lost, stepped)
-        else:
-            infos = _infos(errors, lost, stepped)
-        if len(chosen) < self.num_envs:
-            rewards, truncated, infos = (_rows(part, chosen) for part in (rewards, truncated, infos))
-        return self.world.observe(chosen), rewards, np.zeros_like(truncated), truncated, infos
-
-    def _keep(self, actions: np.ndarray, slots: np.ndarray) -> None:
-        """Store the actions that `render` overlays, for `slots`."""
+        lost, truncated = ~ended & (self._off >= LOST_ESTIMATES), ~ended & (self.world.time >= self.world.horizon)
         if self.render_mode is not None:
             for slot in slots:
                 self._estimates[slot] = actions[slot]
+        if ended.any():
+            errors[ended] = rewards[ended] = 0
+            self._begin(np.flatnonzero(ended))
+        self._ended[:] = truncated
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and truncated.any():
+            infos = self._renewed(errors, lost, ~ended)
+        else:
+            infos = _infos(errors, lost, ~ended)
+        return self.world.observe(self._all), rewards, np.zeros_like(truncated), truncated, infos
 
     def _begin(self, slots: np.ndarray) -> None:
         """Start new episodes in `slots`."""
@@ -214,37 +198,24 @@ class TrackingVectorEnv(OfWorld, Asynchronous, gymnasium.vector.VectorEnv):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release threads; `kwargs` are ignored."""
-        self._stop()
         self.world.close()
 
     def _check_begun(self, what: str) -> None:
-        self._check_received(what)
         if not self._begun.all():
             raise ResetNeeded(f"no {what} is available before reset(): call reset() first")
 
 
 class SimulatedTrackingVector(TrackingVectorEnv):
-    """`num_envs` tracking environments that make their world from `arguments`; subclasses say of what.
+    """`num_envs` tracking environments on the world of their `arguments`."""
 
-    `autoreset_mode`, `batch_size`, `render_mode` and `lost_after` are as in `TrackingVectorEnv`.
-    """
-
-    make_world: Callable[..., World]
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        batch_size: int | None = None,
-        render_mode: str | None = None,
-        lost_after: float | None = None,
-        **arguments: Any,
-    ) -> None:
-        world = type(self).make_world(num_envs, **with_horizon(arguments))
+    def __init__(self, arguments: Any) -> None:
         super().__init__(
-            world, render_mode=render_mode, lost_after=lost_after, autoreset_mode=autoreset_mode, batch_size=batch_size
+            arguments.world(checked_whole(arguments.num_envs, "num_envs", 1)),
+            render_mode=arguments.render_mode,
+            lost_after=arguments.lost_after,
+            autoreset_mode=arguments.autoreset_mode,
         )
+        self.arguments = arguments
 
 
 def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, Any]:
@@ -252,11 +223,6 @@ def _infos(errors: np.ndarray, lost: np.ndarray, mask: np.ndarray) -> dict[str, 
     if not mask.any():
         return {}
     return {"error": np.where(mask, errors, 0.0), "_error": mask.copy(), "lost": lost & mask, "_lost": mask.copy()}
-
-
-def _rows(part, chosen: np.ndarray):
-    """The rows `chosen` of an array, or of all arrays in an info."""
-    return {name: _rows(value, chosen) for name, value in part.items()} if isinstance(part, dict) else part[chosen]
 
 
 def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
@@ -270,6 +236,7 @@ def _checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 def _checked_mask(options: dict[str, Any] | None, n: int) -> np.ndarray:
     """Which of `n` sub-environments `options` select for a reset, bool (n,)."""
+    check_options(options, "reset_mask")
     mask = (options or {}).get("reset_mask")
     if mask is None:
         return np.ones(n, dtype=bool)

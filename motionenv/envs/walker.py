@@ -1,28 +1,33 @@
 """motionenv/WalkerTracking-v1: the pose of a walking person in images."""
 
-from functools import partial
-from typing import Any
+from dataclasses import dataclass
 
-from motionenv.envs.base import SimulatedTracking
-from motionenv.envs.pictures import picture_world
+from motionenv.envs.base import SimulatedTracking, taking
 from motionenv.envs.simulation.motion_sources import Source
-from motionenv.envs.simulation.picture_world import PictureWorld
+from motionenv.envs.simulation.picture_world import PictureArguments
 from motionenv.envs.simulation.views import WalkingView
-from motionenv.envs.vector import SimulatedTrackingVector
+from motionenv.envs.vector import SimulatedTrackingVector, VectorArguments
 
 
-def walker_world(
-    n: int, *, motion: str = "walk/fpca", start: str = "near", path: str = "straight", **arguments: Any
-) -> PictureWorld:
-    """`n` walkers, each in front of their own camera; `motion`, `start` and `path` are as in `WalkerTracking`.
+@dataclass(frozen=True, kw_only=True)
+class WalkerArguments(PictureArguments):
+    """Arguments of `WalkerTracking`."""
 
-    The other `arguments`, and errors, are those of `picture_world`.
-    """
+    motion: str = "walk/fpca"
+    start: str = "near"
+    path: str = "straight"
 
-    def direct(source: Source, camera: str | float) -> tuple[Source, WalkingView]:
-        return source, WalkingView(camera, source.fps, (source.frames - 1) / source.fps, start, path)
+    def staged(self, source: Source) -> tuple[Source, WalkingView]:
+        """The walkers of a `source`, and their cameras."""
+        seconds = (source.frames - 1) / source.fps
+        return source, WalkingView(self.camera, source.fps, seconds, self.start, self.path)
 
-    return picture_world(n, direct, motion=motion, scored={}, **arguments)
+
+@dataclass(frozen=True, kw_only=True)
+class WalkerVectorArguments(WalkerArguments, VectorArguments):
+    """Arguments of `WalkerTrackingVector`."""
+
+    threads: int | None = None
 
 
 class WalkerTracking(SimulatedTracking):
@@ -114,20 +119,21 @@ class WalkerTracking(SimulatedTracking):
 
     ## Vectorized environment
     `gymnasium.make_vec("motionenv/WalkerTracking-v1", num_envs=64)` renders all images of a step in one batch. It also
-    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled"), `batch_size` and `threads`.
+    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled") and `threads`, None for one per core.
 
     ## Version History
     - v1: people walk anywhere, actions are normalised, and losing the track doesn't end the episode.
     - v0: initial version.
     """
 
-    make_world = staticmethod(walker_world)
+    @taking(WalkerArguments)
+    def __init__(self, arguments: WalkerArguments) -> None:
+        super().__init__(arguments)
 
 
 class WalkerTrackingVector(SimulatedTrackingVector):
-    """`num_envs` copies of `WalkerTracking`, rendered in batches by `threads` threads, None is one per core.
+    """`num_envs` copies of `WalkerTracking`, stepped together and rendered in batches by `threads` threads."""
 
-    The other arguments are those of `SimulatedTrackingVector` and of `WalkerTracking`.
-    """
-
-    make_world = staticmethod(partial(walker_world, threads=None))
+    @taking(WalkerVectorArguments)
+    def __init__(self, arguments: WalkerVectorArguments) -> None:
+        super().__init__(arguments)

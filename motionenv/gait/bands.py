@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv._core.files import atomic_write
+from motionenv._core.representation import OneLine
 from motionenv.errors import FormatError, MotionError
 from motionenv.gait.normalised import SAMPLES, mean_and_sd
 from motionenv.gait.trial import ANGLES, Trial
@@ -18,8 +19,8 @@ _FORMAT = "motionenv gait band"
 _FEWEST = 3  # people
 
 
-@dataclass(frozen=True, eq=False)
-class Band:
+@dataclass(frozen=True, eq=False, repr=False)
+class Band(OneLine):
     """Joint angles of people, of whom there are `people` and `who` tells in a sentence, over the gait cycle.
 
     `mean` and `sd`, over people, are by angle, such as "knee_flexion", (101,) [degrees].
@@ -31,7 +32,7 @@ class Band:
     who: str
 
     def of(self, angle: str) -> np.ndarray | None:
-        """Mean and standard deviation (2, 101) of one angle; None if the group doesn't have it."""
+        """Mean and standard deviation (2, 101) of one `angle`; None if the group doesn't have it."""
         return np.stack([self.mean[angle], self.sd[angle]]) if angle in self.mean else None
 
     def save(self, path: str | Path) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet
 from motionenv.gait.kinematic_events import kinematic_events
@@ -15,8 +17,8 @@ _FEW = 2  # events that say nothing about sides
 _SAME = 0.3  # [s] within which two events of a kind and side are the same one: no foot steps again so soon
 
 
-@dataclass(frozen=True)
-class Events:
+@dataclass(frozen=True, repr=False)
+class Events(OneLine):
     """The gait events of a capture, in the order of time.
 
     `sources` counts those that came from the "file", from "plates" and from "kinematics"; `notes` are what a reader of
@@ -41,8 +43,7 @@ def find_events(feet: Feet, recording: Recording | None = None, method: str = "a
     Raises:
         MotionError: `method` isn't one of `METHODS`, or `recording` has nothing for it.
     """
-    if method not in METHODS:
-        raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    checked_choice(method, "method", METHODS)
     recording = recording or Recording()
     found = {
         "file": recording.events,

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS, limb_radii
 from motionenv.errors import GapError
@@ -16,9 +17,9 @@ _FOOT = LIMBS.index("left_foot")
 _HEEL, _TOE = LIMB_SHIFTS[_FOOT] + np.outer([-1.0, 1.0] * limb_radii(1.0)[_FOOT], [1.0, 0.0, 0.0])
 
 
-@dataclass(frozen=True, eq=False)
-class Feet:
-    """Heels, toes and the pelvis, midway between the hips, over time, each (frames, 3) [m], NaN in gaps.
+@dataclass(frozen=True, eq=False, repr=False)
+class Feet(OneLine):
+    """Heels, toes and the `pelvis`, midway between the hips, over time, each (frames, 3) [m], NaN in gaps.
 
     `heel` and `toe` are by side, without sides that the capture doesn't show; `fps` is the frame rate [Hz]; `notes`
     tell what stands in for a heel or a toe that the capture doesn't show.

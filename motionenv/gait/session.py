@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import MotionError
 from motionenv.gait.bands import Band, band_of
 from motionenv.gait.normalised import mean_and_sd
@@ -16,8 +17,8 @@ from motionenv.gait.trial import ANGLES, Trial, read_trial
 from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_static
 
 
-@dataclass(frozen=True, eq=False)
-class Session:
+@dataclass(frozen=True, eq=False, repr=False)
+class Session(OneLine):
     """The analysed walks of one person.
 
     `trials` are those of each capture, `left_out` the reasons by name of each file that couldn't be used, and `band`
@@ -27,6 +28,10 @@ class Session:
     trials: tuple[Trial, ...]
     left_out: dict[str, str]
     band: Band | None = None
+
+    def _shown(self) -> str:
+        out = f", {len(self.left_out)} files left out" if self.left_out else ""
+        return f"{self.person!r}, {len(self.trials)} captures, {len(self.strides)} strides{out}"
 
     @property
     def person(self) -> str:
@@ -50,12 +55,12 @@ class Session:
         return {side: np.concatenate([t.curves(side) for t in self.trials]) for side in ("left", "right")}
 
     def toe_off(self, side: str) -> float:
-        """Mean toe-off of one side [% of its cycle]; NaN if unknown."""
+        """Mean toe-off of one `side` [% of its cycle]; NaN if unknown."""
         found = next((p.mean for p in self.parameters if (p.name, p.side) == ("stance", side)), np.nan)
         return float(found)
 
     def mean_curve(self, side: str, angle: str) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and standard deviation (101,) [degrees] over the strides of one angle of one side."""
+        """Mean and standard deviation (101,) [degrees] over the strides of one `angle` of one `side`."""
         return mean_and_sd(self.curves[side][:, :, ANGLES.index(angle)])
 
 

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.gait.feet import Feet
 from motionenv.gait.signals import bridged, smoothed
 
@@ -18,8 +19,8 @@ _SHORTEST = 0.5  # [s] of a stretch; shorter ones belong to their neighbour
 _STEPS_IN_PLACE = 0.2  # [m] range of the heel about the pelvis of who walks on a treadmill
 
 
-@dataclass(frozen=True)
-class Stretch:
+@dataclass(frozen=True, repr=False)
+class Stretch(OneLine):
     """Part of a capture, from `start` to `end` [s] since the first frame.
 
     Its `kind` is "steady", "standing", "turning", "changing speed", or "unseen" where the pelvis is not visible.

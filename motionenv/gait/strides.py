@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.gait.events import Events
 from motionenv.gait.feet import Feet
 from motionenv.gait.kinematic_events import walks_backwards
@@ -16,8 +17,8 @@ _NAN = float("nan")
 _OTHER = {"left": "right", "right": "left"}
 
 
-@dataclass(frozen=True)
-class Stride:
+@dataclass(frozen=True, repr=False)
+class Stride(OneLine):
     """One stride. Times are in seconds since the first frame; NaN where unknown.
 
     Attributes:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.special import chdtri, stdtrit  # of scipy.stats, which takes half a second to import
 
+from motionenv._core.representation import OneLine
 from motionenv.gait.strides import Stride
 
 _LEVEL = 0.95  # of all intervals
@@ -13,8 +14,8 @@ _NAN = float("nan")
 _GRAVITY = 9.81  # [m/s²]
 
 
-@dataclass(frozen=True)
-class Parameter:
+@dataclass(frozen=True, repr=False)
+class Parameter(OneLine):
     """One figure of a walk, such as the `name` "step_length", in a `unit`.
 
     Attributes:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import GapError
 from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
@@ -20,8 +21,8 @@ from motionenv.types import Markers, Motion
 ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.startswith("left_"))
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trial(OneLine):
     """One analysed capture: its feet, clinical angles, gait events, stretches, and the strides in the steady ones.
 
     Attributes:
@@ -41,13 +42,17 @@ class Trial:
     leg_length: float | None
     notes: tuple[str, ...]
 
+    def _shown(self) -> str:
+        person = f" of {self.person!r}" if self.person else ""
+        return f"{self.name!r}{person}, {self.seconds:.1f} s, {len(self.strides)} strides"
+
     @property
     def seconds(self) -> float:
         """Duration [s]."""
         return len(self.feet.pelvis) / self.feet.fps
 
     def curves(self, side: str) -> np.ndarray:
-        """The angles of one side over its strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
+        """The angles of one `side` over its strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
         strides = [stride for stride in self.strides if stride.side == side]
         columns = [self.angles.names.index(f"{side}_{name}") for name in ANGLES]
         return normalised(self.angles.values[:, columns], self.feet.fps, strides)

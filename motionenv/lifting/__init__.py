@@ -20,12 +20,27 @@ from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
 from motionenv.lifting.projection import project_markers
-from motionenv.lifting.refinement import Start, refine
+from motionenv.lifting.refinement import InitialEstimate, refine
 from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import Views, find_view
 
 __all__ = [
-    "MISFIT_LIMIT", "FreeFit", "Lifted", "OtherMotion", "OtherView", "Reconstruction", "Series", "Start", "Views",
-    "WalkPosterior", "find_view", "fit_freely", "fourier_points", "least_squares", "lift",
-    "maximum_a_posteriori", "project_markers", "refine",
+    "MISFIT_LIMIT",
+    "FreeFit",
+    "InitialEstimate",
+    "Lifted",
+    "OtherMotion",
+    "OtherView",
+    "Reconstruction",
+    "Series",
+    "Views",
+    "WalkPosterior",
+    "find_view",
+    "fit_freely",
+    "fourier_points",
+    "least_squares",
+    "lift",
+    "maximum_a_posteriori",
+    "project_markers",
+    "refine",
 ]  # fmt: skip

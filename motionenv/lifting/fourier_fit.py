@@ -19,6 +19,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import GapError, MotionError
 from motionenv.models.eigenwalkers.extraction import best_frequency
 from motionenv.models.eigenwalkers.fourier_series import PARTS, columns
@@ -36,8 +37,8 @@ _SECONDS = (0.02, 1.0, 16)  # [s] correlation times to try: least, greatest, num
 _PARTS = len(PARTS)
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
+@dataclass(frozen=True, eq=False, repr=False)
+class Series(OneLine):
     """Fourier series of a walk in the image of one camera, with phase 0 at the first frame.
 
     Attributes:

@@ -9,6 +9,7 @@ from numbers import Real
 import numpy as np
 from scipy.stats import chi
 
+from motionenv._core.representation import OneLine
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
@@ -16,8 +17,9 @@ from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading
 from motionenv.lifting.free.proposal import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
-from motionenv.lifting.refinement import Start, refine
-from motionenv.lifting.validation import check_points, check_series, check_strides, swapped_back, unswapped
+from motionenv.lifting.refinement import InitialEstimate, refine
+from motionenv.lifting.side_labels import swapped_back, unswapped
+from motionenv.lifting.validation import check_points, check_series, check_strides
 from motionenv.lifting.views.unknown_view import ELEVATIONS, Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait
@@ -42,8 +44,8 @@ class OtherView:
     probability: float
 
 
-@dataclass(frozen=True, eq=False)
-class Lifted:
+@dataclass(frozen=True, eq=False, repr=False)
+class Lifted(OneLine):
     """A person's motion in 3D with its uncertainty.
 
     A straight, steady walk is a Fourier walker with a view (`posterior`, paper B); any other motion is fitted frame by
@@ -70,6 +72,11 @@ class Lifted:
     others: tuple[OtherView, ...] = ()
     contradiction: OtherView | None = None
     free: FreeFit | None = None
+
+    def _shown(self) -> str:
+        kind = "any motion" if self.posterior is None else "a steady walk"
+        seen = "" if self.posterior is None else f", seen at {np.degrees(self.posterior.alpha):.0f}°"
+        return f"{len(self.points.positions)} frames of {kind}{seen}{'' if self.plausible else ', implausible'}"
 
     @property
     def misfit(self) -> float:
@@ -267,10 +274,10 @@ def _check(points, alpha, elevation, scale, camera) -> None:
         raise MotionError("camera needs points in pixels; these are in metres: omit the camera")
 
 
-def _start(model, views: Views, series: Series) -> Start:
+def _start(model, views: Views, series: Series) -> InitialEstimate:
     """The closed-form estimate at the best view. Phase 0 of the series is its first frame."""
     w = model.inverse_transform(views.scores)
-    return Start(
+    return InitialEstimate(
         w, float(views.alpha), series.frequency, float(-views.phase), float(views.elevation), float(views.scale)
     )
 

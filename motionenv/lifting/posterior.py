@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.models.eigenwalkers.fourier_series import columns
 
 #: Half-width of the central 90 % interval of a Gaussian, in standard deviations.
@@ -14,8 +15,8 @@ BAND = 1.6448536269514722
 MISFIT_LIMIT = 1.2
 
 
-@dataclass(frozen=True, eq=False)
-class WalkPosterior:
+@dataclass(frozen=True, eq=False, repr=False)
+class WalkPosterior(OneLine):
     """Gaussian approximation, about its mode, of the posterior of a walk given the points of one camera.
 
     Positions are in the frame of `motionenv.models.eigenwalkers.fourier_series`: x forward, walking in place as on a

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_whole
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting._noise import Noise, first_noise, noise, robust_weights
@@ -45,8 +46,8 @@ _SIZE = 0.015  # relative standard deviation of body size beyond what a model fi
 _BY_MARKER = np.arange(225).reshape(5, 15, 3).swapaxes(0, 1).reshape(-1)
 
 
-@dataclass(frozen=True, eq=False)
-class Start:
+@dataclass(frozen=True, eq=False, repr=False)
+class InitialEstimate(OneLine):
     """Initial values of `refine`, such as the closed-form estimate.
 
     Attributes:
@@ -65,20 +66,20 @@ class Start:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        w = frozen(self.coefficients, (5, len(MARKERS), 3), "Start.coefficients")
+        w = frozen(self.coefficients, (5, len(MARKERS), 3), "InitialEstimate.coefficients")
         object.__setattr__(self, "coefficients", w)
         numbers = (self.alpha, self.frequency, self.phase, self.elevation, self.scale)
         if not (np.isfinite(w).all() and np.isfinite(numbers).all() and self.frequency > 0 and self.scale > 0):
             raise MotionError(
-                "Start needs finite values, and frequency and scale above 0: got alpha, frequency, phase, elevation, "
-                f"scale = {numbers}"
+                "InitialEstimate needs finite values, and frequency and scale above 0: got alpha, frequency, phase, "
+                f"elevation, scale = {numbers}"
             )
 
 
 def refine(
     model: WalkerPrior,
     points: Points,
-    start: Start,
+    start: InitialEstimate,
     *,
     unknown: tuple[str, ...] = ("alpha",),
     drift: int = 3,
@@ -131,7 +132,7 @@ class _Problem:
         self.mean = np.asarray(model.mean_).reshape(-1)[_BY_MARKER]
         self.precision = _precision(model)[np.ix_(_BY_MARKER, _BY_MARKER)]
 
-    def begin(self, start: Start, turns: float) -> _State:
+    def begin(self, start: InitialEstimate, turns: float) -> _State:
         """Initial state, with the path fitted to the points."""
         walker = start.coefficients.reshape(-1)[_BY_MARKER]
         own = np.zeros(len(self.picture.names))
@@ -274,9 +275,10 @@ def _precision(model) -> np.ndarray:
 
 def _checked(points, start, unknown, drift) -> np.ndarray:
     """Validate the arguments of `refine`; returns which points are seen, (frames, 15)."""
-    if not isinstance(points, Points) or not isinstance(start, Start):
+    if not isinstance(points, Points) or not isinstance(start, InitialEstimate):
         raise MotionError(
-            f"points must be Points and start a Start, got {type(points).__name__} and {type(start).__name__}"
+            f"points must be Points and start an InitialEstimate, got {type(points).__name__} and "
+            f"{type(start).__name__}"
         )
     allowed = ("alpha", "elevation", "scale")
     if isinstance(unknown, str) or not set(unknown) <= set(allowed):

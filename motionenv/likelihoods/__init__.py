@@ -2,11 +2,12 @@
 
 from motionenv.likelihoods.appearance import AppearanceLikelihood
 from motionenv.likelihoods.background import Background, foreground_probability
+from motionenv.likelihoods.base import ImageLikelihood, Likelihood
 from motionenv.likelihoods.markers import MarkerLikelihood
 from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 
 __all__ = [
-    "AppearanceLikelihood", "Background", "MarkerLikelihood", "ProductLikelihood", "SilhouetteLikelihood",
-    "foreground_probability",
+    "AppearanceLikelihood", "Background", "ImageLikelihood", "Likelihood", "MarkerLikelihood", "ProductLikelihood",
+    "SilhouetteLikelihood", "foreground_probability",
 ]  # fmt: skip

@@ -21,6 +21,7 @@ from motionenv._core.validation import checked_number
 from motionenv.body import LIMBS
 from motionenv.errors import MotionError
 from motionenv.likelihoods.background import picture
+from motionenv.likelihoods.base import Likelihood
 from motionenv.likelihoods.limb_posterior import LimbPosterior
 from motionenv.likelihoods.silhouette import (
     EFFECTIVE,
@@ -39,7 +40,7 @@ _POOL = 20.0  # pseudo-count [pixels] that shrinks a limb's histogram towards th
 _FLAT = 2.0  # pseudo-count [pixels] that shrinks those towards the uniform distribution
 
 
-class AppearanceLikelihood:
+class AppearanceLikelihood(Likelihood):
     """Log-likelihood of colours given poses, by histograms per limb.
 
     Args:
@@ -69,7 +70,8 @@ class AppearanceLikelihood:
         checked_number(outliers, "outliers", above=0, below=1)
         checked_number(rate, "rate", high=1, above=0)
         self._geometry = SilhouetteLikelihood(camera, skeleton, effective=effective, distance=distance, threads=1)
-        self.skeleton, self.outliers, self.rate = self._geometry.skeleton, outliers, rate
+        self.skeleton: Skeleton = self._geometry.skeleton
+        self.outliers, self.rate = outliers, rate
         self.workers = Workers(threads, "estimation")
         self._believed = LimbPosterior(self.skeleton)
         self.forget()
@@ -79,8 +81,11 @@ class AppearanceLikelihood:
         self._rgb: np.ndarray | None = None
         self._counts = np.zeros((1 + len(LIMBS), COLOURS))  # pixel counts of the background and of each limb
 
+    def __repr__(self) -> str:
+        return f"AppearanceLikelihood({self.camera.width}x{self.camera.height}, body of {self.skeleton.height:.2f} m)"
+
     @property
-    def camera(self) -> Camera:
+    def camera(self) -> Camera:  # type: ignore[override]
         """Camera of the current image."""
         return self._geometry.camera
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from motionenv._core.validation import checked_number, is_number
 from motionenv.body import from_height, markers
 from motionenv.errors import MotionError
+from motionenv.likelihoods.base import Likelihood
 from motionenv.likelihoods.silhouette import checked_poses
 from motionenv.render.cameras import Orthographic, orthographic, project
 from motionenv.types import Camera, Skeleton
@@ -17,7 +18,7 @@ from motionenv.types import Camera, Skeleton
 _AREA = 4.0  # [m²] area over which outliers are uniform, for images in metres
 
 
-class MarkerLikelihood:
+class MarkerLikelihood(Likelihood):
     """Log-likelihood of the 15 markers of an image given poses.
 
     A visible marker has Gaussian noise about its projected position; with probability `outliers` it is uniformly
@@ -49,7 +50,8 @@ class MarkerLikelihood:
         if noise is not None:
             checked_number(noise, "noise", above=0)
         self.view = view
-        self.skeleton = from_height() if skeleton is None else skeleton
+        self.camera = view if isinstance(view, Camera) else None
+        self.skeleton: Skeleton = from_height() if skeleton is None else skeleton
         self.outliers = outliers
         if isinstance(view, Camera | Orthographic):
             self.noise = 0.015 * view.height if noise is None else noise
@@ -57,6 +59,10 @@ class MarkerLikelihood:
         else:
             self.noise, self._area = 0.03 if noise is None else noise, _AREA
         self._points: np.ndarray | None = None
+
+    def __repr__(self) -> str:
+        unit = "pixels" if isinstance(self.view, Camera | Orthographic) else "m"
+        return f"MarkerLikelihood(noise {self.noise:g} {unit}, body of {self.skeleton.height:.2f} m)"
 
     def observe(self, points: ArrayLike, seen: ArrayLike | None = None) -> None:
         """Set the current `points` (15, 2); missing ones are NaN or not `seen` (15,).

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, accepted, log_nobody
+from motionenv.likelihoods.base import ImageLikelihood, Likelihood, log_nobody
 from motionenv.types import Camera, Skeleton
 
 
-class ProductLikelihood:
+class ProductLikelihood(ImageLikelihood):
     """Product of likelihoods, each to a power, and with one part that holds whatever the pose.
 
     With the models' log-likelihoods l_m and weights w_m, the product is exp(Σ w_m l_m), mixed with the share `outliers`
@@ -32,7 +31,9 @@ class ProductLikelihood:
         MotionError: no models, or numbers out of range.
     """
 
-    def __init__(self, models: Sequence[Any], weights: ArrayLike | None = None, *, outliers: float = 0.0) -> None:
+    def __init__(
+        self, models: Sequence[Likelihood], weights: ArrayLike | None = None, *, outliers: float = 0.0
+    ) -> None:
         self.models = tuple(models)
         if not self.models:
             raise MotionError("a ProductLikelihood needs one likelihood at least, got none")
@@ -42,56 +43,67 @@ class ProductLikelihood:
         checked_number(outliers, "outliers", 0, below=1)
         self.outliers = outliers
 
-    @property
-    def takes(self) -> frozenset[str]:
-        """Names of the observations that one of the models takes."""
-        return frozenset().union(*(inspect.signature(model.observe).parameters for model in self.models))
+    def __repr__(self) -> str:
+        return f"ProductLikelihood({', '.join(map(repr, self.models))})"
 
     @property
-    def camera(self) -> Camera:
-        """Of the current picture, as the first model that knows it says."""
-        return self._first("camera")
+    def skeleton(self) -> Skeleton:  # type: ignore[override]
+        """The body of the hypotheses, of the first model that has one."""
+        return self._first("skeleton", [model.skeleton for model in self.models])
 
     @property
-    def skeleton(self) -> Skeleton:
-        """The body of the hypotheses, as the first model that knows it says."""
-        return self._first("skeleton")
+    def camera(self) -> Camera:  # type: ignore[override]
+        """Camera of the current image, of the first model that has one."""
+        return self._first("camera", [model.camera for model in self.models])
 
     @property
     def foreground(self) -> np.ndarray:
-        """Probability (height, width) that a pixel shows the body, as the first model that knows it says."""
-        return self._first("foreground")
+        """Probability (height, width) that a pixel shows the body, of the first model that has one."""
+        images = [model for model in self.models if isinstance(model, ImageLikelihood)]
+        return self._first("foreground", [model.foreground for model in images[:1]])
 
-    def _first(self, name: str) -> Any:
-        for model in self.models:
-            if hasattr(type(model), name) or name in vars(model):
-                return getattr(model, name)
-        raise MotionError(f"none of the product's models knows the {name}")
+    @property
+    def measures_depth(self) -> bool:  # type: ignore[override]
+        """Whether one of the models observes depths."""
+        return any(model.measures_depth for model in self.models)
+
+    @staticmethod
+    def _first(name: str, values: list[Any]) -> Any:
+        for value in values:
+            if value is not None:
+                return value
+        raise MotionError(f"none of the product's models has a {name}")
 
     def forget(self) -> None:
-        """Drop the observation in each model that has one to drop."""
+        """Drop the observation and what was learned in each model."""
         for model in self.models:
-            if hasattr(model, "forget"):
-                model.forget()
+            model.forget()
+
+    def accepted(self, names: Collection[str]) -> list[str]:
+        """Which of the available observations `names` some of the models take."""
+        taken = {name for model in self.models for name in model.accepted(names)}
+        return [name for name in names if name in taken]
 
     def observe(self, **observation: Any) -> None:
-        """Take in the current observation.
+        """Set the current observation.
 
         Args:
-            observation: by name; each model gets what its own `observe` takes, and of several forms of the same
-                picture (mask, depth, rgb) that which says most to it.
+            observation: by name; each model gets what it accepts, of several forms of the same picture (mask, depth,
+                rgb) the most informative one.
 
         Raises:
             MotionError: something that no model takes, or that one of them refuses.
         """
-        strange = sorted(set(observation) - self.takes)
-        if strange:
-            raise MotionError(f"no model of the product takes {' or '.join(strange)}: they take {sorted(self.takes)}")
+        for name in observation:
+            if not self.accepted([name]):
+                raise MotionError(f"none of the product's models takes {name!r}: they are {self!r}")
         for model in self.models:
-            model.observe(**{name: observation[name] for name in accepted(model, observation)})
+            if not (names := model.accepted(observation)):
+                raise MotionError(f"{model!r} needs another observation than {' and '.join(observation)}")
+            model.observe(**{name: observation[name] for name in names})
 
     def learn(self, poses: np.ndarray, log_weights: np.ndarray | None = None) -> None:
-        """Hand on to the models that learn what the current picture shows.
+        """Let each model learn from the current picture.
 
         Args:
             poses: (N, 25) [m, rad] of a belief about the current picture.
@@ -101,8 +113,7 @@ class ProductLikelihood:
             MotionError: as the models raise it.
         """
         for model in self.models:
-            if isinstance(model, AdaptiveLikelihood):
-                model.learn(poses, log_weights)
+            model.learn(poses, log_weights)
 
     def log_likelihood(self, poses: np.ndarray) -> np.ndarray:
         """Log-likelihood (N,) of the current observation given each of `poses` (N, 25) [m, rad].

@@ -33,7 +33,7 @@ over pixels is scaled as if only `effective` of the body's pixels were independe
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +44,7 @@ from motionenv.body import LIMBS, from_height
 from motionenv.body.skeleton import LIMB_SHIFTS
 from motionenv.errors import MotionError
 from motionenv.likelihoods.background import Background, foreground_probability, picture
+from motionenv.likelihoods.base import ImageLikelihood
 from motionenv.likelihoods.limb_posterior import LimbPosterior
 from motionenv.types import Camera, Skeleton
 
@@ -65,7 +66,7 @@ _DEPTH_RANGE = 4.0  # [m] range over which outlier depths are uniform
 Score = Callable[[np.ndarray, np.ndarray], None]
 
 
-class SilhouetteLikelihood:
+class SilhouetteLikelihood(ImageLikelihood):
     """Log-likelihood of images given poses.
 
     Args:
@@ -91,9 +92,6 @@ class SilhouetteLikelihood:
         view: R, t, K and its inverse for kernels, with the image rotated so that K is upper triangular.
         workers: the threads.
     """
-
-    #: `observe` accepts one of these, in decreasing order of information.
-    one_of = ("mask", "depth", "rgb")
 
     def __init__(
         self,
@@ -201,6 +199,19 @@ class SilhouetteLikelihood:
         self._to_learn = False
         body = self._believed.shares(checked_poses(np.atleast_2d(poses)), log_weights, self.camera)[0] < _BARE
         self._background.learn(binary_dilation(body, iterations=max(1, round(_BESIDE * self.scale))))
+
+    def __repr__(self) -> str:
+        return f"SilhouetteLikelihood({self.camera.width}x{self.camera.height}, body of {self.skeleton.height:.2f} m)"
+
+    def accepted(self, names: Collection[str]) -> list[str]:
+        """Which of the available observations `names` are used: of mask, depth and rgb only the most informative."""
+        spare = [name for name in ("mask", "depth", "rgb") if name in names][1:]
+        return [name for name in super().accepted(names) if name not in spare]
+
+    @property
+    def measures_depth(self) -> bool:  # type: ignore[override]
+        """Whether the current image has depths."""
+        return self._depth is not None
 
     @property
     def foreground(self) -> np.ndarray:

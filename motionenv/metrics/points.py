@@ -14,7 +14,7 @@ _PELVIS = MARKERS.index("pelvis")
 def mpjpe(estimate: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Mean per-joint position error (...) [m]: the mean Euclidean distance over the joints.
 
-    Both estimate and truth are (..., 15, 3) [m] and broadcast; unknown truths are NaN.
+    Both `estimate` and `truth` are (..., 15, 3) [m] and broadcast; unknown truths are NaN.
 
     Raises:
         MotionError: another shape.
@@ -27,7 +27,7 @@ def mpjpe(estimate: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def pelvis_mpjpe(estimate: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """`mpjpe` (...) [m] after translating estimate and truth so that their pelvis markers, both known, coincide.
+    """`mpjpe` (...) [m] after translating `estimate` and `truth` so that their pelvis markers, both known, coincide.
 
     Raises:
         MotionError: another shape than (..., 15, 3).
@@ -37,7 +37,7 @@ def pelvis_mpjpe(estimate: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def aligned_mpjpe(estimate: np.ndarray, truth: np.ndarray, *, scale: bool = True) -> np.ndarray:
-    """`mpjpe` (...) [m] after the similarity transform that brings the estimate closest to the truth.
+    """`mpjpe` (...) [m] after the similarity transform that brings `estimate` closest to `truth`.
 
     Least squares over the known joints, in closed form (Umeyama 1991, eq. 40-42); never a reflection. Without `scale`
     only rotation and translation are allowed.

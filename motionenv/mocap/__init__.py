@@ -1,16 +1,15 @@
 """Motion capture files, in metres and z up.
 
-BVH, C3D, TRC and NPZ are read and written; ASF/AMC and AMASS are only read; CSV, GLB, MOT and RRD are only written.
+BVH, C3D, TRC and NPZ are read and written; ASF/AMC and AMASS are only read; CSV, GLB and MOT are only written.
 """
 
 from motionenv.mocap.marker_sets import LANDMARKS, MarkerMap, find_landmarks, guess_map
 from motionenv.mocap.motion_io import describe, read_motion, read_static
 from motionenv.mocap.reading import SUFFIXES, person_label, read
 from motionenv.mocap.retargeting import retarget, to_markers
-from motionenv.mocap.writers.rrd import write_rrd
 from motionenv.mocap.writing import encode, write, write_markers
 
 __all__ = [
     "LANDMARKS", "SUFFIXES", "MarkerMap", "describe", "encode", "find_landmarks", "guess_map", "person_label", "read",
-    "read_motion", "read_static", "retarget", "to_markers", "write", "write_markers", "write_rrd",
+    "read_motion", "read_static", "retarget", "to_markers", "write", "write_markers",
 ]  # fmt: skip

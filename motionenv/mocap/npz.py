@@ -31,7 +31,7 @@ def write(motion: Motion, path: str | Path) -> None:
         np.savez_compressed(file, allow_pickle=False, **fields)
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
+def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of an uncompressed file, in one part, which `read` reads too; a MotionError if too large."""
     if motion.poses.nbytes > LIMIT:
         raise MotionError(f"an NPZ file has at most {LIMIT >> 20} MiB of poses, got {motion.poses.nbytes >> 20}")

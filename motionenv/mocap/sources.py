@@ -11,6 +11,7 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
+from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 
 __all__ = ["Source", "SourceFile", "download", "find_source", "list_sources"]
@@ -74,9 +75,7 @@ def find_source(name: str) -> Source:
         MotionError: there is none; lists the available ones.
     """
     named = {source.name: source for source in list_sources()}
-    if name not in named:
-        raise MotionError(f"there is no motion-capture source {name!r}; available are {', '.join(named)}")
-    return named[name]
+    return named[checked_choice(name, "the motion-capture source", named)]
 
 
 def download(

@@ -8,14 +8,13 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.mocap import npz
-from motionenv.mocap.writers import bvh, c3d, csv, glb, mot, rrd, trc
+from motionenv.mocap.writers import bvh, c3d, csv, glb, mot, trc
 from motionenv.mocap.writers.common import Angles, save
 from motionenv.types import Event, Markers, Motion
 
-_WRITERS = {
-    ".bvh": bvh, ".c3d": c3d, ".csv": csv, ".glb": glb, ".mot": mot, ".npz": npz, ".rrd": rrd, ".trc": trc,
+_WRITERS: dict[str, Any] = {
+    ".bvh": bvh, ".c3d": c3d, ".csv": csv, ".glb": glb, ".mot": mot, ".npz": npz, ".trc": trc,
 }  # fmt: skip
-_WITH_EVENTS = (".c3d", ".rrd")  # and clinical angles
 _OF_MARKERS = (".c3d", ".trc")
 
 
@@ -29,15 +28,14 @@ def write(motion: Motion, path: str | Path, events: Sequence[Event] = (), angles
     - .mot: coordinates of Rajagopal2015 [m, degrees], for OpenSim; refuses gaps.
     - .bvh: the skeleton and its joint angles [cm, degrees], for animation tools; refuses gaps.
     - .glb: the moving, coloured cylinder body [m], for viewers and web pages; refuses gaps.
-    - .rrd: markers, body, angles and events over time, for the Rerun viewer; leaves gaps out.
 
     Formats that refuse gaps in time take motions in which limbs are missing in every frame, and leave those out.
 
     Args:
         motion: (frames, 25) poses and their skeleton.
         path: the file.
-        events: of the motion; for .c3d and .rrd.
-        angles: clinical angles of the motion [degrees], with `names` and `values` (frames, angles); for .c3d and .rrd.
+        events: of the motion; for .c3d.
+        angles: clinical angles of the motion [degrees], with `names` and `values` (frames, angles); for .c3d.
 
     Raises:
         GapError: the motion has gaps in time, which the format can't represent.
@@ -46,12 +44,12 @@ def write(motion: Motion, path: str | Path, events: Sequence[Event] = (), angles
     """
     _check_motion(motion)
     check_suffix(path)
+    beside = _beside(path, events, angles)
     suffix = Path(path).suffix.lower()
-    beside = _beside(path, suffix, _WITH_EVENTS, events, angles)
     if suffix == ".npz":
-        npz.write(motion, path)  # compressed, other than its parts
+        npz.write(motion, path)  # compressed, unlike `npz.encode`
     else:
-        save(_WRITERS[suffix].parts(motion, **beside), path)
+        save(_WRITERS[suffix].encode(motion, **beside), path)
 
 
 def write_markers(
@@ -80,18 +78,18 @@ def write_markers(
             f"can't write captured points to {path}: suffix {suffix!r} isn't supported; supported are "
             f"{', '.join(_OF_MARKERS)}. Other formats hold a body: retarget the points to one, and pass that to write"
         )
-    writer: Any = _WRITERS[suffix]
-    save(writer.marker_parts(capture, **_beside(path, suffix, (".c3d",), events, angles)), path)
+    save(_WRITERS[suffix].encode_markers(capture, **_beside(path, events, angles)), path)
 
 
-def _beside(path, suffix: str, able: tuple[str, ...], events: Sequence[Event], angles: Angles | None) -> dict[str, Any]:
-    """Those of the arguments `events` and `angles` that are given, which only some writers have."""
+def _beside(path: str | Path, events: Sequence[Event], angles: Angles | None) -> dict[str, Any]:
+    """Those of the arguments `events` and `angles` that are given; only C3D files hold them."""
     given: dict[str, Any] = {"events": tuple(events)} if len(events) else {}
     if angles is not None:
         given["angles"] = angles
-    if given and suffix not in able:
-        what, instead = " and ".join(given), " or ".join(able)
-        raise MotionError(f"can't write {path}: a {suffix} file holds no {what}, but {instead} does; pass none of them")
+    suffix = Path(path).suffix.lower()
+    if given and suffix != ".c3d":
+        what = " and ".join(given)
+        raise MotionError(f"can't write {path}: a {suffix} file holds no {what}, but .c3d does; pass none of them")
     return given
 
 
@@ -107,7 +105,7 @@ def encode(motion: Motion, suffix: str) -> Iterator[bytes]:
     """
     _check_motion(motion)
     check_suffix(f"motion{suffix}")
-    return _WRITERS[suffix.lower()].parts(motion)
+    return _WRITERS[suffix.lower()].encode(motion)
 
 
 def _check_motion(motion) -> None:
@@ -130,7 +128,7 @@ def _check_capture(capture) -> None:
 
 
 def check_suffix(path: str | Path, others: Sequence[str] = ()) -> None:
-    """Reject, before any work, paths whose suffix `write` doesn't support or needs a library that isn't installed.
+    """Reject, before any work, paths whose suffix `write` doesn't support.
 
     `others` are suffixes that the caller itself writes.
     """
@@ -138,5 +136,3 @@ def check_suffix(path: str | Path, others: Sequence[str] = ()) -> None:
     known = (*others, *_WRITERS)
     if suffix not in known:
         raise MotionError(f"can't write {path}: suffix {suffix!r} isn't supported; supported are {', '.join(known)}")
-    if suffix == ".rrd":
-        rrd.check_installed()

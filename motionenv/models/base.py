@@ -120,7 +120,7 @@ class GaitModel(StoredModel):
         return 0.0, np.inf
 
     def extrapolation(self, speeds: Iterable[float | None]) -> str | None:
-        """What to say of the first of some speeds [m/s] or None that is beyond `learned_speeds`; None if none is."""
+        """What to say of the first of `speeds` [m/s] (or None) that is beyond `learned_speeds`; None if none is."""
         low, high = self.learned_speeds()
         beyond = [v for v in speeds if v is not None and not 0.99 * low <= v <= 1.01 * high]
         if not beyond:
@@ -182,7 +182,7 @@ class GaitModel(StoredModel):
     def synthesize(
         self,
         seconds: float,
-        fps: float = 60.0,
+        fps: float = 30.0,
         *,
         walker: Walker | None = None,
         seed: int | np.random.Generator | None = None,

@@ -1,38 +1,34 @@
-"""Motion from any gait model, and the same motion on a body of another height."""
+"""Motion from any gait model."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motionenv._core.validation import checked_number, is_number
+from motionenv._core.validation import is_number
 from motionenv.arguments import WalkArguments, keyword_arguments
-from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
 from motionenv.models.types import Walker
-from motionenv.types import HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
+from motionenv.types import SECONDS_MOST, SPEED_RANGE, Motion
 
 if TYPE_CHECKING:
-    from motionenv.models.paths import Path
+    from motionenv.models.paths import WalkPath
     from motionenv.models.paths.walking import Speed
-
-__all__ = ["scaled", "synthesize"]
 
 
 @keyword_arguments(WalkArguments)
 def synthesize(
     model: str | GaitModel,
     seconds: float,
-    fps: float,
+    fps: float = 30.0,
     *,
     walker: Walker | None = None,
     deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None,
-    path: "Path | ArrayLike | None" = None,
+    path: "WalkPath | ArrayLike | None" = None,
     seed: int | np.random.Generator | None = None,
     speed: "Speed" = None,
     **walk: Unpack[WalkArguments],
@@ -51,7 +47,7 @@ def synthesize(
         walker: from `GaitModel.walker`.
         deviations: up to q standard deviations from the average person's scores; the other components are average.
         scores: up to q scores; the other components are average.
-        path: a `motionenv.models.paths.Path`, or points (n, 2) [m] that it goes through; None goes along x.
+        path: a `motionenv.models.paths.WalkPath`, or points (n, 2) [m] that it goes through; None goes along x.
         seed: int or Generator, also for the variation between cycles.
         speed: [m/s], or a function of the time [s], or rows (time, speed); see `walk_along`.
         walk: the further arguments of `motionenv.arguments.Request`.
@@ -67,25 +63,8 @@ def synthesize(
         walker = fitted.walker(scores=scores, deviations=deviations)
     if path is None and (speed is None or is_number(speed)):
         return fitted.synthesize(seconds, fps, walker=walker, seed=seed, speed=speed, **walk)
-    from motionenv.models.paths import Path, walk_along
+    from motionenv.models.paths import WalkPath, walk_along  # SciPy's interpolation takes a while
 
-    if not isinstance(path, Path):
-        path = Path.line(SECONDS_MOST * SPEED_RANGE[1]) if path is None else Path.through(path)
+    if not isinstance(path, WalkPath):
+        path = WalkPath.line(SECONDS_MOST * SPEED_RANGE[1]) if path is None else WalkPath.through(path)
     return walk_along(fitted, path, seconds, fps, walker=walker, seed=seed, speed=speed, **walk)
-
-
-def scaled(motion: Motion, height: float) -> Motion:
-    """The same motion of a body scaled to `height` [m]. Lengths and speeds scale; angles and times stay.
-
-    Args:
-        motion: any motion.
-        height: body height [m], from 0.5 to 2.5.
-
-    Raises:
-        MotionError: `height` out of range.
-    """
-    checked_number(height, "height", *HEIGHT_RANGE)
-    factor = height / motion.skeleton.height
-    poses = motion.poses.copy()
-    poses[..., :3] *= factor
-    return replace(motion, poses=poses, skeleton=Skeleton(motion.skeleton.offsets * factor, limb_radii(height), height))

@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.models.people.population import Person
 from motionenv.types import Skeleton
 
 
-@dataclass(frozen=True)
-class Walker:
+@dataclass(frozen=True, repr=False)
+class Walker(OneLine):
     """One person of a model: comparable, and storable as JSON with `dataclasses.asdict` and `Walker(**stored)`.
 
     Attributes:
@@ -34,8 +35,8 @@ class Walker:
         object.__setattr__(self, "scores", tuple(float(score) for score in self.scores))
 
 
-@dataclass(frozen=True, eq=False)
-class Components:
+@dataclass(frozen=True, eq=False, repr=False)
+class Components(OneLine):
     """The components along which a model's walkers differ; the page shows one slider for each.
 
     Attributes:
@@ -57,8 +58,8 @@ class Components:
         return tuple(f"component {k + 1}" for k in range(len(self)))
 
 
-@dataclass(frozen=True, eq=False)
-class Cycle:
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycle(OneLine):
     """One stride of one walker in place, along x on ground z = 0 that moves back evenly.
 
     Sample j is at phase j / samples; at phase 0 the left leg is furthest ahead. The root is at x = y = 0 on average.
@@ -95,13 +96,13 @@ class Cycle:
         return (first + before / (before - after)) / len(more) % 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class Treadmill:
+@dataclass(frozen=True, eq=False, repr=False)
+class Treadmill(OneLine):
     """Walking in place in closed form.
 
     Attributes:
         frame: what the Fourier series in `arrays` describe: "poses" or "markers".
-        arrays: see `motionenv.parameters`.
+        arrays: see `motionenv.models.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
         crowd: maps scores (n, q) of many walkers to markers (n, samples, 15, 3) [m] in place, speeds (n,) [m/s] and
@@ -139,8 +140,8 @@ class Target:
             checked_number(self.speed, "speed", 0, unit="m/s")
 
 
-@dataclass(frozen=True, eq=False)
-class Trait:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trait(OneLine):
     """A direction in the space of a model's walkers.
 
     Attributes:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motionenv.errors import MotionError
+from motionenv._core.validation import checked_choice
 from motionenv.render.raycast.engine import Raycaster
 from motionenv.render.scene import Scene
 from motionenv.types import Camera, Frame, Skeleton
@@ -37,8 +37,7 @@ def render(
         MotionError: a pose has infinite values, shapes don't broadcast, or there is no such engine.
         EngineError: pyrender can't run here; the message says what to install.
     """
-    if engine not in ENGINES:
-        raise MotionError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
+    checked_choice(engine, "engine", ENGINES)
     if engine == "pyrender":
         from motionenv.render.opengl.engine import shared_renderer
 

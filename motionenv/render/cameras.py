@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.errors import GapError, MotionError
 from motionenv.types import Camera, Motion, frozen
@@ -179,8 +180,8 @@ def orthographic(points: ArrayLike, alpha: ArrayLike) -> np.ndarray:
     return np.stack([across, np.broadcast_to(points[..., 2], across.shape)], axis=-1)
 
 
-@dataclass(frozen=True)
-class Orthographic:
+@dataclass(frozen=True, repr=False)
+class Orthographic(OneLine):
     """An orthographic view, as in paper B's experiments; used in place of `Camera` for drawing points.
 
     `alpha` is the view angle [rad], `scale` in pixels per metre, `target` (3,) [m] the point in the centre of the

@@ -5,14 +5,14 @@ does it for a film.
 """
 
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
-from motionenv.tracking.priors.base import Prior, Start
+from motionenv.tracking.priors.base import Prior, SizedPrior, Start
 from motionenv.tracking.priors.fpca import FPCAPrior
 from motionenv.tracking.priors.mixture import MixturePrior
 from motionenv.tracking.priors.tree import TreePrior, reaching_tree
 from motionenv.tracking.priors.velocity import VelocityPrior
-from motionenv.tracking.video import VideoTrack, track_video
+from motionenv.tracking.video import Film, VideoTrack, find_people, track_video
 
 __all__ = [
-    "Belief", "FPCAPrior", "MixturePrior", "ParticleFilter", "Prior", "Start", "TreePrior", "VelocityPrior",
-    "VideoTrack", "reaching_tree", "track_video",
+    "Belief", "FPCAPrior", "Film", "MixturePrior", "ParticleFilter", "Prior", "SizedPrior", "Start", "TreePrior",
+    "VelocityPrior", "VideoTrack", "find_people", "reaching_tree", "track_video",
 ]  # fmt: skip

@@ -17,7 +17,7 @@ import numpy as np
 from motionenv._core.validation import checked_fps, checked_whole, random_generator
 from motionenv.body import limb_segments
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import CameraLikelihood, apparent
+from motionenv.likelihoods.base import ImageLikelihood, apparent
 from motionenv.models.paths.bending import TURN_RATE
 from motionenv.models.registry import load
 from motionenv.models.walking.model import WalkingModel
@@ -74,7 +74,7 @@ class _Bank:
 
 
 def automatic_start(
-    likelihood: CameraLikelihood,
+    likelihood: ImageLikelihood,
     observations: Sequence[Mapping[str, Any]],
     *,
     fps: float = 30.0,
@@ -162,7 +162,7 @@ def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, r
 
 
 def _random_hypotheses(
-    bank: _Bank, likelihood: CameraLikelihood, boxes: np.ndarray, size: float, rng: np.random.Generator
+    bank: _Bank, likelihood: ImageLikelihood, boxes: np.ndarray, size: float, rng: np.random.Generator
 ) -> _Hypotheses:
     """Hypotheses with random gait, phase and heading, placed to match their bounding boxes (n, 4)."""
     n = len(boxes)
@@ -184,7 +184,7 @@ def _random_hypotheses(
     return replace(walkers, place=place + np.maximum(_NEAREST - away, 0.0)[:, None] * _horizontal_unit(camera.R[2, :2]))
 
 
-def _sizes(likelihood: CameraLikelihood, boxes: np.ndarray) -> np.ndarray:
+def _sizes(likelihood: ImageLikelihood, boxes: np.ndarray) -> np.ndarray:
     """Body sizes (n,) of who fills boxes with his feet on the ground; infinite for feet above the horizon."""
     camera = likelihood.camera
     feet = np.stack([boxes[:, :2].mean(axis=1), boxes[:, 3] + 0.5, np.ones(len(boxes))])
@@ -242,10 +242,10 @@ def _poses(bank: _Bank, walkers: _Hypotheses, seconds: float) -> np.ndarray:
     return poses
 
 
-def _observed(likelihood: CameraLikelihood, observations: Sequence[Mapping[str, Any]]) -> Iterator[CameraLikelihood]:
+def _observed(likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]]) -> Iterator[ImageLikelihood]:
     """A copy of the likelihood after each observation."""
     seeing = deepcopy(likelihood)
-    if len(observations) > 1 and hasattr(seeing, "forget"):
+    if len(observations) > 1:
         seeing.forget()  # what was learned beside a wrong body
         for observation in observations:
             seeing.observe(**observation)
@@ -255,7 +255,7 @@ def _observed(likelihood: CameraLikelihood, observations: Sequence[Mapping[str, 
 
 
 def _scores(
-    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, CameraLikelihood]], size: float
+    bank: _Bank, walkers: _Hypotheses, pictures: Sequence[tuple[float, ImageLikelihood]], size: float
 ) -> np.ndarray:
     """Log posterior (n,) given images, as (seconds after the first, likelihood that has observed it), and `size`."""
     total = -0.5 * (walkers.turn / TURN_RATE) ** 2

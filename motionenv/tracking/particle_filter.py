@@ -10,9 +10,9 @@ import numpy as np
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import markers
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, CameraLikelihood, Likelihood, apparent, log_nobody
-from motionenv.tracking.priors.base import Prior, Start, State, systematic
-from motionenv.types import Skeleton
+from motionenv.likelihoods.base import Likelihood, apparent, log_nobody
+from motionenv.tracking.priors.base import Prior, SizedPrior, Start, State, systematic
+from motionenv.types import Camera, Skeleton
 
 _BISECTIONS = 30
 _COOLING = 0.5  # ratio of the noise of successive annealing layers (Deutscher & Reid 2005, section 3.3)
@@ -45,6 +45,10 @@ class Belief:
     lost: bool
     recovered: bool = False
 
+    def __repr__(self) -> str:
+        what = ", lost" * self.lost + ", recovered" * self.recovered
+        return f"Belief({len(self.log_weights)} particles, effective {self.effective:.0f}{what})"
+
     @property
     def poses(self) -> np.ndarray:
         """(N, 25) [m, rad]."""
@@ -69,7 +73,7 @@ class Belief:
         some = np.flatnonzero(self.log_weights > self.log_weights.max() - _NEGLIGIBLE)
         weights = np.exp(self.log_weights[some])
         joints, roots = markers(self.poses[some], skeleton), self.poses[some, None, :3]
-        if hasattr(self.state, "sizes"):
+        if self.state.sizes is not None:
             joints = roots + self.state.sizes[some, None, None] * (joints - roots)
         return np.einsum("n,nij->ij", weights / weights.sum(), joints)
 
@@ -91,8 +95,8 @@ class ParticleFilter:
     is increased; after half a second, `restart` is called. If no particle can be scored (NaN or minus infinity), noise
     is increased at once and the frame is scored again; if that fails, the posterior is the prediction.
 
-    **Adaptation.** A likelihood with a `learn` method receives the weighted particles of each frame (to update colours
-    of limbs or the background), except in frames that are lost or restarted.
+    **Adaptation.** The likelihood's `learn` receives the weighted particles of each frame (to update colours of limbs
+    or the background), except in frames that are lost or restarted.
 
     Args:
         prior: motion prior.
@@ -125,7 +129,7 @@ class ParticleFilter:
         seed: int | np.random.Generator | None = None,
     ) -> None:
         check_options(n, resample=resample, layers=layers, hidden=hidden)
-        scored = getattr(likelihood, "skeleton", prior.skeleton)  # likelihoods without a body are allowed
+        scored = likelihood.skeleton or prior.skeleton
         if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:
             raise MotionError(
                 f"prior and likelihood must have the same skeleton, got bodies of {prior.skeleton.height:.2f} m and "
@@ -133,9 +137,14 @@ class ParticleFilter:
             )
         self.prior, self.likelihood, self.n, self.restart = prior, likelihood, int(n), restart
         self.resample, self.layers, self.hidden = resample, int(layers), hidden
-        self._sized = getattr(prior, "size", 0.0) > 0
+        self._sized = prior.size > 0
+        if self._sized and likelihood.camera is None:
+            raise MotionError("a prior of unknown body size needs a likelihood with a camera: give it size=0")
         self._rng = random_generator(seed)
         self._state: Any = None
+
+    def __repr__(self) -> str:
+        return f"ParticleFilter({self.prior!r}, {self.likelihood!r}, n={self.n}, layers={self.layers})"
 
     def start(self, start: Start) -> None:
         """Draw particles for the first frame, before it is observed, from a `start`: what is known of it."""
@@ -146,7 +155,7 @@ class ParticleFilter:
         self._searched = self._sized and start.heights is not None
 
     def step(self, **observation: Any) -> Belief:
-        """Process one frame, the arguments `observation` of the likelihood's `observe`, and return its posterior.
+        """Posterior of one more frame, whose `observation` is the arguments of the likelihood's `observe`.
 
         Raises:
             MotionError: not started, an observation that the likelihood rejects, or a prior's non-finite poses.
@@ -165,7 +174,7 @@ class ParticleFilter:
         self._began = True
         evidence, lost = self._updated()
         self._lost = self._lost + 1 if lost else 0
-        if isinstance(self.likelihood, AdaptiveLikelihood) and not (lost or recovered):
+        if not (lost or recovered):
             self.likelihood.learn(self._looks(), self._log_weights)
         effective = float(1 / np.exp(2 * self._log_weights).sum())
         return Belief(self._state, self._log_weights.copy(), effective, evidence, lost, recovered)
@@ -175,11 +184,11 @@ class ParticleFilter:
 
         Metropolis' rule keeps the distribution of sizes that of the prior.
         """
-        prior, state = cast(Any, self.prior), self._state
+        prior, state = cast(SizedPrior, self.prior), self._state
         old = np.log(state.sizes)
         new = old + _DEPTHS * self._rng.standard_normal(self.n)
         accepted = self._rng.random(self.n) < np.exp(0.5 * (old**2 - new**2) / prior.size**2)
-        centre = cast(CameraLikelihood, self.likelihood).camera.centre[:2]
+        centre = cast(Camera, self.likelihood.camera).centre[:2]
         return prior.resized(state, np.exp(np.where(accepted, new, old)), centre)
 
     def _restarted(self, observation: Mapping[str, Any]) -> bool:
@@ -214,7 +223,7 @@ class ParticleFilter:
         return float(np.log(self.hidden)) + log_nobody(self.likelihood, self._state.poses[0])
 
     def _scored(self) -> np.ndarray:
-        """Log-likelihoods (N,) of the particles, or of `state`; minus infinity instead of NaN."""
+        """Log-likelihoods (N,) of the particles; minus infinity instead of NaN."""
         if not np.isfinite(self._state.poses).all():
             raise MotionError(
                 f"{type(self.prior).__name__} proposed a pose that isn't finite: check its model and the start"
@@ -231,9 +240,9 @@ class ParticleFilter:
         """The particles' poses (N, 25), at the distance at which bodies of the likelihood's skeleton look like them."""
         if not self._sized:
             return self._state.poses
-        if not getattr(self.likelihood, "silhouettes", True):
+        if self.likelihood.measures_depth:
             raise MotionError("depths can't be tracked with a prior of unknown body size: give it size=0")
-        return apparent(self._state.poses, self._state.sizes, cast(CameraLikelihood, self.likelihood).camera)
+        return apparent(self._state.poses, self._state.sizes, cast(Camera, self.likelihood.camera))
 
     def _weigh(self, log_likelihood: np.ndarray) -> float:
         """Multiply the weights by the likelihood (N,); returns the log evidence."""
@@ -243,10 +252,7 @@ class ParticleFilter:
         return evidence
 
     def _anneal(self, scores: np.ndarray) -> float:
-        """Weight by log-likelihoods (N,) in `layers` steps, resampling and diffusing in between.
-
-        Returns the log evidence, and the log-likelihoods (N,) of the final particles.
-        """
+        """Weight by log-likelihoods (N,) in `layers` steps, resampling and diffusing in between; log evidence."""
         done, evidence = 0.0, 0.0
         for layer in range(1, self.layers):
             power = self._annealing_power(scores, 1.0 - done)

@@ -8,7 +8,7 @@ import psycopg
 from limits.aio.storage import Storage
 
 from service.cluster.database import STREAMS, Connection, Database
-from service.transport.streams import Streams
+from service.jobs.backend import Streams
 
 #: [s] after which a process that isn't heard of is taken for dead, with its streams; it is heard of every `BEAT` [s].
 _DEAD, BEAT = 15.0, 3.0

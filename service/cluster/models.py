@@ -17,8 +17,6 @@ _CONNECT = 5  # [s] for a connection
 
 
 class _Shared(NamedTuple):
-    """A model in the database."""
-
     name: str  # fitted/...
     owner: str
     sha: str

@@ -50,7 +50,6 @@ class SharedFiles(FileStore):
         return path
 
     def _get(self, sha: str) -> None:
-        """Copy a file from the shared store."""
         incoming = Incoming(self._incoming)
         try:
             with _answering(), self.objects.files.open(self.objects.place(_name(sha)), "rb") as source:

@@ -243,7 +243,6 @@ class PostgresStore(Store):
             await self._transaction(work)
 
     async def _ticket(self, connection: Connection, job: str, lane: str) -> int:
-        """The number of a new ticket of procrastinate's for a job."""
         task = self.database.app.configure_task(TASK, queue=queue_of(lane), connection=connection)
         return await task.defer_async(job=job)
 
@@ -252,7 +251,6 @@ class PostgresStore(Store):
         return (await _one(connection, query, list(LANES[lane])) or (0,))[0]
 
     async def _of_holder(self, job: Job, change: str, *values: Any) -> bool:
-        """Change a running job if this process holds its lease."""
         query = f"UPDATE motionenv_jobs SET {change} WHERE id = %s AND lease = %s AND status = 'running' RETURNING 1"
         return bool(await self._all(query, *values, job.id, self._held.get(job.id)))
 

@@ -119,7 +119,6 @@ class Worker:
             await asyncio.sleep(_AGAIN)
 
     async def _take(self, job: str) -> None:
-        """Run the job of a ticket, unless it was cancelled or run before."""
         claimed = await self.store.claim(job)
         if claimed is None:
             return
@@ -139,7 +138,6 @@ class Worker:
             self.store.drop(claimed)
 
     async def _look_after(self) -> None:
-        """Renew leases, end jobs that were cancelled or given to others, and clean up."""
         while True:
             try:
                 tasks = dict(self._tasks)  # those that are claimed while we ask aren't in the answer

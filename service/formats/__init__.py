@@ -1,8 +1,11 @@
-"""Media types, and content negotiation by the Accept header (RFC 9110, section 12.5.1)."""
+"""Media types, content negotiation by the Accept header (RFC 9110, section 12.5.1), and JSON with NumPy arrays."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import mimeparse
+import numpy as np
+import orjson
 
 from service.errors import Problem
 
@@ -41,3 +44,14 @@ def negotiated(accept: str | None, offered: Iterable[str]) -> str:
     if not best:
         raise Problem(406, f"Accept must allow one of {', '.join(offered)}")
     return best
+
+
+def dumps(value: Any) -> bytes:
+    """`value` of dicts, lists, text, numbers, None and NumPy's arrays and scalars as JSON; NaN becomes null."""
+    return orjson.dumps(value, default=_plain, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):  # orjson takes contiguous arrays only, and not all types
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} can't be JSON")

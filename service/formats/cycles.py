@@ -5,9 +5,8 @@ import io
 import numpy as np
 
 from motionenv.models import Cycle
-from service.formats import JSON, NPY
+from service.formats import JSON, NPY, dumps
 from service.formats.parameters import MEDIA_TYPE, packed
-from service.responses.json import dumps
 
 
 def encoded(cycle: Cycle, model: str, media_type: str) -> bytes:

@@ -7,8 +7,7 @@ import numpy as np
 
 from motionenv.mocap import encode
 from motionenv.types import POSE, Motion
-from service.formats import FILES, JSON, NPY
-from service.responses.json import dumps
+from service.formats import FILES, JSON, NPY, dumps
 
 _CHUNK = 1000  # frames encoded as JSON at a time
 
@@ -39,7 +38,6 @@ def _json(motion: Motion, model: str, seed: int) -> Iterator[bytes]:
 
 
 def _npy(motion: Motion) -> bytes:
-    """Poses (frames, 25) float64 as NPY."""
     file = io.BytesIO()
     np.lib.format.write_array(file, motion.poses, version=(1, 0), allow_pickle=False)
     return file.getvalue()

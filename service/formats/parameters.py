@@ -4,7 +4,7 @@
     n bytes                the header, JSON in UTF-8, padded with spaces so that what follows begins at a multiple of 8
     float64 little-endian  all arrays, one after the other, rows first
 
-The header holds the description of `motionenv.parameters` and `arrays`: name → `shape` and `offset` [numbers].
+The header holds the description of `motionenv.models.parameters` and `arrays`: name → `shape` and `offset` [numbers].
 """
 
 import math

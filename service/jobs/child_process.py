@@ -77,7 +77,6 @@ async def run(
 
 
 async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float, str], Awaitable[None]]) -> bool:
-    """Read progress until the process ends; return whether it reported success."""
     reader = asyncio.StreamReader()
     transport, _ = await asyncio.get_running_loop().connect_read_pipe(
         lambda: asyncio.StreamReaderProtocol(reader), process.stdout
@@ -112,7 +111,6 @@ def _failure(code: int, log: Path, memory: int) -> Failed:
 
 
 def _environment(folder: Path) -> dict[str, str]:
-    """Environment of the process: same code, temporary files in its folder, one thread for numerics."""
     code = str(Path(service.__file__).parents[1])
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     return (

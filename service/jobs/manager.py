@@ -96,7 +96,6 @@ class JobManager:
         return busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
 
     async def _check_model(self, name: str, access: Access, replace: bool) -> None:
-        """Refuse the name of a model that exists, unless it may be replaced."""
         await asyncio.to_thread(self.model_registry.refresh)
         path = self.model_registry.find_path(name)
         if path is None:

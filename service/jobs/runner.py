@@ -91,7 +91,6 @@ class JobRunner:
         return await self.store.finish(job, sha, size, model_sha, publish)
 
     async def _model(self, job: Job) -> dict[str, str]:
-        """The model of a job, as an argument for `motionenv.load`."""
         if job.kind != "render":
             return {}
         name = job.settings["request"]["model"]

@@ -13,4 +13,3 @@ CREATE TABLE IF NOT EXISTS inputs (
 );
 CREATE INDEX IF NOT EXISTS inputs_by_job ON inputs (job);
 CREATE INDEX IF NOT EXISTS inputs_by_sha ON inputs (sha);
-CREATE TABLE IF NOT EXISTS models (name TEXT NOT NULL, sha TEXT NOT NULL, PRIMARY KEY (name, sha));

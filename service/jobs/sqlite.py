@@ -119,9 +119,6 @@ class SqliteStore(Store):
             )
 
     async def finish(self, job: Job, result: str, size: int, model: str | None, publish: Callable[[], None]) -> bool:
-        if job.model and model:  # before it is published: what a killed process has moved isn't taken for damaged
-            self.know(job.model, model)
-
         def work() -> bool:
             with self._transaction():
                 found = self._db.execute(
@@ -175,16 +172,8 @@ class SqliteStore(Store):
     async def expire(self, before: float) -> int:
         return len(self._write("DELETE FROM jobs WHERE ended < ? RETURNING 1", before))
 
-    async def known(self, model: str) -> set[str]:
-        """SHA-256 of all files that were ever fitted as this model."""
-        return {row[0] for row in self._db.execute("SELECT sha FROM models WHERE name = ?", (model,))}
-
-    def know(self, model: str, sha: str) -> None:
-        """Record the SHA-256 of a model's file before it is published."""
-        self._write("INSERT OR IGNORE INTO models VALUES (?, ?)", model, sha)
-
     async def forget(self, model: str) -> None:
-        self._write("DELETE FROM models WHERE name = ?", model)
+        """Models are files in the data folder, of which the database knows nothing."""
 
     async def sweep(self, shas: Iterable[str], remove: Callable[[str], None]) -> None:
         def work() -> None:
@@ -205,7 +194,6 @@ class SqliteStore(Store):
         return None if row is None else _job(row)
 
     def _write(self, query: str, *values: Any) -> list[Any]:
-        """A statement that must succeed even on a full disk."""
         return self._urgent(lambda: self._db.execute(query, values).fetchall())
 
     def _urgent(self, work: Callable[[], T]) -> T:
@@ -232,7 +220,6 @@ class SqliteStore(Store):
 
 
 def _kinds(lane: str) -> tuple[tuple[str, ...], str]:
-    """The kinds of a lane, and as many question marks."""
     return LANES[lane], ", ".join("?" * len(LANES[lane]))
 
 

@@ -10,7 +10,7 @@ from typing import IO
 
 import structlog
 
-from service.jobs.file_store import FileStore, sha256
+from service.jobs.file_store import FileStore
 from service.jobs.runner import JobRunner
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import Job
@@ -31,7 +31,6 @@ class Supervisor:
         self, settings: JobSettings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry
     ) -> None:
         self.settings, self.store, self.file_store = settings, store, file_store
-        self.model_registry = model_registry
         self._runner = JobRunner(settings, store, file_store, model_registry, settings.data / "work")
         self._tasks: dict[str, tuple[Job, str, asyncio.Task]] = {}  # running jobs by id, with their lanes
         self._most = {"quick": settings.quick_processes, "long": settings.job_processes}
@@ -79,7 +78,6 @@ class Supervisor:
             self._wake.clear()
 
     def _locked(self) -> bool:
-        """Whether this process holds the lock of the data folder."""
         if self._lock is None:
             lock = (self.settings.data / "jobs.lock").open("wb")
             try:
@@ -95,15 +93,8 @@ class Supervisor:
             _log.warning("job was interrupted", job=job)
         await asyncio.to_thread(shutil.rmtree, self._runner.folder, ignore_errors=True)
         self._runner.folder.mkdir(exist_ok=True)
-        for path in sorted(self.model_registry.folder.glob("*.npz")):
-            name = self.model_registry.name_of(path)
-            known = await self.store.known(name)
-            if known and await asyncio.to_thread(sha256, path) not in known:
-                _log.error("model is damaged and not served any more", model=name)
-                path.rename(path.with_suffix(".damaged"))
 
     async def _update(self) -> None:
-        """Kill cancelled jobs, start queued ones, and clean up now and then."""
         wanted = await self.store.running()
         for running, (_, _, task) in self._tasks.items():
             if running not in wanted:

@@ -90,13 +90,15 @@ def inspect(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
 def convert(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
     """Convert one file; settings of `service.schemas.jobs.ConvertFields`, and the `suffix` of the other format."""
-    from motionenv.models.filling import read_motion
+    from motionenv.mocap import read_motion
+    from motionenv.models.filling import fill
 
     files = _captures(folder)
     if len(files) != 1:
         raise MotionError(f"one capture file is converted at a time, got {len(files)}")
     progress(0.0, f"reading {files[0].name}")
-    motion = read_motion(files[0], **_how(settings), fill=settings.get("fill", False), override=False)
+    motion = read_motion(files[0], **_how(settings), override=False)
+    motion = fill(motion) if settings.get("fill") else motion
     if motion.poses.ndim != 2:
         raise MotionError(f"{files[0].name} holds several motions: save one to a file")
     progress(0.8, "writing")
@@ -188,7 +190,6 @@ KINDS = {
 
 
 def _captures(folder: Path) -> list[Path]:
-    """The files that contain motion, sorted by name."""
     files = sorted(path for path in (folder / "input").iterdir() if path.suffix != ".asf")
     if not files:
         raise MotionError("the files contain only skeletons (ASF): add the motion (AMC)")
@@ -250,7 +251,6 @@ def _walk(motion: Motion) -> dict[str, Any]:
 
 
 def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:
-    """A preview of a motion, with a reduced frame rate."""
     body = motion.skeleton
     return {
         "fps": motion.fps / max(1, round(motion.fps / fps)), "height": body.height, "offsets": body.offsets,
@@ -259,7 +259,6 @@ def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -
 
 
 def _thinned(frames: np.ndarray, own: float, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> np.ndarray:
-    """The frames (n, ...) at `own` frames per second with a reduced rate."""
     return np.ascontiguousarray(frames[:: max(1, round(own / fps))][:most])
 
 

@@ -35,5 +35,4 @@ def _stamped(_logger: object, _method: str, event: structlog.types.EventDict) ->
 
 
 def _serialized(event: object, default=None, **_: object) -> bytes:
-    """An event as JSON; unknown types as their repr."""
     return orjson.dumps(event, default=repr, option=orjson.OPT_NON_STR_KEYS | orjson.OPT_UTC_Z)

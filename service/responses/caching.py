@@ -1,15 +1,21 @@
-"""HTTP caching: the same request gives the same bytes, so an ETag is known before any work is done."""
+"""Conditional and range requests (RFC 9110): a request with a seed has an ETag before any work is done."""
 
 import hashlib
+import re
+import secrets
 from functools import lru_cache
+from typing import Any
 
 from fastapi import Request
 from starlette.responses import Response
 
 from motionenv import __version__
+from service.errors import Problem
 
+_SEED_BITS = 32  # of a seed that the service draws
 _SEEDED = "private, max-age=86400"
 _VERSION = __version__.encode()
+_ONE = re.compile(r"bytes=(?:(?P<first>\d{1,18})-(?P<last>\d{0,18})|-(?P<length>\d{1,18}))")
 
 
 def make_etag(*parts: str | bytes) -> str:
@@ -26,6 +32,20 @@ def cache_headers(etag: str | None, *, control: str = _SEEDED) -> dict[str, str]
     return {"ETag": etag, "Cache-Control": control, "Vary": "Accept, Accept-Encoding"}
 
 
+async def seeded(request: Request, asked: Any, *parts: str) -> tuple[int, str | None, dict[str, str]]:
+    """Seed, ETag and headers of the response to a request of `model` and `seed`; without a seed, one is drawn.
+
+    `parts` determine the response besides the model, the path and the body.
+    """
+    etag, seed = None, asked.seed
+    if seed is None:
+        seed = secrets.randbits(_SEED_BITS)
+    else:
+        version = request.app.state.service.model_registry.version(asked.model)
+        etag = make_etag(request.scope["path"], version, *parts, await request.body())
+    return seed, etag, {"Motion-Seed": str(seed), **cache_headers(etag)}
+
+
 def etag_matches(request: Request, etag: str | None) -> bool:
     """Whether If-None-Match contains `etag`, by weak comparison (RFC 9110, 8.8.3.2)."""
     given = request.headers.get("if-none-match")
@@ -40,3 +60,21 @@ def _tags(header: str) -> frozenset[str]:
 def not_modified(headers: dict[str, str]) -> Response:
     """304 with the `headers` of the full response."""
     return Response(status_code=304, headers=headers)
+
+
+def keep_one_range(request: Request, size: int) -> None:
+    """Let Starlette see the `Range` of a request for a file of `size` bytes only if it is one range of bytes.
+
+    Others are ignored, as the RFC allows: Starlette answers some of them by plain text, which isn't a `ProblemDetail`.
+
+    Raises:
+        Problem: 416, the file has no such part.
+    """
+    given = _ONE.fullmatch(request.headers.get("range", "").strip())
+    last = None if given is None else given["last"]
+    if given is None or (last and int(last) < int(given["first"])):
+        request.scope["headers"] = [(name, value) for name, value in request.scope["headers"] if name != b"range"]
+        return
+    if int(given["first"] or 0) >= size or given["length"] == "0":
+        told = {"Content-Range": f"bytes */{size}"}
+        raise Problem(416, f"the file has {size} bytes", field="Range", bound={"lt": size}, headers=told)

@@ -3,7 +3,6 @@
 Used by all routes that synthesize motion. With a seed, the request determines the response byte for byte.
 """
 
-import secrets
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -27,7 +26,6 @@ _INSTANT = (formats.JSON, formats.NPY, formats.NPZ)
 _CHUNKED = (formats.JSON, formats.CSV, formats.BVH, formats.TRC, formats.MOT)  # if they are long; MP4 always
 _GIF_FPS = 50  # players slow faster ones down
 _C3D_FRAMES = 65_535
-_SEED_BITS = 32  # of a seed that the service draws
 _TEXTS = (formats.CSV, formats.TRC, formats.MOT)
 _HEADERS = {
     "ETag": {"description": "Only with a seed: the same request gives the same bytes.", "schema": {"type": "string"}},
@@ -61,12 +59,7 @@ async def answer(
     service = request.app.state.service
     media_type = formats.negotiated(request.headers.get("accept"), formats.MOTION)
     _check_limits(asked, media_type, service.settings)
-    etag = None
-    if asked.seed is not None:
-        version = service.model_registry.version(asked.model)
-        etag = caching.make_etag(request.scope["path"], version, media_type, await request.body())
-    seed = secrets.randbits(_SEED_BITS) if asked.seed is None else asked.seed
-    headers = {"Motion-Seed": str(seed), **caching.cache_headers(etag)}
+    seed, etag, headers = await caching.seeded(request, asked, media_type)
     if warning:
         headers["Motion-Warning"] = warning
     if caching.etag_matches(request, etag):
@@ -99,7 +92,6 @@ def _chunks(
 
 
 def _check_limits(asked: MotionRequest, media_type: str, settings: Settings) -> None:
-    """Reject, before any work, what is larger than this service or the format allows."""
     seconds = "/seconds", "seconds · fps"
     at_most(asked.frames, settings.max_frames, *seconds, "frames", each=asked.fps)
     if media_type == "application/x-c3d":

@@ -1,7 +1,5 @@
 """Gait analysis of synthesized walks: `POST /v1/gait`."""
 
-import secrets
-
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
@@ -11,11 +9,10 @@ from motionenv.gait.report import to_json
 from motionenv.models import GaitModel
 from service.errors import at_most, documented
 from service.responses import caching
-from service.routes.json_route import JsonRoute
 from service.schemas.gait import GaitReport, GaitRequest
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["motion"])
 
 
 @router.post(
@@ -33,12 +30,7 @@ async def analyse_gait(request: Request, asked: GaitRequest) -> Response:
     service = request.app.state.service
     model = service.model_registry.get(asked.model, access_of(request.scope))
     at_most(asked.frames, service.settings.max_frames, "/seconds", "seconds · fps", "frames", each=asked.fps)
-    etag = None
-    if asked.seed is not None:
-        version = service.model_registry.version(asked.model)
-        etag = caching.make_etag(request.scope["path"], version, await request.body())
-    seed = secrets.randbits(32) if asked.seed is None else asked.seed
-    headers = {"Motion-Seed": str(seed), **caching.cache_headers(etag)}
+    seed, etag, headers = await caching.seeded(request, asked)
     if caching.etag_matches(request, etag):
         return caching.not_modified(headers)
     body = await service.worker_pool.run(lambda: _report(asked, model, seed))

@@ -5,7 +5,6 @@ import time
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Annotated, Any
-from urllib.parse import quote
 
 import orjson
 from fastapi import APIRouter, Header, Path, Query, Request
@@ -16,8 +15,7 @@ from service.formats import FILES, FILMS, HTML, JSON
 from service.jobs.manager import JobManager
 from service.jobs.store import WAITING, Job
 from service.jobs.uploads import Received
-from service.responses.caching import etag_matches
-from service.responses.ranges import keep_one_range
+from service.responses.caching import etag_matches, keep_one_range
 from service.schemas import jobs as schemas
 from service.transport.access import access_of
 
@@ -89,7 +87,7 @@ async def get_job(
     """Status and progress; with `wait`, as soon as either changes."""
     manager, access, until = _manager(request), access_of(request.scope), time.monotonic() + wait
     found = first = await manager.get(job, access)
-    going = lambda: found == first and found.status in WAITING and "closing" not in request.scope
+    going = lambda: found == first and found.status in WAITING
     while going() and time.monotonic() < until:
         await asyncio.sleep(_POLL)
         found = await manager.get(job, access)
@@ -117,7 +115,7 @@ async def get_result(request: Request, job: Id) -> Response:
     shown, policy = ("inline", _SANDBOX) if found.media_type == HTML else ("attachment", {})
     headers = {
         "ETag": tag, "Cache-Control": "private, max-age=86400, immutable", "X-Content-Type-Options": "nosniff",
-        "Content-Disposition": _disposition(shown, found.filename), **policy,
+        **policy,
     }  # fmt: skip
     if etag_matches(request, tag):
         return Response(status_code=304, headers={"ETag": tag})
@@ -126,7 +124,10 @@ async def get_result(request: Request, job: Id) -> Response:
     except FileNotFoundError:
         raise Problem(404, "the job was removed") from None
     keep_one_range(request, size.st_size)
-    return FileResponse(path, media_type=found.media_type, headers=headers, stat_result=size)
+    return FileResponse(
+        path, media_type=found.media_type, headers=headers, stat_result=size, filename=found.filename,
+        content_disposition_type=shown,
+    )  # fmt: skip
 
 
 @router.post(
@@ -178,7 +179,6 @@ async def _state(manager: JobManager, job: Job, status: int = 200, **headers: st
 
 
 async def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
-    """`JobStatus` of a job."""
     error = job.error and told(job.error["status"], job.error["detail"])
     when = lambda time: time and datetime.fromtimestamp(time, UTC)
     return {
@@ -188,9 +188,3 @@ async def _to_response(manager: JobManager, job: Job) -> dict[str, Any]:
         "media_type": job.media_type, "size": job.size, "error": error,
         "result": f"/v1/jobs/{job.id}/result" if job.result else None,
     }  # fmt: skip
-
-
-def _disposition(kind: str, name: str) -> str:
-    """Content-Disposition of a file to be shown or saved as `name`, in any alphabet (RFC 6266, section 4.3)."""
-    plain = "".join(c if c.isascii() else "-" for c in name)
-    return f'{kind}; filename="{plain}"' + ("" if name.isascii() else f"; filename*=UTF-8''{quote(name)}")

@@ -10,12 +10,11 @@ from motionenv import Points, WalkerPrior
 from motionenv.lifting import Lifted, OtherView, lift
 from motionenv.types import MARKERS, POSE, Camera
 from service.errors import documented
-from service.responses.json import dumps
-from service.routes.json_route import JsonRoute
+from service.formats import dumps
 from service.schemas.lift import LiftCamera, LiftRequest, LiftResponse
 from service.transport.access import EVERYTHING
 
-router = APIRouter(prefix="/v1", tags=["lift"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["lift"])
 
 
 @router.post(
@@ -31,7 +30,6 @@ async def lift_points(request: Request, asked: LiftRequest) -> Response:
 
 
 def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
-    """`LiftResponse` as JSON."""
     found = lift(
         _points(asked), None if asked.view is None else math.radians(asked.view), prior=prior,
         elevation=None if asked.elevation == "unknown" else math.radians(asked.elevation), scale=asked.scale,
@@ -42,7 +40,6 @@ def _lifted(asked: LiftRequest, prior: WalkerPrior) -> bytes:
 
 
 def _points(asked: LiftRequest) -> Points:
-    """The points, with their confidence if that is given."""
     rows = [[[*(point or (None, None)), None][:3] for point in frame] for frame in asked.points]
     values = np.array(rows, dtype=np.float64)
     told = np.isfinite(values[..., 2]).any()
@@ -50,7 +47,6 @@ def _points(asked: LiftRequest) -> Points:
 
 
 def _camera(asked: LiftCamera | None) -> Camera | list[Camera] | np.ndarray | None:
-    """The camera, one for each frame if it moves, or its intrinsics if the pose isn't known."""
     if asked is None:
         return None
     inner = np.array(asked.K)
@@ -74,7 +70,6 @@ def to_response(found: Lifted) -> dict:
 
 
 def _steady(found: Lifted) -> dict:
-    """View and pace of a straight, steady walk."""
     refined = found.posterior
     assert refined is not None
     return {

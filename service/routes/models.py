@@ -11,7 +11,7 @@ from service.errors import documented
 from service.formats import NPZ
 from service.formats.models import body_description, description, summary
 from service.responses import caching
-from service.responses.ranges import keep_one_range
+from service.responses.caching import keep_one_range
 from service.schemas.models import BodyDescription, ModelDescription, ModelList
 from service.transport.access import access_of
 
@@ -54,8 +54,7 @@ async def get_model_file(request: Request, name: Fitted) -> Response:
     if caching.etag_matches(request, headers["ETag"]):
         return caching.not_modified(headers)
     keep_one_range(request, found.st_size)
-    headers["Content-Disposition"] = f'attachment; filename="{name}.npz"'
-    return FileResponse(path, media_type=NPZ, headers=headers, stat_result=found)
+    return FileResponse(path, media_type=NPZ, headers=headers, stat_result=found, filename=f"{name}.npz")
 
 
 @router.delete(

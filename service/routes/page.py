@@ -32,4 +32,5 @@ async def index() -> FileResponse:
     return FileResponse(FOLDER / "index.html", headers={**_HEADERS, "Cache-Control": "private, no-store"})
 
 
-router.mount("/assets", Assets(directory=FOLDER / "assets"))
+#: What the page loads.
+ASSETS = Assets(directory=FOLDER / "assets")

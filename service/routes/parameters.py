@@ -60,5 +60,5 @@ def prepare(model_registry: Any) -> None:
 
 @lru_cache(maxsize=_KEPT)
 def _packed(model: Any) -> tuple[bytes, str]:
-    body = packed(*motionenv.parameters(model))
+    body = packed(*motionenv.models.parameters(model))
     return body, caching.make_etag(body)

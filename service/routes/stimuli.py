@@ -12,12 +12,11 @@ from service.errors import at_most, documented
 from service.formats import ZIP, negotiated
 from service.responses import caching
 from service.responses.threaded_response import ThreadedResponse
-from service.routes.json_route import JsonRoute
 from service.schemas.stimuli import StimuliRequest
 from service.settings import Settings
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["motion"])
 _BYTES: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "A ZIP archive: a film or a folder of frames of each stimulus, a table (.csv) of where its dots "
@@ -57,7 +56,6 @@ async def make_stimuli(request: Request, asked: StimuliRequest) -> Response:
 
 
 def _check_limits(asked: StimuliRequest, settings: Settings) -> None:
-    """Reject, before any work, what is larger than this service allows."""
     frames, pixels = asked.stimuli * asked.frames, asked.width * asked.height
     limit, each = settings.max_video_frames, asked.stimuli * asked.fps
     at_most(frames, limit, "/seconds", "people · displays · seconds · fps", "frames", each=each)

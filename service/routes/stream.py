@@ -3,7 +3,7 @@
 The client sends `StreamSettings` as JSON, those that change, at any time, the first one at once. The server answers
 each with JSON, {"type": "settings", "fps", "height", "pose"} or {"type": "problem", "detail", "errors"}, and sends one
 binary message per frame: 25 little-endian float32 [m, rad]. Messages that aren't JSON objects end the stream with a
-close code and a reason; `/asyncapi.json` describes all of this for programs.
+close code and a reason. docs/service.md describes this for users.
 """
 
 import asyncio

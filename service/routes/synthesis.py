@@ -6,11 +6,10 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from service.responses.motion_response import RESPONSES, answer
-from service.routes.json_route import JsonRoute
 from service.schemas.synthesis import SynthesisRequest
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1", tags=["motion"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1", tags=["motion"])
 
 
 @router.post("/synthesis", summary="A walk", response_class=Response, responses=RESPONSES)

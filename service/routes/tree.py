@@ -12,13 +12,12 @@ from motionenv.models import Target
 from motionenv.models.motion_tree import MotionTree, Options, history
 from motionenv.types import POSE, Motion
 from service.errors import Problem, documented
-from service.responses.json import dumps
+from service.formats import dumps
 from service.responses.motion_response import RESPONSES, answer
-from service.routes.json_route import JsonRoute
 from service.schemas.tree import FromTree, SamplesRequest, SamplesResponse, TreeSynthesisRequest
 from service.transport.access import access_of
 
-router = APIRouter(prefix="/v1/tree", tags=["tree"], route_class=JsonRoute)
+router = APIRouter(prefix="/v1/tree", tags=["tree"])
 _INLINE = 1000  # draws that take less than 2 ms
 _REFUSALS = documented(400, 401, 404, 413, 415, 422, 429, 503, 504)
 
@@ -60,7 +59,6 @@ def tree_of(request: Request, asked: FromTree) -> MotionTree:
 
 
 def _samples(tree: Any, asked: SamplesRequest, seed: int) -> bytes:
-    """`SamplesResponse` as JSON."""
     rng = np.random.default_rng(seed)
     before = history(tree, asked.start, seed=rng) if asked.history is None else np.array(asked.history)
     drawn = tree.sample(

@@ -100,7 +100,6 @@ def _fields(model: type[Fields], upload: Upload) -> Fields:
 
 
 def _check_files(upload: Upload, most: int | None = None) -> list[str]:
-    """Names of the files that contain motion."""
     names = [file.name for file in upload.files if file.name.endswith(CAPTURE)]
     if not names:
         raise Problem(422, f"upload a file called *{', *'.join(CAPTURE)} in the field 'files'", field="/files",
@@ -111,7 +110,6 @@ def _check_files(upload: Upload, most: int | None = None) -> list[str]:
 
 
 def _static(asked: schemas.ReportFields, names: list[str]) -> str | None:
-    """Name under which the static trial was stored."""
     if asked.static is None:
         return None
     try:

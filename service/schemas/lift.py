@@ -35,7 +35,6 @@ class LiftCamera(BaseModel):
 
     @model_validator(mode="after")
     def _whole_pose(self) -> Self:
-        """Half a pose tells nothing."""
         if (self.R is None) != (self.t is None):
             raise ValueError("R and t belong together: give both, or leave both out if the pose isn't known")
         if self.R is not None and self.poses is not None:
@@ -67,14 +66,12 @@ class LiftRequest(Request):
 
     @model_validator(mode="after")
     def _scale_of_pixels(self) -> Self:
-        """Points in metres have no scale."""
         if self.scale is not None and self.unit == "m":
             raise ValueError("scale is only for points in pixels: leave it out")
         return self
 
     @model_validator(mode="after")
     def _pose_of_every_frame(self) -> Self:
-        """A camera that moves is somewhere in each frame."""
         poses = None if self.camera is None else self.camera.poses
         if poses is not None and len(poses) != len(self.points):
             raise ValueError(f"camera.poses must have one pose for each of the {len(self.points)} frames, "

@@ -2,11 +2,11 @@
 
 from pydantic import Field
 
-from motionenv.data.stimuli import Person, StimulusSet
+from motionenv.data.stimuli import PointLightWalker, StimulusSet
 from service.schemas.common import ModelName
 
 
-class Walker(Person):
+class Walker(PointLightWalker):
     """Who walks."""
 
     model: ModelName = "walk/fpca"

@@ -12,8 +12,7 @@ Number = Annotated[float, Field(ge=-1e6, le=1e6)]
 Pose = Annotated[list[Number], Field(min_length=25, max_length=25)]
 Activity = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")]
 Method = Annotated[
-    Literal["exact", "tree"],
-    Field(description="exact: draws from p(i | t); tree: the paper's probabilistic search."),
+    Literal["exact", "tree"], Field(description="exact: draws from p(i | t); tree: the paper's probabilistic search.")
 ]
 
 
@@ -34,7 +33,6 @@ class FromTree(Request):
 
     @model_validator(mode="after")
     def _one_start(self) -> Self:
-        """At most one of history and start."""
         if self.history is not None and self.start is not None:
             raise ValueError("give history or start, not both")
         return self

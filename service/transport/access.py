@@ -1,7 +1,8 @@
-"""Who may do what: API keys, protection against cross-site requests, rate limits and size limits."""
+"""Access control: API keys, protection against cross-site requests, rate limits and size limits."""
 
 import base64
 import binascii
+import contextlib
 import hashlib
 import hmac
 import time
@@ -24,18 +25,18 @@ _CHALLENGE = {"WWW-Authenticate": 'Basic realm="motionenv", Bearer realm="motion
 
 
 class Access(NamedTuple):
-    """Whose jobs and models a request may see.
+    """Access control for jobs and models.
 
     Attributes:
-        owner: part of the digest of its key; empty without keys, and for what was made before there were any.
-        everything: whether it may see those of all owners.
+        owner: part of the digest of the request's key; empty without keys, and for what was made before there were any.
+        everything: whether the request may see the jobs and models of all owners.
     """
 
     owner: str
     everything: bool
 
     def to(self, owner: str) -> bool:
-        """Whether it may see and change what belongs to an owner."""
+        """Whether the request may see and change what belongs to `owner`."""
         return self.everything or owner == self.owner
 
 
@@ -85,8 +86,7 @@ class AccessMiddleware:
         chunked = b"transfer-encoding" in headers
         await self.app(scope, _limited(receive, most) if chunked else receive, send)
 
-    async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> "_Refusal | None":
-        """The response to a request that is refused."""
+    async def _refusal(self, scope: Scope, headers: dict[bytes, bytes], most: int) -> _Refusal | None:
         if self.digests and not self._known(headers, scope):
             if _key(headers) is None:
                 return _Refusal(401, "an API key is required: Authorization: Bearer <key>", _CHALLENGE, "no-key")
@@ -95,11 +95,11 @@ class AccessMiddleware:
         if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
             return _Refusal(403, "cross-site requests are allowed only from origins in cors")
         try:
-            wait = await self._wait(scope)
+            if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
+                wait = (await self._left(scope))[1]
+                return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         except Unreachable:
             return _Refusal(503, UNREACHABLE, {"Retry-After": str(OUTAGE)})
-        if wait:
-            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         if int(headers.get(b"content-length", b"0")) > most:
             return _Refusal(413, f"the body must have at most {most} bytes", {"Connection": "close"})
         return None
@@ -115,41 +115,28 @@ class AccessMiddleware:
         scope["admin"] = scope["key"] in self.admins
         return any(matches)
 
-    async def _wait(self, scope: Scope) -> int:
-        """Seconds until the next request is allowed; 0: now."""
-        if self.rate is None or await self.limiter.hit(self.rate, _who(scope)):
-            return 0
-        return (await self._left(scope))[1]
-
     async def _left(self, scope: Scope) -> tuple[int, int]:
         """Requests that a client has left, and the seconds until it has all of them again."""
         assert self.rate is not None
         stats = await self.limiter.get_window_stats(self.rate, _who(scope))
         return max(0, stats.remaining), max(1, round(stats.reset_time - time.time()))
 
-    async def _known_left(self, scope: Scope) -> tuple[int, int] | None:
-        """`_left`, if it can be known now."""
-        try:
-            return await self._left(scope)
-        except Unreachable:
-            return None
-
     def _counted(self, scope: Scope, send: Send, most: int) -> Send:
         """`send` that adds what is left of the rate limit (draft-ietf-httpapi-ratelimit-headers-10)."""
 
         async def counted(message: Message) -> None:
-            if message["type"] == "http.response.start" and (left := await self._known_left(scope)):
-                remaining, seconds = left
-                policy, state = f'"minute";q={most};w=60', f'"minute";r={remaining};t={seconds}'
-                told = [(b"ratelimit-policy", policy.encode()), (b"ratelimit", state.encode())]
-                message["headers"] = [*message.get("headers", ()), *told]
+            if message["type"] == "http.response.start":
+                with contextlib.suppress(Unreachable):
+                    remaining, seconds = await self._left(scope)
+                    policy, state = f'"minute";q={most};w=60', f'"minute";r={remaining};t={seconds}'
+                    told = [(b"ratelimit-policy", policy.encode()), (b"ratelimit", state.encode())]
+                    message["headers"] = [*message.get("headers", ()), *told]
             await send(message)
 
         return counted
 
 
 def _who(scope: Scope) -> str:
-    """Who is counted: a key or an address."""
     client = scope.get("client")
     return scope.get("key") or (client[0] if client else "?")
 
@@ -198,7 +185,6 @@ def _key(headers: dict[bytes, bytes]) -> bytes | None:
 
 
 def _limited(receive: Receive, most: int) -> Receive:
-    """`receive` that raises 413 after `most` bytes."""
     size = 0
 
     async def limited() -> Message:

@@ -105,8 +105,6 @@ class ObservabilityMiddleware:
 
 
 class _Response:
-    """Status and size of a response while it is sent."""
-
     def __init__(self, send: Send, request_id: str, traceparent: bytes | None):
         self.begun, self.status, self.size = time.perf_counter(), 0, 0
         self.request_id, self.traceparent, self._send = request_id, traceparent, send

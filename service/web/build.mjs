@@ -7,7 +7,7 @@ import { readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 
 rmSync("dist", { recursive: true, force: true });
 const { metafile } = await build({
-  entryPoints: ["src/main.js", "src/style.css", "src/icon.svg", "src/reference/try.js", "src/reference/docs.css"],
+  entryPoints: ["src/main.js", "src/style.css", "src/icon.svg"],
   bundle: true,
   minify: true,
   format: "esm",

@@ -3,16 +3,15 @@
 import numpy as np
 import pytest
 
-from motionenv._core.validation import checked_number, checked_range, checked_whole, random_generator
+from motionenv._core.validation import checked_choice, checked_number, checked_range, checked_whole, random_generator
 from motionenv.envs.agents.evaluation import evaluate
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods.background import Background
 from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.render.cameras import view
-from motionenv.tracking import FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree
+from motionenv.tracking import Film, FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree, track_video
 from motionenv.tracking.initialization import automatic_start
-from motionenv.tracking.video.track import track_video
 
 NO_WHOLE_NUMBER = ["ten", None, True, 2.5, np.nan, np.inf, [3], 0]
 CAMERA = view(0.0, width=32, height=32)
@@ -97,7 +96,7 @@ def test_a_generator_is_taken_as_it_is():
         (lambda v: reaching_tree(seconds=v), "seconds"),
         (lambda v: track_video("none.mp4", attempts=v), "attempts"),
         (lambda v: track_video("none.mp4", particles=v), "n"),
-        (lambda v: track_video("none.mp4", seconds=v), "seconds"),
+        (lambda v: Film("none.mp4", seconds=v), "seconds"),
         (lambda v: ParticleFilter(FPCAPrior(), None, v), "n"),
         (lambda v: ParticleFilter(FPCAPrior(), None, resample=v), "resample"),
         (lambda v: ParticleFilter(FPCAPrior(), None, hidden=v), "hidden"),
@@ -111,3 +110,13 @@ def test_a_generator_is_taken_as_it_is():
 def test_words_are_refused_by_name_at_every_entrance(call, name):
     with pytest.raises(MotionError, match=rf"\b{name} .*'ten'"):
         call("ten")
+
+
+def test_a_choice_suggests_the_nearest_word():
+    assert checked_choice("raycast", "engine", ("raycast", "pyrender")) == "raycast"
+    with pytest.raises(
+        MotionError, match=r"engine must be one of raycast, pyrender, got 'raykast': did you mean raycast\?"
+    ):
+        checked_choice("raykast", "engine", ("raycast", "pyrender"))
+    with pytest.raises(MotionError, match="got None$"):
+        checked_choice(None, "engine", ("raycast",))

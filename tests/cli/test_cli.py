@@ -9,7 +9,7 @@ import typer
 
 import motionenv
 from motionenv import cli
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from tests.cli.talking import in_a_process, refused
 
 COMMANDS = [
@@ -158,7 +158,7 @@ def test_a_closed_pipe_and_ctrl_c_end_without_a_traceback(run, monkeypatch):
 def test_a_path_and_speeds_are_those_of_the_library(run, tmp_path):
     (tmp_path / "way.csv").write_text("0,0\n2,0\n4,1\n")
     points, rows = [(0, 0), (2, 0), (4, 1)], [(0, 0), (1, 1.2)]
-    expected = motionenv.synthesize("walk/fpca", 3, 60, seed=1, path=points, speed=rows)
+    expected = motionenv.synthesize("walk/fpca", 3, 30, seed=1, path=points, speed=rows)
     for i, path in enumerate(("0,0 2,0 4,1", "way.csv")):
         run(
             "synth",
@@ -176,5 +176,5 @@ def test_a_path_and_speeds_are_those_of_the_library(run, tmp_path):
         )
         np.testing.assert_array_equal(motionenv.read(tmp_path / f"{i}.npz").poses, expected.poses)
     run("synth", "walk/fpca", "--seconds", 2, "--seed", 1, "--path", "arc:3,-90", "--out", "arc.npz")
-    expected = motionenv.synthesize("walk/fpca", 2, 60, seed=1, path=Path.arc(3, -np.pi / 2))
+    expected = motionenv.synthesize("walk/fpca", 2, 30, seed=1, path=WalkPath.arc(3, -np.pi / 2))
     np.testing.assert_array_equal(motionenv.read(tmp_path / "arc.npz").poses, expected.poses)

@@ -14,7 +14,7 @@ from motionenv.metrics import pelvis_mpjpe
 from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
 from motionenv.render.video.encode import write_video
@@ -126,7 +126,7 @@ def test_what_is_wrong_is_told_in_a_line_and_nothing_is_left(run, walked, tmp_pa
 @pytest.fixture(scope="module")
 def turning():
     """Somebody who turns, and a camera that sees it."""
-    motion = synthesize("walk/fpca", 9, 30, seed=4, path=Path.arc(1.6, 20.0), speed=1.1)
+    motion = synthesize("walk/fpca", 9, 30, seed=4, path=WalkPath.arc(1.6, 20.0), speed=1.1)
     places = markers(motion.poses, motion.skeleton)
     return places, fit_view(places, 0.4, width=640, height=480, elevation=0.12)
 

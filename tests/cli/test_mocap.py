@@ -93,6 +93,6 @@ def test_lower_bodies_are_converted_as_they_are_or_filled(run, tmp_path):
     assert (filled.out, filled.err) == ("whole.npz  30 frames, 44% of the entries filled by the model\n", "")
     same, whole = (motionenv.read(tmp_path / name).poses for name in ("same.npz", "whole.npz"))
     np.testing.assert_array_equal(same, poses)
-    np.testing.assert_array_equal(whole, motionenv.read_motion(tmp_path / "lower.npz", fill=True).poses)
+    np.testing.assert_array_equal(whole, motionenv.fill(motionenv.read_motion(tmp_path / "lower.npz")).poses)
     for options in ([], ["--fill"]):
         assert run("render", "lower.npz", *options, "--size", "64x48", "--out", "w.gif").out == "w.gif  30 frames\n"

@@ -8,7 +8,7 @@ import pytest
 import motionenv
 from motionenv.lifting import project_markers
 from motionenv.models import cycle
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
 
@@ -51,7 +51,7 @@ def test_points_are_lifted_as_in_python(client):
 
 
 def test_people_who_turn_and_leave_are_lifted_as_in_python(client):
-    turning = synthesize("walk/fpca", 8, 30, seed=4, path=Path.arc(1.6, 20.0), speed=1.1)
+    turning = synthesize("walk/fpca", 8, 30, seed=4, path=WalkPath.arc(1.6, 20.0), speed=1.1)
     places = motionenv.markers(turning.poses, turning.skeleton)
     pixels = fit_view(places, 0.4, width=640, height=480).project(places)[0]
     pixels[90:170] = np.nan

@@ -8,8 +8,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 HEAVY = {
-    "OpenGL", "PIL", "av", "ezc3d", "fastapi", "gymnasium", "matplotlib", "numba", "pooch", "pyglet", "pyrender",
-    "requests", "rerun", "rich", "scipy", "service", "trimesh", "typer", "uvicorn",
+    "OpenGL", "PIL", "av", "fastapi", "gymnasium", "matplotlib", "numba", "pooch", "pyglet", "pyrender",
+    "requests", "rich", "scipy", "service", "trimesh", "typer", "uvicorn",
 }  # fmt: skip
 
 PROBE = """

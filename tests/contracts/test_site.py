@@ -18,7 +18,7 @@ LOADED = {("script", "src"), ("img", "src"), ("link", "href"), ("iframe", "src")
 #: One of each kind of page.
 KINDS = (
     "index.html", "start/first-lift.html", "made/gallery/index.html", "made/gallery/6_papers/plot_b05_errors.html",
-    "explanation/tracking.html", "made/environments/MarkerTracking.html", "made/http.html", "made/leaderboard.html",
+    "explanation/tracking.html", "made/environments/MarkerTracking.html", "made/leaderboard.html",
     "made/reference/motionenv.lifting.html", "search.html",
 )  # fmt: skip
 

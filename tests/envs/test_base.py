@@ -1,11 +1,13 @@
 """A tracking environment is what Gymnasium expects of one, and says when it is misused."""
 
+import inspect
 import json
 import multiprocessing
 import pickle
 import subprocess
 import sys
 import threading
+import typing
 from functools import partial
 
 import gymnasium
@@ -19,6 +21,7 @@ from gymnasium.wrappers import AddRenderObservation, FrameStackObservation, Reco
 import motionenv.envs
 from motionenv.envs import MarkerTracking, TrackingVectorEnv, WalkerTracking
 from motionenv.envs.base import checked_actions, checked_lost_after, checked_render_mode
+from motionenv.envs.registration import ENVIRONMENTS
 from motionenv.errors import MotionError
 
 pytest.importorskip("gymnasium", minversion="1.4", reason="its checks of environments are new in Gymnasium 1.4")
@@ -37,6 +40,30 @@ def test_specs_know_how_long_an_episode_is():
         again.reset(seed=0)
         ends = [again.step(0 * again.action_space.sample())[2:4] for _ in range(horizon)]
         assert ends == [(False, False)] * (horizon - 1) + [(False, True)]
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_signatures_show_arguments_and_a_wrong_name_gets_the_nearest(name):
+    for env in (gymnasium.make(name), gymnasium.make_vec(name, num_envs=2)):
+        made = env.unwrapped
+        shown = inspect.signature(type(made)).parameters
+        assert not any(p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL) for p in shown.values())
+        for key, value in vars(made.arguments).items():
+            assert typing.get_type_hints(type(made.arguments))[key] == shown[key].annotation
+            assert value == (2 if key == "num_envs" else shown[key].default)
+        with pytest.raises(MotionError, match=f"{type(made).__name__} has no argument 'hoizon': did you mean horizon"):
+            type(made)(hoizon=3)
+        with pytest.raises(MotionError, match="reset takes .*, got 'masked'"):
+            env.reset(options={"masked": 1})
+    with pytest.raises(MotionError, match="no argument 'picture'"):
+        gymnasium.make(name, picture=1)
+
+
+def test_reprs_are_a_line():
+    walker = WalkerTracking(observation="mask", horizon=60)
+    assert repr(walker) == "WalkerTracking(observation='mask', 64x64, horizon 60)"
+    assert repr(motionenv.envs.ActiveTrackingVector(2)) == "ActiveTrackingVector(2, 4 people, 8 pillars, horizon 200)"
+    assert repr(MarkerTracking()) == "MarkerTracking(motion='walk/eigenwalkers', horizon 200)"
 
 
 def test_actions_say_estimates():

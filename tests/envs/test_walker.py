@@ -36,8 +36,3 @@ def test_on_a_turning_path_walkers_turn():
     assert (np.sign(turning[:, -1] - turning[:, 0]) < 0).any()  # and some right
     with pytest.raises(MotionError, match="path must be one of straight, turning, got 'round'"):
         WalkerTracking(path="round")
-
-
-def test_unknown_arguments_are_named():
-    with pytest.raises(TypeError, match="colour"):
-        WalkerTracking(colour="red")

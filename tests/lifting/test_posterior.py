@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from motionenv.lifting.posterior import BAND
-from motionenv.lifting.refinement import Start, refine
+from motionenv.lifting.refinement import InitialEstimate, refine
 from motionenv.lifting.view_geometry import axes
 from motionenv.models.eigenwalkers.fourier_series import positions_at
 from motionenv.models.registry import load
@@ -32,7 +32,7 @@ def flat(model, walker):
     """Lifted from an orthographic picture with noise of 1 cm."""
     places = positions_at(walker, PHASES) @ axes(0.6)[:2].T
     noisy = places + 0.01 * np.random.default_rng(2).standard_normal(places.shape)
-    return refine(model, Points(noisy, FPS, "m"), Start(model.mean_, 0.7, 0.91, 0.35))
+    return refine(model, Points(noisy, FPS, "m"), InitialEstimate(model.mean_, 0.7, 0.91, 0.35))
 
 
 def test_a_band_holds_nine_tenths():

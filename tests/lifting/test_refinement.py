@@ -6,7 +6,7 @@ import pytest
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting import view_geometry as geometry
 from motionenv.lifting._parallel_projection import Parallel
-from motionenv.lifting.refinement import _BY_MARKER, Start, _precision, _Problem, _State, refine
+from motionenv.lifting.refinement import _BY_MARKER, InitialEstimate, _precision, _Problem, _State, refine
 from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import columns, positions_at
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
@@ -41,7 +41,7 @@ def flat(walker, alpha, elevation=0.0, scale=1.0):
 
 def near(model, alpha, **changes):
     values = {"coefficients": model.mean_, "alpha": alpha + 0.1, "frequency": 0.91, "phase": 0.35} | changes
-    return Start(**values)
+    return InitialEstimate(**values)
 
 
 @pytest.mark.parametrize("unknown", [(), ("elevation",), ("elevation", "scale")])
@@ -143,7 +143,7 @@ def test_what_does_not_go_together_is_named(model, walker):
         refine(model, points, start, unknown=("height",))
     with pytest.raises(MotionError, match="drift"):
         refine(model, points, start, drift=-1)
-    with pytest.raises(MotionError, match="Start needs"):
+    with pytest.raises(MotionError, match="InitialEstimate needs"):
         near(model, np.nan)
     with pytest.raises(GapError, match="strides"):
         refine(model, Points(points.positions[:30], FPS, "m"), start)
@@ -164,7 +164,7 @@ def test_a_person_left_out_is_told_within_bounds(cmu_walkers):
         still, phase = in_place(m, w)
         for alpha in np.radians([-60.0, 0.0, 45.0]):
             axes = geometry.axes(alpha)
-            start = Start(prior.mean_, alpha + 0.1, w.frequency * 1.01, phase + 0.1)
+            start = InitialEstimate(prior.mean_, alpha + 0.1, w.frequency * 1.01, phase + 0.1)
             posterior = refine(prior, Points(still @ axes[:2].T, 30.0, "m"), start)
             off = (posterior.positions - still) @ axes[2]
             deviations = posterior.deviations @ np.abs(axes[2])

@@ -5,9 +5,7 @@ import pytest
 
 from motionenv.body import from_height
 from motionenv.errors import MotionError
-from motionenv.likelihoods import AppearanceLikelihood, SilhouetteLikelihood
-from motionenv.likelihoods.product import ProductLikelihood
-from motionenv.likelihoods.protocols import accepted
+from motionenv.likelihoods import AppearanceLikelihood, Likelihood, ProductLikelihood, SilhouetteLikelihood
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view
 
@@ -18,7 +16,7 @@ def walking(n, seed=0):
     return poses
 
 
-class Constant:
+class Constant(Likelihood):
     """A likelihood that says what it is told."""
 
     def observe(self, *, said):
@@ -28,7 +26,7 @@ class Constant:
         return self.said
 
 
-class Place:
+class Place(Likelihood):
     """A likelihood that is a function of how far ahead a body is; far away it is -3."""
 
     def observe(self, *, at):
@@ -73,8 +71,11 @@ def test_each_model_gets_the_form_of_the_picture_that_says_most_to_it():
     np.testing.assert_array_equal(product.foreground, alone.foreground)
     assert product.camera is camera
     assert product.skeleton.height == alone.skeleton.height
-    assert accepted(product, ["mask", "rgb", "sound"]) == ["mask", "rgb"]
-    assert accepted(alone, ["rgb", "mask"]) == ["mask"]
+    assert product.accepted(["mask", "rgb", "sound", "depth"]) == ["mask", "rgb"]
+    nested = ProductLikelihood([product, Place()])
+    assert nested.accepted(["rgb", "mask", "at", "sound"]) == ["rgb", "mask", "at"]
+    nested.observe(**observation, at=0.0)
+    np.testing.assert_array_equal(nested.foreground, alone.foreground)
     with pytest.raises(MotionError, match="camera"):
         _ = ProductLikelihood([Constant()]).camera
 

@@ -119,7 +119,7 @@ def test_a_missing_folder_is_named(tmp_path):
 
 def test_in_memory_it_is_a_plain_zip_that_is_read_the_same(tmp_path):
     sent = motion()
-    data = b"".join(npz.parts(sent))
+    data = b"".join(npz.encode(sent))
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         assert archive.testzip() is None
     (tmp_path / "a.npz").write_bytes(data)
@@ -138,7 +138,7 @@ def test_what_a_model_filled_is_kept_and_otherwise_not_in_the_file(tmp_path):
     filled = np.random.default_rng(1).random(plain.poses.shape) < 0.5
     sent = Motion(plain.poses, plain.skeleton, plain.fps, plain.name, filled)
     npz.write(sent, tmp_path / "a.npz")
-    (tmp_path / "b.npz").write_bytes(b"".join(npz.parts(sent)))
+    (tmp_path / "b.npz").write_bytes(b"".join(npz.encode(sent)))
     for name in "ab":
         got = npz.read(tmp_path / f"{name}.npz").filled
         assert got.dtype == bool

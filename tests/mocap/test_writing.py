@@ -13,8 +13,7 @@ from motionenv.mocap import encode, read, write, write_markers
 from motionenv.models.synthesis import synthesize
 from motionenv.types import MARKERS, Event, Markers, Motion, Skeleton
 
-SAME_BYTES = (".bvh", ".c3d", ".csv", ".glb", ".mot", ".npz", ".trc")
-SUFFIXES = (*SAME_BYTES, ".rrd")
+SUFFIXES = (".bvh", ".c3d", ".csv", ".glb", ".mot", ".npz", ".trc")
 HASHES = """
 import hashlib, sys
 import numpy as np
@@ -30,7 +29,6 @@ for suffix in sys.argv[2:]:
 """
 FULL_DISK = """
 import resource, sys
-import ezc3d
 import numpy as np
 from pathlib import Path
 from motionenv.body import from_height, markers
@@ -65,8 +63,8 @@ def test_writes_by_suffix_and_leaves_nothing_else(suffix, any_motion, tmp_path):
 
 def test_same_motion_same_bytes_in_every_process(tmp_path):
     seeds = "0", "77"
-    first, second = (run(HASHES, tmp_path, *SAME_BYTES, PYTHONHASHSEED=seed) for seed in seeds)
-    assert len(set(first)) == len(SAME_BYTES)
+    first, second = (run(HASHES, tmp_path, *SUFFIXES, PYTHONHASHSEED=seed) for seed in seeds)
+    assert len(set(first)) == len(SUFFIXES)
     assert first == second
 
 
@@ -82,7 +80,7 @@ def test_a_full_disk_leaves_no_half_written_file_and_the_old_one_as_it_was(tmp_p
 
 def test_unknown_suffix_lists_what_can_be_written(any_motion, tmp_path):
     for name in ("a.fbx", "a", "glb"):
-        with pytest.raises(MotionError, match=r"supported are \.bvh, \.c3d, \.csv, \.glb, \.mot, \.npz, \.rrd, \.trc$"):
+        with pytest.raises(MotionError, match=r"supported are \.bvh, \.c3d, \.csv, \.glb, \.mot, \.npz, \.trc$"):
             write(any_motion(1), tmp_path / name)
 
 
@@ -161,16 +159,18 @@ class Angles:
     values = np.linspace(-5, 5, 5)[:, None]
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_events_and_angles_are_held_or_refused_by_the_formats_that_can(suffix, any_motion, tmp_path):
+def test_a_c3d_file_holds_events_and_angles(any_motion, tmp_path):
+    path, beside = tmp_path / "a.c3d", {"events": [Event(0.01, "toe_off", "left")], "angles": Angles()}
+    write(any_motion(1), path, **beside)
+    (event,) = read(path).recording.events
+    assert (event.time, event.kind, event.side) == (pytest.approx(0.01), "toe_off", "left")
+
+
+@pytest.mark.parametrize("suffix", [suffix for suffix in SUFFIXES if suffix != ".c3d"])
+def test_other_formats_refuse_events_and_angles(suffix, any_motion, tmp_path):
     path, beside = tmp_path / f"a{suffix}", {"events": [Event(0.01, "toe_off", "left")], "angles": Angles()}
-    if suffix in (".c3d", ".rrd"):
-        write(any_motion(1), path, **beside)
-        return
     for given in (("events",), ("angles",), ("events", "angles")):
-        with pytest.raises(
-            MotionError, match=rf"{suffix} file holds no {' and '.join(given)}, but \.c3d or \.rrd does"
-        ):
+        with pytest.raises(MotionError, match=rf"{suffix} file holds no {' and '.join(given)}, but \.c3d does"):
             write(any_motion(1), path, **{name: beside[name] for name in given})
     assert not path.exists()
 

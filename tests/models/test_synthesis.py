@@ -7,7 +7,8 @@ import motionenv
 from motionenv.body import markers
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.synthesis import scaled, synthesize
+from motionenv.models.synthesis import synthesize
+from motionenv.models.transforms import scaled
 from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
 from motionenv.types import Cycles
 

@@ -4,9 +4,11 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -72,3 +74,20 @@ def run_service(data: Path, **settings: object) -> Iterator[Server]:
         assert process.wait(40) in (0, -signal.SIGTERM)
         reader.join(5)
         process.stderr.close()  # type: ignore[union-attr]
+
+
+def raw(url: str, *parts: bytes, pause: float = 0.0, wait: float = 15.0) -> tuple[bytes, float]:
+    """What a server answers to bytes sent one part after the other, and after how many seconds it hangs up."""
+    host, port = url.removeprefix("http://").split(":")
+    begun = time.monotonic()
+    with socket.create_connection((host, int(port)), timeout=wait) as connection:
+        answer = b""
+        try:
+            for part in parts:
+                connection.sendall(part)
+                time.sleep(pause)
+            while data := connection.recv(65536):
+                answer += data
+        except (ConnectionResetError, BrokenPipeError):
+            pass
+    return answer, time.monotonic() - begun

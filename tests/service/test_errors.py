@@ -20,12 +20,16 @@ from tests.service.inside import answers
         (b'{"fps": NaN}', "/fps", 422),
         (b'{"fps": 1e999}', "/fps", 422),
         (b'{"seconds": -1e9}', "/seconds", 422),
-        (b'{"model": "\\ud800"}', None, 400),
+        (b'{"model": "\\ud800"}', "/model", 422),
         (b'{"model": "no/such"}', "/model", 404),
         (b'{"unheard": 1}', "/unheard", 422),
         (b"[" * 5000, None, 400),
         (b"{", None, 400),
         (b"\xff\xfe", None, 400),
+        (b"[]", "/", 422),
+        (b"", "/", 422),
+        (b'{"seconds": "3"}', "/seconds", 422),
+        (b'{"m~/": 1}', "/m~0~1", 422),
     ],
 )
 def test_what_is_wrong_is_told_by_field(server, body, field, status):
@@ -159,3 +163,19 @@ def test_what_was_meant_is_guessed(server, path, body, near):
 def test_form_fields_are_guessed_too(server):
     answer = server.http.post("/v1/jobs/inspect", files=[("files", ("a.bvh", b"x"))], data={"fpss": "30"})
     assert answer.json()["detail"] == "/fpss: there is no such field: did you mean fps?"
+
+
+@pytest.mark.parametrize("kind", ["application/json", "Application/JSON; charset=utf-8", "application/ld+json"])
+def test_json_is_taken_by_all_of_its_names(server, kind):
+    assert server.http.post("/v1/tree/samples", content=b"{}", headers={"Content-Type": kind}).status_code in (200, 503)
+
+
+@pytest.mark.parametrize(
+    "kind", [None, "", "text/plain", "text/json", "multipart/form-data", "application/x-www-form-urlencoded", "json"]
+)
+def test_a_form_of_another_site_is_refused(server, kind):
+    """Browsers send these anywhere without asking first."""
+    headers = {} if kind is None else {"Content-Type": kind}
+    answer = server.http.post("/v1/synthesis", content=b'{"seed": 3}', headers=headers)
+    assert (answer.status_code, answer.headers["content-type"]) == (415, "application/problem+json")
+    assert "Content-Type: application/json" in answer.json()["detail"]

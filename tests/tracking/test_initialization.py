@@ -6,7 +6,7 @@ import pytest
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.models.registry import load
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
@@ -37,7 +37,7 @@ def test_the_truth_is_among_the_candidates_whatever_the_view(degrees):
 
 def test_somebody_who_walks_round_a_curve_is_found_with_his_first_heading():
     """Over a second he turns by 57°; from straight walks alone, his first heading would be off by half of that."""
-    walk = synthesize("walk/fpca", 1, 30, seed=12, height=1.7, speed=1.2, path=Path.arc(1.2, 2.0))
+    walk = synthesize("walk/fpca", 1, 30, seed=12, height=1.7, speed=1.2, path=WalkPath.arc(1.2, 2.0))
     camera = view(np.radians(60), width=96, height=96, distance=5.0)
     masks = render(walk.poses, walk.skeleton, camera).limbs > 0
     likelihood = SilhouetteLikelihood(camera, walk.skeleton, threads=1)

@@ -6,7 +6,7 @@ import pytest
 from motionenv.body import LIMBS, from_height, markers, mirror
 from motionenv.envs.agents import TrackingAgent, evaluate, truth_start
 from motionenv.envs.walker import WalkerTracking
-from motionenv.likelihoods import AppearanceLikelihood, ProductLikelihood, SilhouetteLikelihood
+from motionenv.likelihoods import AppearanceLikelihood, Likelihood, ProductLikelihood, SilhouetteLikelihood
 from motionenv.models.registry import load
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view
@@ -57,7 +57,7 @@ def test_colours_that_were_learned_tell_left_from_right():
     assert np.max(by_colours) < 0.02
 
 
-class Pupil:
+class Pupil(Likelihood):
     """A likelihood that likes bodies near a place, and remembers what it was taught."""
 
     def __init__(self, nobody=-4.0):

@@ -10,7 +10,7 @@ import motionenv
 from motionenv.body import from_height
 from motionenv.envs.walker import WalkerTracking
 from motionenv.errors import MotionError
-from motionenv.likelihoods import SilhouetteLikelihood
+from motionenv.likelihoods import Likelihood, MarkerLikelihood, ProductLikelihood, SilhouetteLikelihood
 from motionenv.render.cameras import view
 from motionenv.tracking import Belief, FPCAPrior, ParticleFilter, Start
 
@@ -21,6 +21,7 @@ KEEP, MOVES, MEASURES, BEGINS = 0.95, 0.3, 0.5, 1.0  # x' = KEEP x + MOVES ε, y
 @dataclass(frozen=True, eq=False)
 class Point:
     poses: np.ndarray
+    sizes = None
 
     def take(self, which):
         return Point(self.poses[which])
@@ -29,7 +30,7 @@ class Point:
 class LinearPrior:
     """The first entry of the pose follows an autoregression."""
 
-    skeleton, fps = from_height(), 30.0
+    skeleton, fps, size = from_height(), 30.0, 0.0
 
     def initial(self, start, n, rng):
         return Point(start.draw(n, rng)[1])
@@ -46,7 +47,7 @@ class LinearPrior:
         return replace(state, poses=poses)
 
 
-class GaussianLikelihood:
+class GaussianLikelihood(Likelihood):
     """Measures the first entry; NaN where it is told NaN."""
 
     def observe(self, *, y):
@@ -141,10 +142,10 @@ def _end_error(ys, layers, seed):
     return abs(moments([tracker.step(y=y) for y in ys][-1])[0] - ys[-1])
 
 
-class Chain:
+class Chain(Likelihood):
     """Three places, walked at random; each shows itself with probability 0.7, else one of the others."""
 
-    skeleton, fps = LinearPrior.skeleton, 30.0
+    skeleton, fps, size = LinearPrior.skeleton, 30.0, 0.0
     MOVES = np.array([[0.8, 0.15, 0.05], [0.2, 0.6, 0.2], [0.1, 0.3, 0.6]])
     SHOWS = np.full((3, 3), 0.15) + 0.55 * np.eye(3)
 
@@ -315,7 +316,7 @@ def test_what_a_search_found_may_be_nearer_or_farther_while_it_is_seen():
     assert spread(found, 20, -100.0) < 0.6 * spread(found, 20, 5.0)
 
 
-class Blind:
+class Blind(Likelihood):
     """A picture in which all poses are as likely, by `level` more than that there is nobody."""
 
     def __init__(self, camera, level):
@@ -354,6 +355,27 @@ def test_refuses_options_out_of_range(options):
 def test_refuses_a_prior_of_another_body():
     with pytest.raises(MotionError, match=r"1.75 m .* 1.20 m"):
         ParticleFilter(LinearPrior(), SilhouetteLikelihood(view(0.0), from_height(1.2)), 10)
+
+
+def test_bodies_of_unknown_size_need_pictures_in_which_a_small_one_looks_like_a_large_one_farther_away():
+    sized, camera = FPCAPrior(size=0.06), view(0.0, width=48, height=48)
+    with pytest.raises(MotionError, match="needs a likelihood with a camera"):
+        ParticleFilter(sized, MarkerLikelihood(0.0), 10)
+    for likelihood in (SilhouetteLikelihood(camera), ProductLikelihood([SilhouetteLikelihood(camera)])):
+        tracker = ParticleFilter(sized, likelihood, 10, seed=0)
+        tracker.start(Start.at(0.93 * np.eye(25)[2]))
+        tracker.step(mask=np.ones((48, 48)))
+        with pytest.raises(MotionError, match="depths can't be tracked"):
+            tracker.step(depth=np.ones((48, 48)))
+
+
+def test_reprs_are_a_line():
+    tracker = ParticleFilter(FPCAPrior(), SilhouetteLikelihood(view(0.0, width=64, height=48)), 100)
+    assert repr(tracker) == (
+        "ParticleFilter(FPCAPrior(8 components, 30 fps), SilhouetteLikelihood(64x48, body of 1.75 m), n=100, layers=1)"
+    )
+    tracker.start(Start.at(0.93 * np.eye(25)[2]))
+    assert repr(tracker.step(mask=np.zeros((48, 64)))) == "Belief(100 particles, effective 100, lost)"
 
 
 def test_refuses_to_step_before_it_starts_and_poses_that_are_not_numbers():

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import motionenv
-from motionenv.render import render
+from motionenv.render import cameras, render
 
 people = [motionenv.synthesize("walk/fpca", seconds=5, fps=30, seed=seed) for seed in range(6)]
 print(f"poses of one person: {people[0].poses.shape}")
@@ -19,7 +19,7 @@ print(f"poses of one person: {people[0].poses.shape}")
 # %%
 # The same camera sees each of them, so their heights can be compared. Below: body height and walking speed.
 
-camera = motionenv.view(np.radians(30), distance=5, width=150, height=250, fov_degrees=23)
+camera = cameras.view(np.radians(30), distance=5, width=150, height=250, fov_degrees=23)
 figure, axes = plt.subplots(1, 6, figsize=(9, 3), layout="constrained")
 for seed, (axis, walk) in enumerate(zip(axes, people, strict=True)):
     axis.imshow(render(walk.poses[0], walk.skeleton, camera, scene=motionenv.Scene(samples=2)).rgb)

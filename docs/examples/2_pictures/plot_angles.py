@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import motionenv
-from motionenv.render import render
+from motionenv.render import cameras, render
 from motionenv.types import POSE
 
 print(textwrap.fill(", ".join(POSE), 90))
@@ -22,7 +22,7 @@ print(textwrap.fill(", ".join(POSE), 90))
 # The camera stands to the right of the body, ahead of it.
 
 body = motionenv.from_height(1.75)
-camera = motionenv.view(np.radians(35), distance=5, width=180, height=250, fov_degrees=25)
+camera = cameras.view(np.radians(35), distance=5, width=180, height=250, fov_degrees=25)
 changes = {
     "left_hip_flexion": 40, "left_knee_flexion": 60, "left_elbow_flexion": 90,
     "left_shoulder_abduction": 70, "root_heading": 60,

@@ -8,7 +8,7 @@ every dot, so another laboratory can make the same stimuli from the same file.
 
 import matplotlib.pyplot as plt
 
-from motionenv.data.stimuli import Display, Person, StimulusSet, frames_of
+from motionenv.data.stimuli import Display, PointLightWalker, StimulusSet, frames_of
 
 displays = {
     "upright": Display(view=45),
@@ -25,6 +25,6 @@ stimuli = StimulusSet(displays=list(displays.values()), seconds=1, fps=30, width
 
 figure, axes = plt.subplots(1, 4, figsize=(9, 2.6), layout="constrained")
 for axis, (title, display) in zip(axes, displays.items(), strict=True):
-    frames = list(frames_of(stimuli, Person(), display))
+    frames = list(frames_of(stimuli, PointLightWalker(), display))
     axis.imshow(frames[0])
     axis.set(title=title, xticks=[], yticks=[])

@@ -11,10 +11,10 @@ import numpy as np
 
 import motionenv
 from motionenv.body import EDGES
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.types import MARKERS, Points
 
-path = Path.arc(radius=1.6, angle=9.0)
+path = WalkPath.arc(radius=1.6, angle=9.0)
 walk = motionenv.synthesize("walk/fpca", 5, 30, seed=4, path=path, speed=1.1)
 truth = motionenv.markers(walk.poses, walk.skeleton)
 camera = motionenv.fit_view(truth, 0.4, elevation=0.12)

@@ -12,7 +12,7 @@ A sample is a dict of arrays, by the names in `Output.fields`:
     pixels      (frames, 15, 2) of the joints; NaN behind the camera
     visibility  (frames, 15) uint8, as in COCO: 0 outside the picture, 1 hidden, 2 seen
     detected    (frames, 15, 3) pixels and confidence as a detector of keypoints gives them; NaN where it gives none
-    phase       (frames,) [cycles]; see `motionenv.data.samples.walkers.Recording`
+    phase       (frames,) [cycles]; see `motionenv.data.samples.walkers.RecordedWalk`
     contact     (frames, 2) bool: left and right foot on the ground
     body        `offsets` (16, 3) and `radii` (limbs, 2) [m] of the walker's `Skeleton`, and its `height` [m]
     camera      `K` (3, 3) [pixels], `R` (3, 3), and `t` (frames, 3) [m]: world → camera, as in OpenCV

@@ -36,7 +36,7 @@ _FEET = [LIMBS.index("left_foot"), LIMBS.index("right_foot")]
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class RecordedWalk:
     """A walker in motion.
 
     Attributes:
@@ -63,7 +63,7 @@ def frames_of(spec: Specification) -> tuple[int, int, int]:
     return before + spare + spec.clip + before, before, before + spare
 
 
-def record(spec: Specification, group: int, stream: int = MOTION) -> list[Recording]:
+def record(spec: Specification, group: int, stream: int = MOTION) -> list[RecordedWalk]:
     """The recordings of a group.
 
     Args:
@@ -100,7 +100,7 @@ def _model(name: str) -> GaitModel:
     return gait_model(name)
 
 
-def _recording(motion: Motion, radius: float | None, course: int) -> Recording:
+def _recording(motion: Motion, radius: float | None, course: int) -> RecordedWalk:
     """A straight walk as a recording, bent along a random path of `course` if there is a least `radius` [m]."""
     phase = phases(motion)
     if radius is not None:
@@ -108,7 +108,7 @@ def _recording(motion: Motion, radius: float | None, course: int) -> Recording:
         fast = (length - _ROOM) * motion.fps / len(motion.poses)
         path = random_path(np.random.default_rng(course), length, radius=max(radius, _LEAN * fast**2))
         motion = bend(motion, path)
-    return Recording(motion.poses, motion.skeleton, phase, contacts(motion))
+    return RecordedWalk(motion.poses, motion.skeleton, phase, contacts(motion))
 
 
 def phases(motion: Motion) -> np.ndarray:
@@ -151,7 +151,7 @@ def contacts(motion: Motion) -> np.ndarray:
     return ((lowest < _LOW) & (speed < _SLOW)).any(axis=-1)
 
 
-def shown(recordings: list[Recording], who: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, ...]:
+def shown(recordings: list[RecordedWalk], who: np.ndarray, frames: np.ndarray) -> tuple[np.ndarray, ...]:
     """Poses (n, frames, 25), and offsets, radii and heights of the bodies of recordings `who` (n,) at `frames`."""
     bodies = [r.skeleton for r in recordings]
     poses = np.stack([r.poses for r in recordings])[who[:, None], frames]

@@ -2,6 +2,8 @@
 
 from motionenv.data.stimuli.dots import Dots, Ring, dots_at
 from motionenv.data.stimuli.making import frames_of, write_stimuli, zipped
-from motionenv.data.stimuli.specification import Display, Person, StimulusSet
+from motionenv.data.stimuli.specification import Display, PointLightWalker, StimulusSet
 
-__all__ = ["Display", "Dots", "Person", "Ring", "StimulusSet", "dots_at", "frames_of", "write_stimuli", "zipped"]
+__all__ = [
+    "Display", "Dots", "PointLightWalker", "Ring", "StimulusSet", "dots_at", "frames_of", "write_stimuli", "zipped",
+]  # fmt: skip

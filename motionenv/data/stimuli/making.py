@@ -13,7 +13,7 @@ import numpy as np
 
 from motionenv.body import EDGES
 from motionenv.data.stimuli.dots import Dots, Ring, dots_at
-from motionenv.data.stimuli.specification import Display, Person, StimulusSet
+from motionenv.data.stimuli.specification import Display, PointLightWalker, StimulusSet
 from motionenv.errors import MotionError
 from motionenv.models import cycle
 from motionenv.models.base import GaitModel
@@ -27,7 +27,7 @@ _MOST = 100  # frames that are drawn together
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # of files in an archive, so that its bytes depend on nothing else
 
 
-def ring(person: Person, models: Callable[[str], GaitModel] = gait_model) -> Ring:
+def ring(person: PointLightWalker, models: Callable[[str], GaitModel] = gait_model) -> Ring:
     """One cycle of a person's walk.
 
     Args:
@@ -49,7 +49,7 @@ def pixels_of(asked: StimulusSet, dots: Dots) -> np.ndarray:
     return np.where(dots.visible[..., None], np.round(found * _GRID) / _GRID, np.nan)
 
 
-def frames_of(asked: StimulusSet, person: Person, display: Display) -> Iterator[np.ndarray]:
+def frames_of(asked: StimulusSet, person: PointLightWalker, display: Display) -> Iterator[np.ndarray]:
     """The pictures (height, width, 3) uint8 of a stimulus, one after the other.
 
     Args:

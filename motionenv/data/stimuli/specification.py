@@ -12,7 +12,7 @@ _STIMULI = 400  # most in a set
 _FRAMES = 7200  # most of a stimulus
 
 
-class Person(Record):
+class PointLightWalker(Record):
     """Who walks.
 
     Attributes:
@@ -104,7 +104,7 @@ class StimulusSet(Record):
 
     noun = "stimulus set"
 
-    people: tuple[Person, ...] = Field((Person(),), min_length=1)
+    people: tuple[PointLightWalker, ...] = Field((PointLightWalker(),), min_length=1)
     displays: tuple[Display, ...] = Field((Display(),), min_length=1)
     seconds: float = Field(2.0, gt=0, le=60)
     fps: float = Field(60.0, ge=1, le=240)

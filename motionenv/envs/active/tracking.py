@@ -1,13 +1,11 @@
 """motionenv/ActiveTracking-v0: several people, tracked with a camera that the agent steers."""
 
-from typing import Any
-
-from gymnasium.vector import AutoresetMode
+from dataclasses import dataclass
 
 from motionenv._core.validation import checked_whole
-from motionenv.envs.active.world import ActiveWorld, Scene
-from motionenv.envs.base import TrackingEnv, with_horizon
-from motionenv.envs.vector import TrackingVectorEnv
+from motionenv.envs.active.world import ActiveArguments, ActiveWorld
+from motionenv.envs.base import TrackingEnv, taking
+from motionenv.envs.vector import TrackingVectorEnv, VectorArguments
 
 
 class ActiveTracking(TrackingEnv):
@@ -73,36 +71,30 @@ class ActiveTracking(TrackingEnv):
 
     ## Vectorized environment
     `gymnasium.make_vec("motionenv/ActiveTracking-v0", num_envs=64)` steps all episodes in compiled loops. It also
-    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled") and `batch_size`.
+    accepts `autoreset_mode` ("NextStep", "SameStep", "Disabled").
 
     ## Version History
     - v0: initial version.
-
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        arguments: see Arguments.
     """
 
     world: ActiveWorld
 
-    def __init__(self, *, render_mode: str | None = None, **arguments: Any) -> None:
-        super().__init__(ActiveWorld(1, Scene(**arguments)), render_mode=render_mode)
+    @taking(ActiveArguments)
+    def __init__(self, arguments: ActiveArguments) -> None:
+        super().__init__(arguments.world(1), render_mode=arguments.render_mode)
+        self.arguments = arguments
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActiveVectorArguments(ActiveArguments, VectorArguments):
+    """Arguments of `ActiveTrackingVector`."""
 
 
 class ActiveTrackingVector(TrackingVectorEnv):
-    """`num_envs` copies of `ActiveTracking` with its `arguments`, stepped together.
+    """`num_envs` copies of `ActiveTracking`, stepped together."""
 
-    `autoreset_mode`, `batch_size` and `render_mode` are as in `SimulatedTrackingVector`.
-    """
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        batch_size: int | None = None,
-        render_mode: str | None = None,
-        **arguments: Any,
-    ) -> None:
-        world = ActiveWorld(checked_whole(num_envs, "num_envs", 1), Scene(**with_horizon(arguments)))
-        super().__init__(world, render_mode=render_mode, autoreset_mode=autoreset_mode, batch_size=batch_size)
+    @taking(ActiveVectorArguments)
+    def __init__(self, arguments: ActiveVectorArguments) -> None:
+        world = arguments.world(checked_whole(arguments.num_envs, "num_envs", 1))
+        super().__init__(world, render_mode=arguments.render_mode, autoreset_mode=arguments.autoreset_mode)
+        self.arguments = arguments

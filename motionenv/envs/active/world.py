@@ -12,6 +12,7 @@ from scipy.special import i0e, i1e
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.envs.active.pictures import camera_of, draw
 from motionenv.envs.active.scene_kernel import INNER, OUTER, look, steer_all, wander
+from motionenv.envs.base import Arguments
 from motionenv.envs.simulation.estimates import ActionScale
 from motionenv.envs.simulation.marker_world import WALKERS, fourier_walkers
 from motionenv.envs.simulation.motion_sources import SPLITS
@@ -30,9 +31,9 @@ _SMOOTH, _TILT = 0.25, -0.4  # [s] of a turn, [rad] of the camera at the start
 _RADII, _APART = (0.4, 1.0), 0.25  # [m] of pillars, variation of hues relative to their distance
 
 
-@dataclass(frozen=True)
-class Scene:
-    """Settings of the task; `motionenv.envs.active.ActiveTracking` describes them."""
+@dataclass(frozen=True, kw_only=True)
+class ActiveArguments(Arguments):
+    """Arguments of `motionenv.envs.active.ActiveTracking`, checked."""
 
     people: int = 4
     pillars: int = 8
@@ -47,10 +48,17 @@ class Scene:
 
     def __post_init__(self) -> None:
         for name, limits in _LIMITS.items():
-            checked: Any = checked_whole if isinstance(getattr(Scene, name), int) else checked_number
+            checked: Any = checked_whole if isinstance(getattr(ActiveArguments, name), int) else checked_number
             object.__setattr__(self, name, checked(getattr(self, name), name, *limits))
         if self.split not in SPLITS:
             raise MotionError(f"split must be one of {', '.join(SPLITS)}, got {self.split!r}")
+
+    def __str__(self) -> str:
+        return f"{self.people} people, {self.pillars} pillars"
+
+    def world(self, n: int) -> "ActiveWorld":
+        """`n` squares."""
+        return ActiveWorld(n, self)
 
     @property
     def pace(self) -> tuple[float, float]:
@@ -85,7 +93,7 @@ class BeliefScale(ActionScale):
 class ActiveWorld:
     """A `motionenv.envs.World` of n squares, each with the settings `scene`."""
 
-    def __init__(self, n: int, scene: Scene) -> None:
+    def __init__(self, n: int, scene: ActiveArguments) -> None:
         self.n, self.scene, self.horizon, self.fps = n, scene, scene.horizon, scene.fps
         k, p = scene.people, scene.pillars
         box = lambda high, *shape: spaces.Box(-high, high, shape, np.float32)

@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import VectorEnv
 
 from motionenv.body.arm_reaching import RIGHT_ARM
 from motionenv.envs.base import Observation
@@ -17,19 +19,21 @@ class Actions:
     Attributes:
         n: number of environments; 1 for a single one.
         form, samples: "pose", "joints" or "belief", and the number of poses in an estimate.
+        names: of the observations: "rgb", "mask", "depth", or "points" and "seen".
         arm, points: whether only the right arm is estimated, and whether markers are observed instead of images.
         far: depth [m] of the background in depth images.
     """
 
     def __init__(self, env: Any) -> None:
         self.env = env.unwrapped
-        self.vector = hasattr(env, "num_envs")
+        self.vector = isinstance(env, VectorEnv)
         self.n = env.num_envs if self.vector else 1
         space = env.single_action_space if self.vector else env.action_space
-        self.observed = env.single_observation_space if self.vector else env.observation_space
-        named = getattr(self.observed, "spaces", {})
-        self.points, depth = "points" in named, named.get("depth", self.observed)
-        self.far = float(np.max(getattr(depth, "high", np.inf)))
+        observed = env.single_observation_space if self.vector else env.observation_space
+        named: dict[str, Any] = observed.spaces if isinstance(observed, spaces.Dict) else {_kind(observed): observed}
+        self.names = list(named)
+        self.points = "points" in named
+        self.far = float(np.max(named["depth"].high)) if "depth" in named else np.inf
         shape = space.shape
         self.form = "pose" if len(shape) == 1 else "joints" if shape[-1] == 3 else "belief"
         self.arm = shape in {(len(RIGHT_ARM),), (len(_ARM_JOINTS), 3)} or shape[-1] == len(RIGHT_ARM) + 1
@@ -38,7 +42,7 @@ class Actions:
 
     def batched(self, observation: Observation) -> dict[str, np.ndarray]:
         """An observation by name, with a leading batch axis."""
-        named = observation if isinstance(observation, dict) else {_kind(self.observed): observation}
+        named = observation if isinstance(observation, dict) else {self.names[0]: observation}
         return {name: np.asarray(v) if self.vector else np.asarray(v)[None] for name, v in named.items()}
 
     def of(self, poses: np.ndarray | None, joints: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from gymnasium.vector import VectorEnv
 
 from motionenv._core.validation import checked_whole
 from motionenv.envs.base import Observation
@@ -27,6 +28,10 @@ class Scores:
     returns: np.ndarray
     lengths: np.ndarray
 
+    def __repr__(self) -> str:
+        mean = f"{self.errors.mean():.3f} m, return {self.returns.mean():.2f}"
+        return f"Scores({len(self.errors)} episodes, mean error {mean})"
+
 
 def evaluate(env: Any, agent: Agent, episodes: int, seed: int | None = None) -> Scores:
     """Run `agent` for whole episodes.
@@ -39,8 +44,9 @@ def evaluate(env: Any, agent: Agent, episodes: int, seed: int | None = None) -> 
     Raises:
         MotionError: `episodes` isn't a whole number of at least 1.
     """
-    tally = _Tally(getattr(env, "num_envs", 1), checked_whole(episodes, "episodes", 1))
-    (_play_vector if hasattr(env, "num_envs") else _play_single)(env, agent, tally, seed)
+    vector, episodes = isinstance(env, VectorEnv), checked_whole(episodes, "episodes", 1)
+    tally = _Tally(env.num_envs if vector else 1, episodes)
+    (_play_vector if vector else _play_single)(env, agent, tally, seed)
     return tally.scores()
 
 

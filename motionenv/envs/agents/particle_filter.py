@@ -14,7 +14,7 @@ from motionenv.envs.agents.action_adapter import Actions
 from motionenv.envs.agents.baselines import walking_poses
 from motionenv.envs.base import Observation
 from motionenv.errors import MotionError
-from motionenv.likelihoods.protocols import CameraLikelihood, Likelihood, accepted
+from motionenv.likelihoods.base import ImageLikelihood, Likelihood
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter, check_options
@@ -92,10 +92,11 @@ class TrackingAgent:
 
     def _size(self) -> float:
         """Uncertainty of the body's size: 0 where only depths are seen, in which a body of any size is where it is."""
-        seen = self._actions.observed
-        if hasattr(seen, "spaces"):
-            return 0.0 if "depth" in seen.spaces and "mask" not in seen.spaces else _SIZE
-        return 0.0 if seen.dtype.kind == "f" else _SIZE
+        return 0.0 if "depth" in self._actions.names and "mask" not in self._actions.names else _SIZE
+
+    def __repr__(self) -> str:
+        prior = "a prior for each episode" if callable(self._prior) else repr(self._prior)
+        return f"TrackingAgent({prior}, n={self._n})"
 
     @property
     def beliefs(self) -> list[Belief]:
@@ -127,7 +128,7 @@ class TrackingAgent:
         for slot, track in enumerate(self._tracks):
             if track is None:
                 raise MotionError("the agent has not begun: call reset(observation) first")
-            names = accepted(track.likelihood, seen)
+            names = track.likelihood.accepted(seen)
             belief = track.step({name: _picture(name, seen[name][slot], self._actions.far) for name in names})
             poses[slot] = _said(belief, self._actions, self._rng)
             if self._actions.form == "joints":
@@ -154,7 +155,9 @@ class TrackingAgent:
             _check_moves_an_arm(prior, start)
         rng = self._rng.spawn(1)[0]
         track = ParticleFilter(prior, likelihood, self._n, seed=rng, **self._options)
-        walks = not self._actions.arm and hasattr(type(likelihood), "foreground")
+        if start is None and not isinstance(likelihood, ImageLikelihood):
+            raise MotionError(f"{likelihood!r} shows no foreground in which to find the first pose: give start")
+        walks = not self._actions.arm and isinstance(likelihood, ImageLikelihood)
         return _Track(track, start, walks, rng)
 
 
@@ -184,8 +187,7 @@ class _Track:
         seen, again = len(self._waiting), [observation]
         if seen in _LOOKS and (start := self._first()) is not None:
             again = self._waiting or again  # once more from the first, now knowing more
-            if hasattr(self.likelihood, "forget"):
-                self.likelihood.forget()  # what was learned beside a body elsewhere
+            self.likelihood.forget()  # what was learned beside a body elsewhere
             self.filter.start(start)
         if seen == _LOOKS[-1]:
             self._waiting = None
@@ -206,16 +208,15 @@ class _Track:
             if len(self._waiting) > 1:
                 return None
         self._waiting.clear()
-        camera = cast(CameraLikelihood, self.likelihood).camera
+        camera = cast(ImageLikelihood, self.likelihood).camera
         pose = walking_poses(1)[0].copy()
         pose[:2] = camera.centre[:2] + _AHEAD * camera.R[2, :2]
         return Start.at(pose, spread=_ANYWHERE)
 
     def _searched(self, observations: list) -> Start:
         """A start from the pictures of successive frames."""
-        prior, model = self.filter.prior, cast(CameraLikelihood, self.likelihood)
-        size = getattr(prior, "size", 0.0)
-        return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=size, seed=self._rng)
+        prior, model = self.filter.prior, cast(ImageLikelihood, self.likelihood)
+        return automatic_start(model, observations, fps=prior.fps, n=_SEARCHED, size=prior.size, seed=self._rng)
 
     def _found(self, observation: Mapping[str, Any]) -> Start | None:
         """A new start from one picture, or None where it shows nobody, or nobody near one whose start was given."""

@@ -21,9 +21,9 @@ from motionenv.body.gaps import PARTS, check_shown
 from motionenv.body.skeleton import limb_radii
 from motionenv.errors import MotionError
 from motionenv.mocap.units_axes import metres_per
-from motionenv.models.motion_tree.features import resample
 from motionenv.models.registry import gait_model, names
 from motionenv.models.synthesis import synthesize
+from motionenv.models.transforms import resample
 from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, Motion, Skeleton
 
 #: Splits of walkers for training and evaluation of agents.

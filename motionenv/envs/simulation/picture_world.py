@@ -1,18 +1,24 @@
-"""The world of the image environments."""
+"""The world of the image environments, and their common arguments."""
 
+from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from motionenv.envs.base import SimulatedArguments
 from motionenv.envs.simulation.estimates import Estimates
-from motionenv.envs.simulation.stage import PictureSettings, Stage
+from motionenv.envs.simulation.motion_sources import Source, episode_frames
+from motionenv.envs.simulation.stage import Motions, PictureSettings, Stage
+from motionenv.envs.simulation.views import View
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.render.draw2d.overlay import draw_pose
 from motionenv.render.request import enlarged
+from motionenv.render.sensors.augmentation import Augmentation
 
 #: Least side of an image of `render` [pixels].
 SHOWN = 256
@@ -93,3 +99,55 @@ class PictureWorld:
         """As `World.close`."""
         self.stage.close()
         self.estimates.close()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureArguments(SimulatedArguments):
+    """Arguments of the environments that show images.
+
+    Attributes:
+        scored: scored pose entries and joints, arguments of `Estimates`.
+    """
+
+    motion: str
+    motion_seed: int | None = None
+    split: str = "train"
+    size: int = 64
+    observation: str | Sequence[str] = "rgb"
+    camera: str | float = "side"
+    background: str = "plain"
+    distractors: int = 0
+    occluders: int = 0
+    noise: float = 0.0
+    brightness: float = 0.0
+    fps: float = 30.0
+    horizon: int = 90
+    speed: tuple[float, float] | None = None
+    height: tuple[float, float] | None = None
+    clothes: bool = True
+    estimate: str = "pose"
+    n_belief: int = 64
+    actions: str = "normalised"
+    file_fps: float | None = None
+    unit: str | None = None
+    threads: int | None = 1
+    scored: ClassVar[dict[str, Any]] = {}
+
+    def __str__(self) -> str:
+        return f"observation={self.observation!r}, {self.size}x{self.size}"
+
+    @abstractmethod
+    def staged(self, source: Source) -> tuple[Motions, View]:
+        """The motion that a `source` gives, and the cameras in front of it."""
+
+    def world(self, n: int) -> PictureWorld:
+        """`n` people, each in front of their own camera; raises MotionError for an invalid argument."""
+        sense = PictureSettings(self.observation, self.size)
+        scenery = Augmentation(self.background, self.distractors, self.occluders, self.noise, self.brightness)
+        frames, reading = episode_frames(self.horizon), (self.file_fps, self.unit, self.motion_seed)
+        source = Source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
+        motions, view = self.staged(source)
+        scoring = {"threads": self.threads, "actions": self.actions, "reach": view.reach, **self.scored}
+        estimates = Estimates(self.estimate, self.n_belief, **scoring)
+        stage = Stage(n, motions, view, size=sense.size, scenery=scenery, clothes=self.clothes, threads=self.threads)
+        return PictureWorld(stage, sense, estimates)

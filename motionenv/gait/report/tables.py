@@ -17,7 +17,7 @@ _COLUMNS = ("kind", "name", "side", "percent", "unit", "mean", "sd", "low", "hig
 
 
 def to_json(session: Session) -> str:
-    """The step parameters, mean angles, band, events and stretches of a session as JSON; null where unknown."""
+    """The step parameters, mean angles, band, events and stretches of a `session` as JSON; null where unknown."""
     content = {
         "person": session.person,
         "parameters": [p.to_dict() for p in session.parameters],
@@ -50,7 +50,7 @@ def to_json(session: Session) -> str:
 
 
 def to_csv(session: Session) -> str:
-    """The step parameters and mean angles of a session, one figure per row; empty fields where unknown."""
+    """The step parameters and mean angles of a `session`, one figure per row; empty fields where unknown."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(_COLUMNS)

@@ -10,14 +10,14 @@ from scipy import ndimage
 from scipy.special import expit, logit
 from threadpoolctl import ThreadpoolController
 
+from motionenv._core.representation import OneLine
 from motionenv.body import EDGES
 from motionenv.errors import GapError
 from motionenv.lifting.free.posture_network import RATE, PostureNetwork
 from motionenv.lifting.free.proposal import BODY_UNIT, Proposal, propose, shipped_network
 from motionenv.lifting.free.rays import Rays, rays_of
 from motionenv.lifting.free.smoother import DEFAULTS, Fit, Settings, smooth
-from motionenv.lifting.free.swaps import exchanged, find_swaps
-from motionenv.lifting.validation import continuous_labels, swapped_back
+from motionenv.lifting.side_labels import continuous_labels, exchanged, find_swaps, swapped_back
 from motionenv.mocap.keypoints.skeletons import KEYPOINT_SETS
 from motionenv.types import MARKERS, Camera, Points
 
@@ -48,8 +48,8 @@ _SPREAD = KEYPOINT_SETS["coco-17"].spread  # how far they are, by joint; most de
 _HEADING = 0.15  # [s] deviation of the Gaussian that smooths headings
 
 
-@dataclass(frozen=True, eq=False)
-class OtherMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class OtherMotion(OneLine):
     """The motion if left and right were exchanged in all points: the body faces another way.
 
     Attributes:
@@ -61,8 +61,8 @@ class OtherMotion:
     probability: float
 
 
-@dataclass(frozen=True, eq=False)
-class FreeFit:
+@dataclass(frozen=True, eq=False, repr=False)
+class FreeFit(OneLine):
     """Motion of somebody who moves freely.
 
     Attributes:

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.threads import CHUNK, in_chunks
 from motionenv.errors import MotionError
 from motionenv.lifting.view_geometry import axes
@@ -35,8 +36,8 @@ from motionenv.models.eigenwalkers.fourier_series import columns
 _POINTS = SHAPE[0] * SHAPE[1]
 
 
-@dataclass(frozen=True, eq=False)
-class Reconstruction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Reconstruction(OneLine):
     """Walkers reconstructed from one view each; leading axes are those of the sequences.
 
     Attributes:

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.threads import in_chunks
 from motionenv._core.validation import checked_number
 from motionenv.errors import ModelError, MotionError
@@ -46,8 +47,8 @@ _STEP = np.radians([3.0, 7.5, 15.0])  # grid spacing of α, ε, φ
 _MOST = 16  # most minima kept per sequence
 
 
-@dataclass(frozen=True, eq=False)
-class Views:
+@dataclass(frozen=True, eq=False, repr=False)
+class Views(OneLine):
     """Estimated views of sequences, the most probable view of each; leading axes are those of the sequences.
 
     Attributes:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import SEGMENTS
@@ -32,8 +33,8 @@ _EACH = (
 CLINICAL_ANGLES = tuple(f"{side}_{name}" for side in ("left", "right") for name in _EACH)
 
 
-@dataclass(frozen=True, eq=False)
-class ClinicalAngles:
+@dataclass(frozen=True, eq=False, repr=False)
+class ClinicalAngles(OneLine):
     """Joint angles `values` (frames, 26), in the order of `CLINICAL_ANGLES` [degrees]; NaN where unknown.
 
     `fps` is the frame rate [Hz], `method` how the joint centres were found, and `names` are `CLINICAL_ANGLES`.

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import GapError
 from motionenv.mocap.clinical.gait_model import Segment, unit
 
@@ -17,8 +18,8 @@ _FEWEST = 10  # frames that show both segments
 _NOTHING = 1e-6  # [rad] swing below which a direction can't be told at all
 
 
-@dataclass(frozen=True, eq=False)
-class FunctionalJoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class FunctionalJoint(OneLine):
     """A joint between a proximal and a distal segment.
 
     Attributes:

@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.mocap.clinical.functional_legs import functional_legs
 from motionenv.mocap.clinical.gait_model import (
     SIGN,
@@ -29,8 +30,8 @@ from motionenv.mocap.clinical.measurements import Measurements, Side, completed
 _MOST_VARUS = np.radians(20.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Leg:
+@dataclass(frozen=True, eq=False, repr=False)
+class Leg(OneLine):
     """One leg over time: centres (frames, 3) [m] and rotations (frames, 3, 3), segment → world; None where unknown.
 
     Attributes:
@@ -50,8 +51,8 @@ class Leg:
     ankle_axis: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class LowerBody:
+@dataclass(frozen=True, eq=False, repr=False)
+class LowerBody(OneLine):
     """The lower body over time; `how` tells for each kind of joint how its centre was found.
 
     The `pelvis` is None without ASIS or sacrum; `left` and `right` are the legs.
@@ -63,8 +64,8 @@ class LowerBody:
     how: dict[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Calibration:
+@dataclass(frozen=True, repr=False)
+class Calibration(OneLine):
     """What a standing trial adds, by "left_knee" and the like; see `calibrate`.
 
     Attributes:

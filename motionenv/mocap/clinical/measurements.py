@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.types import Recording
 
 _NAN = float("nan")
@@ -26,8 +27,8 @@ _ANGLES = {"tibial_torsion": "TIBIALTORSION", "plantar_flexion": "STATICPLANTFLE
 _GROUPS = ("PROCESSING", "SUBJECTS", "SUBJECT", "SUBJECT_PARAMETERS")
 
 
-@dataclass(frozen=True)
-class Side:
+@dataclass(frozen=True, repr=False)
+class Side(OneLine):
     """Measurements of one side; NaN where unknown.
 
     Attributes:
@@ -48,8 +49,8 @@ class Side:
     foot_rotation: float = _NAN
 
 
-@dataclass(frozen=True)
-class Measurements:
+@dataclass(frozen=True, repr=False)
+class Measurements(OneLine):
     """What the Conventional Gait Model needs to know of a person beside the markers.
 
     Attributes:

@@ -26,6 +26,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
+from motionenv._core.representation import OneLine
 from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, NODES, TRUNK_SHARE
 from motionenv.mocap.clinical.progression import progression
 
@@ -81,8 +82,8 @@ class LegCorrection:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class SkeletonWalk:
+@dataclass(frozen=True, eq=False, repr=False)
+class SkeletonWalk(OneLine):
     """Nodes (frames, 16, 3) [m] of a fitted skeleton that may walk, at `fps` [Hz].
 
     `pelvis` is its rotation (frames, 3, 3) relative to its rest pose, and `shanks` are those of each side's shank, by

@@ -10,6 +10,7 @@ from importlib.resources import files
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number, random_generator
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
@@ -28,8 +29,8 @@ _ARMS, _LEGS = slice(0, 3), slice(3, 6)  # of the pairs of left and right
 _TRUNK = [0, 3]  # shoulders and hips among them
 
 
-@dataclass(frozen=True)
-class DetectorErrors:
+@dataclass(frozen=True, repr=False)
+class DetectorErrors(OneLine):
     """Errors of a detector; see `detector_errors.toml` for the sources of the defaults.
 
     Attributes:

@@ -123,7 +123,7 @@ def points_of(
 
 
 def write_points(points: Points, path: str | Path) -> None:
-    """Write points to a table (CSV) at `path`, atomically; `read_points` restores the positions exactly.
+    """Write `points` to a table (CSV) at `path`, atomically; `read_points` restores the positions exactly.
 
     Raises:
         MotionError: fewer than two frames, or the file can't be written.

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_choice
 from motionenv.body.kinematics import markers
 from motionenv.body.skeleton import from_height
-from motionenv.errors import FormatError, MotionError
+from motionenv.errors import FormatError
 from motionenv.types import MARKERS, POSE
 
 _TABLE = tomllib.loads(files(__package__).joinpath("skeletons.toml").read_text(encoding="utf-8"))
@@ -17,8 +19,8 @@ _CLEARER = 0.1  # how much more upright people must be by a rarer definition tha
 _TRACE = 0.05  # score of keypoints that tell definitions apart
 
 
-@dataclass(frozen=True)
-class KeypointSet:
+@dataclass(frozen=True, repr=False)
+class KeypointSet(OneLine):
     """The keypoints of one kind of detector.
 
     Attributes:
@@ -79,8 +81,8 @@ def keypoint_set(path: str | Path, keypoints: np.ndarray, name: str | None = Non
         MotionError: no such name.
         FormatError: no definition with that number of keypoints, or `name` has another number.
     """
-    if name is not None and name not in KEYPOINT_SETS:
-        raise MotionError(f"format must be one of {', '.join(KEYPOINT_SETS)}, got {name!r}")
+    if name is not None:
+        checked_choice(name, "format", KEYPOINT_SETS)
     fitting = [k for k in KEYPOINT_SETS.values() if len(k.keypoints) == keypoints.shape[1] and name in (None, k.name)]
     if not fitting:
         known = ", ".join(f"{len(k.keypoints)} ({k.name})" for k in KEYPOINT_SETS.values() if name in (None, k.name))

@@ -26,6 +26,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
+from motionenv._core.representation import OneLine
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap.marker_sets.landmarks import LANDMARKS, SIDED
 from motionenv.mocap.readers.text import read_lines
@@ -38,8 +39,8 @@ _KEYS = {"name", *_WORDS, "points", "sides", "sided"}
 _SUM = 1e-6  # tolerance of the sum of weights
 
 
-@dataclass(frozen=True)
-class MarkerMap:
+@dataclass(frozen=True, repr=False)
+class MarkerMap(OneLine):
     """Which points of a file are which landmarks.
 
     Attributes:
@@ -61,7 +62,7 @@ class MarkerMap:
 
     @classmethod
     def parse(cls, text: str) -> "MarkerMap":
-        """The map in the text of a TOML file.
+        """The map in the `text` of a TOML file.
 
         Raises:
             MotionError: not TOML, an unknown landmark or key, or weights that don't sum to 1; names it.

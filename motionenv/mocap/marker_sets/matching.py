@@ -9,6 +9,8 @@ from re import split
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
+from motionenv._core.validation import checked_choice
 from motionenv.errors import GapError, MotionError
 from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_name
 from motionenv.types import Markers
@@ -18,8 +20,8 @@ _CLUSTER = 3  # markers of a cluster that determine a pose
 _FEWEST = 3  # letters of a prefix without a separator
 
 
-@dataclass(frozen=True, eq=False)
-class Landmarks:
+@dataclass(frozen=True, eq=False, repr=False)
+class Landmarks(OneLine):
     """The landmarks that a file shows.
 
     Attributes:
@@ -56,9 +58,7 @@ def marker_set(name: str) -> MarkerMap:
         MotionError: there is none; lists the names.
     """
     named = {known.name: known for known in marker_sets()}
-    if name not in named:
-        raise MotionError(f"there is no marker set {name!r}; known are {', '.join(sorted(named))}")
-    return named[name]
+    return named[checked_choice(name, "the marker set", sorted(named))]
 
 
 def recognise(names: Sequence[str]) -> tuple[MarkerMap, dict[str, Weights]]:

@@ -53,7 +53,7 @@ _SEGMENT = {
 }  # fmt: skip
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
+def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of a BVH file, a few hundred frames of the sequence (frames, 25) at a time.
 
     `motionenv.mocap.read` reads the joints back. Feet are rotated as drawn (see `motionenv.body.limb_segments`),

@@ -106,7 +106,7 @@ def _check_values(poses: np.ndarray, kind: str, gaps: bool) -> None:
         count = int(gap.any(1).sum())
         raise GapError(
             f"{POSE[entry]} of frame {frame} is nan, and so are values of {count} frames: {kind} can't represent "
-            "gaps, so fill or cut them first (fill=True, --fill)"
+            "gaps, so fill or cut them first (motionenv.fill, --fill)"
         )
 
 

@@ -31,7 +31,7 @@ COLUMNS = (
 _TOGETHER = 500  # frames converted to text at a time
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
+def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of a table of one sequence's poses (frames, 25) and markers, a few hundred rows at a time."""
     check_sequence(motion, "CSV", gaps=True)
     return _parts(motion)

@@ -23,7 +23,7 @@ _VERTICES, _INDICES = 34962, 34963
 _SECTIONS = 24  # vertices around a limb
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
+def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of a GLB file of the moving body, in one part, because it starts with its length.
 
     Limbs that are missing in every frame of the sequence (frames, 25) are left out.

@@ -29,7 +29,7 @@ _MODEL_HEIGHT = 1.70  # [m], of the generic model (Rajagopal et al. 2016)
 _PELVIS_FROM_HIPS = np.array([0.056276, 0.0, 0.07849])  # [m] in the world's axes, of the generic model's hip joints
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
+def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of an OpenSim coordinates file, a few hundred frames of the sequence (frames, 25) at a time.
 
     The walk is turned by the quarter turns that bring it to face x most, as in the .trc file of the same motion.

@@ -20,7 +20,7 @@ _KEYS = (
 )  # fmt: skip
 
 
-def parts(motion: Motion) -> Iterator[bytes]:
+def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of a TRC file of the 15 markers of `motionenv.types.MARKERS`, a few hundred frames at a time.
 
     The walk (frames, 25) is turned by the quarter turns that bring it to face x most, as in the .mot file of the same
@@ -31,7 +31,7 @@ def parts(motion: Motion) -> Iterator[bytes]:
     return _parts(MARKERS, body_markers(turned.poses, turned.skeleton), motion.fps, motion.name)
 
 
-def marker_parts(capture: Markers) -> Iterator[bytes]:
+def encode_markers(capture: Markers) -> Iterator[bytes]:
     """The bytes of a TRC file of captured points (frames, points, 3) [m]; a MotionError for names it can't hold."""
     if bad := [name for name in capture.names if not name.strip() or set(name) & set("\t\r\n")]:
         raise MotionError(f"a TRC file needs names of points without tabs and line ends, got {bad[0]!r}: rename it")

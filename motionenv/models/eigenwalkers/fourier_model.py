@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.principal_axes import numerical_rank, signs
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.arguments import Request
 from motionenv.body.skeleton import from_height
@@ -29,13 +30,12 @@ from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
 from motionenv.models.people.population import draw_person
 from motionenv.models.storage.blocks import selected
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import scaled
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
 
 _EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits
 _TRIES = 100
-_TIE = 1e-6  # entries whose sizes differ by less than this share count as equal
 
 
 class FourierModel(GaitModel):
@@ -44,7 +44,8 @@ class FourierModel(GaitModel):
     The frequency isn't part of w (paper B); its logarithm is regressed on the scores. Subclasses implement `fit`.
 
     Args:
-        n_components: N; None takes the subclass's default, or the greatest possible number if that is fewer.
+        n_components: N; None takes the subclass's default, or the greatest possible number if that is fewer. Walkers
+            that span fewer dimensions have fewer components.
         tol: with missing markers, stop when an iteration gains less than this fraction of the log-likelihood.
         max_iter: greatest number of iterations.
 
@@ -138,7 +139,7 @@ class FourierModel(GaitModel):
         return float(self.score_samples(self.transform(walkers)).mean())
 
     def synthesize_markers(
-        self, seconds: float, fps: float = 60.0, *, walker: Walker | None = None,
+        self, seconds: float, fps: float = 30.0, *, walker: Walker | None = None,
         seed: int | np.random.Generator | None = None, speed: float | None = None, phase: float = 0.0,
         overground: bool = True,
     ) -> Markers:  # fmt: skip
@@ -314,21 +315,24 @@ class FourierModel(GaitModel):
     def _learn(self, rows: Rows, rank: int) -> None:
         """Mean, components, variances and scores of the walkers in a table."""
         self.mean_, self.components_, self.explained_variance_, total = self._decomposed(rows, rank)
+        if not len(self.components_):
+            raise MotionError(f"these {len(rows)} walkers are all alike, so they have no components: check the data")
         self.explained_variance_ratio_ = self.explained_variance_ / total
         self.scores_ = np.concatenate(list(each(self._scores, rows)))
 
     def _decomposed(self, rows: Rows, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Mean (5, 15, 3), components (rank, 5, 15, 3), λ (rank,) and the sum of all λ, of the walkers in a table.
+        """Mean (5, 15, 3), components (N, 5, 15, 3), λ (N,) and the sum of all λ, of the walkers in a table.
 
-        Markers that no walker shows are NaN in the mean and 0 in the components.
+        N is `rank`, or the number of dimensions that complete walkers span if that is fewer. Markers that no walker
+        shows are NaN in the mean and 0 in the components.
         """
         markers, gaps = _shown(rows, self._needed)
         shown = np.broadcast_to(markers[:, None], COEFFICIENTS).ravel()
         decompose = self._by_likelihood if gaps else _by_svd
         known_mean, known_components, variance, total = decompose(rows, shown, rank)
-        mean, components = np.full(shown.size, np.nan), np.zeros((rank, shown.size))
-        mean[shown], components[:, shown] = known_mean, known_components
-        return mean.reshape(COEFFICIENTS), _signed(components).reshape(-1, *COEFFICIENTS), variance, total
+        mean, components = np.full(shown.size, np.nan), np.zeros((len(variance), shown.size))
+        mean[shown], components[:, shown] = known_mean, signs(known_components)[:, None] * known_components
+        return mean.reshape(COEFFICIENTS), components.reshape(-1, *COEFFICIENTS), variance, total
 
     def _by_likelihood(self, rows: Rows, shown: np.ndarray, rank: int) -> tuple:
         """Like `_by_svd`, but for walkers with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
@@ -384,22 +388,12 @@ def _shown(rows: Rows, needed: tuple[str, ...]) -> tuple[np.ndarray, bool]:
     return shown, not all(some[:, shown].all() for some in known)
 
 
-def _signed(components: np.ndarray) -> np.ndarray:
-    """Components (N, 225) whose largest entry is positive.
-
-    With mirror images in the data, left and right have entries of equal size: the first one of these decides, so that
-    rounding doesn't.
-    """
-    size = np.abs(components)
-    first = (size > (1 - _TIE) * size.max(axis=1, keepdims=True)).argmax(axis=1)
-    return components * np.sign(np.take_along_axis(components, first[:, None], axis=1))
-
-
 def _by_svd(rows: Rows, shown: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Mean (n,), components (rank, n), λ = s² / (R - 1) (rank,) and the sum of all λ, of R complete walkers.
+    """Mean (n,), components (N, n), λ = s² / (R - 1) (N,) and the sum of all λ, of R complete walkers.
 
-    Of the n entries `shown` (225,). The SVD is that of the triangular factor of [1, X], which grows block by block; the
-    column of ones takes the mean out of the others.
+    Of the n entries `shown` (225,). N is at most `rank` and the walkers' numerical rank: components beyond it are
+    rounding errors, which scores in standard deviations would make as large as any other. The SVD is that of the
+    triangular factor of [1, X], which grows block by block; the column of ones takes the mean out of the others.
     """
     factor = np.empty((0, 1 + int(shown.sum())))
     for w in rows.blocks():
@@ -408,4 +402,5 @@ def _by_svd(rows: Rows, shown: np.ndarray, rank: int) -> tuple[np.ndarray, np.nd
     mean = factor[0, 1:] / factor[0, 0]
     _, s, vt = np.linalg.svd(factor[1:, 1:], full_matrices=False)
     variance = s**2 / (len(rows) - 1)
+    rank = min(rank, numerical_rank(s, (len(rows), *factor.shape), float(np.linalg.norm(factor[:, 1:]))))
     return mean, vt[:rank], variance[:rank], float(variance.sum())

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv.body.skeleton import ANKLE_HEIGHT, LEG_SHARE, TRUNK_SHARE
 from motionenv.errors import GapError, MotionError
 from motionenv.models.contact_rule import ROLL
@@ -40,8 +41,8 @@ _PHASES = np.arange(48) * (2 * np.pi / 48)
 _TWELVE = _PHASES[::4]
 
 
-@dataclass(frozen=True, eq=False)
-class FourierWalker:
+@dataclass(frozen=True, eq=False, repr=False)
+class FourierWalker(OneLine):
     """One walk as a Fourier series, normalised as described in the module.
 
     Attributes:

@@ -16,7 +16,7 @@ from motionenv.cycles.stored import CycleFiles, Stored
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import PARTS, FourierWalker, centred, in_phase, mirrored
-from motionenv.models.storage.blocks import parts
+from motionenv.models.storage.blocks import block_slices
 from motionenv.types import MARKERS, Markers, Motion
 
 COEFFICIENTS = (len(PARTS), len(MARKERS), 3)  #: shape of a walker's coefficients
@@ -59,7 +59,7 @@ class Rows:
 
     def blocks(self) -> Iterator[np.ndarray]:
         """Coefficients (k, 5, 15, 3) of all rows in order, a block at a time."""
-        for part in parts((len(self), *_FLAT), BLOCK):
+        for part in block_slices((len(self), *_FLAT), BLOCK):
             yield self[part]
 
     def _read(self, which: np.ndarray) -> np.ndarray:
@@ -174,7 +174,7 @@ def _means_of_few(table: Table, who: np.ndarray, people: int) -> Iterator[np.nda
         sums, seen = _sums(w, own, len(present))
         total[present] += sums
         known[present] += seen
-    for part in parts((people, *_FLAT), BLOCK):
+    for part in block_slices((people, *_FLAT), BLOCK):
         yield _mean(total[part], known[part])
 
 

@@ -1,12 +1,10 @@
-"""Fill what a capture doesn't show by a gait model's prior, and read captures that way."""
+"""Fill what a capture doesn't show by a gait model's prior."""
 
 from collections import defaultdict
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from motionenv import mocap
 from motionenv.body.gaps import check_shown
 from motionenv.body.skeleton import LIMITS
 from motionenv.models.base import GaitModel
@@ -55,21 +53,6 @@ def fill(motion: Motion, *, model: str | GaitModel = "walk/fpca") -> Motion:
     poses = np.stack([_filled(one, motion.fps, prior) for one in flat]).reshape(motion.poses.shape)
     filled = gaps & np.isfinite(poses)
     return replace(motion, poses=poses, filled=filled if motion.filled is None else filled | motion.filled)
-
-
-def read_motion(path: str | Path, *, fill: bool | str | GaitModel = False, **how) -> Motion:
-    """Read the motion in a file; capture is retargeted to the body.
-
-    Takes `path` and `how` as `motionenv.mocap.read_motion` does, and raises its errors and those of `motionenv.fill`.
-    With `fill`, True or a model or its name, what the capture doesn't show is filled.
-    """
-    motion = mocap.read_motion(path, **how)
-    if fill is False:
-        return motion
-    return _fill(motion) if fill is True else _fill(motion, model=fill)
-
-
-_fill = fill  # of this module, where an argument has its name
 
 
 def _filled(poses: np.ndarray, fps: float, prior: AnglePrior) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.principal_axes import signs
 from motionenv._core.validation import random_generator
 from motionenv.cycles import StoredCycles
 from motionenv.errors import GapError, ModelError, MotionError
@@ -270,9 +271,8 @@ class FunctionalPCA(StoredModel):
 
     def _set(self, basis, means, components):
         """Store people's means (G, n, m) and components (q, n, m), both in the basis; normalise signs."""
-        curves = (basis @ components).reshape(len(components), -1)
-        peaks = np.take_along_axis(curves, np.abs(curves).argmax(axis=1)[:, None], axis=1)
-        self.component_coefficients_ = np.ascontiguousarray(components * np.sign(peaks)[:, :, None])
+        sign = signs((basis @ components).reshape(len(components), -1))
+        self.component_coefficients_ = np.ascontiguousarray(components * sign[:, None, None])
         self.subject_coefficients_ = np.ascontiguousarray(means)
         self.mean_coefficients_ = means.mean(axis=0)
         self.components_ = basis @ self.component_coefficients_

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.threads import in_chunks
-from motionenv.models.storage.blocks import CHUNK, merged, over, parts, selected
+from motionenv.models.storage.blocks import CHUNK, block_slices, merged, over, selected
 
 KEPT = 2**26, 0.12  # bytes, or share of values in memory, of blocks that are kept; others are prepared for each pass
 _TOGETHER = 32  # cycles projected on the basis at a time; small enough for the cache
@@ -131,7 +131,7 @@ class Observations:
 
     def each(self, work: Callable, *given, rows: tuple[np.ndarray, ...] = ()) -> Iterator:
         """work(block, *rows of its cycles, *given) of each `Block`, in order; see `blocks.over`."""
-        every, prepared = parts(self.values.shape), partial(_prepared, work, self.basis, self.centre)
+        every, prepared = block_slices(self.values.shape), partial(_prepared, work, self.basis, self.centre)
         for block, part in zip(self._kept, every, strict=False):
             yield work(block, *(row[part] for row in rows), *given)
         rest = every[len(self._kept) :]
@@ -142,7 +142,7 @@ class Observations:
         least, share = KEPT
         each, size = self.centre[0].nbytes, 8 * self.basis.shape[0] * self.centre.shape[2]
         most = max(least, share * self.n * size if self.values.in_memory else 0)
-        return [part for part in parts(self.values.shape) if part.stop * each <= most]
+        return [part for part in block_slices(self.values.shape) if part.stop * each <= most]
 
     def sum_of_squares(self, means: np.ndarray) -> float:
         """Sum of squared deviations of all observed samples from the groups' `means` (G, n, m) in the basis."""

@@ -2,9 +2,9 @@
 
 from motionenv.models.motion_tree.clips import read_clips
 from motionenv.models.motion_tree.database import Clip, Database, build_database
-from motionenv.models.motion_tree.features import resample
 from motionenv.models.motion_tree.model import MotionTree, Samples
 from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options, history
+from motionenv.models.transforms import resample
 from motionenv.models.types import Target
 
 __all__ = [

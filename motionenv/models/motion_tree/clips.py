@@ -6,8 +6,8 @@ from pathlib import Path
 
 from motionenv.body.gaps import PARTS, check_shown
 from motionenv.errors import MotionError
-from motionenv.mocap import SUFFIXES, MarkerMap, person_label
-from motionenv.models.filling import read_motion
+from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_motion
+from motionenv.models import filling
 from motionenv.models.motion_tree.database import Clip
 
 _BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
@@ -44,7 +44,8 @@ def read_clips(
     for path in paths:
         on_file(path.name)
         try:
-            motion = read_motion(path, fps=fps, unit=unit, marker_map=marker_map, override=False, fill=fill)
+            motion = read_motion(path, fps=fps, unit=unit, marker_map=marker_map, override=False)
+            motion = filling.fill(motion) if fill else motion
             check_shown(motion.poses, PARTS, "a clip")
         except MotionError as error:
             on_left_out(path.name, str(error))

@@ -11,18 +11,20 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv.body.gaps import listed, missing_parts
 from motionenv.body.skeleton import NODES, mirror
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.features import WINDOW, resample
+from motionenv.models.motion_tree.features import WINDOW
+from motionenv.models.transforms import resample
 from motionenv.types import Motion, Skeleton
 
 _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right_ankle")]
 
 
-@dataclass(frozen=True, eq=False)
-class Clip:
-    """A motion of one sequence (frames, 25), with its name or file, activity and person's label."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Clip(OneLine):
+    """A `motion` of one sequence (frames, 25), its `name` or file, its `activity` and the label of its `person`."""
 
     motion: Motion
     name: str = ""
@@ -30,8 +32,8 @@ class Clip:
     person: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class Database:
+@dataclass(frozen=True, eq=False, repr=False)
+class Database(OneLine):
     """Concatenated sequences of poses of one body.
 
     Attributes:

@@ -3,12 +3,9 @@
 import numpy as np
 
 from motionenv._core.compilation import kernel
-from motionenv.body.skeleton import LIMITS
+from motionenv.body.skeleton import MIDDLE
 
 _TURN = 2 * np.pi
-#: Angles (25,) are told within half a turn of the middle of the joint's range; NaN for what is no angle.
-MIDDLE = np.nan_to_num(LIMITS, posinf=0.0, neginf=0.0).mean(1)
-MIDDLE[[0, 1, 2, 5]] = np.nan  # metres, and the heading's increment
 
 
 @kernel

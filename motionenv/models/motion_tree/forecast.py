@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.feature_kernels import local_poses_after, parameters_at
 from motionenv.models.motion_tree.features import FPS, turned_towards
@@ -28,8 +29,8 @@ _TEMPERATURE = 0.05  # at which neighbours are drawn
 _PROBES, _KNOWN, _DRAWS = 2000, 200_000, 8  # query windows, windows searched, neighbours of each query
 
 
-@dataclass(frozen=True, eq=False)
-class Forecast:
+@dataclass(frozen=True, eq=False, repr=False)
+class Forecast(OneLine):
     """Shares of the difference to add to predictions, and the predictions' root mean square errors [m, rad]."""
 
     pose: np.ndarray  # (25,) the share a

@@ -12,46 +12,37 @@ with the paper's probabilistic search (eq. 7, 8), which is very fast but only ap
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.motion_tree.database import Clip, Database, build_database
-from motionenv.models.motion_tree.features import FPS, local, placed, resample, turned_towards
+from motionenv.models.motion_tree.features import FPS, PARTS, local, placed, turned_towards
 from motionenv.models.motion_tree.forecast import fit_forecast, following, steps
 from motionenv.models.motion_tree.history import History, Recent, recent_frames
 from motionenv.models.motion_tree.search.basis import fit_basis, project
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
 from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
-from motionenv.models.motion_tree.search.tree import LEAVES, SPLITS, CoefficientTree
+from motionenv.models.motion_tree.search.tree import LEAVES, METHODS, SPLITS, CoefficientTree
 from motionenv.models.motion_tree.serialization import pack, unpack
+from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options, start_window
 from motionenv.models.registry import load
 from motionenv.models.storage.mapped_npz import Mapping
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import resample, scaled
 from motionenv.models.types import Components, Target, Walker
 from motionenv.types import Motion, Skeleton, frozen
-
-if TYPE_CHECKING:
-    from motionenv.models.motion_tree.synthesis.generator import MotionGenerator
-
-#: Entries of the pose vector that a tree of a body part uses and predicts.
-PARTS = {
-    "body": tuple(range(25)), "lower": (*range(6), *range(17, 25)), "upper": tuple(range(6, 17)),
-    "left_arm": tuple(range(9, 13)), "right_arm": tuple(range(13, 17)),
-}  # fmt: skip
-METHODS = ("tree", "exact")
-
 
 _IN_MEMORY = 2**28  # bytes of coefficients; more of them lie in a file, whose pages the system may take back
 _CHUNK = 2**16  # windows
 
 
-@dataclass(frozen=True, eq=False)
-class Samples:
+@dataclass(frozen=True, eq=False, repr=False)
+class Samples(OneLine):
     """Samples of the next pose.
 
     Attributes:
@@ -267,8 +258,6 @@ class MotionTree(GaitModel):
 
     def draw_walker(self, rng: np.random.Generator, speed: float | None = None, height: float | None = None) -> Walker:
         """A random window of the database, picked with `rng`; `speed` and `height` have no effect."""
-        from motionenv.models.motion_tree.synthesis.generator import start_window
-
         self.check()
         return Walker(self.kind, start=start_window(self, None, rng))
 
@@ -291,7 +280,7 @@ class MotionTree(GaitModel):
         upper: "MotionTree | None" = None,
         target: Target | None = None,
         **options: Any,
-    ) -> "MotionGenerator":
+    ) -> MotionGenerator:
         """A generator of motion from this tree: `step(frames)` returns the next poses, `motion(seconds)` a `Motion`.
 
         Args:
@@ -304,8 +293,6 @@ class MotionTree(GaitModel):
         Raises:
             MotionError: an option out of range; see also `MotionGenerator`.
         """
-        from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options
-
         return MotionGenerator(self, start, seed=seed, upper=upper, options=Options(**options), target=target)
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
@@ -332,7 +319,7 @@ class MotionTree(GaitModel):
         return self.descent_.leaf_of(windows)
 
     def recent(self, history: History) -> Recent:
-        """Parameters of a history's last frames, scaled to the database's body; see `coefficients` for its errors."""
+        """Parameters of the last frames of a `history`, on the database's body; errors as in `coefficients`."""
         return recent_frames(history, self.database_)
 
     def _poses(self, recent: Recent, after: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.models.paths._steps import Steps, posed, steps_of
-from motionenv.models.paths.path import Path
+from motionenv.models.paths.path import WalkPath
 from motionenv.types import POSE, Motion, Skeleton
 
 GRAVITY = 9.81  #: [m/s²]
@@ -29,7 +29,7 @@ LEAN_MOST = np.radians(20.0)  #: at a greater lean people run
 _OBLIQUITY, _HEADING, _NECK = (POSE.index(n) for n in ("root_obliquity", "root_heading", "neck_rotation"))
 
 
-def bend(motion: Motion, path: Path, *, start: float = 0.0) -> Motion:
+def bend(motion: Motion, path: WalkPath, *, start: float = 0.0) -> Motion:
     """The walk `motion` along `path` instead of along x: legs bend otherwise, limbs stay as long.
 
     Args:
@@ -44,7 +44,7 @@ def bend(motion: Motion, path: Path, *, start: float = 0.0) -> Motion:
     return Motion(bent(steps_of(motion), path, start, motion.skeleton), motion.skeleton, motion.fps, motion.name)
 
 
-def bent(steps: Steps, path: Path, start: float, skeleton: Skeleton) -> np.ndarray:
+def bent(steps: Steps, path: WalkPath, start: float, skeleton: Skeleton) -> np.ndarray:
     """Poses (frames, 25) of the straight `steps` on `path`; see `bend`."""
     root, speed = steps.poses[:, 0] + start, steps.speed
     lean = _lean(path, root, speed)
@@ -62,19 +62,19 @@ def bent(steps: Steps, path: Path, start: float, skeleton: Skeleton) -> np.ndarr
     return posed(replace(steps, poses=poses, balls=placed, yaws=steps.yaws + _heading(path, balls)), skeleton)
 
 
-def _placed(path: Path, along, left) -> np.ndarray:
+def _placed(path: WalkPath, along, left) -> np.ndarray:
     """Points (..., 2) [m] beside the path."""
     heading = path.heading(along)
     return path.position(along) + left[..., None] * np.stack([-np.sin(heading), np.cos(heading)], axis=-1)
 
 
-def _heading(path: Path, along) -> np.ndarray:
+def _heading(path: WalkPath, along) -> np.ndarray:
     """The path's mean heading (...) [rad] around arc lengths `along` (...) [m]: that of a body there."""
     spread = np.linspace(-_HALF, _HALF, 13)
     return path.heading(np.asarray(along)[..., None] + spread).mean(-1)
 
 
-def _lean(path: Path, along, speed) -> np.ndarray:
+def _lean(path: WalkPath, along, speed) -> np.ndarray:
     """Lean to the left (...) [rad] at arc lengths `along` (...) [m] with `speed` (...) [m/s]."""
     curvature = (path.heading(along + _HALF) - path.heading(along - _HALF)) / (2 * _HALF)
     lean = np.arctan(speed**2 * curvature / GRAVITY)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
 from motionenv.types import frozen
@@ -19,11 +20,11 @@ _LONGEST = 11_000.0  # [m], an hour at the greatest speed
 _FULL = 0.98  # share of LEAST_RADIUS's curvature that random paths use
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
+@dataclass(frozen=True, eq=False, repr=False)
+class WalkPath(OneLine):
     """A smooth curve on the ground, parameterised by arc length; straight before its start and beyond its end.
 
-    Make one with `Path.line`, `Path.arc`, `Path.through` or `random_path`.
+    Make one with `WalkPath.line`, `WalkPath.arc`, `WalkPath.through` or `random_path`.
 
     Attributes:
         headings: (n,) direction of the tangent [rad], 0 along x, 90° along y, continuous; at equal steps from the start
@@ -40,11 +41,11 @@ class Path:
     start: np.ndarray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "headings", frozen(self.headings, (None,), "Path.headings"))
-        object.__setattr__(self, "start", frozen(self.start, (2,), "Path.start"))
-        object.__setattr__(self, "length", checked_number(self.length, "Path.length", above=0, high=_LONGEST))
+        object.__setattr__(self, "headings", frozen(self.headings, (None,), "WalkPath.headings"))
+        object.__setattr__(self, "start", frozen(self.start, (2,), "WalkPath.start"))
+        object.__setattr__(self, "length", checked_number(self.length, "WalkPath.length", above=0, high=_LONGEST))
         if len(self.headings) < 2 or not (np.isfinite(self.headings).all() and np.isfinite(self.start).all()):
-            raise MotionError("Path needs two headings at least, and finite numbers")
+            raise MotionError("WalkPath needs two headings at least, and finite numbers")
         sharpest = np.abs(np.diff(self.headings)).max() / self._step
         if sharpest * LEAST_RADIUS > 1 + 1e-6:
             raise MotionError(
@@ -53,7 +54,7 @@ class Path:
             )
 
     @classmethod
-    def line(cls, length: float, *, heading: float = 0.0, start: ArrayLike = (0.0, 0.0)) -> Path:
+    def line(cls, length: float, *, heading: float = 0.0, start: ArrayLike = (0.0, 0.0)) -> WalkPath:
         """A straight line of `length` [m] from `start` (2,) [m] in the direction `heading` [rad], 0 along x.
 
         Raises:
@@ -62,7 +63,7 @@ class Path:
         return cls(np.full(2, checked_number(heading, "heading", unit="radians")), length, np.asarray(start))
 
     @classmethod
-    def arc(cls, radius: float, angle: float, *, heading: float = 0.0, start: ArrayLike = (0.0, 0.0)) -> Path:
+    def arc(cls, radius: float, angle: float, *, heading: float = 0.0, start: ArrayLike = (0.0, 0.0)) -> WalkPath:
         """An arc of a circle from `start` (2,) [m], where its direction is `heading` [rad], 0 along x.
 
         `radius` [m] is at least 0.6; it turns by `angle` [rad], left if above 0, otherwise right.
@@ -73,13 +74,13 @@ class Path:
         checked_number(radius, "radius", LEAST_RADIUS, _LONGEST, "metres")
         checked_number(angle, "angle", unit="radians")
         if angle == 0.0:
-            raise MotionError("angle must not be 0: use Path.line for a path that doesn't turn")
+            raise MotionError("angle must not be 0: use WalkPath.line for a path that doesn't turn")
         length = radius * abs(angle)
         turn = np.linspace(0.0, angle, _count(length))
         return cls(checked_number(heading, "heading", unit="radians") + turn, length, np.asarray(start))
 
     @classmethod
-    def through(cls, points: ArrayLike) -> Path:
+    def through(cls, points: ArrayLike) -> WalkPath:
         """The cubic spline through `points` (n, 2) [m], at least two, parameterised by the distances between them.
 
         Raises:
@@ -150,11 +151,11 @@ def random_path(
     scale: float = 3.0,
     heading: float = 0.0,
     start: ArrayLike = (0.0, 0.0),
-) -> Path:
+) -> WalkPath:
     """A path that winds left and right: curvature is a smooth Gaussian process of `rng`, kept within ±1/radius.
 
     Args:
-        length, heading, start: as in `Path.line`; the heading is that at the start.
+        length, heading, start: as in `WalkPath.line`; the heading is that at the start.
         radius: least radius of a turn [m], from 0.6; half as sharp turns are usual.
         scale: over which length curvature changes [m], from 0.5.
 
@@ -173,7 +174,7 @@ def random_path(
     noise = sum(b * knots[knot.astype(np.intp) + i] for i, b in enumerate(basis))
     curvature = _FULL / radius * np.tanh(noise)
     turn = np.concatenate([[0.0], np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * np.diff(s))])
-    return Path(checked_number(heading, "heading", unit="radians") + turn, length, np.asarray(start))
+    return WalkPath(checked_number(heading, "heading", unit="radians") + turn, length, np.asarray(start))
 
 
 def _count(length: float) -> int:

@@ -9,11 +9,10 @@ from motionenv._core.validation import is_number, random_generator
 from motionenv.arguments import Request, WalkArguments, keyword_arguments
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
-from motionenv.models.motion_tree.features import resample
 from motionenv.models.paths._pace import RATE, pace_of, paced
 from motionenv.models.paths.bending import bend, bent
-from motionenv.models.paths.path import Path
-from motionenv.models.synthesis import scaled
+from motionenv.models.paths.path import WalkPath
+from motionenv.models.transforms import resample, scaled
 from motionenv.models.types import Target, Walker
 from motionenv.types import POSE, SPEED_RANGE, Motion
 
@@ -27,9 +26,9 @@ Speed = float | Callable[[float], float] | list | tuple | np.ndarray | None
 @keyword_arguments(WalkArguments)
 def walk_along(
     model: GaitModel,
-    path: Path,
+    path: WalkPath,
     seconds: float,
-    fps: float = 60.0,
+    fps: float = 30.0,
     *,
     walker: Walker | None = None,
     seed: int | np.random.Generator | None = None,
@@ -60,8 +59,8 @@ def walk_along(
             doesn't take.
         ModelError: a model that doesn't walk.
     """
-    if not isinstance(path, Path):
-        raise MotionError(f"path must be a motionenv.models.paths.Path, got {type(path).__name__}")
+    if not isinstance(path, WalkPath):
+        raise MotionError(f"path must be a motionenv.models.paths.WalkPath, got {type(path).__name__}")
     rng = random_generator(seed)
     even: float | None = float(speed) if is_number(speed) else None
     request = Request(seconds, fps, even, **walk)
@@ -84,7 +83,7 @@ def walk_along(
     return Motion(bent(steps, path, 0.0, skeleton), skeleton, fps, f"{model.kind} along a path")
 
 
-def _steered(model, path: Path, request: Request, speed: Speed, walker, rng: np.random.Generator) -> Motion:
+def _steered(model, path: WalkPath, request: Request, speed: Speed, walker, rng: np.random.Generator) -> Motion:
     """Motion of a steerable model, steered straight ahead at the speed, then bent."""
     if not model.steerable:
         raise MotionError(f"a {model.kind} model neither walks steadily nor is steered: it can't keep to a path")

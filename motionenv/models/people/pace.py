@@ -13,6 +13,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
+
 #: The power of speed that step length follows when the walk ratio is constant, and how much studies differ: from 0.42
 #: (Grieve & Gear 1966) to 0.58 (Zijlstra et al. 1995).
 EXPONENT, _BETWEEN_STUDIES = 0.5, 0.03
@@ -23,13 +25,14 @@ _PRIOR = 0.02  # spread of log lengths that knowledge from between people counts
 REACH = (-0.6, 0.25)
 _LEADING = 12  # components whose products say how long strides are
 _LEAST_GAIN = 0.3
+_DEPENDENT = 1e-9  # singular values below this share of the largest are rounding errors
 #: Change of the knee's greatest flexion in swing per log stride length [rad]: 55°, 59°, 61° and 62° at slow, free, fast
 #: and very fast speed (Schwartz et al. 2008).
 _BEND = np.radians(15.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Pace:
+@dataclass(frozen=True, eq=False, repr=False)
+class Pace(OneLine):
     """What speed does to walkers with standard scores z (..., q), in standard deviations from the average person.
 
     Attributes:
@@ -51,7 +54,7 @@ class Pace:
     speeds: np.ndarray
 
     def log_length(self, z: np.ndarray) -> np.ndarray:
-        """Log stride lengths (...) of bodies of height 1 with scores z (..., q)."""
+        """Log stride lengths (...) of bodies of height 1 with scores `z` (..., q)."""
         return self.length + z @ self.weights + ((z @ self.curvature) * z).sum(-1)
 
     def longer(self, z: np.ndarray, change: float | np.ndarray, way: np.ndarray) -> np.ndarray:
@@ -109,7 +112,7 @@ def fit_pace(
     q = z.shape[1]
     i, j = np.triu_indices(min(q, _LEADING))
     columns = np.column_stack([np.ones(len(drawn)), drawn, drawn[:, i] * drawn[:, j]])
-    found = np.linalg.lstsq(columns, drawn_lengths)[0]
+    found = np.linalg.lstsq(columns, drawn_lengths, _DEPENDENT)[0]
     curvature = np.zeros((q, q))
     curvature[i, j] = found[1 + q :] / 2
     curvature[j, i] += found[1 + q :] / 2
@@ -125,7 +128,7 @@ def fit_pace(
     # The likeliest change of both ways with which strides lengthen by 1 and knees bend by what is published.
     sides = np.array([made.weights, bend])
     spread = np.cov(drawn.T).reshape(q, q) @ sides.T
-    ways += ([1.0, _BEND] - ways @ sides.T) @ np.linalg.pinv(sides @ spread) @ spread.T
+    ways += ([1.0, _BEND] - ways @ sides.T) @ np.linalg.pinv(sides @ spread, _DEPENDENT) @ spread.T
     return replace(made, direction=ways[0], between=ways[1])
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.representation import OneLine
 from motionenv.body.skeleton import ANKLE_HEIGHT, NODES, limb_radii
 from motionenv.types import Skeleton
 
@@ -33,8 +34,8 @@ _LEFT_RIGHT = {joint: [NODES.index(f"{side}_{joint}") for side in ("left", "righ
 _UPPER = [NODES.index(name) for name in ("left_shoulder", "right_shoulder", "sternum", "neck", "head")]
 
 
-@dataclass(frozen=True)
-class Person:
+@dataclass(frozen=True, repr=False)
+class Person(OneLine):
     """A body and how it likes to walk.
 
     Attributes:

@@ -53,7 +53,7 @@ def selected(values: Any, which: Sequence[int] | None = None) -> Selected:
     return Selected(values, tuple(range(values.shape[2]) if which is None else which))
 
 
-def parts(shape: tuple[int, int, int], most: int | None = None) -> list[slice]:
+def block_slices(shape: tuple[int, int, int], most: int | None = None) -> list[slice]:
     """Slices of K cycles of an array (K, P, m), each of at most `most` bytes; at least one, which may be empty.
 
     A cycle of more bytes is a slice of its own. By default `most` is `BLOCK`.
@@ -77,7 +77,7 @@ def over(
         executor: any `concurrent.futures.Executor`; None computes each block when it is asked for.
         some: blocks, of `parts`; None is all.
     """
-    every = parts(values.shape) if some is None else some
+    every = block_slices(values.shape) if some is None else some
     if executor is None:
         for part in every:
             yield work(values[part], *(row[part] for row in rows), *given)

@@ -4,6 +4,7 @@ Files are compressed and read into memory. Models that may exceed memory are sto
 Equal arrays and headers give equal bytes on every machine.
 """
 
+import inspect
 import json
 import tokenize
 import zipfile
@@ -18,6 +19,7 @@ import numpy as np
 
 from motionenv import __version__
 from motionenv._core.files import atomic_write, unpacked_size
+from motionenv._core.representation import listed, short
 from motionenv.errors import ModelError
 from motionenv.models.storage import mapped_npz
 
@@ -45,6 +47,13 @@ class StoredModel(ABC):
     kind: ClassVar[str]
     mapped: ClassVar[bool] = False
     card_: dict
+
+    def __repr__(self) -> str:
+        """The settings that aren't the default, as in scikit-learn."""
+        settings = inspect.signature(type(self)).parameters.values()
+        values = {p.name: getattr(self, p.name, p.default) for p in settings}
+        changed = {p.name: values[p.name] for p in settings if short(values[p.name]) != short(p.default)}
+        return f"{type(self).__name__}({listed(changed)})"
 
     @abstractmethod
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:

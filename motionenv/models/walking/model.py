@@ -17,6 +17,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.representation import OneLine
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.arguments import Request
@@ -49,8 +50,8 @@ _LEG = [NODES.index("left_knee"), NODES.index("left_ankle")]
 _SHORTEST = 0.5  # stride time [s]
 
 
-@dataclass(frozen=True)
-class Stride:
+@dataclass(frozen=True, repr=False)
+class WalkerScores(OneLine):
     """Walkers as arrays: mean scores (n, q) and stride times (n,) [s]."""
 
     scores: np.ndarray
@@ -136,7 +137,9 @@ class WalkingModel(GaitModel):
         components = self.components()
         return components.means + z * components.deviations
 
-    def sample(self, n: int, *, seed: int | np.random.Generator | None = None, speed: float | None = None) -> Stride:
+    def sample(
+        self, n: int, *, seed: int | np.random.Generator | None = None, speed: float | None = None
+    ) -> WalkerScores:
         """Draw `n` walkers by `seed`, int or Generator: mean scores (n, q) and stride times (n,) [s].
 
         `speed` conditions on this walking speed [m/s] of a body of mean height; None doesn't condition.
@@ -154,7 +157,7 @@ class WalkingModel(GaitModel):
             mean = mean + gain * (np.log(speed / self.height_) - self.person_mean_[-1])
             root = root_of(self.person_covariance_[:-1, :-1] - np.outer(gain, self.person_covariance_[-1, :-1]))
         drawn = mean + rng.standard_normal((n, len(mean))) @ root.T
-        return Stride(drawn[:, :-1], np.exp(drawn[:, -1]))
+        return WalkerScores(drawn[:, :-1], np.exp(drawn[:, -1]))
 
     def stride_seconds(self, scores: ArrayLike) -> np.ndarray:
         """Stride times (...) [s] of people with `scores` (..., q): exp of the conditional mean of the log."""
@@ -165,11 +168,11 @@ class WalkingModel(GaitModel):
     def walks(
         self,
         seconds: float,
-        fps: float = 60.0,
+        fps: float = 30.0,
         *,
         n: int,
         seed: int | np.random.Generator | None = None,
-        stride: Stride | None = None,
+        stride: WalkerScores | None = None,
         speed: float | None = None,
         phase: float = 0.0,
         variation: float = 1.0,
@@ -237,7 +240,7 @@ class WalkingModel(GaitModel):
         """`Treadmill.crowd` of `scores` (n, q): walkers of the mean body at the stride times that suit them."""
         body, seconds = self.skeleton(), self.stride_seconds(scores)
         shapes = np.repeat(body.offsets[None], len(scores), axis=0), np.full(len(scores), body.height)
-        markers, _, _, strides, _ = self._cycles(Stride(scores, seconds), shapes, None, SAMPLES)
+        markers, _, _, strides, _ = self._cycles(WalkerScores(scores, seconds), shapes, None, SAMPLES)
         return markers, strides / seconds, shapes[1]
 
     def body(self, height: float | None = None) -> Skeleton:
@@ -294,12 +297,12 @@ class WalkingModel(GaitModel):
         poses = self._poses(stride, request, rng, shapes, np.array([speed or 0.0 for speed in speeds]))
         return [Motion(p, body, request.fps, "walk") for p, body in zip(poses, bodies, strict=True)]
 
-    def _people(self, walkers: Sequence[Walker], heights) -> tuple[Stride, list[Skeleton], tuple]:
+    def _people(self, walkers: Sequence[Walker], heights) -> tuple[WalkerScores, list[Skeleton], tuple]:
         """Scores and stride times of people, their bodies, and these as offsets (n, 16, 3) and heights (n,) [m]."""
         scores = np.array([walker.scores for walker in walkers])
         own = [walker.stride_seconds for walker in walkers]
         seconds = np.array([self.stride_seconds(s) if t is None else t for s, t in zip(scores, own, strict=True)])
-        self._check_stride(stride := Stride(scores, seconds), len(walkers))
+        self._check_stride(stride := WalkerScores(scores, seconds), len(walkers))
         bodies = [
             self.skeleton(height) if walker.person is None else walker.person.body(self.proportions_, height)
             for walker, height in zip(walkers, heights, strict=True)
@@ -327,7 +330,7 @@ class WalkingModel(GaitModel):
         cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
         return self.fpca_.score(cycles.values[..., [CHANNELS.index(name) for name in self.fpca_.channels_]])
 
-    def _poses(self, stride: Stride, request: Request, rng: np.random.Generator, bodies, speeds) -> np.ndarray:
+    def _poses(self, stride: WalkerScores, request: Request, rng: np.random.Generator, bodies, speeds) -> np.ndarray:
         """Walks (n, frames, 25) of bodies of offsets (n, 16, 3) and heights (n,), at speeds (n,) [m/s] above 0."""
         if speeds.any():
             stride = self._at_speeds(stride, bodies, speeds)
@@ -339,19 +342,19 @@ class WalkingModel(GaitModel):
             poses[..., lacking] = np.nan
         return poses
 
-    def _at_speeds(self, stride: Stride, bodies, speeds: np.ndarray) -> Stride:
+    def _at_speeds(self, stride: WalkerScores, bodies, speeds: np.ndarray) -> WalkerScores:
         """The same people at speeds (n,) [m/s]."""
         scale = bodies[0][:, _LEG, 2].sum(1) / self.proportions_[_LEG, 2].sum()
         z, seconds = self.pace_.at_speed(self.standard(stride.scores), stride.seconds, scale, speeds)
-        return Stride(self._scores(z), seconds)
+        return WalkerScores(self._scores(z), seconds)
 
-    def _wobble(self, stride: Stride, seconds: float, shortest: float, rng) -> np.ndarray:
+    def _wobble(self, stride: WalkerScores, seconds: float, shortest: float, rng) -> np.ndarray:
         """Control points (n, cycles + 4, q) of the B-splines of the scores' deviations from their mean."""
         n, q = stride.scores.shape
         count = math.ceil((seconds + 2 * _PADDING) / shortest) + 5
         return rng.standard_normal((n, count, q)) @ self._tables.cycles.T
 
-    def _walk(self, stride: Stride, wobble, fps: float, phase: float, speeds, shortest, bodies, poses) -> None:
+    def _walk(self, stride: WalkerScores, wobble, fps: float, phase: float, speeds, shortest, bodies, poses) -> None:
         """Fill `poses` (n, frames, 25) with walks, on all cores if there are many."""
         from motionenv.models.walking._walk_kernels import walk
 
@@ -371,7 +374,7 @@ class WalkingModel(GaitModel):
 
         everywhere.share(fill, -(-n // _TOGETHER))
 
-    def _cycles(self, stride: Stride, bodies, speed: float | None, samples: int) -> tuple[np.ndarray, ...]:
+    def _cycles(self, stride: WalkerScores, bodies, speed: float | None, samples: int) -> tuple[np.ndarray, ...]:
         """Markers, poses and standing (n, samples, ...) in place, stride lengths (n,) [m] and times (n,) [s]."""
         from motionenv.models.walking._walk_kernels import walk_in_place
 
@@ -425,7 +428,7 @@ class WalkingModel(GaitModel):
         model.pace_ = Pace(*(arrays[f"pace_{field.name}"] for field in fields(Pace)))  # type: ignore[arg-type]
         return model
 
-    def _check_stride(self, stride: Stride, n: int) -> None:
+    def _check_stride(self, stride: WalkerScores, n: int) -> None:
         """Check that `stride` holds `n` walkers of this model."""
         if len(stride.seconds) != n:
             raise MotionError(f"stride holds {len(stride.seconds)} walkers, but n is {n}: they must agree")

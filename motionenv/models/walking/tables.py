@@ -104,7 +104,8 @@ def root_of(covariance: np.ndarray) -> np.ndarray:
     """The symmetric square root (k, k) of a `covariance` that may be singular.
 
     Unlike eigenvectors, whose signs differ between CPUs and libraries, it is unique: a seed gives the same walk on
-    every machine.
+    every machine. Eigenvalues that are rounding errors count as 0: their roots would be 1e-8 of the largest.
     """
     values, vectors = np.linalg.eigh(covariance)
-    return vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    values[values < _NO_VARIANCE * values[-1]] = 0.0
+    return vectors * np.sqrt(values) @ vectors.T

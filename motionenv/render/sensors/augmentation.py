@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.threads import Workers
-from motionenv._core.validation import checked_fps, checked_number, checked_whole
+from motionenv._core.validation import checked_choice, checked_fps, checked_number, checked_whole
 from motionenv.errors import MotionError
 from motionenv.render.sensors import _sensor_kernel as kernel
 from motionenv.render.sensors._procedural_backgrounds import OBJECTS, PEOPLE, PHASES, photographs, sprites
@@ -51,8 +51,7 @@ class Augmentation:
     brightness: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.background not in BACKGROUNDS:
-            raise MotionError(f"background must be one of {', '.join(BACKGROUNDS)}, got {self.background!r}")
+        checked_choice(self.background, "background", BACKGROUNDS)
         for name in ("distractors", "occluders"):
             object.__setattr__(self, name, checked_whole(getattr(self, name), name, 0, 100))
         checked_number(self.noise, "noise", 0, 255, "grey levels")

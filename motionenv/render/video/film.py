@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from motionenv._core.validation import checked_choice
 from motionenv.body import markers
 from motionenv.body.gaps import known_markers
 from motionenv.errors import GapError, MotionError
@@ -75,7 +76,7 @@ def picture(motion: Motion, frame: int, alpha: float = 0.0, *, width: int = 640,
 def cameras_for(
     motion: Motion, alpha: float, width: int, height: int, *, follow: bool, elevation: float = _LEVEL
 ) -> list[Camera]:
-    """One camera per frame of a motion (frames, 25) at view angle `alpha` [rad], which may `follow` the walker.
+    """One camera per frame of a `motion` (frames, 25) at view angle `alpha` [rad], which may `follow` the walker.
 
     It looks down by the angle `elevation` [rad] and has images of `width` and `height` [pixels].
     """
@@ -99,8 +100,7 @@ def _prepared(
         raise MotionError(
             f"motion must be one motion (frames, 25), got poses of shape {motion.poses.shape}: use poses[0]"
         )
-    if engine not in ENGINES:
-        raise MotionError(f"engine must be one of {', '.join(ENGINES)}, got {engine!r}")
+    checked_choice(engine, "engine", ENGINES)
     for name, value in (("colour", colour), ("background", background)):
         if value is not None and not (len(value) == 3 and all(0 <= c <= 1 for c in value)):
             raise MotionError(f"{name} must be (red, green, blue) from 0 to 1, got {value!r}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,15 +22,33 @@ class State(Protocol):
     def poses(self) -> np.ndarray:
         """(N, 25) [m, rad]."""
 
+    @property
+    def sizes(self) -> np.ndarray | None:
+        """(N,) body sizes relative to the prior's skeleton; None if all bodies have its size."""
+
     def take(self, which: np.ndarray) -> Any:
         """The particles with indices `which` (n,), repetitions allowed."""
 
 
 class Prior(Protocol):
-    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles, for a body `skeleton` at `fps` [Hz]."""
+    """p(φ_0) and p(φ_t | φ_t-1) of papers A and C, vectorised over particles.
+
+    Filters use the following; `state` is a `State` of the prior's own:
+
+    - `initial(start, n, rng)` draws n particles of the first frame.
+    - `propagate(state, rng)` draws the next frame of each particle.
+    - `diffuse(state, share, rng)` perturbs the particles within a frame by a share of the process noise.
+    - `moved(state, poses)` replaces the particles' poses.
+
+    Attributes:
+        skeleton, fps: the body, and the frame rate [Hz].
+        size: standard deviation of the log of the body's size relative to the skeleton; 0 if the size is known.
+            Others are those of a `SizedPrior`.
+    """
 
     skeleton: Skeleton
     fps: float
+    size: float
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> Any:
         """Draw `n` particles of the first frame from `start`, with `rng`."""
@@ -43,6 +61,17 @@ class Prior(Protocol):
 
     def moved(self, state: Any, poses: np.ndarray) -> Any:
         """The particles of `state` with `poses` (N, 25) instead of their own; other variables are kept."""
+
+
+@runtime_checkable
+class SizedPrior(Prior, Protocol):
+    """A prior that can have a `size` above 0: particles of bodies of different sizes, and one method more.
+
+    - `resized(state, sizes, centre)` changes sizes and distances alike.
+    """
+
+    def resized(self, state: Any, sizes: np.ndarray, centre: np.ndarray) -> Any:
+        """The particles of `state` with other `sizes` (N,), and as much farther from the point `centre` (2,) [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +105,9 @@ class Start:
             object.__setattr__(self, "heights", frozen(self.heights, (len(poses),), "Start.heights"))
         for name, value in (("poses", poses), ("log_weights", weights), ("previous", previous), ("spread", spread)):
             object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"Start({len(self.poses)} candidates)"
 
     @classmethod
     def at(cls, pose: ArrayLike, previous: ArrayLike | None = None, spread: ArrayLike = SPREAD) -> Start:

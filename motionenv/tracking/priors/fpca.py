@@ -28,7 +28,7 @@ from motionenv.errors import GapError, MotionError
 from motionenv.models.motion_tree.features import turned_towards
 from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
-from motionenv.models.walking.model import Stride, WalkingModel
+from motionenv.models.walking.model import WalkerScores, WalkingModel
 from motionenv.models.walking.tables import lacking_angles
 from motionenv.tracking.priors import _walk_kernel as kernels
 from motionenv.tracking.priors._walk_kernel import EASE, FORWARD, HEADING, LEFT, PACE, PHASE, SIZE, TURN, X, Y
@@ -142,6 +142,10 @@ class FPCAPrior:
         wander = np.sqrt(30 / self.fps) * np.array([_JITTER, _TURNING, *_WANDER])
         fresh, sign = np.sqrt(1 - keep**2), -1 if backwards else 1
         self._step = np.concatenate([[sign / self.fps], keep[:3], fresh[:3], wander, keep[3:], fresh[3:]])
+
+    def __repr__(self) -> str:
+        size = f", size {self.size:g}" if self.size else ""
+        return f"FPCAPrior({len(self.root)} components, {self.fps:g} fps{size})"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> WalkState:
         """Draw `n` walkers with `rng` in the poses of `start`: phase and scores by their posterior, the rest is δ.
@@ -275,7 +279,7 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
     seconds = np.full(len(scores), np.exp(model.person_mean_[q]))
     fps = _PHASES / seconds[0]
     walks = model.walks(
-        2 * seconds[0], fps, n=len(scores), stride=Stride(scores, seconds), variation=0.0, height=height, seed=0
+        2 * seconds[0], fps, n=len(scores), stride=WalkerScores(scores, seconds), variation=0.0, height=height, seed=0
     ).poses
     channels = np.concatenate([np.gradient(walks[..., :2], axis=1) * _PHASES, walks[..., 2:]], axis=-1)
     cycle = np.roll(channels[:, _PHASES // 2 : _PHASES // 2 + _PHASES], _PHASES // 2, axis=1)

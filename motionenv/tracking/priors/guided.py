@@ -26,6 +26,7 @@ class GuidedState:
 
     poses: np.ndarray
     frame: int
+    sizes = None
 
     def take(self, which: np.ndarray) -> GuidedState:
         """The bodies with indices `which` (n,)."""
@@ -56,12 +57,15 @@ class GuidedPrior:
         first: int = 0,
         memory: float = 0.3,
     ) -> None:
-        self.skeleton, self.fps, self._first = skeleton, checked_fps(fps), first
+        self.skeleton, self.fps, self.size, self._first = skeleton, checked_fps(fps), 0.0, first
         self._guide, self._deviation = frozen(guide, (None, len(POSE)), "guide"), frozen(deviation, (25,), "deviation")
         if not ((self._deviation >= 0) & np.isfinite(self._deviation)).all():
             raise MotionError("deviation must be finite standard deviations of at least 0")
         self._keep = float(np.exp(-1 / (checked_number(memory, "memory", above=0) * self.fps)))
         self._noise = self._deviation * np.sqrt(1 - self._keep**2)
+
+    def __repr__(self) -> str:
+        return f"GuidedPrior({len(self._guide)} frames, {self.fps:g} fps)"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> GuidedState:
         """Draw `n` bodies of the first frame from `start`, with `rng`."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from motionenv._core.validation import checked_number
 from motionenv.errors import MotionError
-from motionenv.tracking.priors.base import Prior, Start
+from motionenv.tracking.priors.base import Prior, SizedPrior, Start
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +24,14 @@ class MixtureState:
     general: Any
 
     @property
-    def sizes(self) -> np.ndarray:
-        """(N,) body sizes of the learned prior, which must know some where its `size` isn't 0."""
-        return self.learned.sizes
-
-    @property
     def poses(self) -> np.ndarray:
         """(N, 25) [m, rad]."""
         return self.learned.poses
+
+    @property
+    def sizes(self) -> np.ndarray | None:
+        """(N,) body sizes of the learned prior."""
+        return self.learned.sizes
 
     def take(self, which: np.ndarray) -> "MixtureState":
         """The bodies with indices `which` (n,)."""
@@ -56,7 +56,10 @@ class MixturePrior:
         if not np.allclose(learned.skeleton.offsets, general.skeleton.offsets, atol=1e-9):
             raise MotionError("both priors must have the same skeleton")
         self.learned, self.general, self.share = learned, general, checked_number(share, "share", 0, 1)
-        self.skeleton, self.fps, self.size = learned.skeleton, learned.fps, getattr(learned, "size", 0.0)
+        self.skeleton, self.fps, self.size = learned.skeleton, learned.fps, learned.size
+
+    def __repr__(self) -> str:
+        return f"MixturePrior({self.learned!r}, {self.general!r}, share {self.share:g})"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MixtureState:
         """Draw `n` bodies at `start` from the learned prior, with `rng`."""
@@ -84,7 +87,7 @@ class MixturePrior:
 
     def resized(self, state: MixtureState, sizes: np.ndarray, centre: np.ndarray) -> MixtureState:
         """The bodies of `state` with other `sizes` (N,), as much farther from `centre` (2,), as of `FPCAPrior`."""
-        learned = cast(Any, self.learned).resized(state.learned, sizes, centre)
+        learned = cast(SizedPrior, self.learned).resized(state.learned, sizes, centre)
         return MixtureState(learned, self.general.moved(state.general, learned.poses))
 
 

@@ -56,6 +56,7 @@ class TreeState:
     history: np.ndarray
     rest: np.ndarray
     turn: np.ndarray
+    sizes = None
 
     def take(self, which: np.ndarray) -> "TreeState":
         """The bodies with indices `which` (n,)."""
@@ -99,7 +100,7 @@ class TreePrior:
             raise MotionError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
         checked_number(temperature, "temperature", above=0)
         checked_number(noise, "noise", 0)
-        self.fps, self.tree = FPS, tree
+        self.fps, self.size, self.tree = FPS, 0.0, tree
         self.skeleton = tree.database_.skeleton if skeleton is None else skeleton
         self._scale = leg_length(tree.database_.skeleton) / leg_length(self.skeleton)
         self._entries = np.array(PARTS[tree.part])
@@ -109,6 +110,9 @@ class TreePrior:
         self._noise = noise * tree.forecast_.deviation[self._entries]
         self._weights, self._offset = _filter(tree)
         self._turning = noise * TURN_RATE if 5 in self._entries else 0.0
+
+    def __repr__(self) -> str:
+        return f"TreePrior({len(self.tree.frames_)} windows of {self.tree.part}, {self._method}, {self.fps:g} fps)"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> TreeState:
         """Draw `n` bodies with `rng` in the poses of `start`, with the histories of windows that end similarly."""

@@ -13,8 +13,9 @@ import numpy as np
 from motionenv._core.validation import checked_fps
 from motionenv.body import from_height
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.features import FPS, resample, turned_towards
+from motionenv.models.motion_tree.features import FPS, turned_towards
 from motionenv.models.motion_tree.model import PARTS
+from motionenv.models.transforms import resample
 from motionenv.tracking.priors.base import Start
 from motionenv.types import POSE, Motion, Skeleton, frozen
 
@@ -37,6 +38,7 @@ class MovingState:
 
     poses: np.ndarray
     velocities: np.ndarray
+    sizes = None
 
     def take(self, which: np.ndarray) -> "MovingState":
         """The bodies with indices `which` (n,)."""
@@ -70,12 +72,15 @@ class VelocityPrior:
         change: np.ndarray | None = None,
         velocity: np.ndarray | None = None,
     ) -> None:
-        self.fps = checked_fps(fps)
+        self.fps, self.size, self._part = checked_fps(fps), 0.0, part
         self.skeleton = from_height() if skeleton is None else skeleton
         self.moves = moving_entries(part)
         change = _checked(CHANGE if change is None else change, "change")
         self._change = change * self.moves * np.sqrt(FPS / self.fps)
         self._velocity = _checked(VELOCITY if velocity is None else velocity, "velocity") * self.moves
+
+    def __repr__(self) -> str:
+        return f"VelocityPrior({self._part}, {self.fps:g} fps)"
 
     def initial(self, start: Start, n: int, rng: np.random.Generator) -> MovingState:
         """Draw `n` bodies from `start`; unknown velocities are drawn from their prior with `rng`."""

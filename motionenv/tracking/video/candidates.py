@@ -59,6 +59,9 @@ class Candidate:
     mover: Mover
     points: Points | None = None
 
+    def __repr__(self) -> str:
+        return f"Candidate({self})"
+
     def __str__(self) -> str:
         seen = np.flatnonzero(np.isfinite(self.boxes[:, 0])) / self.fps
         x, y = np.nanmedian(self.boxes[:, :2].mean(axis=1)), np.nanmedian(self.boxes[:, 2:].mean(axis=1))

@@ -9,7 +9,7 @@ alone, on the outline that fitted the person before.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -52,20 +52,20 @@ class Guide:
         return np.isfinite(self.poses).all(axis=1)
 
 
-def people_of(detections: Any, seen: Survey) -> list[Points]:
-    """Everybody in `detections`: Points, several, or a file of them, a frame for each of the film's.
+def people_of(seen: Survey) -> list[Points]:
+    """Everybody in the detections of the film `seen`.
 
     Raises:
         FormatError: as of `read_people`.
         MotionError: no Points in pixels.
     """
-    if isinstance(detections, Points):
-        detections = [detections]
-    if not isinstance(detections, Sequence) or isinstance(detections, str):
-        return read_people(detections, seen.info.fps, (seen.info.width, seen.info.height))
-    if not detections or not all(isinstance(p, Points) and p.unit == "px" for p in detections):
+    detections, info = seen.film.detections, seen.info
+    if isinstance(detections, str | Path):
+        return read_people(detections, info.fps, (info.width, info.height))
+    people = [detections] if isinstance(detections, Points) else list(detections or [])
+    if not people or not all(isinstance(p, Points) and p.unit == "px" for p in people):
         raise MotionError("detections must be a file, or Points in the film's pixels, one for each person")
-    return list(detections)
+    return people
 
 
 def at_frames(values: np.ndarray, fps: float, seen_fps: float, frames: int) -> np.ndarray:
@@ -100,8 +100,8 @@ def detected(people: Sequence[Points], seen: Survey) -> list[Candidate]:
     return [replace(c, number=i, points=whose[id(c.mover)]) for i, c in enumerate(found, 1)]
 
 
-def lifted(points: Points, camera: Camera, seen: Survey, height: float | None, first: int, last: int) -> Guide:
-    """The guide by a person's `points` from frame `first` to `last`, excluded; the `camera` is of the film's pictures.
+def lifted(points: Points, camera: Camera, seen: Survey, height: float | None, frames: slice) -> Guide:
+    """The guide by a person's `points` in some `frames` of the film `seen`, whose `camera` is known.
 
     `height` [m] of the person scales the motion about the camera; None takes that which the points tell.
 
@@ -114,7 +114,7 @@ def lifted(points: Points, camera: Camera, seen: Survey, height: float | None, f
         nodes = camera.centre + height / fit_skeleton(nodes).height * (nodes - camera.centre)
     body = fit_skeleton(nodes)
     poses = fit_poses(nodes, body, points.fps)
-    of = lambda values: at_frames(values, points.fps, seen.fps, last)[first:]
+    of = lambda values: at_frames(values, points.fps, seen.fps, frames.stop)[frames]
     return Guide(of(poses), body, of(points.positions))
 
 

@@ -4,6 +4,16 @@ A track starts where the person begins to walk, continues to the end, and then b
 beginning. Where the expected body loses the foreground, it restarts. Outlines from the side hardly distinguish left
 from right: apart from perspective, a walker and the mirror image in the sagittal plane look the same. Each track is
 therefore repeated from the mirrored start, and silhouettes and colours over the whole video select the better one.
+
+A walker and the mirror image differ in which leg is nearer: it occludes the other shoe, and the near hand is seen in
+front of the trousers. Each kind of limb (left and right dressed alike) gets a colour histogram, learned from pixels at
+which both tracks see that kind of limb. A pixel contributes
+
+    log-odds = log[(1 - outliers) p(colour | limb) / p(colour | body) + outliers]
+
+relative to the colours of the whole body, because silhouettes already account for the background. The evidence of the
+filters is not used: a posterior that is undecided between left and right has higher evidence than a wrong one, and
+about that of a correct one, although its mean is a meaningless pose.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,15 +21,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motionenv.body import mirror
+from motionenv.body import LIMBS, mirror
 from motionenv.errors import MotionError
+from motionenv.likelihoods.appearance import COLOURS
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import SPREAD, automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.guided import GuidedPrior
 from motionenv.tracking.video.guide import DEVIATION, Guide
-from motionenv.tracking.video.model_selection import advantage
+from motionenv.tracking.video.survey import Look
 from motionenv.types import Camera, Skeleton
 
 _START = 1.0  # [s] duration of the images used for initialisation
@@ -27,6 +38,12 @@ _WIDE = 6000  # hypotheses of each initialisation
 _CANDIDATES = 64  # poses of the posterior from which backward tracking starts
 _SHOWN = 30  # particles kept of each frame
 _LOST, _PATIENCE = 0.35, 0.4  # the track is lost if the overlap stays below _LOST for _PATIENCE seconds
+_EFFECTIVE = 25.0  # effective number of independent pixels of a body in each frame
+_OUTLIERS = 0.2  # fraction of a limb's pixels with other body colours
+_POOL = 20.0  # pseudo-count [pixels] that shrinks a limb's histogram towards the body's
+_KINDS = sorted({limb.removeprefix("left_").removeprefix("right_") for limb in LIMBS})
+#: Kind of limb, from 1, by limb number in a label image; 0 is none.
+_KIND = np.array([0, *(1 + _KINDS.index(limb.removeprefix("left_").removeprefix("right_")) for limb in LIMBS)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +72,7 @@ class MultiStart:
     Attributes:
         prior, back: motion prior, and the same for reversed time.
         likelihood: of masks.
-        film: (T, height, width) foreground probabilities.
-        colours: (T, height, width) of `motionenv.likelihoods.appearance.colour_bins`.
-        merged: (T,) bool, whether the foreground is also somebody else's.
+        seen: what the film shows of the person.
         begin: frame to start at.
         particles, layers, rng: of the filter.
         guide: what detections tell, from `begin` on; None if there are none.
@@ -66,9 +81,7 @@ class MultiStart:
     prior: Prior
     back: Prior
     likelihood: SilhouetteLikelihood
-    film: np.ndarray
-    colours: np.ndarray
-    merged: np.ndarray
+    seen: Look
     begin: int
     particles: int
     layers: int
@@ -83,18 +96,18 @@ class MultiStart:
         best: Attempt | None = None
         for k in range(attempts):
             given = {} if best is None or k % 2 == 0 else {i: exchanged(s) for i, s in best.starts.items()}
-            found = self._attempt(given, tick, k * len(self.film))
-            if best is None or advantage(found.poses, best.poses, self.likelihood, self.film, self.colours) > 0:
+            found = self._attempt(given, tick, k * len(self.seen.foreground))
+            if best is None or advantage(found.poses, best.poses, self.likelihood, self.seen) > 0:
                 best = found
         assert best is not None
         return best
 
     def _attempt(self, given: Mapping[int, Start], tick: Callable[[int], None], done: int) -> Attempt:
         """Track forwards from `begin`, and backwards from there, after `done` frames of other attempts."""
-        record = _Record(self.likelihood, self.film, self.merged, self.rng)
+        record, film = _Record(self.likelihood, self.seen, self.rng), self.seen.foreground
         starts, lost = {}, 0
-        guided = np.zeros(len(self.film), dtype=bool) if self.guide is None else self.guide.known
-        for i in range(self.begin, len(self.film)):
+        guided = np.zeros(len(film), dtype=bool) if self.guide is None else self.guide.known
+        for i in range(self.begin, len(film)):
             begins = i == self.begin or guided[i] != guided[i - 1]
             if begins or i in given or lost >= _PATIENCE * self.prior.fps:
                 start = given[i] if i in given else self._start(i)
@@ -102,15 +115,15 @@ class MultiStart:
                 if start is not None:
                     starts[i] = start
                     tracker = self._tracker(start, self._prior(i))
-            belief = tracker.step(mask=self.film[i])
+            belief = tracker.step(mask=film[i])
             lost = lost + 1 if record.keep(i, belief) < _LOST else 0
             tick(done + i - self.begin + 1)
             if i == self.begin:
                 there = belief
         tracker = self._tracker(_from_here(there, self.rng), self.back)
         for i in range(self.begin - 1, -1, -1):
-            record.keep(i, tracker.step(mask=self.film[i]))
-            tick(done + len(self.film) - i)
+            record.keep(i, tracker.step(mask=film[i]))
+            tick(done + len(film) - i)
         return Attempt(record.poses, record.particles, record.effective, record.overlap, starts)
 
     def _tracker(self, start: Start, prior: Prior) -> ParticleFilter:
@@ -131,7 +144,7 @@ class MultiStart:
         if self.guide is not None and frame > 1 and self.guide.known[frame - 2 : frame].all():
             before, last = self.guide.poses[frame - 2 : frame]
             return Start.at(2 * last - before, last, SPREAD)
-        looked = self.film[frame : frame + max(1, round(_START * self.prior.fps))]
+        looked = self.seen.foreground[frame : frame + max(1, round(_START * self.prior.fps))]
         try:
             return automatic_start(
                 self.likelihood, [{"mask": f} for f in looked], fps=self.prior.fps, n=_WIDE, seed=self.rng
@@ -143,22 +156,56 @@ class MultiStart:
 
 
 class _Record:
-    """Collects each frame's results, from a film (T, height, width), `merged` (T,) or not, as of `MultiStart`."""
+    """Collects each frame's results."""
 
-    def __init__(self, likelihood: SilhouetteLikelihood, film: np.ndarray, merged: np.ndarray, rng):
-        frames = len(film)
+    def __init__(self, likelihood: SilhouetteLikelihood, seen: Look, rng: np.random.Generator):
+        frames = len(seen.foreground)
         self.poses, self.particles = np.empty((frames, 25)), np.empty((frames, _SHOWN, 25))
         self.effective, self.overlap = np.empty(frames), np.empty(frames)
-        self._likelihood, self._film, self._merged, self._rng = likelihood, film, merged, rng
+        self._likelihood, self._seen, self._rng = likelihood, seen, rng
 
     def keep(self, i: int, belief: Belief) -> float:
         """Store the posterior of frame `i`; returns its intersection over union with the foreground."""
         self.poses[i], self.effective[i] = belief.mean, belief.effective
         self.particles[i] = belief.poses[systematic(np.exp(belief.log_weights), _SHOWN, self._rng)]
         body, camera = self._likelihood.skeleton, self._likelihood.camera
-        either, own = overlap(self.poses[i], body, camera, self._film[i])
-        self.overlap[i] = own if self._merged[i] else either
+        either, own = overlap(self.poses[i], body, camera, self._seen.foreground[i])
+        self.overlap[i] = own if self._seen.merged[i] else either
         return either
+
+
+def advantage(one: np.ndarray, other: np.ndarray, likelihood: SilhouetteLikelihood, seen: Look) -> float:
+    """Log-odds in favour of one track of a video over another.
+
+    Args:
+        one, other: expected poses (T, 25) [m, rad] of the tracks.
+        likelihood: of masks.
+        seen: what the film shows of the person.
+    """
+    from motionenv.render.raycast.engine import Raycaster
+
+    raycaster, cells = Raycaster(), (1 + len(_KINDS)) * COLOURS
+    agreed, shown, silhouettes = np.zeros(cells), np.zeros((2, cells)), np.zeros(2)
+    for poses, foreground, colour in zip(np.stack([one, other], axis=1), seen.foreground, seen.colours, strict=True):
+        likelihood.observe(mask=foreground)
+        silhouettes += likelihood.log_likelihood(poses)
+        limbs = raycaster.render(poses, likelihood.skeleton, likelihood.camera, rgb=False).limbs
+        kinds = _KIND[np.asarray(limbs)]
+        body, cell = (kinds > 0) & (foreground > 0.5), kinds * COLOURS + colour
+        agreed += np.bincount(cell[0][body[0] & (kinds[0] == kinds[1])], minlength=cells)
+        shown += [np.bincount(cell[i][body[i]], minlength=cells) for i in range(2)]
+    each = (shown * _log_odds(agreed)).sum(axis=1) / np.maximum(shown.sum(axis=1), 1.0)
+    first, second = silhouettes + _EFFECTIVE * len(seen.foreground) * each
+    return float(first - second)
+
+
+def _log_odds(counts: np.ndarray) -> np.ndarray:
+    """Log-odds (cells,) of each kind of limb's colours against the whole body's, from pixel counts (cells,)."""
+    limbs = counts.reshape(-1, COLOURS)
+    body = limbs.sum(axis=0) + 1 / COLOURS
+    body /= body.sum()
+    limbs = (limbs + _POOL * body) / (limbs.sum(axis=1, keepdims=True) + _POOL)
+    return np.log((1 - _OUTLIERS) * limbs / body + _OUTLIERS).ravel()
 
 
 def exchanged(start: Start) -> Start:

@@ -1,20 +1,23 @@
-"""Two looks at a film: a small one at what moves in it, and one cropped to the way of whom to follow."""
+"""A film, and two looks at it: a small one at what moves in it, and one cropped to the way of whom to follow."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import FormatError, MotionError
 from motionenv.likelihoods.appearance import colour_bins
 from motionenv.likelihoods.background import picture
 from motionenv.render.video.decode import VideoInfo, narrowed, read_frames, video_info
 from motionenv.tracking.video.candidates import Candidate, candidates
+from motionenv.tracking.video.detection import resized
 from motionenv.tracking.video.foreground import FilmBackground
 from motionenv.tracking.video.movers import components, linked, window
 from motionenv.tracking.video.stillness import refuse_moving
-from motionenv.types import Camera
+from motionenv.types import Camera, Points
 
 _SIDE = 256  # [pixels] longer side of the images of the first look
 _TALL = 90.0  # [pixels] desired height of the person in the second
@@ -24,92 +27,124 @@ _MOST_FPS = 31.0  # videos with a higher rate are decimated by a whole number
 
 
 @dataclass(frozen=True, eq=False)
-class Survey:
-    """What a first look found.
+class Film:
+    """A film of people, by a camera that stands still, and what is known of it.
 
     Attributes:
-        path: of the video.
-        info: its size and rate.
-        fps: rate of the frames [Hz].
-        seconds: most seconds that are used.
-        background: as in `track_video`.
+        path: of the video, in any format that ffmpeg reads.
+        fps: frame rate to track at [Hz], by nearest frames; None uses the video's own rate divided by the smallest
+            whole number that gives at most 31.
+        seconds: most seconds of the video to use.
+        background: video, or at least three images uint8 (T, h, w, 3) with the video's aspect ratio, of the same view
+            without the person. None estimates it from the video, correctly where the person stands in fewer than half
+            of the frames.
+        region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at; None is everywhere.
+        detections: 2D keypoints of everybody in the film, with a frame for each of the film's: a detector's file or
+            folder as of `motionenv.read_points`, or Points in the film's pixels, one for each person. They choose whom
+            to follow, best and largest seen first, and which side is left; the motion lifted from them guides the
+            tracker (`motionenv.tracking.video.guide`). Where they end, silhouettes go on.
+
+    Raises:
+        MotionError: a number out of range.
+    """
+
+    path: str | Path
+    fps: float | None = None
+    seconds: float = 60.0
+    background: np.ndarray | str | Path | None = None
+    region: Sequence[float] | None = None
+    detections: str | Path | Points | Sequence[Points] | None = None
+
+    def __post_init__(self) -> None:
+        checked_number(self.seconds, "seconds", above=0)
+        if self.fps is not None:
+            checked_fps(self.fps)
+        check_area("region", self.region, "x, y, width, height")
+
+    def __repr__(self) -> str:
+        return f"Film({str(self.path)!r}, {self.seconds:g} s)"
+
+    def frames(self, fps: float, width: int) -> Iterator[np.ndarray]:
+        """The frames at a rate `fps` [Hz], uint8 (height, width, 3) of another `width`."""
+        return read_frames(self.path, fps=fps, width=width, seconds=self.seconds)
+
+    def model(self, frames: Sequence[np.ndarray], fps: float, width: int, cut: Any = ...) -> FilmBackground:
+        """The background model of the film's `frames`, or of its `background`, as of `frames` and cropped by `cut`."""
+        if self.background is None:
+            return FilmBackground(frames)
+        if isinstance(self.background, np.ndarray):
+            return FilmBackground([narrowed(picture(p), width)[cut] for p in self.background])
+        return FilmBackground([f[cut] for f in replace(self, path=self.background).frames(fps, width)])
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What a first look at a `film` found: its `info`, and at the rate `fps` [Hz] the following.
+
+    Attributes:
         labels: of the outlines (T, height, width).
         found: candidates, the likeliest walker first.
     """
 
-    path: str | Path
+    film: Film
     info: VideoInfo
     fps: float
-    seconds: float
-    background: object
     labels: np.ndarray
     found: list[Candidate]
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """The second look at one person.
+    """The second look at one person, in a crop of the film's frames at the rate `fps` [Hz].
 
     Attributes:
+        camera: of the crop.
         foreground: probabilities (T, height, width), 0 where others are.
         colours: of `colour_bins` (T, height, width).
-        scale: pixels per pixel of the film.
-        corner: first column and row (2,) of the crop, in scaled pixels.
-        size: width and height of the whole scaled picture.
+        boxes: (T, 4) of the person [pixels of the crop], as of `Candidate`.
+        merged: (T,) bool, whether the outline is also somebody else's.
     """
 
+    fps: float
+    camera: Camera
     foreground: np.ndarray
     colours: np.ndarray
-    scale: float
-    corner: np.ndarray
-    size: tuple[int, int]
-
-    def boxes(self, of: Candidate) -> np.ndarray:
-        """A candidate's boxes (T, 4) in the crop's pixels."""
-        return (of.boxes + 0.5) * self.scale - 0.5 - np.repeat(self.corner, 2)
-
-    def camera(self, whole: Camera) -> Camera:
-        """The crop's camera, from that of the whole scaled picture."""
-        K = whole.K.copy()
-        K[:2, 2] -= self.corner
-        return Camera(K, whole.R, whole.t, *self.foreground.shape[:0:-1])
+    boxes: np.ndarray
+    merged: np.ndarray
 
 
-def survey(
-    path: str | Path,
-    *,
-    fps: float | None,
-    seconds: float,
-    background: np.ndarray | None = None,
-    region: Sequence[float] | None = None,
-) -> Survey:
-    """Look at the film at `path`.
+def check_area(name: str, values: Sequence[float] | None, what: str) -> None:
+    """Raise MotionError unless the argument `name` is None, or the numbers that `what` lists, such as "x, y"."""
+    if values is None:
+        return
+    numbers = np.asarray(values, dtype=float)
+    if numbers.shape != (len(what.split()),) or not np.isfinite(numbers).all() or (numbers[2:] <= 0).any():
+        raise MotionError(f"{name} must be {what} in the film's pixels, got {values!r}")
 
-    Args:
-        fps: rate to look at [Hz]; None uses the video's own, divided by a whole number.
-        seconds, background: most seconds to use, and as in `track_video`.
-        region: (x, y, width, height) [pixels of the film] outside of which nothing is looked at; None is everywhere.
+
+def survey(film: Film) -> Survey:
+    """Look at what moves in a `film`.
 
     Raises:
         FormatError: not a video, or a damaged one.
         MotionError: the camera moves, or the region is outside the picture.
     """
-    info = video_info(path)
-    fps = info.fps / np.ceil(info.fps / _MOST_FPS) if fps is None else fps
+    info = video_info(film.path)
+    fps = info.fps / np.ceil(info.fps / _MOST_FPS) if film.fps is None else float(film.fps)
     width = max(16, round(info.width * min(1.0, _SIDE / max(info.width, info.height))))
-    frames = list(read_frames(path, fps=fps, width=width, seconds=seconds))
+    frames = list(film.frames(fps, width))
     if len(frames) < 3:
-        raise FormatError(path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to track a person")
+        raise FormatError(film.path, f"holds {len(frames)} frames at {fps:.4g} fps, too few to track a person")
     refuse_moving(np.stack(frames), fps)
-    film, scale = _background(frames, background, width, fps, seconds), info.width / width
-    allowed = _inside(region, frames[0].shape[:2], scale)
-    labels = np.stack([components(film.foreground(f) * allowed) for f in frames])
-    return Survey(path, info, fps, seconds, background, labels, candidates(linked(labels, fps), labels, fps, scale))
+    background, scale = film.model(frames, fps, width), info.width / width
+    allowed = _inside(film.region, frames[0].shape[:2], scale)
+    labels = np.stack([components(background.foreground(f) * allowed) for f in frames])
+    return Survey(film, info, fps, labels, candidates(linked(labels, fps), labels, fps, scale))
 
 
-def look(at: Survey, who: Candidate, first: int, last: int) -> Look:
-    """The pixels of one person, `who` of the survey `at`, from frame `first` to `last`, which is excluded."""
-    boxes, info = who.boxes[first:last], at.info
+def look(at: Survey, who: Candidate, frames: slice, whole: Camera) -> Look:
+    """The pixels of one person, `who` of the survey `at`, in some `frames`; `whole` is the film's camera."""
+    boxes, info = who.boxes[frames], at.info
     seen = boxes[np.isfinite(boxes[:, 0])]
     space = _BESIDE * who.height
     low = np.maximum(seen[:, ::2].min(axis=0) - space, 0)
@@ -120,25 +155,21 @@ def look(at: Survey, who: Candidate, first: int, last: int) -> Look:
     size = (width, max(1, round(info.height * scale)))
     corner, end = np.floor(low * scale).astype(int), np.minimum(np.ceil(high * scale).astype(int), size)
     cut = (slice(corner[1], end[1]), slice(corner[0], end[0]))
-    frames = [f[cut] for f in read_frames(at.path, fps=at.fps, width=width, seconds=at.seconds)]
-    film = _background(frames, at.background, width, at.fps, at.seconds, cut)
-    allowed = window(at.labels, who.mover, [c.mover for c in at.found])[first:last]
+    pictures = [f[cut] for f in at.film.frames(at.fps, width)]
+    background = at.film.model(pictures, at.fps, width, cut)
+    allowed = window(at.labels, who.mover, [c.mover for c in at.found])[frames]
     rows, columns = (
-        np.minimum(((np.arange(s.start, s.stop) + 0.5) * n / whole).astype(int), n - 1)
-        for s, n, whole in zip(cut, allowed.shape[1:], size[::-1], strict=True)
+        np.minimum(((np.arange(s.start, s.stop) + 0.5) * n / total).astype(int), n - 1)
+        for s, n, total in zip(cut, allowed.shape[1:], size[::-1], strict=True)
     )
-    mine = [film.foreground(f) * a[np.ix_(rows, columns)] for f, a in zip(frames[first:last], allowed, strict=True)]
-    colours = np.stack([colour_bins(f).astype(np.uint16) for f in frames[first:last]])
-    return Look(np.stack(mine).astype(np.float32), colours, scale, corner, size)
-
-
-def _background(frames, background, width: int, fps: float, seconds: float, cut=...) -> FilmBackground:
-    """The background model of a film's `frames`, or of a `background` of its own, cropped by `cut`."""
-    if background is None:
-        return FilmBackground(frames)
-    if isinstance(background, np.ndarray):
-        return FilmBackground([narrowed(picture(p), width)[cut] for p in background])
-    return FilmBackground([f[cut] for f in read_frames(background, fps=fps, width=width, seconds=seconds)])
+    mine = [background.foreground(f) * a[np.ix_(rows, columns)] for f, a in zip(pictures[frames], allowed, strict=True)]
+    colours = np.stack([colour_bins(f).astype(np.uint16) for f in pictures[frames]])
+    camera = resized(whole, *size)
+    K = camera.K.copy()
+    K[:2, 2] -= corner
+    camera = Camera(K, camera.R, camera.t, *(end - corner).tolist())
+    boxes = (boxes + 0.5) * scale - 0.5 - np.repeat(corner, 2)
+    return Look(at.fps, camera, np.stack(mine).astype(np.float32), colours, boxes, who.mover.merged[frames])
 
 
 def _inside(region, shape: tuple[int, int], scale: float) -> np.ndarray:

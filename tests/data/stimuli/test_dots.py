@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import motionenv
-from motionenv.data.stimuli import Display, Person, Ring, dots_at
+from motionenv.data.stimuli import Display, PointLightWalker, Ring, dots_at
 from motionenv.data.stimuli.making import ring
 from motionenv.models import cycle
 from motionenv.render.cameras import orthographic
@@ -17,7 +17,7 @@ TIMES = np.arange(240) / 60
 
 @pytest.fixture(scope="module")
 def walk() -> Ring:
-    return ring(Person(deviations=(1.0, -0.5)))
+    return ring(PointLightWalker(deviations=(1.0, -0.5)))
 
 
 def test_a_plain_display_shows_the_markers_of_the_walk(walk):

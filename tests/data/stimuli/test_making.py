@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motionenv.data.stimuli import Display, Person, StimulusSet, frames_of, write_stimuli, zipped
+from motionenv.data.stimuli import Display, PointLightWalker, StimulusSet, frames_of, write_stimuli, zipped
 from motionenv.data.stimuli.making import ring
 from motionenv.errors import MotionError
 
 SMALL = StimulusSet(
-    people=(Person(), Person(model="walk/eigenwalkers", deviations=(2.0,), speed=1.7, height=1.6)),
+    people=(PointLightWalker(), PointLightWalker(model="walk/eigenwalkers", deviations=(2.0,), speed=1.7, height=1.6)),
     displays=(Display(view=90), Display(mask=20, dots=9, lifetime=0.2, seed=3, inverted=True)),
     seconds=0.4, fps=30, width=160, height=120,
 )  # fmt: skip
@@ -81,9 +81,9 @@ def test_an_archive_holds_what_the_folder_does(made):
 
 def test_who_cannot_walk_in_place_is_refused(tmp_path):
     with pytest.raises(MotionError, match="makes no cycles in place"):
-        ring(Person(model="mixed/tree"))
+        ring(PointLightWalker(model="mixed/tree"))
     with pytest.raises(MotionError, match="deviations"):
-        ring(Person(deviations=(0.0,) * 60))
+        ring(PointLightWalker(deviations=(0.0,) * 60))
     (tmp_path / "other").write_text("")
     with pytest.raises(MotionError, match="must be a new or an empty folder"):
         write_stimuli(SMALL, tmp_path)

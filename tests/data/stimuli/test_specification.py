@@ -1,13 +1,13 @@
 import pytest
 
-from motionenv.data.stimuli import Display, Person, StimulusSet
+from motionenv.data.stimuli import Display, PointLightWalker, StimulusSet
 from motionenv.errors import MotionError
 
 
 def test_a_set_is_read_from_toml_and_from_what_was_made(tmp_path):
     (tmp_path / "set.toml").write_text("seconds = 1\n[[people]]\nspeed = 1.5\n[[displays]]\nview = 90\n")
     asked = StimulusSet.read(tmp_path / "set.toml")
-    assert asked == StimulusSet(seconds=1, people=(Person(speed=1.5),), displays=(Display(view=90),))
+    assert asked == StimulusSet(seconds=1, people=(PointLightWalker(speed=1.5),), displays=(Display(view=90),))
     (tmp_path / "stimuli.json").write_text('{"set": ' + asked.model_dump_json() + ', "stimuli": []}')
     assert StimulusSet.read(tmp_path / "stimuli.json") == asked
 

@@ -7,15 +7,15 @@ from motionenv.body import from_height, markers
 from motionenv.errors import GapError
 from motionenv.lifting import fit_freely, lift
 from motionenv.lifting.free.lifter import heading_of, limb_lengths
-from motionenv.lifting.free.swaps import exchanged
+from motionenv.lifting.side_labels import exchanged
 from motionenv.metrics import aligned_mpjpe, mpjpe, pelvis_mpjpe
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view, look_at
 from motionenv.types import MARKERS, POSE, Markers, Motion, Points
 
 FPS = 30.0
-CIRCLE = Path.arc(1.6, 60.0)
+CIRCLE = WalkPath.arc(1.6, 60.0)
 AT = {name: i for i, name in enumerate(POSE)}
 
 

@@ -1,6 +1,7 @@
 """People in JSON in every layout: frames by number, name or image, people by place or track, damaged files."""
 
 import json
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -321,9 +322,7 @@ def test_damage_to_any_layout_gives_a_format_error_or_keypoints(tmp_path_factory
             )
     path = tmp_path_factory.mktemp("damaged") / "a.json"
     path.write_text(json.dumps(content))
-    try:
+    with suppress(FormatError):
         found = read_one(path)
-    except FormatError:
-        return
-    assert found.ndim == 3
-    assert found.shape[2] == 3
+        assert found.ndim == 3
+        assert found.shape[2] == 3

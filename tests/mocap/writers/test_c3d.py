@@ -71,13 +71,21 @@ def test_our_reader_gives_markers_and_gaps_back(walk, any_motion, tmp_path):
         np.testing.assert_allclose(found.positions, markers(motion.poses, motion.skeleton), atol=1e-6)
 
 
-def test_a_full_count_of_frames_and_one_more(any_motion, tmp_path):
-    skeleton = any_motion(0).skeleton
-    write(Motion(np.zeros((65535, 25)), skeleton, 120.0), tmp_path / "a.c3d")
-    assert ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"].shape == (4, 15, 65535)
-    with pytest.raises(MotionError, match="at most 65535 frames, got 65536"):
-        write(Motion(np.zeros((65536, 25)), skeleton, 120.0), tmp_path / "b.c3d")
-    assert not (tmp_path / "b.c3d").exists()
+@pytest.mark.parametrize(("frames", "first"), [(65535, 1), (65536, 1), (140_000, 500), (65540, 65535)])
+def test_more_frames_than_16_bits_count(frames, first, tmp_path):
+    positions = np.random.default_rng(2).normal(0, 1, (frames, 1, 3))
+    positions[4:9] = np.nan
+    path = tmp_path / "a.c3d"
+    write_markers(Markers(("A",), positions, 100.0, recording=Recording(first_frame=first)), path)
+    np.testing.assert_allclose(ezc3d.c3d(str(path))["data"]["points"][:3, 0].T, positions[:, 0], rtol=1e-6)
+    found = c3d.read(path)
+    np.testing.assert_allclose(found.positions, positions, rtol=1e-6)
+    assert found.recording.first_frame == first
+    with open(path, "rb") as file, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns that there is no analogue data
+        reader = c3d_package.Reader(file)
+        assert (reader.first_frame, reader.last_frame) == (first, first + frames - 1)
+        assert sum(1 for _ in reader.read_frames()) == frames
 
 
 def parameters(file, group: str) -> dict:
@@ -163,15 +171,25 @@ def test_the_package_c3d_reads_points_events_and_angles(tmp_path):
     np.testing.assert_allclose(points[:, labels.index("RKneeAngles"), :3], angles.values[:, knee], atol=1e-4)
 
 
-def test_a_capture_keeps_its_own_events_and_any_number_of_points(tmp_path):
+def test_a_capture_keeps_its_own_events(tmp_path):
     write_markers(capture(), tmp_path / "A.C3D")
     event = parameters(ezc3d.c3d(str(tmp_path / "A.C3D")), "EVENT")
     np.testing.assert_allclose(event["TIMES"][:, 0], [0, 1.57], atol=1e-5)
-    many = Markers([f"P{i}" for i in range(600)], np.random.default_rng(1).normal(size=(3, 600, 3)), 50.0)
+
+
+@pytest.mark.parametrize("repeated", [1, 60])
+def test_any_number_of_points_and_long_names(repeated, tmp_path):
+    """A parameter has at most 255 texts of 255 bytes, and 32,767 bytes: further ones are in LABELS2, LABELS3, ..."""
+    names = tuple(f"P{i}" * repeated for i in range(600))
+    many = Markers(names, np.random.default_rng(1).normal(size=(3, 600, 3)), 50.0)
     write_markers(many, tmp_path / "b.c3d")
     found = c3d.read(tmp_path / "b.c3d")
-    assert found.names == many.names
+    assert found.names == names
     np.testing.assert_allclose(found.positions, many.positions, atol=1e-6)
+    file = ezc3d.c3d(str(tmp_path / "b.c3d"))
+    held = [parameters(file, "POINT").get(f"LABELS{i}", []) for i in ("", *range(2, 10))]
+    assert tuple(itertools.chain(*held)) == names
+    np.testing.assert_allclose(file["data"]["points"][:3].T, 1000 * many.positions, atol=1e-3)
 
 
 def refused(problem: str, path, *, held=None, events=(), angles=None):
@@ -183,6 +201,10 @@ def refused(problem: str, path, *, held=None, events=(), angles=None):
 def test_what_does_not_fit_is_named(tmp_path):
     path, angles = tmp_path / "a.c3d", Angles(50)
     refused("at most 255 events, got 256", path, events=[EVENTS[0]] * 256)
+    long = Markers(("x" * 256,), np.zeros((50, 1, 3)), 100.0)
+    refused("texts of at most 255 bytes, but one of POINT:LABELS has 256", path, held=long)
+    crowd = Markers([str(i) for i in range(65536)], np.zeros((1, 65536, 3)), 100.0)
+    refused("at most 65535 points, got 65536", path, held=crowd)
     refused("events must have finite times, got Event.time=nan", path, events=[Event(np.nan, "toe_off", "left")])
     refused(r"angles.values must have shape \(50, 26\).*got \(49, 26\)", path, angles=Angles(49))
     taken = Markers(("RHipAngles",), np.zeros((50, 1, 3)), 100.0)

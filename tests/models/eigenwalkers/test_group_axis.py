@@ -35,6 +35,7 @@ def test_it_points_from_one_group_to_the_other_and_tells_people_apart():
     axis = model.axis_
     step = np.tensordot(axis.direction * np.sqrt(model.explained_variance_), model.components_, axes=1)
     cosine = (step * change).sum() / np.linalg.norm(step) / np.linalg.norm(change)
+    assert len(model.components_) == 10  # 30 people who differ along 10 directions
     assert cosine > 0.55  # chance: 0.3
     assert sum(axis.right) >= 26
     assert axis.people == (15, 15)
@@ -64,7 +65,7 @@ def test_it_is_a_trait_and_is_kept_in_the_file(tmp_path):
     np.testing.assert_array_equal(kept.direction, trait.direction)
     assert np.linalg.norm(kept.direction) == pytest.approx(1)
     assert "Left out of the fit" in kept.note
-    assert motionenv.parameters(again)[1]["traits"][0]["note"] == trait.note
+    assert motionenv.models.parameters(again)[1]["traits"][0]["note"] == trait.note
     plain = Eigenwalkers().fit(people(4.0)[0])
     assert plain.axis_ is None
     assert "these" not in [one.low for one in plain.traits()]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker, centred, in_phase
 from motionenv.models.eigenwalkers.model import Eigenwalkers
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from tests.models.eigenwalkers.walks import hide, walker
 
 
@@ -32,6 +33,22 @@ def test_all_components_give_the_walkers_back(walkers):
     coefficients = np.stack([w.coefficients for w in walkers])
     np.testing.assert_allclose(full.inverse_transform(full.transform(coefficients)), coefficients, atol=1e-10)
     np.testing.assert_allclose(full.transform(walkers[3]), full.scores_[3], atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [Eigenwalkers, WalkerPrior])
+def test_there_are_as_many_components_as_dimensions_that_walkers_span(kind, walkers):
+    """Ten people who are mixtures of three walkers differ along two directions; the rest would be rounding errors."""
+    shares = np.random.default_rng(2).dirichlet(np.ones(3), 10)
+    mixed = np.tensordot(shares, np.stack([w.coefficients for w in walkers[:3]]), 1)
+    model = kind().fit([FourierWalker(w, 1.0) for w in mixed])
+    assert len(model.components_) == (2 if kind is Eigenwalkers else 5)  # mirror images span as many again, and one
+    assert model.explained_variance_.min() > 1e-9
+    np.testing.assert_allclose(model.inverse_transform(model.transform(mixed)), mixed, atol=1e-10)
+
+
+def test_walkers_who_are_all_alike_are_refused(walkers):
+    with pytest.raises(MotionError, match="these 4 walkers are all alike"):
+        Eigenwalkers().fit([walkers[0]] * 4)
 
 
 def test_a_person_counts_once(walkers):

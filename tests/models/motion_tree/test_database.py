@@ -6,7 +6,7 @@ from motionenv.body import mirror
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree.database import Clip, build_database
 from motionenv.models.motion_tree.features import parameters
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import scaled
 from motionenv.types import Motion
 
 

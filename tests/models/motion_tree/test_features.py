@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 import motionenv
 from motionenv.errors import MotionError
 from motionenv.models.motion_tree import features as frames
+from motionenv.models.transforms import resample
 from motionenv.types import Motion
 
 
@@ -67,7 +68,7 @@ def test_placed_undoes_local(walk):
 def test_resampling_follows_a_smooth_motion(walk, fps):
     at = CubicSpline(np.arange(len(walk.poses)) / 30, walk.poses)
     seconds = np.arange(int(2.9 * fps)) / fps
-    (again,) = frames.resample(Motion(at(seconds), walk.skeleton, fps))
+    (again,) = resample(Motion(at(seconds), walk.skeleton, fps))
     assert abs(len(again) - 2.9 * 30) <= 2
     assert np.abs(again - at(np.arange(len(again)) / 30)).max() < 0.012
 
@@ -75,7 +76,7 @@ def test_resampling_follows_a_smooth_motion(walk, fps):
 def test_resampling_to_the_same_rate_changes_nothing_but_whole_turns(walk):
     turned = walk.poses.copy()
     turned[:, 12] += 4 * np.pi
-    (again,) = frames.resample(Motion(turned, walk.skeleton, 30.0))
+    (again,) = resample(Motion(turned, walk.skeleton, 30.0))
     np.testing.assert_allclose(again, walk.poses, atol=1e-12)
 
 
@@ -83,7 +84,7 @@ def test_a_gap_ends_a_stretch(walk):
     poses = walk.poses.copy()
     poses[40, 7] = np.nan
     poses[60:62] = np.nan
-    assert [len(s) for s in frames.resample(Motion(poses, walk.skeleton, 30.0))] == [40, 19, 28]
+    assert [len(s) for s in resample(Motion(poses, walk.skeleton, 30.0))] == [40, 19, 28]
 
 
 def test_bad_shapes_are_named():
@@ -91,7 +92,7 @@ def test_bad_shapes_are_named():
         frames.parameters(np.zeros((1, 25)))
     batch = motionenv.load("walk/fpca").walks(seconds=1, fps=30, seed=1, n=2)
     with pytest.raises(MotionError, match="one sequence at a time"):
-        frames.resample(batch)
+        resample(batch)
 
 
 @given(st.integers(-3, 3), st.sampled_from([3, 6, 9, 12, 20]))
@@ -111,7 +112,7 @@ def test_the_other_way_to_tell_a_rotation_is_undone(walk, joint):
     np.testing.assert_allclose(
         motionenv.markers(other, walk.skeleton), motionenv.markers(walk.poses, walk.skeleton), atol=1e-12
     )
-    (told,) = frames.resample(Motion(other, walk.skeleton, 30.0))
+    (told,) = resample(Motion(other, walk.skeleton, 30.0))
     np.testing.assert_allclose(told, walk.poses, atol=1e-12)
 
 

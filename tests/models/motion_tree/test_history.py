@@ -7,7 +7,7 @@ from motionenv.errors import MotionError
 from motionenv.models.motion_tree.database import leg_length
 from motionenv.models.motion_tree.features import parameters
 from motionenv.models.motion_tree.history import recent_frames
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import scaled
 from motionenv.types import Motion
 
 

@@ -8,9 +8,9 @@ from scipy.stats import norm
 from motionenv.body import mirror
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.motion_tree.database import Clip, build_database
-from motionenv.models.motion_tree.features import local, parameters, placed
-from motionenv.models.motion_tree.model import PARTS, MotionTree
-from motionenv.models.synthesis import scaled
+from motionenv.models.motion_tree.features import PARTS, local, parameters, placed
+from motionenv.models.motion_tree.model import MotionTree
+from motionenv.models.transforms import scaled
 from motionenv.types import Motion
 
 

@@ -8,7 +8,7 @@ import pytest
 import motionenv
 from motionenv.body import feet, mirror
 from motionenv.errors import GapError, MotionError
-from motionenv.models.paths import Path, bend
+from motionenv.models.paths import WalkPath, bend
 from motionenv.types import Motion
 
 MODELS = ("walk/fpca", "walk/eigenwalkers")
@@ -21,7 +21,7 @@ def walk(request):
 
 def test_straight_ahead_hardly_anything_changes(walk):
     """But for the drift to a side, and feet that slip."""
-    same = bend(walk, Path.line(20))
+    same = bend(walk, WalkPath.line(20))
     moved = feet(same.poses, walk.skeleton)[0] - feet(walk.poses, walk.skeleton)[0]
     assert np.median(np.abs(moved), axis=(0, 1))[[0, 2]].max() < 0.01
     np.testing.assert_allclose(same.poses[:, 6:17], walk.poses[:, 6:17], atol=1e-9)
@@ -30,8 +30,8 @@ def test_straight_ahead_hardly_anything_changes(walk):
 
 def test_a_turned_path_turns_the_walk(walk):
     """Bending doesn't know where x is."""
-    arc = bend(walk, Path.arc(3, 2))
-    other = bend(walk, Path.arc(3, 2, heading=1.1, start=(4, -2)))
+    arc = bend(walk, WalkPath.arc(3, 2))
+    other = bend(walk, WalkPath.arc(3, 2, heading=1.1, start=(4, -2)))
     turn = np.array([[np.cos(1.1), np.sin(1.1)], [-np.sin(1.1), np.cos(1.1)]])
     np.testing.assert_allclose(other.poses[:, :2], arc.poses[:, :2] @ turn + [4, -2], atol=1e-9)
     np.testing.assert_allclose(other.poses[:, 5], arc.poses[:, 5] + 1.1, atol=1e-9)
@@ -43,8 +43,8 @@ def test_left_and_right_are_mirror_images(walk):
     # The mirror image of a person whose sides differ needs the mirrored body.
     offsets = 0.5 * (walk.skeleton.offsets + _exchanged(walk.skeleton.offsets))
     walk = replace(walk, skeleton=replace(walk.skeleton, offsets=offsets))
-    left = bend(walk, Path.arc(2.5, 2))
-    right = bend(replace(walk, poses=mirror(walk.poses)), Path.arc(2.5, -2))
+    left = bend(walk, WalkPath.arc(2.5, 2))
+    right = bend(replace(walk, poses=mirror(walk.poses)), WalkPath.arc(2.5, -2))
     np.testing.assert_allclose(mirror(right.poses), left.poses, atol=1e-6)
 
 
@@ -54,7 +54,7 @@ def _exchanged(offsets):
 
 
 def test_feet_that_stand_stay(walk):
-    motion = bend(walk, Path.arc(2, 4))
+    motion = bend(walk, WalkPath.arc(2, 4))
     balls = feet(motion.poses, motion.skeleton)[1][..., :2]
     pace = np.linalg.norm(np.gradient(balls, axis=0), axis=-1) * 60
     assert 0.35 < (pace < 0.02).mean() < 0.75  # each foot stands more than half the time
@@ -63,8 +63,8 @@ def test_feet_that_stand_stay(walk):
 
 def test_lean_and_steps_follow_the_turn(walk):
     """Gravity and the centrifugal force at 1.2 m/s and 2 m; feet stand as far outside as the pelvis' height leans."""
-    motion = bend(walk, Path.arc(2, 4))
-    straight = bend(walk, Path.line(20))
+    motion = bend(walk, WalkPath.arc(2, 4))
+    straight = bend(walk, WalkPath.line(20))
     lean = -(motion.poses[:, 4] - straight.poses[:, 4])[120:240].mean()
     assert lean == pytest.approx(np.arctan(1.2**2 / (9.81 * 2)), rel=0.1)
     balls = feet(motion.poses, motion.skeleton)[1][..., :2]
@@ -81,16 +81,16 @@ def test_lean_and_steps_follow_the_turn(walk):
 def test_unknown_arms_stay_unknown_and_unknown_legs_are_refused(walk):
     poses = walk.poses.copy()
     poses[:, 9:17] = np.nan
-    bent = bend(replace(walk, poses=poses), Path.arc(3, 1))
+    bent = bend(replace(walk, poses=poses), WalkPath.arc(3, 1))
     np.testing.assert_array_equal(np.isnan(bent.poses), np.isnan(poses))
     poses[5, 20] = np.nan
     with pytest.raises(GapError, match="legs"):
-        bend(replace(walk, poses=poses), Path.arc(3, 1))
+        bend(replace(walk, poses=poses), WalkPath.arc(3, 1))
     with pytest.raises(MotionError, match="two frames"):
-        bend(Motion(walk.poses[:1], walk.skeleton, 60), Path.line(1))
+        bend(Motion(walk.poses[:1], walk.skeleton, 60), WalkPath.line(1))
 
 
 def test_nobody_walks_round_a_sharp_turn_fast():
     walk = motionenv.synthesize("walk/fpca", 4, 60, seed=3, speed=2.3)
     with pytest.raises(MotionError, match="too fast for a turn with a radius of 1.00 m"):
-        bend(walk, Path.arc(1, 3))
+        bend(walk, WalkPath.arc(1, 3))

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from motionenv.errors import MotionError
-from motionenv.models.paths import Path, random_path
+from motionenv.models.paths import WalkPath, random_path
 
 
 @pytest.mark.parametrize("angle", [2.5, -4.0])
 def test_an_arc_lies_on_its_circle(angle):
-    path = Path.arc(1.7, angle, heading=0.4, start=(2.0, -1.0))
+    path = WalkPath.arc(1.7, angle, heading=0.4, start=(2.0, -1.0))
     s = np.linspace(0, path.length, 777)
     centre = np.array([2.0, -1.0]) + np.sign(angle) * 1.7 * np.array([-np.sin(0.4), np.cos(0.4)])
     np.testing.assert_allclose(np.linalg.norm(path.position(s) - centre, axis=-1), 1.7, atol=1e-9)
@@ -19,7 +19,7 @@ def test_an_arc_lies_on_its_circle(angle):
 
 
 def test_beyond_its_ends_a_path_goes_straight_on():
-    path = Path.arc(2.0, 1.0)
+    path = WalkPath.arc(2.0, 1.0)
     tip, way = path.position(2.0), np.array([np.cos(1.0), np.sin(1.0)])
     np.testing.assert_allclose(path.position([2.5, 4.0]), tip + np.outer([0.5, 2.0], way), atol=1e-12)
     np.testing.assert_allclose(path.position(-3.0), [-3.0, 0.0])
@@ -28,7 +28,7 @@ def test_beyond_its_ends_a_path_goes_straight_on():
 
 def test_a_path_goes_through_its_points():
     points = np.array([[0, 0], [2, 0.5], [5, -1], [8, 2], [6, 5]], dtype=float)
-    path = Path.through(points)
+    path = WalkPath.through(points)
     s = np.linspace(0, path.length, 20_000)
     gaps = np.linalg.norm(path.position(s)[:, None] - points, axis=-1).min(axis=0)
     assert gaps.max() < 1e-3
@@ -59,13 +59,13 @@ def test_random_paths_keep_their_radius_and_wind_both_ways():
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: Path.arc(0.3, 1.0), "radius must be"),
-        (lambda: Path.arc(2.0, 0.0), "angle must not be 0"),
-        (lambda: Path.line(-1.0), "length"),
-        (lambda: Path.through([(0, 0)]), "at least two"),
-        (lambda: Path.through([(0, 0), (0, 0)]), "no two in a row"),
-        (lambda: Path.through([(0, 0), (1, 0), (1, 0.2), (0, 0.2)]), "radius of .* people need 0.6 m"),
-        (lambda: Path([0.0, np.nan], 1.0, (0, 0)), "finite"),
+        (lambda: WalkPath.arc(0.3, 1.0), "radius must be"),
+        (lambda: WalkPath.arc(2.0, 0.0), "angle must not be 0"),
+        (lambda: WalkPath.line(-1.0), "length"),
+        (lambda: WalkPath.through([(0, 0)]), "at least two"),
+        (lambda: WalkPath.through([(0, 0), (0, 0)]), "no two in a row"),
+        (lambda: WalkPath.through([(0, 0), (1, 0), (1, 0.2), (0, 0.2)]), "radius of .* people need 0.6 m"),
+        (lambda: WalkPath([0.0, np.nan], 1.0, (0, 0)), "finite"),
         (lambda: random_path(np.random.default_rng(0), 5.0, radius=0.1), "radius must be"),
     ],
 )

@@ -7,7 +7,7 @@ import motionenv
 from motionenv.body import feet
 from motionenv.errors import ModelError, MotionError
 from motionenv.models import FixedModel
-from motionenv.models.paths import Path, bend, random_path, walk_along
+from motionenv.models.paths import WalkPath, bend, random_path, walk_along
 from motionenv.types import Motion
 
 MODELS = ("walk/fpca", "walk/eigenwalkers", "walk/prior")
@@ -17,7 +17,7 @@ STOP_AND_GO = [(0, 0), (1, 0), (2, 1.2), (4, 1.2), (5, 0), (6.5, 0), (7.5, 1.0)]
 @pytest.fixture(scope="module", params=MODELS)
 def stop_and_go(request):
     model = motionenv.load(request.param)
-    return walk_along(model, Path.line(50), 10, 60, seed=2, speed=STOP_AND_GO)
+    return walk_along(model, WalkPath.line(50), 10, 60, seed=2, speed=STOP_AND_GO)
 
 
 def test_the_way_is_the_speed_summed_up(stop_and_go):
@@ -58,7 +58,9 @@ def test_feet_stay_between_whole_steps(stop_and_go):
 def test_who_begins_in_mid_step_is_upright(model):
     """Not as low as the foot that comes from behind would need if it were already in front."""
     for phase in (0.0, 0.3, 0.6):
-        walk = walk_along(motionenv.load(model), Path.line(9), 3, 30, seed=2, speed=[(0, 1.2), (2, 0.8)], phase=phase)
+        walk = walk_along(
+            motionenv.load(model), WalkPath.line(9), 3, 30, seed=2, speed=[(0, 1.2), (2, 0.8)], phase=phase
+        )
         assert walk.poses[:, 2].min() > 0.93 * np.median(walk.poses[:, 2])
 
 
@@ -74,13 +76,13 @@ def test_speeds_change_the_steps_with_them():
     """The same person walks with longer steps at 1.5 m/s than at 0.8 m/s, and the speed may be a function."""
     model = motionenv.load("walk/fpca")
     speed = lambda t: 0.8 if t < 6 else 1.5
-    motion = walk_along(model, Path.line(50), 12, 60, seed=5, speed=speed)
+    motion = walk_along(model, WalkPath.line(50), 12, 60, seed=5, speed=speed)
     strides = []
     for part in (motion.poses[60:330], motion.poses[400:700]):
         swing = part[:, 17] - part[:, 21]
         strides.append(np.ptp(swing))
     assert strides[1] > 1.15 * strides[0]
-    rows = walk_along(model, Path.line(50), 12, 60, seed=5, speed=[(0, 0.8), (5.99, 0.8), (6.0, 1.5)])
+    rows = walk_along(model, WalkPath.line(50), 12, 60, seed=5, speed=[(0, 0.8), (5.99, 0.8), (6.0, 1.5)])
     np.testing.assert_allclose(rows.poses, motion.poses, atol=1e-6)
 
 
@@ -94,11 +96,11 @@ def test_the_body_is_neither_pulled_down_nor_thrown_up(seed):
     """It falls about as fast as that of the same person on a straight walk, however steps are bent and blended."""
     model = motionenv.load("walk/fpca")
     somebody = model.draw_walker(np.random.default_rng(seed), 1.2)
-    curve = Path.through([(0, 0), (3, 0), (5, 2), (3, 4), (0, 3)])
+    curve = WalkPath.through([(0, 0), (3, 0), (5, 2), (3, 4), (0, 3)])
     straight = model.synthesize(8, 60, walker=somebody, seed=seed, speed=1.2)
     walks = [
         walk_along(model, path, 8, 60, walker=somebody, seed=seed, speed=speed)
-        for path, speed in ((curve, 1.2), (Path.line(50), lambda _: 1.2), (curve, STOP_AND_GO))
+        for path, speed in ((curve, 1.2), (WalkPath.line(50), lambda _: 1.2), (curve, STOP_AND_GO))
     ]
     most = steepest(straight)
     for walk in walks:
@@ -106,14 +108,14 @@ def test_the_body_is_neither_pulled_down_nor_thrown_up(seed):
 
 
 def test_a_walk_ends_where_the_path_ends():
-    path = Path.arc(2.0, 1.5)
+    path = WalkPath.arc(2.0, 1.5)
     motion = walk_along(motionenv.load("walk/eigenwalkers"), path, 7, 30, seed=1, speed=1.3)
     assert np.linalg.norm(motion.poses[-1, :2] - path.position(path.length)) < 0.1
     assert np.ptp(motion.poses[-30:], axis=0).max() < 0.02
 
 
 def test_the_same_seed_gives_the_same_bytes_whatever_went_before():
-    model, path = motionenv.load("walk/eigenwalkers"), Path.arc(3, 2)
+    model, path = motionenv.load("walk/eigenwalkers"), WalkPath.arc(3, 2)
     make = lambda seed: walk_along(model, path, 3, 30, seed=seed, speed=[(0, 0), (1, 1)], height=1.6).poses.tobytes()
     first = make(3)
     assert make(4) != first
@@ -121,7 +123,7 @@ def test_the_same_seed_gives_the_same_bytes_whatever_went_before():
 
 
 def test_a_steered_model_keeps_to_the_path():
-    path = Path.through([(0, 0), (3, 0), (6, 2), (9, 2)])
+    path = WalkPath.through([(0, 0), (3, 0), (6, 2), (9, 2)])
     motion = motionenv.synthesize("mixed/tree", 5, 60, seed=1, path=path, speed=1.2, height=1.9)
     near = path.position(np.linspace(0, path.length, 1000))
     assert np.linalg.norm(motion.poses[:, None, :2] - near, axis=-1).min(axis=1).max() < 0.12
@@ -153,7 +155,7 @@ def test_what_cannot_be_walked_is_refused():
         ({"seconds": 0}, "seconds"),
     ):
         with pytest.raises(MotionError, match=match):
-            walk_along(model, **({"path": Path.line(5), "seconds": 4, "seed": 1} | given))
+            walk_along(model, **({"path": WalkPath.line(5), "seconds": 4, "seed": 1} | given))
     with pytest.raises(ModelError, match="no steps"):
-        walk_along(Statue(), Path.line(9), 3, speed=[(0, 0), (1, 1)])
-    assert len(walk_along(Statue(), Path.arc(5, 1), 3).poses) == 180
+        walk_along(Statue(), WalkPath.line(9), 3, speed=[(0, 0), (1, 1)])
+    assert len(walk_along(Statue(), WalkPath.arc(5, 1), 3).poses) == 90

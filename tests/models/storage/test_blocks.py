@@ -35,7 +35,7 @@ def same(found, expected, tolerance=0.0):
 
 def test_parts_are_all_cycles_once():
     for shape in ((0, 4, 2), (1, 4, 2), (blocks.BLOCK // 64 * 2 + 1, 4, 2), (3, 2**12, 2**12)):
-        found = blocks.parts(shape)
+        found = blocks.block_slices(shape)
         assert [i for part in found for i in range(part.start, part.stop)] == list(range(shape[0]))
         assert all((p.stop - p.start) * 8 * shape[1] * shape[2] <= blocks.BLOCK for p in found if p.stop - p.start > 1)
 

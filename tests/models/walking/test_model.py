@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import motionenv
 from motionenv.body import LIMBS, forward, limb_segments
 from motionenv.body.kinematics import FOOT_BALL
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.walking.model import Stride, WalkingModel
+from motionenv.models.walking.model import WalkerScores, WalkingModel
 from motionenv.types import POSE, Motion
 
 ANKLES, FEET = [13, 14], [10, 11]  # rows of nodes and of segments, left and right
@@ -145,7 +145,7 @@ def test_smooth_in_value_and_two_derivatives_across_cycle_borders(model):
 
     Nor does any grow with the frame rate, as it would where the one before it jumps.
     """
-    fps, stride = 480, Stride(model.sample(30, seed=8).scores, np.full(30, 1.1))
+    fps, stride = 480, WalkerScores(model.sample(30, seed=8).scores, np.full(30, 1.1))
     poses = model.walks(8, fps, n=30, seed=9, stride=stride).poses
     frame = np.arange(poses.shape[1])
     near = (np.abs((frame / fps + 0.55) % 1.1 - 0.55) < 4 / fps) & (frame > 300) & (frame < 3500)
@@ -163,7 +163,7 @@ def test_smooth_in_value_and_two_derivatives_across_cycle_borders(model):
 
 
 def test_without_variation_one_cycle_repeats(model):
-    stride = Stride(model.sample(4, seed=8).scores, np.full(4, 1.2))
+    stride = WalkerScores(model.sample(4, seed=8).scores, np.full(4, 1.2))
     poses = model.walks(8, 60, n=4, seed=1, stride=stride, variation=0).poses[:, 60:-60]
     change = poses[:, 72:] - poses[:, :-72]
     change[..., :2] -= change[:, :1, :2]  # a stride further each time
@@ -174,7 +174,7 @@ def test_without_variation_one_cycle_repeats(model):
 
 def test_variation_makes_cycles_differ_by_what_was_learned(model):
     """Scores of synthesised cycles spread about their walker's mean as the cycles of one trial do."""
-    stride = Stride(np.repeat(model.sample(1, seed=8).scores, 40, axis=0), np.full(40, 1.0))
+    stride = WalkerScores(np.repeat(model.sample(1, seed=8).scores, 40, axis=0), np.full(40, 1.0))
     motion = model.walks(8, 64, n=40, seed=1, stride=stride)
     cycles = motion.poses[:, : 8 * 64, 6:].reshape(40, 8, 64, 19)
     grid = model.fpca_.evaluate(np.eye(8)[:, None], np.arange(64) / 64) - model.fpca_.evaluate(
@@ -213,8 +213,7 @@ def test_height_scales_the_body(model):
 )  # fmt: skip
 @settings(max_examples=25)
 def test_any_length_and_rate_walks_from_the_origin(model, seconds, fps, seed, phase, variation):
-    if round(seconds * fps) < 1:
-        return
+    assume(round(seconds * fps) >= 1)
     motion = model.synthesize(seconds, fps, seed=seed, phase=phase, variation=variation)
     assert motion.poses.shape == (round(seconds * fps), 25)
     assert motion.fps == fps

@@ -19,6 +19,7 @@ def test_a_root_of_a_covariance_gives_it_back_and_is_symmetric(rank):
     root = root_of(covariance)
     np.testing.assert_allclose(root @ root, covariance, atol=1e-12)
     np.testing.assert_allclose(root, root.T, atol=1e-14)
+    assert np.linalg.matrix_rank(root) == rank  # the roots of rounding errors would count
 
 
 def test_people_drawn_by_the_tables_vary_as_the_model_says(model):

@@ -49,7 +49,7 @@ def test_other_kinds_of_numbers_and_orders_are_the_same_numbers():
 
 @pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
 def test_a_models_parameters_arrive_whole(model):
-    given_, description = motionenv.parameters(motionenv.load(model))
+    given_, description = motionenv.models.parameters(motionenv.load(model))
     found, described = unpacked(packed(given_, description))
     assert described == json.loads(json.dumps(description))
     for name, array in given_.items():

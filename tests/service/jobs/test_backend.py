@@ -9,13 +9,11 @@ from service.cluster.counts import SharedStreams
 from service.cluster.models import SharedModels
 from service.cluster.objects import SharedFiles
 from service.cluster.postgres import PostgresStore
-from service.jobs.backend import Backend
+from service.jobs.backend import Backend, Local, LocalStreams, Streams
 from service.jobs.file_store import FileStore
-from service.jobs.local import Local
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import Store
 from service.model_registry import ModelRegistry
-from service.transport.streams import LocalStreams, Streams
 
 
 @pytest.mark.parametrize(

@@ -4,17 +4,21 @@ import asyncio
 import io
 import os
 import signal
+import subprocess
+import sys
 import time
 import zipfile
 from pathlib import Path
 
 import numpy as np
+import orjson
 import psutil
 import pytest
 
 import motionenv
 from service.jobs.child_process import Failed, run
 from tests.service.jobs.handing import LONG, as_file, ended, processes, until_running, uploads
+from tests.service.running import ROOT
 
 
 def test_a_crash_of_the_process_fails_the_job_and_nothing_else(job_server):
@@ -141,3 +145,38 @@ def test_keys_of_the_service_do_not_reach_the_process(folder, monkeypatch):
     asyncio.run(run(CONVERT, folder, 60, 3_000_000_000, look))
     assert seen
     assert not any(seen)
+
+
+def test_a_process_of_another_parent_does_nothing(folder):
+    limits = {"memory": 3_000_000_000, "cpu": 60.0, "parent": 1}
+    command, environment = [sys.executable, "-P", "-m", "service.jobs.worker"], os.environ | {"PYTHONPATH": str(ROOT)}
+    work = orjson.dumps({**CONVERT, "limits": limits})
+    done = subprocess.run(command, cwd=folder, env=environment, input=work, capture_output=True)
+    assert (done.returncode, done.stdout) == (1, b"")
+    assert not (folder / "result").exists()
+
+
+LIMITED = """
+import os, resource
+from service.jobs.worker import limit
+limit(3_000_000_000, 7.0, os.getppid())
+for name in ("AS", "CPU", "CORE", "FSIZE", "NOFILE"):
+    print(name, *resource.getrlimit(getattr(resource, f"RLIMIT_{name}")))
+print("NICE", os.nice(0), 0)
+try:
+    bytearray(4_000_000_000)
+except MemoryError:
+    print("MEMORY", 1, 1)
+"""
+
+
+def test_limits_are_those_of_the_system(tmp_path):
+    done = subprocess.run([sys.executable, "-c", LIMITED], cwd=ROOT, capture_output=True, text=True, check=True)
+    told = {name: (int(soft), int(hard)) for name, soft, hard in map(str.split, done.stdout.splitlines())}
+    assert told["AS"] == (3_000_000_000, 3_000_000_000)
+    assert told["CPU"] == (8, 13)
+    assert told["CORE"] == (0, 0)
+    assert told["NOFILE"] == (256, 256)
+    assert told["FSIZE"] == (2 << 30, 2 << 30)
+    assert told["NICE"][0] >= 10
+    assert "MEMORY" in told

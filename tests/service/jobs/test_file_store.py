@@ -6,7 +6,7 @@ import os
 import pytest
 
 import motionenv
-from service.jobs.file_store import FileStore, sha256
+from service.jobs.file_store import FileStore
 from service.jobs.store import Full, full_disk_errors
 from tests.service.jobs.handing import as_file, ended, uploads
 
@@ -49,11 +49,6 @@ def test_equal_uploads_are_kept_once_and_go_with_the_last_job(job_server):
         assert (job_server.data / "file_store" / sha[:2] / sha).read_bytes() == motion
         assert job_server.http.delete(answer.headers["Location"]).status_code == 204
     assert not (job_server.data / "file_store" / sha[:2] / sha).exists()
-
-
-def test_a_file_is_known_by_what_it_holds(tmp_path):
-    (tmp_path / "a").write_bytes(bytes(range(256)) * 9000)
-    assert sha256(tmp_path / "a") == hashlib.sha256((tmp_path / "a").read_bytes()).hexdigest()
 
 
 def test_what_is_discarded_is_gone_and_what_was_placed_stays(tmp_path):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from service.jobs.local import Local
+from service.jobs.backend import Local
 from service.settings import Settings
 from tests.service.jobs.blocking import Blocking
 from tests.service.jobs.storing import added

@@ -11,16 +11,16 @@ import pytest
 
 import motionenv
 from service.errors import Problem
-from service.jobs.local import Local
+from service.jobs.backend import Local
 from service.jobs.manager import JobManager
 from service.jobs.sqlite import SqliteStore
-from service.jobs.store import Full, Job
+from service.jobs.store import Job
 from service.jobs.uploads import Received
 from service.schemas.jobs import RenderRequest
 from service.settings import Settings
 from service.transport.access import EVERYTHING, Access
 from tests.service.jobs.blocking import Blocking
-from tests.service.jobs.handing import LONG, as_file, ended, uploads
+from tests.service.jobs.handing import LONG, as_file, uploads
 
 
 def test_the_disk_reserve_is_kept(serving, tmp_path):
@@ -39,17 +39,6 @@ def test_the_disk_reserve_is_kept(serving, tmp_path):
         assert not list((tmp_path / "incoming").iterdir())
         assert server.http.delete("/v1/jobs/kept").json()["status"] == "cancelled"
         assert server.http.delete("/v1/jobs/kept").status_code == 204
-
-
-def test_the_same_key_gives_the_same_job(job_server):
-    body = {"seconds": 0.2, "seed": 1, "picture": {"width": 32, "height": 32}}
-    headers = {"Idempotency-Key": "one"}
-    first = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
-    second = job_server.http.post("/v1/jobs/render", json=body, headers=headers)
-    assert first.json()["id"] == second.json()["id"]
-    other = job_server.http.post("/v1/jobs/render", json=body | {"seed": 2}, headers=headers)
-    assert other.status_code == 422
-    assert ended(job_server, first)["status"] == "done"
 
 
 @contextmanager
@@ -142,12 +131,6 @@ def test_a_model_is_fitted_once_at_a_time_and_under_a_free_name(tmp_path):
         with pytest.raises(Problem, match="there is no model 'fitted/there'") as gone:
             manager.remove_model("fitted/there", EVERYTHING)
         assert gone.value.status_code == 404
-
-
-def test_a_disk_without_room_refuses_before_the_body(tmp_path):
-    with managing(tmp_path, reserve=10**18) as manager:
-        with pytest.raises(Full):
-            manager.check_open("inspect")
 
 
 ANNA, BERT = Access("anna", everything=False), Access("bert", everything=False)

@@ -3,7 +3,6 @@
 import asyncio
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 
@@ -58,19 +57,6 @@ def bench(tmp_path, runner):
 def walk(tmp_path) -> bytes:
     motionenv.write(motionenv.synthesize("walk/fpca", 1, 60, seed=1), tmp_path / "walk.bvh")
     return (tmp_path / "walk.bvh").read_bytes()
-
-
-def test_the_result_is_in_the_files(bench, walk):
-    done = bench.run(bench.claimed(walk))
-    assert (done.status, done.progress) == ("done", 1.0)
-    with np.load(bench.files.fetch(done.result)) as made:
-        assert made["poses"].shape == (60, 25)
-
-
-def test_what_is_wrong_with_a_file_is_told(bench):
-    failed = bench.run(bench.claimed(b"HIERARCHY\nnonsense"))
-    assert (failed.status, failed.error["status"]) == ("failed", 422)
-    assert failed.message.startswith("walk.bvh")
 
 
 def test_a_file_that_is_gone_is_an_error_of_the_service(bench, walk):

@@ -5,7 +5,8 @@ import time
 import pytest
 
 from service.jobs.sqlite import SqliteStore
-from service.jobs.store import ATTEMPTS, Job, Repeated, Taken, Waiting
+from service.jobs.store import ATTEMPTS, Full, Job, Repeated, Taken, Waiting
+from tests.service.jobs.blocking import Blocking
 from tests.service.jobs.storing import Alone, added, shared_store
 
 
@@ -119,3 +120,39 @@ def test_a_shutdown_is_no_fault_of_the_jobs(store):
     assert (store.get(job.id).status, store.get(job.id).attempts) == ("queued", 0)
     store.put_back(store.claim_next(), begun=True)
     assert store.get(job.id).attempts == 1
+
+
+def test_interrupted_jobs_begin_again_until_they_are_given_up(tmp_path, runner):
+    store = Alone(SqliteStore(tmp_path / "jobs.sqlite", lambda: False), runner)
+    job = added(store, "x")
+    for i in range(ATTEMPTS):
+        assert store.claim_next().attempts == i + 1
+        assert store.recover() == [job.id]
+    told = store.get(job.id)
+    assert (told.status, told.error["status"]) == ("failed", 500)
+    store.close()
+
+
+def test_a_full_disk_refuses_new_jobs_and_lets_old_ones_end(tmp_path, runner):
+    """SQLite is told that its file may grow no more: the error is the one of a full disk."""
+    made_room = []
+
+    def make_room() -> bool:
+        made_room.append(True)
+        store._db.execute("PRAGMA max_page_count = 100000")
+        return True
+
+    store = Blocking(SqliteStore(tmp_path / "jobs.sqlite", make_room), runner)
+    jobs = [added(store, "x") for _ in range(20)]
+    store._db.execute("PRAGMA max_page_count = 1")
+    with pytest.raises(Full):
+        list(map(lambda _: added(store, "x" * 500), range(10_000)))
+    assert not made_room
+    before = store.counts()
+    for _ in jobs:
+        store.claim("long")
+    for job in jobs:
+        assert store.fail(job, 422, "why " * 2000)
+    assert made_room
+    assert store.counts() == {"failed": 20, **({"queued": before["queued"] - 20} if before["queued"] > 20 else {})}
+    store.close()

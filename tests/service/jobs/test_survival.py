@@ -18,7 +18,6 @@ import psutil
 import pytest
 
 import motionenv
-from service.jobs.sqlite import SqliteStore
 from tests.service.jobs.handing import (
     LONG,
     SHORT,
@@ -147,28 +146,6 @@ def test_twenty_kills_lose_no_job_and_leave_nothing_half_done(tmp_path, capsys):
     told = survived(tmp_path / "data", tmp_path / "log", 20)
     with capsys.disabled():
         sys.stdout.write(f"\n20 times kill -9: {told}\n")
-
-
-def test_a_damaged_model_is_not_served(tmp_path):
-    data = tmp_path / "data"
-    (data / "models").mkdir(parents=True)
-    store = SqliteStore(data / "jobs.sqlite", lambda: False)
-    for name in ("ours", "theirs"):
-        path = data / "models" / f"{name}.npz"
-        motionenv.load("walk/eigenwalkers").save(path)
-        store.know(f"fitted/{name}", hashlib.sha256(path.read_bytes()).hexdigest())
-    store.close()
-    path = data / "models" / "ours.npz"
-    path.write_bytes(path.read_bytes()[:-10] + bytes(10))
-    service = Killable(data, tmp_path / "log")
-    service.begin()
-    until = time.monotonic() + 10
-    while path.exists() and time.monotonic() < until:
-        time.sleep(0.05)
-    assert service.http.post("/v1/synthesis", json={"model": "fitted/ours"}).status_code == 404
-    assert service.http.post("/v1/synthesis", json={"model": "fitted/theirs"}).status_code == 200
-    assert service.events("model is damaged and not served any more")
-    service.kill()
 
 
 @pytest.fixture

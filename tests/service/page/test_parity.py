@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 
 import motionenv
 from motionenv.body import limb_segments
-from motionenv.data.stimuli import Display, Person, dots_at
+from motionenv.data.stimuli import Display, PointLightWalker, dots_at
 from motionenv.data.stimuli.making import ring
 from motionenv.models import cycle
 from service.formats.cycles import encoded
@@ -29,7 +29,7 @@ def computed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("parity")
     names = {"walk/fpca": "walk.bin", "walk/eigenwalkers": "eigenwalkers.bin"}
     for name, file in names.items():
-        (folder / file).write_bytes(packed(*motionenv.parameters(motionenv.load(name))))
+        (folder / file).write_bytes(packed(*motionenv.models.parameters(motionenv.load(name))))
     parameters = {name: str(folder / file) for name, file in names.items()}
 
     def compute(cases: list[dict]) -> list:
@@ -111,7 +111,7 @@ def test_the_dots_of_stimuli_are_the_same(computed, stride, model):
         for d, o, z in cases
     ]
     for (display, options, deviations), found in zip(cases, computed(asked), strict=True):
-        want = dots_at(display, ring(Person(model=model, deviations=deviations, **options)), times)
+        want = dots_at(display, ring(PointLightWalker(model=model, deviations=deviations, **options)), times)
         found = np.array(found)
         np.testing.assert_array_equal(found[..., 2], want.visible)
         np.testing.assert_allclose(found[..., :2], want.plane, rtol=0, atol=1e-9)

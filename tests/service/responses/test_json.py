@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from service.responses.json import dumps
+from service.formats import dumps
 
 KINDS = st.sampled_from([np.float64, np.float32, np.int64, np.uint8, np.bool_])
 

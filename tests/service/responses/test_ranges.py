@@ -2,19 +2,14 @@
 
 import pytest
 
-from tests.service.running import run_service
-from tests.service.waiting import until
+from tests.service.jobs.handing import SHORT, ended, result
 
 
 @pytest.fixture(scope="module")
-def film(tmp_path_factory):
+def film(job_server):
     """A server, the address of a film that it made, and its bytes."""
-    with run_service(tmp_path_factory.mktemp("ranges")) as server:
-        body = {"seed": 1, "seconds": 1, "fps": 10, "picture": {"width": 64, "height": 64}}
-        job = server.http.post("/v1/jobs/render", json=body).json()["id"]
-        until(lambda: server.http.get(f"/v1/jobs/{job}").json()["status"] == "done", 120)
-        address = f"/v1/jobs/{job}/result"
-        yield server, address, server.http.get(address).content
+    job = ended(job_server, job_server.http.post("/v1/jobs/render", json=SHORT))
+    return job_server, job["result"], result(job_server, job).content
 
 
 def part(film, text, **headers):
@@ -54,9 +49,3 @@ def test_a_part_of_something_else_is_not_sent(film):
     tag = part(film, "bytes=0-1").headers["etag"]
     assert part(film, "bytes=0-1", **{"If-Range": tag}).status_code == 206
     assert part(film, "bytes=0-1", **{"If-Range": '"other"'}).content == film[2]
-
-
-def test_a_download_that_broke_off_goes_on(film):
-    whole = film[2]
-    begun = part(film, "bytes=0-499").content
-    assert begun + part(film, f"bytes={len(begun)}-").content == whole

@@ -10,7 +10,7 @@ import motionenv
 from motionenv.body import markers
 from motionenv.client import Client
 from motionenv.lifting import project_markers
-from motionenv.models.paths import Path
+from motionenv.models.paths import WalkPath
 from motionenv.render.cameras import fit_view
 
 
@@ -45,7 +45,7 @@ def test_the_view_is_found_with_points_missing(server, points):
 
 
 def test_a_camera_and_confidences_are_used(server):
-    walk = motionenv.synthesize("walk/fpca", 3.0, 30, seed=4, path=Path.arc(1.6, 60.0), speed=1.1)
+    walk = motionenv.synthesize("walk/fpca", 3.0, 30, seed=4, path=WalkPath.arc(1.6, 60.0), speed=1.1)
     places = markers(walk.poses, walk.skeleton)
     camera = fit_view(places, 0.4, width=640, height=480, elevation=0.12)
     confidence = np.random.default_rng(0).uniform(0.5, 1, places.shape[:2])

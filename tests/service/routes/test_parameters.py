@@ -11,7 +11,7 @@ def test_parameters_are_bytes_that_are_kept(server, model):
     assert answer.status_code == 200
     header = int.from_bytes(answer.content[:4], "little")
     assert (4 + header) % 8 == 0
-    arrays, _ = motionenv.parameters(motionenv.load(model))
+    arrays, _ = motionenv.models.parameters(motionenv.load(model))
     assert len(answer.content) == 4 + header + 8 * sum(array.size for array in arrays.values())
     again = server.http.get(f"/v1/models/{model}/parameters", headers={"If-None-Match": answer.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")

@@ -2,11 +2,17 @@
 
 import json
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
+
+from service.routes.docs import DESCRIPTION
+from service.schemas.stream import StreamSettings
+
+ROOT = Path(__file__).parents[3]
 
 
 def talk(server, **settings):
@@ -74,8 +80,35 @@ def test_a_key_is_asked_for(locked):
         assert say(connection, seed=1)["type"] == "settings"
 
 
-def test_streams_are_bounded(job_server):
+@pytest.mark.parametrize(
+    ("message", "code"), [(b"\x00\x01", 1003), (b"", 1003), ("{", 1007), ("[1, 2]", 1007), ("nobody", 1007), ("", 1007)]
+)
+@pytest.mark.parametrize("first", [True, False])
+def test_a_message_that_cannot_be_read_ends_it_with_a_reason(server, message, code, first):
+    with talk(server) as connection:
+        if not first:
+            say(connection, seed=1)
+        connection.send(message)
+        with pytest.raises(ConnectionClosed) as closed:  # noqa: PT012
+            while True:
+                connection.recv(timeout=30)
+    assert closed.value.rcvd.code == code
+    assert "JSON object" in closed.value.rcvd.reason
+    assert f"| {code} |" in (ROOT / "docs" / "service.md").read_text()
+
+
+def test_one_stream_too_many_is_told_when_to_come_back(job_server):
     with talk(job_server) as first:
         say(first, seed=1)
-        with pytest.raises(InvalidStatus):
+        with pytest.raises(InvalidStatus) as refused:
             talk(job_server).close()
+    response = refused.value.response
+    assert (response.status_code, json.loads(response.body)["type"]) == (503, "/docs#busy")
+    assert int(response.headers["retry-after"]) > 0
+
+
+def test_every_setting_is_documented():
+    text = (ROOT / "docs" / "service.md").read_text().partition("## Stream")[2].partition("## Jobs")[0]
+    for name in StreamSettings.model_fields:
+        assert f"`{name}`" in text
+        assert f"`{name}`" in DESCRIPTION

@@ -2,10 +2,8 @@
 
 import asyncio
 import base64
-import socket
+import gzip
 import time
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 
 import httpx
 import pytest
@@ -14,7 +12,9 @@ from websockets.sync.client import connect
 
 from service.app import create_app
 from service.settings import Settings
+from service.transport.access import EVERYTHING, Access, access_of
 from tests.service.inside import answers
+from tests.service.running import raw
 from tests.service.waiting import until
 
 ASK = {"seed": 1, "seconds": 0.1}
@@ -22,23 +22,6 @@ _UPGRADE = {
     "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
     "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
 }  # fmt: skip
-
-
-def raw(url: str, *parts: bytes, pause: float = 0.0, wait: float = 15.0) -> tuple[bytes, float]:
-    """What a server answers to bytes sent one part after the other, and after how many seconds it hangs up."""
-    host, port = url.removeprefix("http://").split(":")
-    begun = time.monotonic()
-    with socket.create_connection((host, int(port)), timeout=wait) as connection:
-        answer = b""
-        try:
-            for part in parts:
-                connection.sendall(part)
-                time.sleep(pause)
-            while data := connection.recv(65536):
-                answer += data
-        except (ConnectionResetError, BrokenPipeError):
-            pass
-    return answer, time.monotonic() - begun
 
 
 @pytest.mark.parametrize("path", ["/v1/synthesis", "/v1/models", "/docs", "/openapi.json", "/metrics", "/", "/nothing"])
@@ -69,8 +52,9 @@ def test_keys_are_never_logged(locked):
 
 
 def test_bodies_have_a_limit(locked):
-    long = locked.http.post("/v1/synthesis", content=b" " * 2001, headers={"Content-Type": "application/json"})
-    assert long.status_code == 413
+    for kind in ("application/json", "application/x+json", "text/plain"):
+        long = locked.http.post("/v1/synthesis", content=b" " * 2001, headers={"Content-Type": kind})
+        assert long.status_code == 413
     chunked = locked.http.post(
         "/v1/synthesis", content=iter([b" " * 1000] * 3), headers={"Content-Type": "application/json"}
     )
@@ -97,52 +81,10 @@ def test_a_request_has_an_id(server):
     assert wrong.json()["request_id"] == "abc-2"
 
 
-def test_a_header_without_end_is_cut_off(server):
-    answer, _ = raw(server.url, b"GET / HTTP/1.1\r\nhost: localhost\r\na: ", *[b"x" * 10_000] * 20)
-    assert answer.startswith(b"HTTP/1.1 431")
-
-
-def goes_on(url: str) -> tuple[bytes, float]:
-    """What is answered to who goes on sending after that, and after how many seconds the server hangs up."""
-    host, port = url.removeprefix("http://").split(":")
-    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ntransfer-encoding: chunked\r\n\r\n"
-    begun = time.monotonic()
-    with socket.create_connection((host, int(port)), timeout=5) as client:
-        client.sendall(head)
-        answer = client.recv(100)
-        with suppress(ConnectionResetError, BrokenPipeError):
-            while time.monotonic() - begun < 20:
-                client.sendall(b"1000\r\n" + b" " * 4096 + b"\r\n")
-                time.sleep(0.1)
-    return answer, time.monotonic() - begun
-
-
-@pytest.mark.slow
-def test_slow_clients_are_hung_up(server, locked):
-    """All of them at once: each takes as long as a client may."""
-    slow = [b"GET /health/live HTTP/1.1\r\n", *[b"a: b\r\n"] * 30]
-    head = b"POST /v1/synthesis HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n"
-    with ThreadPoolExecutor() as pool:
-        header = pool.submit(raw, server.url, *slow, pause=0.5)  # 15 s of sending
-        body = pool.submit(raw, server.url, head, b"content-length: 500\r\n\r\n{")
-        blank = pool.submit(raw, server.url, b"\r\n\r\n")
-        endless = pool.submit(goes_on, locked.url)
-    answer, seconds = header.result()
-    assert seconds < 16
-    assert not answer.startswith(b"HTTP/1.1 200")
-    answer, seconds = body.result()
-    assert seconds < 13
-    assert answer.startswith(b"HTTP/1.1 408")
-    assert blank.result()[1] < 13
-    answer, seconds = endless.result()
-    assert answer.startswith(b"HTTP/1.1 401")
-    assert seconds < 12
-
-
 def test_defects_and_delays_end_as_problems(tmp_path):
-    app = create_app(Settings(data=tmp_path, request_seconds=0.2))
+    app = create_app(Settings(data=tmp_path, request_seconds=1))
     app.add_api_route("/defect", lambda: 1 / 0)
-    app.add_api_route("/delay", lambda: time.sleep(2))
+    app.add_api_route("/delay", lambda: time.sleep(3))
 
     async def ask(path: str) -> httpx.Response:
         async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
@@ -292,3 +234,48 @@ def test_what_is_left_of_the_rate_is_told(tmp_path):
     assert refused.headers["ratelimit"] == f'"minute";r=0;t={refused.headers["retry-after"]}'
     (free,) = answers(tmp_path / "other", [("GET", "/v1/body", {})])
     assert "ratelimit" not in free.headers
+
+
+def test_without_keys_everything_is_everybodys():
+    assert access_of({}) == EVERYTHING
+    assert access_of({"key": None}).to("anybody")
+
+
+def test_a_key_sees_its_own_and_an_admin_key_all():
+    hers, admins = access_of({"key": "a1", "admin": False}), access_of({"key": "b2", "admin": True})
+    assert hers == Access("a1", everything=False)
+    assert (hers.to("a1"), hers.to("b2"), hers.to("")) == (True, False, False)
+    assert (admins.to("a1"), admins.to(""), admins.owner) == (True, True, "b2")
+
+
+LONG = {"seed": 1, "seconds": 60}
+
+
+def asked_long(server, body, accept="application/json", encoding="gzip"):
+    headers = {"Accept": accept, "Accept-Encoding": encoding, "Content-Type": "application/json"}
+    with httpx.stream("POST", f"{server.url}/v1/synthesis", json=body, headers=headers, timeout=60) as answer:
+        return answer.headers, b"".join(answer.iter_raw())
+
+
+@pytest.mark.parametrize("accept", ["application/json", "text/csv", "model/x-bvh"])
+def test_large_text_is_smaller_and_the_same(server, accept):
+    plain, whole = asked_long(server, LONG, accept, encoding="identity")
+    packed, body = asked_long(server, LONG, accept)
+    assert "content-encoding" not in plain
+    assert packed["content-encoding"] == "gzip"
+    assert gzip.decompress(body) == whole
+    assert len(body) < 0.6 * len(whole)
+    assert packed["etag"] == "W/" + plain["etag"]
+    assert "Accept-Encoding" in plain["vary"]
+    again = server.http.post("/v1/synthesis", json=LONG, headers={"Accept": accept, "If-None-Match": packed["etag"]})
+    assert again.status_code == 304
+
+
+@pytest.mark.parametrize(
+    ("body", "accept"),
+    [({"seed": 1, "seconds": 0.1}, "application/json"), (LONG, "application/x-npz"), (LONG, "model/gltf-binary")],
+)
+def test_what_is_short_or_packed_already_stays(server, body, accept):
+    headers, _ = asked_long(server, body, accept)
+    assert "content-encoding" not in headers
+    assert not headers["etag"].startswith("W/")

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from service.transport.streams import LocalStreams
+from service.jobs.backend import LocalStreams
 
 
 def test_no_more_than_are_allowed_are_open():

@@ -7,7 +7,7 @@ from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.models.paths.bending import TURN_MEMORY, TURN_RATE
 from motionenv.models.registry import load
-from motionenv.models.walking.model import Stride
+from motionenv.models.walking.model import WalkerScores
 from motionenv.render.cameras import view
 from motionenv.tracking import FPCAPrior, Start
 from motionenv.tracking.priors._walk_kernel import EASE, HEADING, PACE, PHASE, TURN, X, Y
@@ -28,7 +28,7 @@ def prior(model):
 
 def mean_walk(model, prior, fps: float, seconds: float = 3.0) -> np.ndarray:
     """Poses (frames, 25) of the model's mean walker."""
-    stride = Stride(model.person_mean_[None, :-2], np.exp(model.person_mean_[-2:-1]))
+    stride = WalkerScores(model.person_mean_[None, :-2], np.exp(model.person_mean_[-2:-1]))
     return model.walks(seconds, fps, n=1, stride=stride, variation=0.0, height=prior.skeleton.height).poses[0]
 
 

@@ -11,7 +11,7 @@ from motionenv.errors import MotionError
 from motionenv.models.motion_tree import Clip, MotionTree, build_database
 from motionenv.models.motion_tree.features import local
 from motionenv.models.registry import load
-from motionenv.models.synthesis import scaled
+from motionenv.models.transforms import scaled
 from motionenv.tracking import FPCAPrior, MixturePrior, Start, TreePrior, VelocityPrior
 from motionenv.tracking.priors.tree import TreeState, reaching_tree
 from motionenv.types import Motion

@@ -46,12 +46,15 @@ def read_layout(path: str | Path, raw: bytes, encoding: Encoding, parameters: Pa
         raise FormatError(path, "doesn't say in which block its data start", "block 1")
     size = 4 if scale < 0 else 2
     room = len(raw) - start * BLOCK
+    frame_counts = [last - first + 1, *_frames(parameters)]
+    if last == _FULL:  # the header's count may stand still: trust it least
+        frame_counts = frame_counts[1:] + frame_counts[:1]
     every = list(product(
-        _distinct(last - first + 1, *_frames(parameters)), _distinct(points, _first(parameters, "POINT:USED")),
+        _distinct(*frame_counts), _distinct(points, _first(parameters, "POINT:USED")),
         _distinct(analog, _analog(parameters), least=0),
     ))  # fmt: skip
     if not every:
-        what = "frames" if not _distinct(last - first + 1, *_frames(parameters)) else "points"
+        what = "frames" if not _distinct(*frame_counts) else "points"
         problem = f"has no {what}: {points} points, frames {first} to {last}; there is no motion in it"
         raise FormatError(path, problem, "block 1")
     need = {choice: choice[0] * (4 * choice[1] + choice[2]) * size for choice in every}
@@ -61,7 +64,7 @@ def read_layout(path: str | Path, raw: bytes, encoding: Encoding, parameters: Pa
         raise FormatError(path, f"is truncated: its header gives {least} bytes, it has {len(raw)}", f"byte {len(raw)}")
     exact = [choice for choice in fitting if room - need[choice] < BLOCK]
     frames, points, analog = (exact or fitting)[0]
-    if not exact and last == _FULL:  # the counter stands still where the file goes on
+    if not exact and last == _FULL:
         frames = room // (size * (4 * points + analog))
     channels = _first(parameters, "ANALOG:USED")
     per_frame = analog // channels if channels and analog % channels == 0 else 0

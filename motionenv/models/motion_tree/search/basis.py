@@ -12,12 +12,13 @@ from functools import cached_property
 
 import numpy as np
 
+from motionenv._core.principal_axes import signs
 from motionenv.models.motion_tree.database import Database
 from motionenv.models.motion_tree.feature_kernels import parameters_of, projected
 from motionenv.models.motion_tree.features import FPS, WINDOW
 
 _CHUNK = 16384
-_NEGLIGIBLE = 1e-6  # variances below this share of the largest are rounding errors of single-precision sums
+_NEGLIGIBLE = 1e-6  # variances below this share of the largest tell windows apart no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +59,13 @@ class Basis:
 
 
 def fit_basis(database: Database, channels: np.ndarray) -> Basis:
-    """The basis of a database's n windows: b = ⌊log₂ n⌋ components (paper C) of `channels` (p,) of a frame's 50.
+    """The basis of the n windows of a `database`: b = ⌊log₂ n⌋ components (paper C) of `channels` (p,) of a frame's 50.
 
     Parameters are divided by their standard deviations first, as by Σ in paper C's eq. 3. Otherwise the approximation
     of its Observation 1 doesn't hold.
     """
     n = len(database.windows)
-    middle, unit = _rough(database, channels)
-    sums, products = _window_moments(database, channels, middle, unit)
+    sums, products = _window_moments(database, channels)
     mean = sums[0] / n
     scale = _positive(np.sqrt(np.maximum(np.diag(products[0, :, 0]) / n - mean**2, 0.0)))
     average = sums / n
@@ -74,9 +74,9 @@ def fit_basis(database: Database, channels: np.ndarray) -> Basis:
     values, axes = np.linalg.eigh(covariance.reshape(size, size))
     values, axes = values[::-1], axes[:, ::-1].T
     b = max(1, min(int(np.log2(n)), int((values > _NEGLIGIBLE * values[0]).sum())))
-    kept = axes[:b] * np.sign(axes[np.arange(b), np.abs(axes[:b]).argmax(1)])[:, None]  # solvers differ in sign
+    kept = axes[:b] * signs(axes[:b])[:, None]
     return Basis(
-        channels=channels, mean=middle + unit * mean, scale=unit * scale,
+        channels=channels, mean=mean, scale=scale,
         components=np.ascontiguousarray(kept).reshape(b, WINDOW, -1), centre=(average - mean) / scale,
         deviation=_positive(np.sqrt(np.maximum(values[:b], 0.0))),
         share=float(values[:b].sum() / values[values > 0].sum()) if values[0] > 0 else 1.0,
@@ -84,35 +84,33 @@ def fit_basis(database: Database, channels: np.ndarray) -> Basis:
 
 
 def project(database: Database, basis: Basis, out: np.ndarray) -> None:
-    """Write the standardised coefficients c / σ of all n windows to slices of `out` (n, b), float32."""
+    """Write the standardised coefficients c / σ of all n windows to slices of `out` (n, b), float32.
+
+    Computed in double precision: then they are the same on every processor, and so is the tree.
+    """
     weights, offset = basis.filter
-    weights = np.ascontiguousarray(weights.transpose(1, 0, 2).reshape(len(basis.channels), -1), dtype=np.float32)
-    weights *= basis.scale[:, None].astype(np.float32)
-    offset = offset - np.einsum("dpb,p->b", basis.filter[0], basis.mean)
+    weights = np.ascontiguousarray(weights.transpose(1, 0, 2).reshape(len(basis.channels), -1))
     b, done = len(basis.deviation), 0
-    for first, now, frames in _chunks(database, basis.channels, basis.mean, basis.scale):
+    for first, now, frames in _chunks(database, basis.channels):
         parts = (frames @ weights).reshape(len(frames), WINDOW, b)
         ends = now - first + WINDOW - 1
-        whole = np.zeros((len(ends), b), dtype=np.float32)
-        for lag in range(WINDOW):
-            whole += parts[ends - lag, lag]
-        out[done : done + len(ends)] = whole - offset.astype(np.float32)
+        out[done : done + len(ends)] = sum(parts[ends - lag, lag] for lag in range(WINDOW)) - offset
         done += len(ends)
 
 
-def _window_moments(database, channels, middle, unit) -> tuple[np.ndarray, np.ndarray]:
-    """Sum (10, p) and sum of outer products (10, p, 10, p) of all windows of frames (f - middle) / unit."""
+def _window_moments(database, channels) -> tuple[np.ndarray, np.ndarray]:
+    """Sum (10, p) and sum of outer products (10, p, 10, p) of all windows."""
     p = len(channels)
     sums, products = np.zeros((WINDOW, p)), np.zeros((WINDOW, p, WINDOW, p))
-    for first, now, frames in _chunks(database, channels, middle, unit):
+    for first, now, frames in _chunks(database, channels):
         ends = now - first + WINDOW - 1
-        current = np.zeros((len(frames), p), dtype=np.float32)
+        current = np.zeros((len(frames), p))
         current[ends] = frames[ends]
-        sums[0] += current.sum(0, dtype=np.float64)
+        sums[0] += current.sum(0)
         for lag in range(WINDOW):
             products[0, :, lag] += current[WINDOW - 1 :].T @ frames[WINDOW - 1 - lag : len(frames) - lag]
-    heads = _edges(database, channels, middle, unit, database.starts[:-1])
-    tails = _edges(database, channels, middle, unit, database.starts[1:] - WINDOW)
+    heads = _edges(database, channels, database.starts[:-1])
+    tails = _edges(database, channels, database.starts[1:] - WINDOW)
     for i in range(1, WINDOW):
         entering, leaving = heads[:, WINDOW - 1 - i], tails[:, WINDOW - 1 - i]
         sums[i] = sums[i - 1] + entering.sum(0) - leaving.sum(0)
@@ -125,8 +123,8 @@ def _window_moments(database, channels, middle, unit) -> tuple[np.ndarray, np.nd
     return sums, products
 
 
-def _chunks(database, channels, middle, unit) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield chunks: the first new frame, the windows that end in the chunk, and its standardised parameters.
+def _chunks(database, channels) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """Yield chunks: the first new frame, the windows that end in the chunk, and its parameters.
 
     The parameters (9 + frames, p) begin nine frames earlier, padded with zeros at the start of the database.
     """
@@ -134,28 +132,21 @@ def _chunks(database, channels, middle, unit) -> Iterator[tuple[int, np.ndarray,
     for i, first in enumerate(range(0, len(database.poses), _CHUNK)):
         lead = min(first, WINDOW - 1)
         last = min(first + _CHUNK, len(database.poses))
-        frames = np.zeros((WINDOW - 1 + last - first, len(channels)), dtype=np.float32)
-        frames[WINDOW - 1 - lead :] = _standardised(database, channels, middle, unit, first - lead, last)
+        frames = np.zeros((WINDOW - 1 + last - first, len(channels)))
+        frames[WINDOW - 1 - lead :] = _parameters(database, channels, first - lead, last)
         yield first, database.windows[bounds[i] : bounds[i + 1]], frames
 
 
-def _edges(database, channels, middle, unit, firsts) -> np.ndarray:
-    """Standardised parameters (sequences, 10, p) of the ten frames that begin at each of `firsts`."""
-    return np.stack([_standardised(database, channels, middle, unit, f, f + WINDOW) for f in firsts])
+def _edges(database, channels, firsts) -> np.ndarray:
+    """Parameters (sequences, 10, p) of the ten frames that begin at each of `firsts`."""
+    return np.stack([_parameters(database, channels, f, f + WINDOW) for f in firsts])
 
 
-def _standardised(database, channels, middle, unit, first, last) -> np.ndarray:
-    """Standardised parameters (last - first, p) of frames: (f - middle) / unit."""
+def _parameters(database, channels, first, last) -> np.ndarray:
+    """Parameters (last - first, p) of frames."""
     raw = np.empty((last - first, 50))
     parameters_of(database.poses, database.starts[:-1], first, last, FPS, raw)
-    return (raw[:, channels] - middle) / unit
-
-
-def _rough(database, channels) -> tuple[np.ndarray, np.ndarray]:
-    """Approximate mean and standard deviation (p,) from a sample, so that single precision suffices for the sums."""
-    firsts = np.linspace(0, len(database.poses) - WINDOW, 500).astype(int)
-    some = _edges(database, channels, 0.0, 1.0, np.unique(firsts)).reshape(-1, len(channels))
-    return some.mean(0), _positive(some.std(0))
+    return raw[:, channels]
 
 
 def _positive(scale: np.ndarray) -> np.ndarray:

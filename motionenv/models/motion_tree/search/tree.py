@@ -19,6 +19,8 @@ from motionenv.models.motion_tree.search import tree_kernels as kernels
 
 #: Splits of nodes: by the sign of the coefficient, or at its median over the windows of the node.
 SPLITS = ("sign", "median")
+#: How windows are drawn: by this tree, or from p(cᵢ | cₜ) itself.
+METHODS = ("tree", "exact")
 #: Choice of a window within a leaf: uniform, or by p(cᵢ | cₜ).
 LEAVES = ("uniform", "kernel")
 

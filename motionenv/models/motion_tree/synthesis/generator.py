@@ -17,7 +17,10 @@ These extensions of the paper can each be switched off in `Options`:
   the coefficients c of the lower body, so that the arms match the legs.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,15 +29,18 @@ from motionenv._core.validation import checked_number, checked_whole, random_gen
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.motion_tree.database import Database
-from motionenv.models.motion_tree.features import FPS, WINDOW, parameters, turned_towards
+from motionenv.models.motion_tree.features import FPS, PARTS, WINDOW, parameters, turned_towards
 from motionenv.models.motion_tree.history import History
-from motionenv.models.motion_tree.model import METHODS, PARTS, MotionTree
 from motionenv.models.motion_tree.search.kernel_index_kernels import scratch
+from motionenv.models.motion_tree.search.tree import METHODS
 from motionenv.models.motion_tree.synthesis._footing_kernels import footing_on
 from motionenv.models.motion_tree.synthesis._generator_kernels import Settings, Source, State, grow
 from motionenv.models.motion_tree.synthesis.future_cost import FutureCost, fit_future_cost
 from motionenv.models.types import Target
 from motionenv.types import SECONDS_MOST, Motion
+
+if TYPE_CHECKING:
+    from motionenv.models.motion_tree.model import MotionTree
 
 _ANGLES = [3, 4, *range(6, 25)]
 _SHORTEST = 1e-3  # least half-life of blending [s]; below, powers of its rate overflow
@@ -216,7 +222,7 @@ class MotionGenerator:
 def history(
     tree: MotionTree, activity: str | None = None, *, seed: int | np.random.Generator | None = None
 ) -> np.ndarray:
-    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of a tree's database.
+    """The 10 to 12 poses (frames, 25) [m, rad] at 30 frames/s up to a random window of the database of a `tree`.
 
     The window is one of `activity`, if not None; a `seed` picks the same one as for `MotionGenerator`.
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from motionenv.body import from_height
-from motionenv.likelihoods import AppearanceLikelihood, SilhouetteLikelihood
-from motionenv.likelihoods.protocols import AdaptiveLikelihood, accepted, apparent, log_nobody
+from motionenv.likelihoods import Likelihood, SilhouetteLikelihood
+from motionenv.likelihoods.base import apparent, log_nobody
 from motionenv.render import Raycaster
 from motionenv.render.cameras import view
 
@@ -13,7 +13,7 @@ CAMERA = view(0.3, width=48, height=48, distance=4.0)
 STANDING = np.eye(25)[2] * 0.93
 
 
-class Sound:
+class Sound(Likelihood):
     """A likelihood that hears something, at any place or nowhere."""
 
     def __init__(self, level):
@@ -49,24 +49,20 @@ def test_what_says_nothing_of_nobody_rules_it_out(level):
     assert log_nobody(Sound(-2.0), STANDING) == -2.0
 
 
-def test_observations_are_taken_by_name_in_the_order_in_which_they_are_given():
-    assert accepted(Sound(0), ["mask", "loud", "sound"]) == ["loud", "sound"]
-    assert accepted(Anything(0), ["mask", "sound"]) == ["mask", "sound"]
-    told = Anything(0)
-    told.takes = ("sound",)
-    assert accepted(told, ["mask", "sound"]) == ["sound"]
+def test_observations_are_accepted_by_name_in_the_order_in_which_they_are_given():
+    assert Sound(0).accepted(["mask", "loud", "sound"]) == ["loud", "sound"]
+    assert Anything(0).accepted(["mask", "sound"]) == ["mask", "sound"]
+    assert SilhouetteLikelihood(CAMERA).accepted(["rgb", "unseen", "sound", "depth"]) == ["unseen", "depth"]
 
 
-def test_of_alternatives_the_first_that_is_there_is_taken():
-    hearing = Anything(0)
-    hearing.one_of = ("best", "good", "poor")
-    assert accepted(hearing, ["poor", "other", "good"]) == ["other", "good"]
-    assert accepted(hearing, ["poor", "other"]) == ["poor", "other"]
-
-
-def test_likelihoods_that_learn_are_told_from_those_that_do_not():
-    assert isinstance(AppearanceLikelihood(CAMERA), AdaptiveLikelihood)
-    assert not isinstance(Sound(0), AdaptiveLikelihood)
+def test_what_is_not_defined_does_nothing():
+    hearing = Sound(1.0)
+    hearing.observe(sound=3)
+    hearing.learn(STANDING[None])
+    hearing.forget()
+    assert hearing.log_likelihood(STANDING[None]) == 1.0
+    with pytest.raises(TypeError, match="abstract"):
+        Likelihood()
 
 
 @pytest.mark.parametrize("size", [0.8, 1.12])

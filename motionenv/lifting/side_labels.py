@@ -1,0 +1,187 @@
+"""Left and right labels that a detector swapped: found by continuity, period or geometry of motion, and put back."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from motionenv.lifting.fourier_fit import LEAST_CYCLES, Series, fourier_points
+from motionenv.types import MARKERS, Points
+
+#: Marker pairs that a detector swaps together: the columns of labels.
+GROUPS = {"arms": ("shoulder", "elbow", "wrist"), "legs": ("hip", "knee", "ankle")}
+PAIRS = {name: np.array([[MARKERS.index(f"{side}_{joint}") for joint in joints] for side in ("left", "right")])
+         for name, joints in GROUPS.items()}  # fmt: skip
+
+#: Strides per second of the fastest walk.
+FASTEST = 2.0
+_FRAMES = 8  # least number of frames in which a pair is seen
+_SWITCH = 5.0  # log-odds against a swap from one frame to the next
+_ODD = 20.0  # cap on the log-likelihood of one pair in one frame
+_ROUNDS = 4
+_RAY_SWITCH, _RAY_CAP = 6.0, 12.0  # the same for rays, with a cap for each marker
+
+
+def swapped_frames(points: Points) -> np.ndarray:
+    """Find frames of `points` in which left and right labels are swapped: (frames, 2) for arms and legs.
+
+    A swap negates the difference left minus right, which breaks its continuity and its period. The Viterbi algorithm
+    finds the most probable labels of all frames under autoregressive noise about a periodic difference; labels and
+    periodic difference are estimated alternately.
+
+    Labels that are swapped throughout or in most frames can't be detected: apart from asymmetries, that is the same
+    walker at view -α. Frames in which left and right coincide can't be decided, and do not matter.
+
+    Raises:
+        GapError: as `motionenv.lifting.fourier_fit.fourier_points`.
+    """
+    starts = [np.zeros((len(points.positions), len(GROUPS)), dtype=bool), continuous_labels(points)]
+    return min((_alternating_fit(points, labels) for labels in starts), key=lambda found: found[0])[1]
+
+
+def unswapped(points: Points) -> tuple[Points, np.ndarray]:
+    """`points` with left and right labelled as in most frames, and `swapped_frames`, with its limits and errors."""
+    labels = swapped_frames(points)
+    return swapped_back(points, labels), labels
+
+
+def swapped_back(points: Points, labels: np.ndarray) -> Points:
+    """`points` with left and right of arms and legs exchanged where `labels` (frames, 2) are True."""
+    confidence = None if points.confidence is None else exchanged(points.confidence, labels)
+    return replace(points, positions=exchanged(points.positions, labels), confidence=confidence)
+
+
+def continuous_labels(points: Points) -> np.ndarray:
+    """Labels (frames, 2) of `points` that minimise the jumps of left minus right; False in most frames."""
+    labels = np.zeros((len(points.positions), len(GROUPS)), dtype=bool)
+    for g, pair in enumerate(PAIRS.values()):
+        between = _between(points.upward, pair)
+        steps = np.linalg.norm([between[1:] - between[:-1], between[1:] + between[:-1]], axis=-1).min(axis=0)
+        known = np.isfinite(steps).sum(axis=0) >= _FRAMES
+        if known.any():
+            near = between[:, known] / np.maximum(np.nanmedian(steps[:, known], axis=0), 1e-9)[:, None]
+            labels[:, g] = _viterbi(np.stack([near, -near]), 1.0, 1.0)[0]
+    return labels ^ (labels.mean(axis=0) > 0.5)
+
+
+def _alternating_fit(points: Points, labels: np.ndarray) -> tuple[float, np.ndarray]:
+    """Alternate between fitting the series and the labels (frames, 2), from initial labels; the cost and the labels."""
+    # Swapped labels can make the stride look slower; stay above the slowest frequency that can be fitted.
+    least = 1.001 * LEAST_CYCLES * points.fps / len(points.positions)
+    low, high = min(max(0.5, least), 0.99 * FASTEST), FASTEST
+    for _ in range(_ROUNDS):
+        series = fourier_points(swapped_back(points, labels), frequencies=(low, high))
+        low, high = max(0.85 * series.frequency, low), min(1.15 * series.frequency, FASTEST)
+        found = [_labels(points, series, pair, labels[:, g]) for g, pair in enumerate(PAIRS.values())]
+        before, labels = labels, np.stack([path for path, _ in found], axis=1)
+        if np.array_equal(before, labels):
+            break
+    return sum(cost for _, cost in found), labels
+
+
+def _labels(points: Points, series: Series, pair: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, float]:
+    """Most probable labels (frames,) of one group, True where swapped, given those `before`; and their cost."""
+    between = _between(points.upward, pair)
+    expected = _between(series.positions_at(np.arange(len(between)) / points.fps), pair)
+    off = np.stack([between - expected, -between - expected])  # unswapped, swapped: (2, frames, pairs, 2)
+    now = np.where(before[:, None, None], off[1], off[0])
+    size = np.linalg.norm(now, axis=-1)
+    known = np.isfinite(size).sum(axis=0) >= _FRAMES
+    if not known.any():
+        return np.zeros(len(between), dtype=bool), 0.0
+    off, now, size = off[:, :, known], now[:, known], size[:, known]
+    noise = np.nanmedian(size, axis=0) / np.sqrt(2 * np.log(2))
+    noise = np.maximum(noise, 1e-6 * np.nanmax(np.abs(between)))
+    correlation = _autocorrelation(now / noise[:, None])
+    path, cost = _viterbi(off / noise[:, None], correlation, 1 - correlation**2)
+    return path, cost + 2 * float((np.isfinite(size).sum(axis=0) * np.log(noise)).sum())
+
+
+def _autocorrelation(now: np.ndarray) -> float:
+    """Lag-1 correlation of standardised residuals (frames, pairs, 2)."""
+    now = np.clip(now, -3, 3)
+    both = np.isfinite(now[1:] * now[:-1])
+    power = np.where(both, now[1:] ** 2 + now[:-1] ** 2, 0.0).sum() / 2
+    return float(np.clip(np.where(both, now[1:] * now[:-1], 0.0).sum() / max(power, 1e-300), 0.0, 0.99))
+
+
+def _viterbi(off: np.ndarray, correlation: float, variance: float) -> tuple[np.ndarray, float]:
+    """The path (frames,) of least cost through residuals (2, frames, pairs, 2) of the two labels, and its cost.
+
+    Residuals are autoregressive of order 1 with coefficient `correlation` and innovation `variance`.
+    """
+    frames = off.shape[1]
+    before = np.nan_to_num(off[:, None, :-1])  # after a gap, predict 0
+    variances = np.where(np.isnan(off[0, :-1]).any(axis=-1), 1.0, variance)
+    step = _cost(off[None, :, 1:] - correlation * before, variances)  # (from, to, frames - 1)
+    cost = _cost(off[:, 0], np.ones(off.shape[2])) + np.array([0.0, _SWITCH])
+    back = np.zeros((frames, 2), dtype=np.intp)
+    change = _SWITCH * (1 - np.eye(2))
+    for i in range(1, frames):
+        ways = cost[:, None] + step[:, :, i - 1] + change
+        back[i] = ways.argmin(axis=0)
+        cost = ways.min(axis=0)
+    path = np.empty(frames, dtype=np.intp)
+    path[-1] = cost.argmin()
+    for i in range(frames - 1, 0, -1):
+        path[i - 1] = back[i, path[i]]
+    return path == 1, float(cost.min())
+
+
+def _cost(off: np.ndarray, variance) -> np.ndarray:
+    """Negative log-likelihood (...) of residuals (..., pairs, 2), capped for each pair, 0 where a pair isn't seen."""
+    return np.minimum(np.nan_to_num((off**2).sum(axis=-1)) / (2 * variance), _ODD).sum(axis=-1)
+
+
+def _between(positions: np.ndarray, pair: np.ndarray) -> np.ndarray:
+    """Left minus right (frames, 3, 2) of the markers of a `pair` of limbs (2, 3)."""
+    return positions[:, pair[0]] - positions[:, pair[1]]
+
+
+def find_swaps(rays: np.ndarray, places: np.ndarray, noise: float) -> np.ndarray:
+    """Frames (frames, 2) in which arms and legs fit better with left and right exchanged.
+
+    Args:
+        rays: (frames, 15, 3) unit vectors; NaN where a marker isn't seen.
+        places: (frames, 15, 3) estimated positions from the rays' origin.
+        noise: standard deviation of a ray, relative to the body's apparent size.
+    """
+    distance = np.linalg.norm(places, axis=-1)
+    towards = places / distance[..., None]
+    scale = np.maximum(noise, 0.05) / np.median(distance)
+    out = np.zeros((len(rays), len(GROUPS)), dtype=bool)
+    for column, (left, right) in enumerate(PAIRS.values()):
+        pair, crossed = np.concatenate([left, right]), np.concatenate([right, left])
+        straight = _ray_cost(rays[:, pair] - towards[:, pair], scale)
+        mixed = _ray_cost(rays[:, pair] - towards[:, crossed], scale)
+        out[:, column] = _most_probable(np.stack([straight, mixed], axis=1))
+    return out
+
+
+def exchanged(values: np.ndarray, swapped: np.ndarray) -> np.ndarray:
+    """`values` (frames, 15, ...) with left and right exchanged where `swapped` (frames, 2) says so."""
+    out = values.copy()
+    for (left, right), where in zip(PAIRS.values(), swapped.T, strict=True):
+        rows = np.flatnonzero(where)[:, None]
+        out[rows, left], out[rows, right] = values[rows, right], values[rows, left]
+    return out
+
+
+def _ray_cost(off: np.ndarray, scale: float) -> np.ndarray:
+    """Negative log-likelihood (frames,) of directions' errors (frames, markers, 3), capped, 0 where not seen."""
+    square = (off**2).sum(axis=-1) / (2 * scale**2)
+    return np.minimum(np.nan_to_num(square, nan=0.0), _RAY_CAP).sum(axis=1)
+
+
+def _most_probable(cost: np.ndarray) -> np.ndarray:
+    """The path (frames,) of least cost (frames, 2) through two states, by the Viterbi algorithm."""
+    total, back = cost[0] + [0.0, _RAY_SWITCH], np.zeros((len(cost), 2), dtype=int)
+    for i in range(1, len(cost)):
+        ways = total[:, None] + _RAY_SWITCH * (1 - np.eye(2))
+        back[i] = ways.argmin(axis=0)
+        total = ways.min(axis=0) + cost[i]
+    path = np.empty(len(cost), dtype=bool)
+    state = int(total.argmin())
+    for i in range(len(cost) - 1, -1, -1):
+        path[i] = state
+        state = back[i, state]
+    return path

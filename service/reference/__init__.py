@@ -1,1 +1,0 @@
-"""What the API is, for people and for programs: `/docs`, OpenAPI and AsyncAPI."""

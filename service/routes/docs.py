@@ -1,0 +1,72 @@
+"""`/docs`: FastAPI's Swagger UI, with its assets from the package fastapi-offline, and what it says of the API."""
+
+import base64
+import hashlib
+import re
+from typing import Any
+
+from fastapi import APIRouter, FastAPI
+from fastapi.openapi.docs import get_swagger_ui_html
+from starlette.responses import Response
+from starlette.staticfiles import StaticFiles
+
+from service.errors import KINDS
+from service.transport.access import FREE
+
+router = APIRouter(include_in_schema=False)
+#: Scripts and styles of `/docs`.
+ASSETS = StaticFiles(packages=[("fastapi_offline", "static")])
+_SCHEMES = {
+    "bearer": {"type": "http", "scheme": "bearer", "description": "Authorization: Bearer <key>."},
+    "header": {"type": "apiKey", "in": "header", "name": "X-API-Key"},
+    "basic": {"type": "http", "scheme": "basic", "description": "Any user name; the key is the password."},
+}
+_PROBLEMS = "\n".join(f"| `{kind}` | {status} | {title} |" for kind, (status, title) in KINDS.items())
+#: Introduction of the OpenAPI document: what applies to all operations, and the stream, which OpenAPI can't describe.
+DESCRIPTION = f"""Human motion from models, 3D motion from 2D points, and jobs on motion capture.
+
+**Stream.** `WS /v1/stream` sends poses without end. The client sends settings as JSON objects, first all that differ
+from the defaults, later those that change: `model`, `seed`, `fps`, `deviations`, `speed`, `height`, `variation`,
+`paused`, and for trees `temperature`, `activity`, `heading`. The service answers each with `{{"type": "settings",
+"fps", "height", "pose"}}` or `{{"type": "problem", "detail", "errors"}}`, and sends each pose as a binary message of 25
+little-endian float32.
+
+**Problems.** Errors are problem details (RFC 9457), whose `type` is `/docs#` and one of these kinds:
+
+| kind | status | meaning |
+|-|-|-|
+{_PROBLEMS}
+"""
+
+
+@router.get("/docs")
+async def docs() -> Response:
+    """The API reference, with a form to try each operation."""
+    page = get_swagger_ui_html(
+        openapi_url="openapi.json", title="motionenv HTTP API", swagger_js_url="docs/swagger-ui-bundle.js",
+        swagger_css_url="docs/swagger-ui.css", swagger_favicon_url="docs/favicon.png",
+    )  # fmt: skip
+    (script,) = re.findall(rb"<script>(.*?)</script>", bytes(page.body), re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script).digest()).decode()
+    page.headers["Cache-Control"] = "no-cache"
+    page.headers["Content-Security-Policy"] = (
+        f"default-src 'none'; script-src 'self' 'sha256-{digest}'; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    return page
+
+
+def require_keys(app: FastAPI) -> None:
+    """Describe in the OpenAPI of `app` how keys are sent and which paths need one."""
+    generate = app.openapi
+
+    def openapi() -> dict[str, Any]:
+        described = generate()
+        described.setdefault("components", {})["securitySchemes"] = _SCHEMES
+        for path, operations in described["paths"].items():
+            if not path.startswith(FREE):
+                for operation in operations.values():
+                    operation["security"] = [{name: []} for name in _SCHEMES]
+        return described
+
+    app.openapi = openapi  # type: ignore[method-assign]
