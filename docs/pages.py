@@ -10,7 +10,9 @@ import licences
 
 import motionenv
 import motionenv.envs  # registers the environments
-from service.formats.parameters import packed
+from motionenv.models import cycle
+from service.formats.cycles import encoded
+from service.formats.parameters import MEDIA_TYPE, packed
 
 DOCS = Path(__file__).parent
 MADE = DOCS / "made"
@@ -121,14 +123,16 @@ def _results(family: str) -> str:
 
 
 def walker() -> None:
-    """walker.html: the stage of the service's page with a walker whose model is in it, for any page of the site."""
+    """walker.html: the stage of the service's page with a walker whose stride is in it, for any page of the site."""
     embed = DOCS / "_static" / "made"
     embed.mkdir(exist_ok=True)
     shutil.copy(DOCS.parent / "service" / "web" / "dist" / "embed.js", embed)
     parameters = packed(*motionenv.models.parameters("walk/fpca"))
+    stride = encoded(cycle("walk/fpca", speed=1.3, height=1.75), "walk/fpca", MEDIA_TYPE)
     looks = "".join(f"<option value={value}>{name}</option>" for value, name in LOOKS.items())
     (MADE / "walker.html").write_text(
-        f"<div class=walker data-parameters='{base64.b64encode(parameters).decode()}'>"
+        f"<div class=walker data-parameters='{base64.b64encode(parameters).decode()}'"
+        f" data-stride='{base64.b64encode(stride).decode()}'>"
         "<canvas role=img aria-label='A walker in three dimensions: drag to turn it'></canvas>"
         "<div><label>Turn <input type=range min=-180 max=180 value=45></label>"
         f"<label>Look <select>{looks}</select></label><button type=button>Pause</button></div></div>"

@@ -41,7 +41,6 @@ ANGLES = POSE[6:]
 SPEED_RANGE = (0.1, 3.0, "m/s")  # of who walks
 HEIGHT_RANGE = (0.5, 2.5, "metres")  # of a standing body
 FPS_RANGE = (1.0, 1000.0, "frames per second")  # of what a model makes
-VARIATION_RANGE = (0.0, 10.0)  # of the factor on the variation from cycle to cycle
 SECONDS_MOST = 3600.0  # of what a model makes at a time
 
 

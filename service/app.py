@@ -15,6 +15,7 @@ from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
 from service.observability.tracing import Tracer
 from service.routes import (
+    cycles,
     docs,
     gait,
     health,
@@ -99,7 +100,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     if service.settings.all_keys:
         docs.require_keys(app)
     most_used_first = (
-        synthesis, tree, lift, gait, stimuli, health, uploads, jobs, models, stream, parameters, page, docs,
+        synthesis, cycles, tree, lift, gait, stimuli, health, uploads, jobs, models, stream, parameters, page, docs,
     )  # fmt: skip
     for module in most_used_first:
         app.include_router(module.router)

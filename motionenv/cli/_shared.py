@@ -1,16 +1,18 @@
 """Common parts of the commands: options, console, progress, and parsing of views and sizes."""
 
+import inspect
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from motionenv.arguments import ARGUMENTS, WALK_ARGUMENTS
 from motionenv.errors import MotionError
 
 if TYPE_CHECKING:
@@ -31,8 +33,6 @@ Map = Annotated[
 ]
 Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
 Fill = Annotated[bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by a prior.")]
-Height = Annotated[float | None, typer.Option(help="Body height [m]; by default the model's.")]
-Speed = Annotated[float | None, typer.Option(help="Walking speed [m/s]; by default the walker's own.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
 Size = Annotated[str, typer.Option(help="Image size in pixels, WIDTHxHEIGHT.")]
 
@@ -40,7 +40,23 @@ Weights = Annotated[
     tuple[Path, Path] | None, typer.Option(help="ONNX files of YOLOX and RTMPose; by default downloaded.")
 ]
 
+_Command = TypeVar("_Command", bound=Callable[..., None])
 _VIEWS = {"side": 0.0, "front": math.pi / 2, "oblique": math.pi / 4}
+
+
+def walk_options(command: _Command) -> _Command:
+    """Decorator that gives a command with `**walk` an option for each of `WalkArguments`."""
+    signature = inspect.signature(command)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    options = [
+        inspect.Parameter(
+            name, inspect.Parameter.KEYWORD_ONLY, default=ARGUMENTS[name].default,
+            annotation=Annotated[ARGUMENTS[name].type, typer.Option(help=ARGUMENTS[name].number.help)],
+        )
+        for name in WALK_ARGUMENTS
+    ]  # fmt: skip
+    command.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
+    return command
 
 
 @contextmanager

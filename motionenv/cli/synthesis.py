@@ -2,14 +2,14 @@
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Unpack
 
 import typer
 
+from motionenv.arguments import WalkArguments
 from motionenv.cli._shared import (
     Fill,
     Fps,
-    Height,
     Map,
     Seed,
     Size,
@@ -24,6 +24,7 @@ from motionenv.cli._shared import (
     parsed_speed,
     parsed_view,
     progress,
+    walk_options,
 )  # fmt: skip
 from motionenv.errors import MotionError
 
@@ -50,6 +51,7 @@ def demo(
         typer.echo(f"{path}  {what}")
 
 
+@walk_options
 def synth(
     model: Annotated[str, typer.Argument(help="Name or file of the model: see `motionenv models`.")],
     out: Out,
@@ -60,17 +62,15 @@ def synth(
         str | None,
         typer.Option(help="Speed [m/s], or TIME:SPEED ..., as '0:0 1:1.3 6:1.3 7:0'; by default the walker's."),
     ] = None,
-    height: Height = None,
     path: Annotated[
         str | None, typer.Option(help="arc:RADIUS,DEGREES; points 'X,Y X,Y ...' [m]; or a file of them (.csv).")
     ] = None,
-    phase: Annotated[float, typer.Option(help="Initial phase, in cycles.")] = 0.0,
-    variation: Annotated[float, typer.Option(help="Variation between cycles; 0 repeats one cycle exactly.")] = 1.0,
     deviations: Annotated[
         str | None, typer.Option(help="The walker, in standard deviations per component, as 1,0,-2; by default random.")
     ] = None,
     view: View = "side",
     size: Size = "640x480",
+    **walk: Unpack[WalkArguments],
 ) -> None:
     """Synthesise a walk, as a film or a motion file.
 
@@ -80,8 +80,8 @@ def synth(
 
     how = _checked(out, view, size)
     motion = synthesize(
-        model, seconds, fps, seed=seed, speed=parsed_speed(speed), height=height, phase=phase, variation=variation,
-        deviations=parsed_numbers(deviations, "--deviations"), path=parsed_path(path),
+        model, seconds, fps, seed=seed, speed=parsed_speed(speed), path=parsed_path(path),
+        deviations=parsed_numbers(deviations, "--deviations"), **walk,
     )  # fmt: skip
     _save(motion, out, how)
 

@@ -10,15 +10,17 @@ from urllib.parse import quote
 
 import numpy as np
 
+from motionenv.arguments import WalkArguments, keyword_arguments
 from motionenv.client.connection import Connection
 from motionenv.client.jobs import Job
-from motionenv.client.responses import LiftedPoints, lifted, samples
+from motionenv.client.responses import LiftedPoints, cycle, lifted, samples
 from motionenv.client.streams import Stream
 from motionenv.errors import MotionError
 from motionenv.mocap import MarkerMap, npz
 from motionenv.types import Camera, Motion, Points
 
 if TYPE_CHECKING:
+    from motionenv.models import Cycle
     from motionenv.models.motion_tree import Samples
 
 _NPZ = "application/x-npz"
@@ -31,7 +33,7 @@ _FILMS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp"}
 _SAVED = {**_FILES, **_FILMS, ".npy": "application/x-npy", ".png": "image/png"}
 
 
-class Walk(TypedDict, total=False):
+class Walk(WalkArguments, total=False):
     """The walker and its walk; everything as in `motionenv.synthesize`."""
 
     seed: int
@@ -39,9 +41,6 @@ class Walk(TypedDict, total=False):
     scores: Sequence[float]
     speed: float | Sequence[Sequence[float]]
     path: Sequence[Sequence[float]]
-    height: float
-    phase: float
-    variation: float
 
 
 class Picture(TypedDict, total=False):
@@ -127,6 +126,7 @@ class Client:
         """
         return self._uploaded("/v1/models/files", [file], {"name": name, "replace": replace})
 
+    @keyword_arguments(Walk)
     def synthesize(self, model: str, seconds: float, fps: float, **walk: Unpack[Walk]) -> Motion:
         """The motion (frames, 25) that `motionenv.synthesize` makes of the same arguments, to the last bit.
 
@@ -138,6 +138,7 @@ class Client:
         """
         return self._motion("/v1/synthesis", _walk(model, seconds, fps, walk, {}))
 
+    @keyword_arguments(Walk)
     def film(
         self, model: str, seconds: float, fps: float, *, suffix: str = ".mp4", picture: Picture | None = None,
         **walk: Unpack[Walk],
@@ -152,6 +153,7 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(suffix)
         return self._connection.request("POST", "/v1/synthesis", json=body, headers={"Accept": accept}).content
 
+    @keyword_arguments(Walk)
     def save(
         self, out: str | Path, model: str, seconds: float, fps: float, *, picture: Picture | None = None,
         **walk: Unpack[Walk],
@@ -166,6 +168,7 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
         self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
 
+    @keyword_arguments(Walk)
     def gait(self, model: str, seconds: float = 8.0, fps: float = 100.0, **walk: Unpack[Walk]) -> dict[str, Any]:
         """The gait of a walk that a model makes: step parameters, events, and joint angles over the gait cycle.
 
@@ -174,6 +177,25 @@ class Client:
             seconds, fps: duration [s], at least 2, and frame rate [Hz], at least 30.
         """
         return self._connection.request("POST", "/v1/gait", json=_walk(model, seconds, fps, walk, None)).json()
+
+    def cycle(
+        self, model: str, *, seed: int | None = None, deviations: Sequence[float] | None = None,
+        scores: Sequence[float] | None = None, speed: float | None = None, height: float | None = None,
+        samples: int = 96,
+    ) -> "Cycle":  # fmt: skip
+        """One stride of a walker in place, as `motionenv.models.cycle`.
+
+        Args:
+            model: its name.
+            seed, deviations, scores: the walker, by one of them; None takes the average one.
+            speed: [m/s]; None takes the walker's own.
+            height: body height [m]; None takes the walker's own.
+            samples: number of phases.
+        """
+        given = {"seed": seed, "deviations": deviations, "scores": scores, "speed": speed, "height": height}
+        body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
+        body |= {"model": model, "samples": samples}
+        return cycle(self._connection.request("POST", "/v1/cycles", json=body, headers={"Accept": _NPZ}).content)
 
     def stimuli(self, asked: Mapping[str, Any], out: str | Path) -> None:
         """Save a set of point-light stimuli as a ZIP archive.
@@ -296,6 +318,7 @@ class Client:
         """
         return self._uploaded("/v1/jobs/convert", files, {"format": _media_type(suffix, _FILES), **how})
 
+    @keyword_arguments(Walk)
     def render(
         self, model: str, seconds: float, fps: float, *, suffix: str = ".mp4", picture: Picture | None = None,
         **walk: Unpack[Walk],

@@ -1,5 +1,6 @@
-"""Conversion of the service's JSON into the library's types."""
+"""Conversion of the service's responses into the library's types."""
 
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motionenv.types import Markers
+from motionenv.types import Markers, Skeleton
 
 if TYPE_CHECKING:  # imported on use: together they take longer than most requests
     from motionenv.lifting import OtherMotion, OtherView
+    from motionenv.models import Cycle
     from motionenv.models.motion_tree import Samples
 
 
@@ -67,6 +69,16 @@ class SteadyWalk:
     contradiction: "OtherView | None"
     frequency: float
     speed: float
+
+
+def cycle(content: bytes) -> "Cycle":
+    """The stride in an NPZ file of `POST /v1/cycles`."""
+    from motionenv.models import Cycle
+
+    with np.load(io.BytesIO(content)) as read:
+        body = Skeleton(read["offsets"], read["radii"], float(read["height"]))
+        markers, poses, standing = read["markers"], read["poses"], read["standing"]
+        return Cycle(markers, poses, standing, body, float(read["stride"]), float(read["seconds"]))
 
 
 def samples(response: Mapping[str, Any]) -> "Samples":

@@ -10,18 +10,19 @@ from __future__ import annotations
 import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.validation import random_generator
+from motionenv.arguments import ARGUMENTS, Request, WalkArguments, keyword_arguments
 from motionenv.body.skeleton import from_height
 from motionenv.errors import ExtrapolationWarning, MotionError
 from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.models.traits import traits
-from motionenv.models.types import Components, Cycle, Request, Trait, Treadmill, Walker
+from motionenv.models.types import Components, Cycle, Trait, Treadmill, Walker
 from motionenv.types import Motion, Skeleton
 
 
@@ -127,10 +128,10 @@ class GaitModel(StoredModel):
         learned = f"the walks that this model learned from, {low:.2f} to {high:.2f} m/s"
         return f"speed {beyond[0]:g} m/s is beyond {learned}: step length and angles are extrapolated"
 
-    def _warn_beyond(self, speeds) -> None:
+    def _warn_beyond(self, speeds, stacklevel: int = 3) -> None:
         """Warn the caller's caller."""
         if told := self.extrapolation(speeds):
-            warnings.warn(told, ExtrapolationWarning, stacklevel=3)
+            warnings.warn(told, ExtrapolationWarning, stacklevel=stacklevel)
 
     def traits(self) -> list[Trait]:
         """Directions in which walks change in ways that people name; empty without components or treadmill."""
@@ -177,6 +178,7 @@ class GaitModel(StoredModel):
         made[first] = values if deviations is None else made[first] + values * components.deviations[first]
         return Walker(self.kind, tuple(made))
 
+    @keyword_arguments(WalkArguments)
     def synthesize(
         self,
         seconds: float,
@@ -185,9 +187,7 @@ class GaitModel(StoredModel):
         walker: Walker | None = None,
         seed: int | np.random.Generator | None = None,
         speed: float | None = None,
-        height: float | None = None,
-        phase: float = 0.0,
-        variation: float = 1.0,
+        **walk: Unpack[WalkArguments],
     ) -> Motion:
         """New motion (frames, 25). A steady model walks along x from the origin, on the ground z = 0.
 
@@ -197,24 +197,22 @@ class GaitModel(StoredModel):
             walker: the walker, from `walker`; None draws one with the seed.
             seed: int or Generator, also for the variation between cycles.
             speed: speed along x [m/s], from 0.1 to 3; None takes the walker's own.
-            height: body height [m], from 0.5 to 2.5; None takes the walker's own.
-            phase: phase at the start [cycles]; at 0 the left leg is furthest ahead.
-            variation: factor on the variation between the cycles of one walk, from 0 to 10. It has no effect on models
-                of a single cycle.
+            walk: the further arguments of `motionenv.arguments.Request`.
 
         Raises:
             MotionError: a number out of range, a walker of another model, or phase or variation given to a model
                 without cycles.
             ModelError: not fitted.
         """
-        request = Request(seconds, fps, speed, height, phase, variation)
-        if not self.steady and (phase != 0.0 or variation != 1.0):
-            raise MotionError(f"a {self.kind} model has no cycles: leave phase and variation out")
-        self._warn_beyond([speed])
+        request = Request(seconds, fps, speed, **walk)
+        if not self.steady:
+            request.check_cycles(self.kind)
+        self._warn_beyond([speed], stacklevel=4)
         rng = random_generator(seed)
         if walker is None:
-            return self.make_motion(self.draw_walker(rng, speed, height), request, rng)
-        self.check_walker(walker)
+            walker = self.draw_walker(rng, speed, request.height)
+        else:
+            self.check_walker(walker)
         return self.make_motion(walker, request, rng)
 
     def check_walker(self, walker: Walker) -> None:
@@ -276,7 +274,7 @@ class GaitModel(StoredModel):
         components, body, treadmill = self.components(), self.body(), self.treadmill()
         columns = components.names, components.means.tolist(), components.deviations.tolist()
         shares = np.clip(components.shares, 0, 1).tolist()
-        takes = {"speed": True, "height": True, "deviations": len(components) > 0, "variation": self.steady}
+        takes = [name for name, argument in ARGUMENTS.items() if self.steady or not argument.number.cyclic]
         counted = {"components": len(components)} if len(components) else {}
         return {
             "kind": self.kind,
@@ -289,7 +287,7 @@ class GaitModel(StoredModel):
                 for name, mean, deviation, share in zip(*columns, shares, strict=True)
             ],
             "activities": list(self.activities),
-            "takes": [name for name, is_taken in takes.items() if is_taken],
+            "takes": [*takes, "deviations"] if len(components) else takes,
             "treadmill": None if treadmill is None else treadmill.frame,
             "steady": self.steady,
             "steerable": self.steerable,

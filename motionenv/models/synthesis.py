@@ -1,11 +1,13 @@
 """Motion from any gait model."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.validation import is_number
+from motionenv.arguments import WalkArguments, keyword_arguments
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.registry import gait_model
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from motionenv.models.paths.walking import Speed
 
 
+@keyword_arguments(WalkArguments)
 def synthesize(
     model: str | GaitModel,
     seconds: float,
@@ -26,8 +29,9 @@ def synthesize(
     deviations: Sequence[float] | None = None,
     scores: Sequence[float] | None = None,
     path: "WalkPath | ArrayLike | None" = None,
+    seed: int | np.random.Generator | None = None,
     speed: "Speed" = None,
-    **asked,
+    **walk: Unpack[WalkArguments],
 ) -> Motion:
     """New motion (frames, 25) from a model, with its `GaitModel.synthesize`.
 
@@ -44,8 +48,9 @@ def synthesize(
         deviations: up to q standard deviations from the average person's scores; the other components are average.
         scores: up to q scores; the other components are average.
         path: a `motionenv.models.paths.WalkPath`, or points (n, 2) [m] that it goes through; None goes along x.
+        seed: int or Generator, also for the variation between cycles.
         speed: [m/s], or a function of the time [s], or rows (time, speed); see `walk_along`.
-        asked: `seed`, `height`, `phase` and `variation` of `GaitModel.synthesize`.
+        walk: the further arguments of `motionenv.arguments.Request`.
 
     Raises:
         MotionError: a number out of range, or an argument that the model doesn't take.
@@ -57,9 +62,9 @@ def synthesize(
             raise MotionError("walker and deviations or scores both define the walker: give one of them")
         walker = fitted.walker(scores=scores, deviations=deviations)
     if path is None and (speed is None or is_number(speed)):
-        return fitted.synthesize(seconds, fps, walker=walker, speed=speed, **asked)
+        return fitted.synthesize(seconds, fps, walker=walker, seed=seed, speed=speed, **walk)
     from motionenv.models.paths import WalkPath, walk_along  # SciPy's interpolation takes a while
 
     if not isinstance(path, WalkPath):
         path = WalkPath.line(SECONDS_MOST * SPEED_RANGE[1]) if path is None else WalkPath.through(path)
-    return walk_along(fitted, path, seconds, fps, walker=walker, speed=speed, **asked)
+    return walk_along(fitted, path, seconds, fps, walker=walker, seed=seed, speed=speed, **walk)

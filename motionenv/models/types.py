@@ -1,4 +1,4 @@
-"""Types of the gait models' interface: walkers, components, requests, cycles, targets, traits."""
+"""Types of the gait models' interface: walkers, components, cycles, targets, traits."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,9 +7,8 @@ import numpy as np
 
 from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number
-from motionenv.errors import MotionError
 from motionenv.models.people.population import Person
-from motionenv.types import FPS_RANGE, HEIGHT_RANGE, SECONDS_MOST, SPEED_RANGE, VARIATION_RANGE, Skeleton
+from motionenv.types import Skeleton
 
 
 @dataclass(frozen=True, repr=False)
@@ -139,42 +138,6 @@ class Target:
             checked_number(self.heading, "heading", unit="radians")
         if self.speed is not None:
             checked_number(self.speed, "speed", 0, unit="m/s")
-
-
-@dataclass(frozen=True)
-class Request:
-    """Validated arguments of `GaitModel.synthesize`.
-
-    Attributes:
-        seconds, fps, speed, height, phase, variation: see `GaitModel.synthesize`.
-
-    Raises:
-        MotionError: a number out of range.
-    """
-
-    seconds: float
-    fps: float
-    speed: float | None = None
-    height: float | None = None
-    phase: float = 0.0
-    variation: float = 1.0
-
-    def __post_init__(self) -> None:
-        checked_number(self.fps, "fps", *FPS_RANGE)
-        checked_number(self.seconds, "seconds", high=SECONDS_MOST, above=0)
-        if self.frames < 1:
-            raise MotionError(f"seconds must last one frame at least, got {self.seconds!r} at {self.fps:g} fps")
-        checked_number(self.phase, "phase", unit="cycles")
-        checked_number(self.variation, "variation", *VARIATION_RANGE)
-        if self.speed is not None:
-            checked_number(self.speed, "speed", *SPEED_RANGE)
-        if self.height is not None:
-            checked_number(self.height, "height", *HEIGHT_RANGE)
-
-    @property
-    def frames(self) -> int:
-        """Number of frames of the motion."""
-        return round(self.seconds * self.fps)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

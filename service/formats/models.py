@@ -3,20 +3,20 @@
 from typing import Any
 
 from motionenv import MotionError
+from motionenv.arguments import ARGUMENTS
 from motionenv.body import EDGES
 from motionenv.models import GaitModel, card, names
 from motionenv.types import MARKERS, POSE
 from service.schemas.models import BodyDescription, ModelDescription, ModelSummary, PoseEntry, Range
 
 _RANGES = {
-    "speed": Range(minimum=0.1, maximum=3.0, unit="m/s"),
-    "height": Range(minimum=0.5, maximum=2.5, unit="m"),
-    "deviations": Range(minimum=-5.0, maximum=5.0, unit="standard deviations"),
-    "variation": Range(minimum=0.0, maximum=10.0, unit="factor"),
-    "seconds": Range(minimum=0.0, maximum=3600.0, unit="s"),
-    "fps": Range(minimum=1.0, maximum=240.0, unit="frames/s"),
+    name: Range(minimum=max(a.number.low, a.number.above), maximum=a.number.high, unit=a.number.unit)
+    for name, a in ARGUMENTS.items()
 }
-_ALWAYS = ("seconds", "fps")
+_RANGES |= {
+    "deviations": Range(minimum=-5.0, maximum=5.0, unit="standard deviations"),
+    "fps": Range(minimum=1.0, maximum=240.0, unit="frames per second"),
+}
 
 
 def summary(name: str, model: GaitModel | None, problem: str | None) -> ModelSummary:
@@ -27,7 +27,7 @@ def summary(name: str, model: GaitModel | None, problem: str | None) -> ModelSum
 def description(name: str, model: GaitModel | None, problem: str | None) -> ModelDescription:
     """All about a model; `name`, `model` and `problem` as in `summary`."""
     told, known = _card(name, model), {} if model is None else model.describe()
-    taken = (*known.pop("takes", ("speed", "height")), *_ALWAYS)
+    taken = known.pop("takes", [name for name, argument in ARGUMENTS.items() if not argument.number.cyclic])
     return ModelDescription(
         **known | _common(name, model, problem, told) | {"card": told},
         synthesis=model is not None,

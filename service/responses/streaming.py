@@ -14,6 +14,7 @@ import numpy as np
 
 import motionenv
 from motionenv import Motion
+from motionenv.arguments import WALK_ARGUMENTS
 from motionenv.models import GaitModel, Target
 from service.schemas.stream import StreamSettings
 
@@ -85,11 +86,9 @@ def _walked(
     model: GaitModel, settings: StreamSettings, before: np.ndarray, piece: int
 ) -> tuple[Iterator, float, float]:
     """Poses of a walk, joined to those `before`; the body's height, and frames per second."""
-    asked: dict[str, Any] = {} if settings.deviations is None else {"deviations": settings.deviations}
-    motion = motionenv.synthesize(
-        model, _PIECE, settings.fps, seed=[settings.seed, piece] if settings.variation else settings.seed,
-        speed=settings.speed, height=settings.height, variation=settings.variation, **asked,
-    )  # fmt: skip
+    asked = settings.model_dump(include={"deviations", "speed", *WALK_ARGUMENTS})
+    seed = [settings.seed, piece] if settings.variation else settings.seed
+    motion = motionenv.synthesize(model, _PIECE, settings.fps, seed=seed, **asked)
     poses = motion.poses if len(before) < 2 else _joined(before, motion)
     return iter(poses), motion.skeleton.height, settings.fps
 

@@ -1,10 +1,11 @@
 """Types shared by the schemas."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, VARIATION_RANGE
+from motionenv.arguments import ARGUMENTS, WALK_ARGUMENTS, Argument
 
 #: A model's name.
 ModelName = Annotated[
@@ -26,12 +27,23 @@ Seed = Annotated[
     ),
 ]  # fmt: skip
 
-WalkingSpeed = Annotated[float, Field(ge=SPEED_RANGE[0], le=SPEED_RANGE[1])]
-BodyHeight = Annotated[float, Field(ge=HEIGHT_RANGE[0], le=HEIGHT_RANGE[1])]
-Variation = Annotated[float, Field(ge=VARIATION_RANGE[0], le=VARIATION_RANGE[1])]
-
 
 class Request(BaseModel):
     """Base of request bodies: strict types, no unknown fields, no NaN or infinity."""
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def walk_request(*names: str) -> Any:
+    """Base class of requests that have the arguments of a walk with these `names`: see `motionenv.arguments`."""
+    return create_model("WalkRequest", __base__=Request, **{name: _field(ARGUMENTS[name]) for name in names})
+
+
+def _field(argument: Argument) -> Any:
+    number = argument.number
+    bounds: dict[str, Any] = {"ge": number.low, "le": number.high, "gt": number.above}
+    finite = {name: bound for name, bound in bounds.items() if np.isfinite(bound)}
+    return argument.type, Field(argument.default, description=number.help, **finite)
+
+
+WalkRequest = walk_request("speed", *WALK_ARGUMENTS)

@@ -4,12 +4,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from service.schemas.common import BodyHeight, ModelName, Request, Variation, WalkingSpeed
+from service.schemas.common import ModelName, WalkRequest
 from service.schemas.synthesis import Deviation
 from service.schemas.tree import Activity
 
 
-class StreamSettings(Request):
+class StreamSettings(WalkRequest):
     """Settings of a stream; a message contains those that change."""
 
     model: ModelName = "walk/fpca"
@@ -18,9 +18,6 @@ class StreamSettings(Request):
     deviations: Annotated[list[Deviation], Field(max_length=64)] | None = Field(
         None, description="The walker, in standard deviations along each component; default: drawn with the seed."
     )
-    speed: WalkingSpeed | None = Field(None, description="Speed [m/s]; for a tree, the target speed.")
-    height: BodyHeight | None = Field(None, description="Body height [m].")
-    variation: Variation = Field(1.0, description="Factor on the variation from cycle to cycle.")
     temperature: float = Field(0.05, gt=0, le=100, description="Trees: temperature of the draws.")
     activity: Activity | None = Field(None, description="Trees: target activity.")
     heading: float | None = Field(None, ge=-3600, le=3600, description="Trees: target heading [degrees]; 90 is left.")

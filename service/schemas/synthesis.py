@@ -5,8 +5,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, model_validator
 
 import motionenv
+from motionenv.arguments import WALK_ARGUMENTS
 from motionenv.types import SECONDS_MOST, Motion
-from service.schemas.common import BodyHeight, ModelName, Request, Seed, Variation, WalkingSpeed
+from service.schemas.common import ModelName, Request, Seed, WalkRequest
 
 _PIXELS = 4096
 Deviation = Annotated[float, Field(ge=-5, le=5)]
@@ -45,7 +46,7 @@ class Picture(Request):
 _DEFAULT_PICTURE = Picture()  # frozen, so all requests without one can share it
 
 
-class SynthesisRequest(Request):
+class SynthesisRequest(WalkRequest):
     """A walk: the walker, its duration, and how it varies."""
 
     model: ModelName = "walk/fpca"
@@ -63,7 +64,6 @@ class SynthesisRequest(Request):
         description="The walker, as scores of the model; missing ones are those of the average. Not together with "
         "`deviations`.",
     )  # fmt: skip
-    speed: WalkingSpeed | None = Field(None, description="Walking speed [m/s]; default: the walker's.", examples=[1.3])
     speeds: list[SpeedRow] | None = Field(
         None, min_length=1, max_length=1000, examples=[[[0, 0], [1, 1.3], [5, 1.3], [6, 0]]],
         description="Instead of `speed`: rows of a time [s] and a speed [m/s], 0 to stand; straight lines between.",
@@ -73,9 +73,6 @@ class SynthesisRequest(Request):
         description="Points (x, y) [m] that the walk goes through along a smooth curve, whose radius is 0.6 m at "
         "least; it stops at the last one. Default: straight ahead along x.",
     )  # fmt: skip
-    height: BodyHeight | None = Field(None, description="Body height [m]; default: that of the model.")
-    phase: float = Field(0.0, ge=-1000, le=1000, description="Phase of the first frame [cycles]; 0: left leg ahead.")
-    variation: Variation = Field(1.0, description="Factor on the variation from cycle to cycle.")
     picture: Picture = Field(default_factory=lambda: _DEFAULT_PICTURE)
 
     @model_validator(mode="after")
@@ -96,7 +93,7 @@ class SynthesisRequest(Request):
 
     def make(self, model: Any, seed: int | None) -> Motion:
         """The walk of a fitted model, or of a model's name or file."""
-        how = self.model_dump(include={"deviations", "scores", "path", "height", "phase", "variation"})
+        how = self.model_dump(include={"deviations", "scores", "path", *WALK_ARGUMENTS})
         speed = self.speeds or self.speed
         return motionenv.synthesize(model, self.seconds, self.fps, seed=seed, speed=speed, **how)
 

@@ -7,6 +7,7 @@ import pytest
 
 import motionenv
 from motionenv.lifting import project_markers
+from motionenv.models import cycle
 from motionenv.models.paths import WalkPath
 from motionenv.models.synthesis import synthesize
 from motionenv.render.cameras import fit_view
@@ -22,6 +23,15 @@ def test_samples_are_those_of_the_tree(client):
     assert type(drawn) is type(expected)
     np.testing.assert_allclose(drawn.log_probability, expected.log_probability, atol=1e-12)
     assert client.tree_samples(tree.database_.activities[0], 3, seed=1).poses.shape == (3, 25)
+
+
+def test_a_stride_is_that_of_python(client):
+    how = {"deviations": [1.0], "speed": 1.3, "height": 1.6, "samples": 32}
+    told, made = client.cycle("walk/eigenwalkers", **how), cycle("walk/eigenwalkers", **how)
+    for name in ("markers", "poses", "standing", "contacts"):
+        np.testing.assert_array_equal(getattr(told, name), getattr(made, name))
+    np.testing.assert_array_equal(told.body.offsets, made.body.offsets)
+    assert (told.stride, told.seconds, told.body.height) == (made.stride, made.seconds, 1.6)
 
 
 def test_points_are_lifted_as_in_python(client):

@@ -84,7 +84,7 @@ def parameters(thing) -> set[str]:
         return set()
     if getattr(thing, "_is_protocol", False):
         return set()  # nobody constructs a protocol
-    named = inspect.signature(thing).parameters.values()
+    named = inspect.signature(inspect.unwrap(thing)).parameters.values()
     return {p.name for p in named if not p.name.startswith("_")} - {"self", "cls"}
 
 

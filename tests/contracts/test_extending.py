@@ -43,7 +43,8 @@ def installed(folder: Path, project: str) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_followed_to_the_letter_it_works(page, tmp_path):
-    shutil.copytree(ROOT / "motionenv", tmp_path / "motionenv", ignore=shutil.ignore_patterns("__pycache__"))
+    for package in ("motionenv", "service"):
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "web"))
     ran = 0
     for language, code in _BLOCK.findall(page.read_text(encoding="utf-8")):
         file = _NAMED.match(code)

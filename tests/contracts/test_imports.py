@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-CORE = {"errors", "types", "_core"}
+CORE = {"arguments", "errors", "types", "_core"}
 #: The order of the flow: a part imports itself and what comes before it.
 RANK = {
     **dict.fromkeys(CORE, 0),

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from motionenv.arguments import Request
 from motionenv.errors import MotionError
-from motionenv.models.types import Components, Request, Target, Walker
+from motionenv.models.types import Components, Target, Walker
 
 
 def test_walkers_with_equal_numbers_are_equal_whatever_held_them():
@@ -29,12 +30,12 @@ def test_a_request_has_the_nearest_number_of_frames(seconds, fps, frames):
     ("given", "says"),
     [
         ({"fps": 0.5}, r"fps must be a number.* from 1 to 1000, got 0\.5"),
-        ({"seconds": 0.0}, r"seconds must be a number above 0 and at most 3600, got 0\.0"),
+        ({"seconds": 0.0}, r"seconds must be a number of seconds above 0 and at most 3600, got 0\.0"),
         ({"seconds": 3601}, r"seconds must be .* at most 3600, got 3601"),
         ({"seconds": 0.01}, r"seconds must last one frame at least, got 0\.01 at 30 fps"),
         ({"speed": 3.5}, r"speed must be a number of .* from 0\.1 to 3, got 3\.5"),
         ({"height": 0.4}, r"height must be a number of metres from 0\.5 to 2\.5, got 0\.4"),
-        ({"phase": np.inf}, "phase must be a finite number of cycles, got inf"),
+        ({"phase": np.inf}, r"phase must be a number of cycles from -1000 to 1000, got inf"),
         ({"variation": 11}, "variation must be a number from 0 to 10, got 11"),
         ({"variation": True}, "variation must be a number from 0 to 10, got True"),
     ],

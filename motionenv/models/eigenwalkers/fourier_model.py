@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from motionenv._core.principal_axes import numerical_rank, signs
 from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.arguments import Request
 from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
@@ -30,7 +31,7 @@ from motionenv.models.fpca.observations import Observations, column_sums, group_
 from motionenv.models.people.population import draw_person
 from motionenv.models.storage.blocks import selected
 from motionenv.models.transforms import scaled
-from motionenv.models.types import Components, Cycle, Request, Treadmill, Walker
+from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
 
 _EXCESS = np.radians(10.0)  # by which a drawn body may exceed its joint limits

@@ -18,6 +18,7 @@ import numpy as np
 
 from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.motion_tree.database import Clip, Database, build_database
@@ -33,7 +34,7 @@ from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Op
 from motionenv.models.registry import load
 from motionenv.models.storage.mapped_npz import Mapping
 from motionenv.models.transforms import resample, scaled
-from motionenv.models.types import Components, Request, Target, Walker
+from motionenv.models.types import Components, Target, Walker
 from motionenv.types import Motion, Skeleton, frozen
 
 _IN_MEMORY = 2**28  # bytes of coefficients; more of them lie in a file, whose pages the system may take back

@@ -14,9 +14,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from motionenv._core.validation import checked_number
+from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.paths._steps import Steps, even_way, runs, smooth, steps_of
-from motionenv.models.types import Request
 from motionenv.types import SPEED_RANGE, Motion, Skeleton
 
 _TICK = 0.01  # [s] of the clock on which speed and phase are integrated

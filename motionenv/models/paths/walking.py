@@ -1,17 +1,19 @@
 """Walks along a path from any gait model: steady, faster and slower, with starts and stops."""
 
 from collections.abc import Callable
+from typing import Unpack
 
 import numpy as np
 
 from motionenv._core.validation import is_number, random_generator
+from motionenv.arguments import Request, WalkArguments, keyword_arguments
 from motionenv.errors import MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.paths._pace import RATE, pace_of, paced
 from motionenv.models.paths.bending import bend, bent
 from motionenv.models.paths.path import WalkPath
 from motionenv.models.transforms import resample, scaled
-from motionenv.models.types import Request, Target, Walker
+from motionenv.models.types import Target, Walker
 from motionenv.types import POSE, SPEED_RANGE, Motion
 
 _LOOK = 0.1  # [s] after which who is steered is told the speed again
@@ -21,6 +23,7 @@ _HEADING = POSE.index("root_heading")
 Speed = float | Callable[[float], float] | list | tuple | np.ndarray | None
 
 
+@keyword_arguments(WalkArguments)
 def walk_along(
     model: GaitModel,
     path: WalkPath,
@@ -30,9 +33,7 @@ def walk_along(
     walker: Walker | None = None,
     seed: int | np.random.Generator | None = None,
     speed: Speed = None,
-    height: float | None = None,
-    phase: float = 0.0,
-    variation: float = 1.0,
+    **walk: Unpack[WalkArguments],
 ) -> Motion:
     """A person of `model` walks along `path`: motion (frames, 25) that starts at the path's start.
 
@@ -51,9 +52,7 @@ def walk_along(
         seed: int or Generator.
         speed: [m/s]: a number from 0.1 to 3, a function of the time [s], or rows (time, speed) with straight lines
             between; functions and rows may be 0. None takes the walker's own.
-        height: body height [m]; None takes the walker's own.
-        phase: phase at the start [cycles], as in `GaitModel.synthesize`.
-        variation: factor on the variation between cycles.
+        walk: the further arguments of `motionenv.arguments.Request`.
 
     Raises:
         MotionError: a number out of range, a path with turns too sharp for the speed, or arguments that the model
@@ -64,17 +63,15 @@ def walk_along(
         raise MotionError(f"path must be a motionenv.models.paths.WalkPath, got {type(path).__name__}")
     rng = random_generator(seed)
     even: float | None = float(speed) if is_number(speed) else None
-    request = Request(seconds, fps, even, height, phase, variation)
+    request = Request(seconds, fps, even, **walk)
     if not model.steady:
         return _steered(model, path, request, speed, walker, rng)
     pace = None if speed is None else pace_of(speed, seconds, path.length)
     drawn = int(rng.integers(2**63))
-    person = walker or model.draw_walker(rng, pace.typical if pace and even is None else even, height)
+    person = walker or model.draw_walker(rng, pace.typical if pace and even is None else even, request.height)
 
     def make(span: float, fast: float | None, rate: float = RATE) -> Motion:
-        return model.synthesize(
-            span, rate, walker=person, seed=drawn, speed=fast, height=height, phase=phase, variation=variation
-        )
+        return model.synthesize(span, rate, walker=person, seed=drawn, speed=fast, **walk)
 
     if pace is None or even is not None:
         straight = make(seconds, even, fps)
@@ -90,8 +87,7 @@ def _steered(model, path: WalkPath, request: Request, speed: Speed, walker, rng:
     """Motion of a steerable model, steered straight ahead at the speed, then bent."""
     if not model.steerable:
         raise MotionError(f"a {model.kind} model neither walks steadily nor is steered: it can't keep to a path")
-    if request.phase != 0.0 or request.variation != 1.0:
-        raise MotionError(f"a {model.kind} model has no cycles: leave phase and variation out")
+    request.check_cycles(model.kind)
     start = walker.start if walker is not None else "walk" if "walk" in model.activities else None
     growth = model.generator(start, seed=rng)
     size = 1.0 if request.height is None else request.height / growth.skeleton.height

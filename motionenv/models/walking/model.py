@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from motionenv._core.representation import OneLine
 from motionenv._core.threads import everywhere
 from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv.arguments import Request
 from motionenv.body.gaps import known_markers
 from motionenv.body.skeleton import NODES, limb_radii, symmetric
 from motionenv.errors import GapError, ModelError, MotionError
@@ -28,7 +29,7 @@ from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.people.pace import Pace
 from motionenv.models.people.population import draw_person
-from motionenv.models.types import Components, Cycle, Request, Treadmill, Walker
+from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.models.walking.people import fit_people
 from motionenv.models.walking.tables import (
     CHANNELS,

@@ -3,7 +3,6 @@
 import { Controls } from "./controls/controls.js";
 import { StimulusDialogue } from "./stimuli/dialogue.js";
 import { plain } from "./stimuli/settings.js";
-import { walkerRequest } from "./controls/download.js";
 import { scattered } from "./stage/point_lights.js";
 import { Figure } from "./stage/figure.js";
 import { parameters } from "./controls/model_list.js";
@@ -14,6 +13,8 @@ import { gaitOf } from "./api/requests.js";
 import { History } from "./controls/history.js";
 import { drawn, enter, FLAGS, fresh, fromLink, level, link } from "./state.js";
 import { captureOf } from "./capture/recall.js";
+import { strideOf } from "./api/strides.js";
+import { settingsOf } from "./walkers/in_place.js";
 import { averageMarkers, streamed, walkerOf } from "./walkers/index.js";
 
 const $ = (id) => document.getElementById(id);
@@ -61,7 +62,7 @@ export class App {
     this.say("");
     const slow = setTimeout(() => this.say("Loading the model …"), SLOW);
     try {
-      const found = await this.patiently(name);
+      const found = await this.patiently(name, state.people);
       if (this.wanted !== name) return;
       this.say("");
       const capture = state.model === name ? state.capture : null;
@@ -89,11 +90,14 @@ export class App {
     this.say(error.message);
   }
 
-  /** A model's parameters; retries while the service is loading it. */
-  async patiently(name) {
+  /** A model's parameters, with the people's strides at hand; retries while the service is loading it. */
+  async patiently(name, people) {
     for (;;) {
       try {
-        return await parameters(name);
+        const found = await parameters(name);
+        const entered = people.map((one) => enter({ ...one }, name, found));
+        if (!streamed(found)) await Promise.all(entered.map((one) => strideOf(settingsOf(name, found, one))));
+        return found;
       } catch (error) {
         if (!error.retryAfter || this.wanted !== name) throw error;
         this.say("The service is loading this model. Please wait …");
@@ -108,7 +112,8 @@ export class App {
     state.chosen = Math.min(state.chosen, state.people.length - 1);
     state.capture = this.guest = null;
     this.dismiss();
-    this.walkers = state.people.map(() => walkerOf(model));
+    const how = { told: () => this.refresh(), say: (words) => this.say(words), paused: () => this.paused };
+    this.walkers = state.people.map(() => walkerOf(model, state.model, how));
     this.walkers.forEach((walker, i) => walker.set(state.people[i]));
     this.stage.show(this.walkers.map((walker, i) => new Figure(walker, i === 1)));
     if (streamed(model)) this.grow();
@@ -309,7 +314,7 @@ export class App {
       state.stimulus = stimulus;
       this.write();
     };
-    const people = state.people.map((one) => walkerRequest(state, one, this.parameters));
+    const people = state.people.map((one) => settingsOf(state.model, this.parameters, one));
     this.stimuli = new StimulusDialogue({ walkers, people, first: state.chosen, stimulus: state.stimulus, paused, changed });
     this.stimuli.open();
     this.write();
@@ -317,9 +322,8 @@ export class App {
 
   /** Show the gait of the selected person, as the service analyses it. */
   async analyse() {
-    const { speed, height, ...who } = walkerRequest(this.state, this.one, this.parameters);
-    const deviations = who.deviations.length ? who.deviations : null;
-    const report = await gaitOf({ model: who.model, speed, height, deviations, seed: this.one.seed, variation: 0 });
+    const who = settingsOf(this.state.model, this.parameters, this.one);
+    const report = await gaitOf({ ...who, seed: this.one.seed, variation: 0 });
     new GaitDialogue(report, this.walkers.length > 1 ? `walker ${"AB"[this.state.chosen]}` : "this walker").open();
   }
 

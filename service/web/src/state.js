@@ -82,7 +82,7 @@ function stimulusFrom(fields) {
   return { ...plain(), ...Object.fromEntries(given.map((setting) => [setting.name, parsed(setting, fields.get(`stimulus.${setting.name}`))])) };
 }
 
-/** Let a person enter a model: with the deviations that were set there, and with nothing that it doesn't have. */
+/** A person who enters a model: with the deviations that were set there, and with nothing that it doesn't have. */
 export function enter(one, name, { components, traits, activities }) {
   if (one.of !== null && one.of !== name) {
     const { deviations, held } = one;
@@ -94,6 +94,7 @@ export function enter(one, name, { components, traits, activities }) {
   const most = { t: traits?.length ?? 0, c: components ?? 0 };
   one.held = one.held.filter((slider) => Number(slider.slice(1)) < most[slider[0]]);
   if (!activities?.includes(one.activity)) one.activity = null;
+  return one;
 }
 
 /** A person drawn at random with a `seed`, in a model of `components` components. */

@@ -3,16 +3,14 @@ import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
 const folder = pathToFileURL(`${process.argv[2]}/`);
-const [{ decodeParameters }, { moved }, { walkInPlace }, { walkerInPlace, Frame }, { Body, forward, limbEnds }, { between }, { walkerOf }, { PointLights, ringOf }] = await Promise.all(
-  ["api/parameters", "controls/holding", "walkers/treadmill_cycle", "walkers/eigenwalkers", "walkers/kinematics", "walkers/periodic", "walkers/index", "stimuli/point_lights"].map(
+const [{ decodeParameters }, { decodeStride }, { moved }, { Body, forward, limbEnds }, { between }, { WalkerInPlace }, { PointLights, ringOf }] = await Promise.all(
+  ["api/parameters", "api/strides", "controls/holding", "walkers/kinematics", "walkers/periodic", "walkers/in_place", "stimuli/point_lights"].map(
     (name) => import(new URL(`${name}.js`, folder)),
   ),
 );
 
-const read = (path) => {
-  const bytes = readFileSync(path);
-  return decodeParameters(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
-};
+const bytes = (path) => Uint8Array.from(readFileSync(path)).buffer;
+const readStride = (path) => decodeStride(bytes(path));
 
 /** Nodes and drawn limbs of every pose. */
 function bodies(poses, body) {
@@ -31,21 +29,24 @@ const answers = {
   moved({ deviations, direction, value, held }) {
     return moved(deviations, direction, value, held);
   },
-  walk({ deviations, options }, parameters) {
-    const { poses, stride, seconds, body } = walkInPlace(parameters, deviations, options);
-    return { frames: [...poses], stride, seconds, ...bodies(poses, body) };
-  },
-  eigenwalkers({ deviations, options }, parameters) {
-    const { markers, stride, seconds } = walkerInPlace(parameters, deviations, options);
-    return { frames: [...markers], stride, seconds };
+  walker({ stride, phases }, parameters) {
+    const walker = new WalkerInPlace(parameters);
+    walker.take(readStride(stride));
+    walker.after(0, 1); // until the new stride has faded in
+    const found = { markers: [], limbs: [], ground: [], speed: walker.speed };
+    for (const phase of phases) {
+      walker.show(phase);
+      found.markers.push([...walker.markers]);
+      found.limbs.push([...walker.limbs]);
+      found.ground.push(walker.ground[0]);
+    }
+    return found;
   },
   poses({ poses }, parameters) {
     return bodies(Float64Array.from(poses.flat()), new Body(parameters, parameters.height));
   },
-  dots({ display, deviations, options, times }, parameters) {
-    const walker = walkerOf(parameters);
-    walker.set({ deviations, speed: null, height: null, ...options });
-    const lights = new PointLights(display, ringOf(walker));
+  dots({ display, stride, times }) {
+    const lights = new PointLights(display, ringOf({ cycle: readStride(stride) }));
     return times.map((seconds) => lights.at(seconds).map(({ x, y, visible }) => [x, y, Number(visible)]));
   },
   between({ values, phases }) {
@@ -54,5 +55,5 @@ const answers = {
 };
 
 const { cases, parameters } = JSON.parse(readFileSync(0, "utf8"));
-const models = Object.fromEntries(Object.entries(parameters).map(([name, path]) => [name, read(path)]));
+const models = Object.fromEntries(Object.entries(parameters).map(([name, path]) => [name, decodeParameters(bytes(path))]));
 console.log(JSON.stringify(cases.map((asked) => answers[asked.kind](asked, models[asked.model]))));

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image, ImageChops
 
 import motionenv
-from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
+from motionenv.models import cycle
 from tests.service.page.browsing import DESK, PHONE, tab
 
 MODELS = ["walk/fpca", "walk/eigenwalkers"]
@@ -36,27 +36,74 @@ def test_somebody_walks_and_the_console_is_silent(browser, server, model, scheme
     fresh.page.context.close()
 
 
+#: Moves the i-th slider to 1.35, the others let go.
+_SLIDE = (
+    "{{ document.querySelectorAll('.lock[aria-pressed=true]').forEach((lock) => lock.click());"
+    "  const input = document.querySelectorAll('#traits input, #components input')[{i}];"
+    "  input.value = 1.35; input.dispatchEvent(new Event('input', {{bubbles: true}})); return input.value; }}"
+)
+_ARRIVED = "!motionenv.walkers[0].asking"
+
+
 @pytest.mark.parametrize("model", MODELS)
-def test_a_slider_moves_the_pose_at_once_and_as_python_says(shown, model):
-    """Deviations after each of the sliders, the others let go, and the cycle that is shown in the very next frame."""
+def test_a_slider_moves_the_pose_as_python_says(shown, model):
+    """Deviations after each of the sliders, the others let go, and the cycle that is shown then."""
     shown.open(f"model={model}")
     fitted = motionenv.load(model)
-    mean, deviation = fitted.components().means, fitted.components().deviations
     sliders = shown.ask("document.querySelectorAll('#traits input, #components input').length")
-    assert sliders == 5 + (model != "walk/fpca") + len(mean)
+    assert sliders == 5 + (model != "walk/fpca") + len(fitted.components())
     for i in range(sliders):
-        found = shown.ask(
-            "{ document.querySelectorAll('.lock[aria-pressed=true]').forEach((lock) => lock.click());"
-            f"  const input = document.querySelectorAll('#traits input, #components input')[{i}];"
-            "  input.value = 1.35; input.dispatchEvent(new Event('input', {bubbles: true}));"
-            "  const [walker] = motionenv.walkers;"
-            "  return [motionenv.one.deviations, walker.poses ?? walker.cycle, walker.seconds, input.value]; }"
-        )
-        deviations, frames, seconds, value = found
+        value = shown.ask(_SLIDE.format(i=i))
         assert float(value) == pytest.approx(1.35, abs=0.026)
-        cycle = (walk_in_place if model == "walk/fpca" else markers_in_place)(fitted, mean + deviation * deviations)
-        np.testing.assert_allclose(np.reshape(frames, cycle.frames.shape), cycle.frames, atol=1e-6)
-        assert seconds == pytest.approx(float(cycle.seconds), rel=1e-6)
+        shown.until(_ARRIVED)
+        deviations, stride = shown.ask("[motionenv.one.deviations, motionenv.walkers[0].cycle]")
+        want = cycle(fitted, deviations=deviations)
+        np.testing.assert_allclose(np.reshape(stride["poses"], (-1, 25)), want.poses, atol=1e-6)
+        np.testing.assert_allclose(np.reshape(stride["markers"], (-1, 15, 3)), want.markers, atol=1e-6)
+        assert (stride["seconds"], stride["stride"]) == pytest.approx((want.seconds, want.stride), rel=1e-6)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_nothing_jumps_when_a_slider_moves(shown, model):
+    """Dragged or set, it moves no marker by more than 12 cm in a frame, nor the ground faster than 2.6 m/s."""
+    shown.open(f"model={model}")
+    for slider, frames in (("#traits input", 40), ("#pace input", 40), ("#traits input", 1), ("#pace input", 1)):
+        shown.page.evaluate(_WATCH, [slider, frames])
+        shown.until("globalThis.watched.done", 60)
+        markers, ground = shown.ask("[watched.markers, watched.ground]")
+        assert 0.01 < markers < 0.12, (slider, frames)
+        assert 0.005 < ground < 2.7 / 60, (slider, frames)
+        shown.ask("{ motionenv.reset(); }")
+        shown.until(_ARRIVED)
+
+
+#: Watches 60 frames of 1/60 s while a slider goes from its middle to its end in some frames: the greatest step of any
+#: marker, and of the ground, from one frame to the next [m].
+_WATCH = """([name, frames]) => {
+  const [walker] = motionenv.walkers;
+  const input = document.querySelector(name);
+  const watched = (globalThis.watched = { markers: 0, ground: 0, done: false });
+  let [frame, moment, before] = [0, 0, null];
+  motionenv.paused = false;
+  motionenv.frame = () => {}; // frames come from here
+  const step = () => {
+    if (frame >= 5 && frame < 5 + frames) {
+      input.value = Number(input.value) + (input.max - input.min) / 2 / frames;
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+    moment = walker.after(moment, 1 / 60);
+    walker.show(moment);
+    const now = [[...walker.markers], walker.ground[0]];
+    if (before) {
+      watched.markers = Math.max(watched.markers, ...now[0].map((x, i) => Math.abs(x - before[0][i])));
+      watched.ground = Math.max(watched.ground, Math.abs(now[1] - before[1]));
+    }
+    before = now;
+    if (++frame < 60) setTimeout(step, 16);
+    else watched.done = true;
+  };
+  step();
+}"""
 
 
 def test_speed_and_height_are_what_is_asked_for(shown):
@@ -67,6 +114,7 @@ def test_speed_and_height_are_what_is_asked_for(shown):
     assert shown.page.text_content("#pace .slider:nth-child(1) output") == "1.80 m/s, extrapolated"
     shown.page.click("#pace .slider:nth-child(1) .own")
     assert shown.ask("motionenv.one.speed") is None
+    shown.until(_ARRIVED)
     assert shown.ask("motionenv.walkers[0].speed") < 1.2
 
 

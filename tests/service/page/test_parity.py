@@ -7,22 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motionenv.models.treadmill_cycle import markers_in_place, walk_in_place
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import linprog
 
 import motionenv
-from motionenv.body import forward, limb_segments
+from motionenv.body import limb_segments
 from motionenv.data.stimuli import Display, PointLightWalker, dots_at
 from motionenv.data.stimuli.making import ring
-from service.formats.parameters import packed
+from motionenv.models import cycle
+from service.formats.cycles import encoded
+from service.formats.parameters import MEDIA_TYPE, packed
 
 HERE = Path(__file__).parent
 SOURCES = HERE.parents[2] / "service" / "web" / "src"
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="needs Node: apt-get install nodejs")
-
-PEOPLE = [[0.0] * 8, [3.0] * 8, [-3.0, 3.0] * 4, [1.5, -0.5, 0.25], [], [0, 0, 0, 3, -3, 2, 0.1, 1]]
-OPTIONS = [{}, {"speed": 0.5}, {"speed": 2.4}, {"height": 1.1}, {"speed": 1.4, "height": 2.2}]
 
 
 @pytest.fixture(scope="module")
@@ -43,39 +41,32 @@ def computed(tmp_path_factory):
     return compute
 
 
-def scores(model, deviations) -> np.ndarray:
-    mean = model.components().means
-    return mean + model.components().deviations * np.pad(
-        np.array(deviations, dtype=float), (0, len(mean) - len(deviations))
-    )
+@pytest.fixture(scope="module")
+def stride(tmp_path_factory):
+    """`stride(model, **how)`: the file of a stride as the service sends it, and the stride."""
+    folder = tmp_path_factory.mktemp("strides")
+
+    def make(model: str, **how):
+        made = cycle(model, **how)
+        file = folder / f"{len(list(folder.iterdir()))}.bin"
+        file.write_bytes(encoded(made, model, MEDIA_TYPE))
+        return str(file), made
+
+    return make
 
 
-def test_walks_are_the_same(computed):
-    model = motionenv.load("walk/fpca")
-    cases = [{"kind": "walk", "model": "walk/fpca", "deviations": d, "options": o} for d in PEOPLE for o in OPTIONS]
-    for case, found in zip(cases, computed(cases), strict=True):
-        want = walk_in_place(model, scores(model, case["deviations"]), **case["options"])
-        body = model.skeleton(case["options"].get("height"))
-        poses = np.reshape(found["frames"], (-1, 25))
-        np.testing.assert_allclose(poses, want.frames, rtol=0, atol=1e-9)
-        np.testing.assert_allclose([found["stride"], found["seconds"]], [want.strides, want.seconds], rtol=1e-9)
-        nodes = forward(want.frames, body)[0]
-        np.testing.assert_allclose(np.reshape(found["nodes"], nodes.shape), nodes, rtol=0, atol=1e-9)
-        limbs = limb_segments(want.frames, body)
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
+def test_walkers_are_the_same(computed, stride, model):
+    """At the samples of a stride, and between them, where the page's poses are a spline through them."""
+    for how in ({}, {"deviations": [1.5, -0.5], "speed": 1.4, "height": 2.2}, {"deviations": [-3.0, 3.0, -3.0]}):
+        file, made = stride(model, **how)
+        phases = np.arange(96) / 96
+        (found,) = computed([{"kind": "walker", "model": model, "stride": file, "phases": phases.tolist()}])
+        np.testing.assert_allclose(np.reshape(found["markers"], made.markers.shape), made.markers, rtol=0, atol=1e-9)
+        limbs = limb_segments(made.poses, made.body)
         np.testing.assert_allclose(np.reshape(found["limbs"], limbs.shape), limbs, rtol=0, atol=1e-9)
-
-
-def test_eigenwalkers_are_the_same(computed):
-    model = motionenv.load("walk/eigenwalkers")
-    cases = [
-        {"kind": "eigenwalkers", "model": "walk/eigenwalkers", "deviations": d, "options": o}
-        for d in PEOPLE
-        for o in OPTIONS
-    ]
-    for case, found in zip(cases, computed(cases), strict=True):
-        want = markers_in_place(model, scores(model, case["deviations"]), **case["options"])
-        np.testing.assert_allclose(np.reshape(found["frames"], want.frames.shape), want.frames, rtol=0, atol=1e-9)
-        np.testing.assert_allclose([found["stride"], found["seconds"]], [want.strides, want.seconds], rtol=1e-9)
+        np.testing.assert_allclose(found["ground"], phases * made.stride, rtol=0, atol=1e-9)
+        assert found["speed"] == pytest.approx(made.speed)
 
 
 def test_any_pose_has_the_same_body(computed):
@@ -110,13 +101,13 @@ DISPLAYS = [
 
 
 @pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
-def test_the_dots_of_stimuli_are_the_same(computed, model):
+def test_the_dots_of_stimuli_are_the_same(computed, stride, model):
     """Also which of them are random, as NumPy's Philox draws them."""
     times = [0.0, 0.013, 0.5, 1.0, 2.39, 7.77]
     people = [({}, ()), ({"speed": 1.7, "height": 1.4}, (1.5, -0.5))]
     cases = [(display, options, deviations) for display in DISPLAYS for options, deviations in people]
     asked = [
-        {"kind": "dots", "model": model, "display": d.model_dump(), "deviations": z, "options": o, "times": times}
+        {"kind": "dots", "display": d.model_dump(), "stride": stride(model, deviations=z, **o)[0], "times": times}
         for d, o, z in cases
     ]
     for (display, options, deviations), found in zip(cases, computed(asked), strict=True):

@@ -172,7 +172,7 @@ export class Controls {
     }
     const [speed, height] = this.paceSliders;
     speed.show(one.speed ?? (walker.speed || 1.2), one.speed !== null, walker.cyclic ? null : "its own");
-    height.show(walker.body.height, one.height !== null);
+    height.show(one.height ?? walker.body.height, one.height !== null);
   }
 }
 

@@ -1,6 +1,7 @@
 // Download of motion as files, made by the service.
 
 import { motion, ServiceError } from "../api/requests.js";
+import { settingsOf } from "../walkers/in_place.js";
 import { steering } from "../walkers/recorded.js";
 
 /** The request for what the page shows of one walker; for a tree, the motion from its start. */
@@ -8,14 +9,8 @@ export function synthesisRequest(state, one, parameters, { seconds, view }) {
   const picture = { width: 640, height: 480, view, style: state.figure === "points" ? "points" : "body" };
   const body = { model: state.model, seconds, seed: one.seed, picture };
   if (parameters.steerable) return { path: "/v1/tree/synthesis", body: { ...body, start: one.activity, ...steering(one) } };
-  const walker = walkerRequest(state, one, parameters);
-  const deviations = walker.deviations.length ? walker.deviations : null;
-  return { path: "/v1/synthesis", body: { ...body, ...walker, fps: 30, deviations, variation: 0 } };
-}
-
-/** How a request names a walker in place. */
-export function walkerRequest({ model }, { speed, height, deviations }, { components }) {
-  return { model, deviations: Array.from({ length: components }, (_, k) => deviations[k] ?? 0), speed, height };
+  const walker = settingsOf(state.model, parameters, one);
+  return { path: "/v1/synthesis", body: { ...body, ...walker, fps: 30, variation: 0 } };
 }
 
 /** Save a blob as a file. */

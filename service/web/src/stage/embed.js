@@ -1,19 +1,19 @@
-// A walker in a page of documentation, without a service: what makes it stands in the page, as base64.
+// A walker in a page of documentation, without a service: its stride stands in the page, as base64.
 
 import { decodeParameters } from "../api/parameters.js";
 import { Figure } from "./figure.js";
 import { Stage } from "./stage.js";
-import { walkerOf } from "../walkers/index.js";
+import { decodeStride } from "../api/strides.js";
+import { WalkerInPlace } from "../walkers/in_place.js";
 
-const SETTINGS = { deviations: [], speed: 1.3, height: 1.75 };
 const LOOKS = ["body", "stick", "points"];
 
 /** Show a walker in a place with a canvas, a range to turn it, a list of looks and a button to pause. */
 function embed(place) {
   const [canvas, turn, looks, pause] = ["canvas", "input", "select", "button"].map((tag) => place.querySelector(tag));
-  const bytes = Uint8Array.from(atob(place.dataset.parameters), (letter) => letter.charCodeAt(0));
-  const walker = walkerOf(decodeParameters(bytes.buffer));
-  walker.set(SETTINGS);
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+  const walker = new WalkerInPlace(decodeParameters(bytes(place.dataset.parameters)));
+  walker.take(decodeStride(bytes(place.dataset.stride)));
   const stage = new Stage(canvas);
   const figure = new Figure(walker, false);
   let cycles = 0;

@@ -1,6 +1,5 @@
 // Where the dots of a stimulus are at any time: motionenv/data/stimuli/dots.py.
 
-import { SAMPLES } from "../walkers/treadmill_cycle.js";
 import { block, uniforms } from "./philox.js";
 
 export const WALKER = 15; // dots of the walker
@@ -9,23 +8,19 @@ const BOX = [0.5, 0.5, 0.88]; // [body heights] in which dots are scrambled
 const BELOW = 0.06; // [body heights] of the box
 const MEANS = 4; // samples of a cycle from one that counts to the next, for the mean place of a dot
 
-/** One cycle of a walker in place: `markers` (SAMPLES × 45) [m], `mean` (45), `stride`, `seconds`, `height`. */
-export function ringOf(walker) {
-  const markers = new Float64Array(45 * SAMPLES);
+/** One cycle of a walker in place: `markers` (samples × 45) [m], `mean` (45), `stride`, `seconds`, `height`. */
+export function ringOf({ cycle: { markers, stride, seconds, height } }) {
   const mean = new Float64Array(45);
-  const ground = [...walker.ground];
-  for (let j = 0; j < SAMPLES; j++) {
-    walker.show(j / SAMPLES);
-    markers.set(walker.markers, 45 * j);
-    if (j % MEANS === 0) for (let i = 0; i < 45; i++) mean[i] += (walker.markers[i] * MEANS) / SAMPLES;
+  for (let j = 0; j < markers.length; j += 45 * MEANS) {
+    for (let i = 0; i < 45; i++) mean[i] += (45 * MEANS * markers[j + i]) / markers.length;
   }
-  walker.ground = ground;
-  return { markers, mean, stride: walker.stride, seconds: walker.seconds, height: walker.body.height };
+  return { markers, mean, stride, seconds, height };
 }
 
 /** Marker `which` of a ring at a phase [cycles]: [x, y, z] [m], by a Catmull-Rom spline. */
 function markerAt({ markers }, phase, which) {
-  const at = (phase - Math.floor(phase)) * SAMPLES;
+  const samples = markers.length / 45;
+  const at = (phase - Math.floor(phase)) * samples;
   const first = Math.floor(at);
   const u = at - first;
   const weights = [
@@ -34,7 +29,7 @@ function markerAt({ markers }, phase, which) {
     u * (0.5 + u * (2 - 1.5 * u)),
     u * u * (-0.5 + 0.5 * u),
   ];
-  const sample = (k) => 45 * ((first + k - 1 + SAMPLES) % SAMPLES) + 3 * which;
+  const sample = (k) => 45 * ((first + k - 1 + samples) % samples) + 3 * which;
   return [0, 1, 2].map((c) => weights.reduce((sum, weight, k) => sum + weight * markers[sample(k) + c], 0));
 }
 

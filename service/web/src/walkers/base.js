@@ -58,6 +58,15 @@ export class Walker {
   close() {}
 }
 
+const HIPS = 0.53; // height of the hips of a standing body, in body heights
+
+/** The pose of somebody of a height [m] who stands. */
+export function standing(height) {
+  const pose = new Float64Array(25);
+  pose[2] = HIPS * height;
+  return pose;
+}
+
 export const degrees = (radians) => (radians * 180) / Math.PI;
 
 /** Columns of the left and right flexions in a pose. */

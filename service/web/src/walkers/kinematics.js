@@ -23,18 +23,15 @@ export class Body {
   constructor(parameters, height) {
     const { arrays } = parameters;
     this.height = height;
-    this.shares = arrays.offsets;
     this.offsets = arrays.offsets.map((x) => x * height);
     this.shifts = arrays.limb_shifts;
     this.radii = arrays.limb_radii;
     this.ankleHeight = parameters.ankle_height;
-    this.contact = parameters.contact;
     this.limbNodes = parameters.limb_nodes;
     this.limbSegments = parameters.limb_segments;
     const foot = arrays.limb_shifts.subarray(6 * LEFT_FOOT, 6 * LEFT_FOOT + 6);
     this.heel = [-foot[0], -foot[2]];
     this.toe = [foot[3], -foot[5]];
-    this.ball = foot.subarray(3, 6);
   }
 }
 
@@ -92,7 +89,7 @@ function root(pose, out) {
 }
 
 /** out = nodes[from] + rotation · (x, y, z). */
-export function place(nodes, from, rotations, r, x, y, z, out, to) {
+function place(nodes, from, rotations, r, x, y, z, out, to) {
   for (let i = 0; i < 3; i++) {
     const row = r + 3 * i;
     out[to + i] = nodes[from + i] + rotations[row] * x + rotations[row + 1] * y + rotations[row + 2] * z;
@@ -106,7 +103,7 @@ function placeNode(nodes, rotations, body, from, segment, node) {
 }
 
 /** Write the rotation of a foot (at `o`) that follows the shin (at `s`) but stays above the ground. */
-export function turnFoot(rotations, s, o, ankleZ, body) {
+function turnFoot(rotations, s, o, ankleZ, body) {
   const length = Math.hypot(rotations[s + 1], rotations[s + 4]);
   if (!(length > 1e-3)) {
     rotations.copyWithin(o, s, s + 9);
@@ -147,13 +144,6 @@ export function forward(pose, body, nodes, rotations) {
     placeNode(nodes, rotations, body, chain[1], 3 + 2 * i, chain[2]);
   }
   for (const { segment, shin, ankle } of FEET) turnFoot(rotations, 9 * shin, 9 * segment, nodes[3 * ankle + 2], body);
-}
-
-/** Where the balls of the feet are: two points, 6 numbers. */
-export function balls(nodes, rotations, body, out) {
-  const [x, y, z] = body.ball.map((v) => v * body.height);
-  FEET.forEach(({ segment, ankle }, i) => place(nodes, 3 * ankle, rotations, 9 * segment, x, y, z, out, 3 * i));
-  return out;
 }
 
 /** Ends of the axes of the drawn limbs: limbs × 6 numbers. */

@@ -2,11 +2,10 @@
 
 import { Body, forward, limbEnds } from "./kinematics.js";
 import { quantile } from "./periodic.js";
-import { flexions, Walker } from "./base.js";
+import { flexions, standing, Walker } from "./base.js";
 import { Stream } from "../api/stream.js";
 
 const STANDING = 0.1; // share of a capture's frames in which the lower foot may be below the ground
-const HIPS = 0.53; // height of the hips of a standing body, in body heights
 const UPPER = [6, 17]; // entries of a pose that are of neck and arms
 const TRUNK = [1, 3, 4, 15]; // nodes: sternum, shoulders, neck
 const GROWN_FPS = 30;
@@ -38,8 +37,7 @@ class Recorded extends Walker {
 
   /** A standing pose: captures may begin with unknown limbs. */
   stand() {
-    this.pose.fill(0);
-    this.pose[2] = HIPS * this.body.height;
+    this.pose.set(standing(this.body.height));
     this.draw();
   }
 

@@ -1,0 +1,28 @@
+"""One stride in place as JSON, NPY, NPZ, or a block of arrays that a browser reads without a library."""
+
+import io
+
+import numpy as np
+
+from motionenv.models import Cycle
+from service.formats import JSON, NPY, dumps
+from service.formats.parameters import MEDIA_TYPE, packed
+
+
+def encoded(cycle: Cycle, model: str, media_type: str) -> bytes:
+    """A cycle of the model of this name in one of the formats of `POST /v1/cycles`."""
+    arrays = {
+        "markers": cycle.markers, "poses": cycle.poses, "standing": cycle.standing, "contacts": cycle.contacts,
+        "offsets": cycle.body.offsets, "radii": cycle.body.radii,
+    }  # fmt: skip
+    numbers = {"stride": cycle.stride, "seconds": cycle.seconds, "height": cycle.body.height}
+    if media_type == JSON:
+        return dumps({"model": model, **numbers, **arrays})
+    if media_type == MEDIA_TYPE:
+        return packed(arrays, {"model": model, **numbers})
+    file = io.BytesIO()
+    if media_type == NPY:
+        np.save(file, cycle.poses, allow_pickle=False)
+    else:
+        np.savez(file, allow_pickle=False, **arrays, **numbers)
+    return file.getvalue()

@@ -1,0 +1,74 @@
+"""`POST /v1/cycles`: the stride that Python makes, in every format."""
+
+import io
+
+import numpy as np
+import pytest
+
+import motionenv
+from motionenv.models import cycle
+from service.formats.parameters import MEDIA_TYPE
+from tests.service.waiting import until
+
+NAMES = {"markers", "poses", "standing", "contacts", "offsets", "radii", "stride", "seconds", "height"}
+
+
+def post(server, accept="application/json", **asked):
+    return server.http.post("/v1/cycles", json=asked, headers={"Accept": accept})
+
+
+@pytest.mark.parametrize("model", ["walk/fpca", "walk/eigenwalkers"])
+def test_it_is_the_stride_that_python_makes(server, model):
+    how = {"deviations": [1.5, -0.5], "speed": 1.2, "height": 1.6, "samples": 48}
+    want, told = cycle(model, **how), post(server, model=model, **how).json()
+    for name in ("markers", "poses", "standing", "contacts"):
+        np.testing.assert_array_equal(told[name], getattr(want, name))
+    np.testing.assert_array_equal(told["offsets"], want.body.offsets)
+    assert (told["model"], told["stride"], told["seconds"], told["height"]) == (model, want.stride, want.seconds, 1.6)
+    assert told["stride"] / told["seconds"] == pytest.approx(1.2)
+
+
+def test_every_format_has_the_same_numbers(server):
+    asked = {"scores": [0.3], "speed": 1.4}
+    want, whole = cycle("walk/fpca", **asked), post(server, **asked).json()
+    with np.load(io.BytesIO(post(server, "application/x-npz", **asked).content)) as arrays:
+        assert set(arrays) == NAMES
+        for name in NAMES:
+            np.testing.assert_array_equal(arrays[name], whole[name])
+    poses = np.load(io.BytesIO(post(server, "application/x-npy", **asked).content))
+    np.testing.assert_array_equal(poses, want.poses)
+    packed = post(server, MEDIA_TYPE, **asked)
+    assert packed.content.endswith(want.body.radii.astype("<f8").tobytes())
+
+
+def test_a_seed_draws_the_walker_and_without_any_it_is_the_average(server):
+    model = motionenv.load("walk/fpca")
+    drawn = cycle(model, walker=model.walker(7))
+    np.testing.assert_array_equal(post(server, seed=7).json()["poses"], drawn.poses)
+    np.testing.assert_array_equal(post(server).json()["poses"], cycle(model).poses)
+
+
+def test_the_same_stride_is_not_sent_again(server):
+    first = post(server, seed=7)
+    again = server.http.post("/v1/cycles", json={"seed": 7}, headers={"If-None-Match": first.headers["ETag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    assert "Motion-Warning" not in first.headers
+    assert "beyond" in post(server, speed=2.9).headers["Motion-Warning"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "field", "says"),
+    [
+        ({"seed": 1, "scores": [1.0]}, "/", "one of seed, deviations and scores"),
+        ({"speed": 9}, "/speed", "3"),
+        ({"samples": 7}, "/samples", "8"),
+        ({"model": "mixed/tree"}, "/model", "no cycles in place"),
+    ],
+)
+def test_what_can_not_be_is_named(server, asked, field, says):
+    until(lambda: post(server, **asked).status_code != 503)  # the tree is being made
+    refused = post(server, **asked)
+    assert refused.status_code == 422
+    (error,) = refused.json()["errors"]
+    assert error["field"] == field
+    assert says in error["problem"]
