@@ -211,7 +211,6 @@ def _angle_points(angles: Angles | None, frames: int) -> dict[str, np.ndarray]:
 
 
 def _measurements(recording: Recording) -> dict[str, dict[str, _Value]]:
-    """The subject's name and the numbers of the group PROCESSING, such as the leg length, of a recording."""
     groups: dict[str, dict[str, _Value]] = {}
     if recording.subject:
         groups["SUBJECTS"] = {"USED": 1, "NAMES": [recording.subject]}

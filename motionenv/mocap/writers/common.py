@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Protocol
 
@@ -17,6 +17,7 @@ from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 
 _Y_UP = [1, 2, 0]
+_TOGETHER = 500  # frames converted to text at a time
 
 
 class Angles(Protocol):
@@ -119,6 +120,13 @@ def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
             f"name, got {values.shape}"
         )
     return dict(zip(angles.names, values.T, strict=True))
+
+
+def text_rows(table: np.ndarray, decimals: int, line: Callable[[int, list[float]], str]) -> Iterator[bytes]:
+    """The `line` of each row of a table (frames, columns), rounded to `decimals`, a few hundred rows at a time."""
+    for start in range(0, len(table), _TOGETHER):
+        some = np.round(table[start : start + _TOGETHER], decimals) + 0.0  # no negative zeros
+        yield "".join([line(i, values) for i, values in enumerate(some.tolist(), start)]).encode()
 
 
 def save(made: Iterable[bytes], path: str | Path) -> None:
