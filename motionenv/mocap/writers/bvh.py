@@ -15,12 +15,12 @@ from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
 from motionenv.mocap.writers.common import (
     check_sequence,
-    known_segments,
     local_rotations,
+    shown_segments,
     text_rows,
     without_missing,
     y_up,
-)
+)  # fmt: skip
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0
@@ -72,7 +72,7 @@ def encode(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     check_sequence(motion, "BVH", gaps=False)
-    known = known_segments(motion.poses)
+    known = shown_segments(motion.poses)
     joints = [joint for joint in _JOINTS if known[SEGMENTS.index(_SEGMENT[joint])]]
     motion = without_missing(motion)
     head = ["HIERARCHY", *_block("Hips", _rest(motion.skeleton), joints), "MOTION"]

@@ -52,7 +52,7 @@ def local_rotations(motion: Motion) -> np.ndarray:
     return local
 
 
-def known_segments(poses: np.ndarray) -> np.ndarray:
+def shown_segments(poses: np.ndarray) -> np.ndarray:
     """Which segments poses (frames, 25) show, (12,) bool in the order of `motionenv.body.SEGMENTS`.
 
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
@@ -62,7 +62,7 @@ def known_segments(poses: np.ndarray) -> np.ndarray:
 
 
 def without_missing(motion: Motion) -> Motion:
-    """`motion` (frames, 25) with zeros for what `known_segments` says is missing: the rest can do without NaN."""
+    """`motion` (frames, 25) with zeros for what `shown_segments` says is missing: the rest can do without NaN."""
     poses = np.where(_shown_entries(motion.poses), motion.poses, 0.0)
     return Motion(poses, motion.skeleton, motion.fps, motion.name)
 
@@ -70,7 +70,7 @@ def without_missing(motion: Motion) -> Motion:
 def _shown_entries(poses) -> np.ndarray:
     """Which of the 25 entries turn a segment that isn't missing, (25,) bool."""
     shown = np.zeros(len(POSE), dtype=bool)
-    for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, known_segments(poses), strict=True):
+    for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, shown_segments(poses), strict=True):
         shown[entries] = segment_shown
     return shown
 
@@ -79,7 +79,7 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
     """Reject motions that a file of `kind` can't represent, before anything is written.
 
     Without `gaps`, the format can't represent missing values; limbs that are missing in every frame (see
-    `known_segments`) are fine all the same, because they are left out of the file.
+    `shown_segments`) are fine all the same, because they are left out of the file.
 
     Raises:
         MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.

@@ -33,7 +33,7 @@ def encode(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     common.check_sequence(motion, "GLB", gaps=False)
-    shown = np.flatnonzero(common.known_segments(motion.poses)).tolist()
+    shown = np.flatnonzero(common.shown_segments(motion.poses)).tolist()
     motion = common.without_missing(motion)
     data = _Data()
     rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # viewers look there

@@ -25,8 +25,8 @@ from motionenv.body.skeleton import NODES, SEGMENTS
 from motionenv.mocap.writers.common import (
     check_sequence,
     facing_x,
-    known_segments,
     opensim_axes,
+    shown_segments,
     text_rows,
     without_missing,
 )  # fmt: skip
@@ -48,7 +48,7 @@ def encode(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     check_sequence(motion, "MOT", gaps=False)
-    shown = {segment for segment, known in zip(SEGMENTS, known_segments(motion.poses), strict=True) if known}
+    shown = {segment for segment, known in zip(SEGMENTS, shown_segments(motion.poses), strict=True) if known}
     columns = _coordinates(facing_x(without_missing(motion)), shown)
     table = np.stack([*columns.values()], axis=1)
     lines = [
