@@ -1,7 +1,7 @@
 """Joint centres found from clusters alone, against those of markers on the same knees and ankles.
 
 The captures carry both: markers on hips, knees and ankles, and rigid clusters on thighs and shanks. The thickness of
-limbs that places functional joints outwards (`functional_legs._THICK`) comes from these captures too, so that this is
+limbs that places functional joints outwards (`functional._THICK`) comes from these captures too, so that this is
 how well they are described, not how well a stranger would be.
 
 python -m benchmarks.mocap.clusters

@@ -4,8 +4,7 @@ BVH, C3D, TRC and NPZ are read and written; ASF/AMC and AMASS are only read; CSV
 """
 
 from motionenv.mocap.marker_sets import LANDMARKS, MarkerMap, find_landmarks, guess_map
-from motionenv.mocap.motion_io import describe, read_motion, read_static
-from motionenv.mocap.reading import SUFFIXES, person_label, read
+from motionenv.mocap.reading import SUFFIXES, describe, person_label, read, read_motion, read_static
 from motionenv.mocap.retargeting import retarget, to_markers
 from motionenv.mocap.writing import encode, write, write_markers
 

@@ -53,7 +53,6 @@ def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibrat
 
 
 def _legs(at: dict[str, np.ndarray], legs: LowerBody) -> dict[str, np.ndarray]:
-    """Hips, knees, ankles and the pelvis between the hips."""
     found = {
         f"{side}_{joint}": centre
         for side, leg in (("left", legs.left), ("right", legs.right))

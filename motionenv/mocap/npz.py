@@ -2,18 +2,56 @@
 
 import io
 import struct
+import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from motionenv._core.files import atomic_write
+from motionenv._core.files import atomic_write, unpacked_size
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.readers.npz_arrays import LIMIT, load_arrays
 from motionenv.mocap.readers.text import read_bytes
 from motionenv.types import POSE, Motion, Skeleton
+
+#: Most array data of a file [bytes]: 12 hours of motion at 120 frames per second.
+LIMIT = 1 << 30
+
+#: Exceptions of zipfile, zlib and numpy on damaged files.
+_DAMAGED = (zipfile.BadZipFile, zlib.error, struct.error, ValueError, OSError, EOFError, RuntimeError, KeyError)
+
+
+def load_arrays(raw: bytes, path: str | Path, wanted: Container[str]) -> tuple[dict[str, np.ndarray], list[str]]:
+    """The `wanted` arrays of a file's content, by name, and the names of all; messages call it `path`.
+
+    Raises:
+        FormatError: not an NPZ file, damaged, Python objects, or arrays of more than 1 GiB.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            _check_sizes(path, archive, wanted)
+        with np.load(io.BytesIO(raw), allow_pickle=False) as file:
+            return {name: file[name] for name in file.files if name in wanted}, list(file.files)
+    except _DAMAGED as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(path, "isn't an NPZ file, or is damaged") from None
+
+
+def _check_sizes(path, archive: zipfile.ZipFile, wanted: Container[str]):
+    """Reject archives that wouldn't fit in memory, by the arrays' headers, before anything is decompressed."""
+    total = 0
+    for member in archive.infolist():
+        if member.filename.removesuffix(".npy") not in wanted:
+            continue
+        size, dtype = unpacked_size(archive, member)
+        total += size
+        if dtype.hasobject:
+            raise FormatError(path, "has Python objects, which are never loaded", member.filename)
+        if total > LIMIT:
+            raise FormatError(path, f"has arrays of more than {LIMIT >> 20} MiB", member.filename)
+
 
 _FORMAT, _VERSION = "motionenv motion", 1
 _SKELETONS = 64  # most skeletons whose archive members are cached
@@ -61,7 +99,6 @@ def _kept_members(offsets: bytes, radii: bytes, height: float) -> list[_Member]:
 
 
 def _member(name: str, array: np.ndarray) -> _Member:
-    """An array as a file in a zip archive."""
     data = _npy_header(array.shape, array.dtype.str) + array.tobytes()
     return f"{name}.npy".encode(), data, zlib.crc32(data)
 
@@ -105,7 +142,6 @@ def parse(raw: bytes, path: str | Path) -> Motion:
 
 
 def _motion(path, fields: dict[str, np.ndarray], held: list[str]) -> Motion:
-    """The motion from a file's arrays, whose names are `held`."""
     if str(fields.get("format")) != _FORMAT:
         names = ", ".join(held[:8]) + (" ..." if len(held) > 8 else "") or "no arrays"
         raise FormatError(

@@ -114,7 +114,6 @@ def _check_motion(motion) -> None:
 
 
 def _check_capture(capture) -> None:
-    """Reject what no file of captured points can hold."""
     if not isinstance(capture, Markers):
         raise MotionError(f"capture must be Markers, got {type(capture).__name__}; write takes a Motion")
     positions = capture.positions

@@ -134,12 +134,7 @@ def test_real_walks_are_brought_into_step(cmu_walks):
 def test_refusals():
     z = np.sin(2 * np.pi * np.arange(300)[:, None] / 60 + np.arange(3))
     good = align([z], [60])
-    for wrong in (
-        {"samples": 1},
-        {"samples": 10.5},
-        {"channels": ["a"]},
-        {"subjects": ["a", "b"]},
-    ):
+    for wrong in ({"samples": 1}, {"samples": 10.5}, {"channels": ["a"]}, {"subjects": ["a", "b"]}):
         with pytest.raises(MotionError, match=next(iter(wrong))):
             to_reference([z], good, 100, **wrong)
     with pytest.raises(MotionError, match="fps"):

@@ -51,10 +51,7 @@ def test_labels_are_those_of_all_files(files):
         (lambda files: StoredCycles([__file__], "abc"), "is no .npy file of cycles"),
         (lambda files: StoredCycles(files, "ab"), r"must hold cycles \(n, 6, 2\).*got \(10, 6, 3\)"),
         (lambda files: StoredCycles(files, "abc", subject="xy"), "subject must hold 23 labels, got 2"),
-        (
-            lambda files: StoredCycles([files[0].with_name("ints.npy")], "abc"),
-            "must hold float32 or float64.*got int",
-        ),
+        (lambda files: StoredCycles([files[0].with_name("ints.npy")], "abc"), "must hold float32 or float64.*got int"),
         (lambda files: StoredCycles([files[0].with_name("more.npz")], "abc"), "not an archive"),
     ],
 )

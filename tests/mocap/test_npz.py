@@ -9,6 +9,7 @@ from hypothesis.extra import numpy as hnp
 
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap import npz
+from motionenv.mocap.npz import load_arrays
 from motionenv.types import Motion, Skeleton
 
 
@@ -147,3 +148,20 @@ def test_what_a_model_filled_is_kept_and_otherwise_not_in_the_file(tmp_path):
     with np.load(tmp_path / "c.npz") as file:
         assert "filled" not in file
     assert npz.read(tmp_path / "c.npz").filled is None
+
+
+def test_only_wanted_arrays_are_loaded_and_objects_never(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez(path, trans=np.arange(6.0).reshape(2, 3), labels=np.array([{"a": 1}], dtype=object))
+    arrays, names = load_arrays(path.read_bytes(), path, {"trans", "poses"})
+    assert set(arrays) == {"trans"}
+    assert set(names) == {"trans", "labels"}
+    np.testing.assert_array_equal(arrays["trans"], [[0, 1, 2], [3, 4, 5]])
+    with pytest.raises(FormatError, match=r"labels\.npy: has Python objects, which are never loaded"):
+        load_arrays(path.read_bytes(), path, {"labels"})
+
+
+@pytest.mark.parametrize("raw", [b"x" * 300, b"PK\3\4" + bytes(300)])
+def test_other_files_are_refused_in_our_words(raw):
+    with pytest.raises(FormatError, match="^a.npz: isn't an NPZ file, or is damaged$"):
+        load_arrays(raw, "a.npz", {"trans"})

@@ -5,9 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+import motionenv
 from motionenv import mocap as files
-from motionenv.errors import FormatError
-from motionenv.mocap import npz
+from motionenv.errors import FormatError, MotionError
+from motionenv.mocap import npz, read, retarget
+from motionenv.mocap.reading import describe, read_motion
 from motionenv.types import Markers, Motion, Skeleton
 
 #: What files of the collection need besides their path, and why.
@@ -120,10 +122,7 @@ JUNK = {
     "noise": (np.random.default_rng(1).bytes(5000), "is binary|isn't a C3D file|isn't an NPZ file"),
     "UTF-16": ("HIERARCHY\n".encode("utf-16"), "is UTF-16|isn't a C3D file|isn't an NPZ file"),
     "Latin-1": (b"HIERARCHY\nROOT H\xfcfte\n", "line 2: is not UTF-8|isn't a (C3D|TRC) file|isn't an NPZ file"),
-    "prose": (
-        b"Once upon a time\nthere was a walk.\n",
-        "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|'Once'",
-    ),
+    "prose": (b"Once upon a time\nthere was a walk.\n", "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|'Once'"),
 }
 
 
@@ -160,3 +159,60 @@ def test_long_captures_read_in_proportion(tmp_path):
     began = time.perf_counter()
     assert files.read(path).positions.shape == (7200, 31, 3)
     assert time.perf_counter() - began < 20
+
+
+def test_a_motion_is_as_written_and_capture_is_put_on_the_body(mocap, any_motion, tmp_path):
+    motion = any_motion(1)
+    motionenv.write(motion, tmp_path / "a.npz")
+    assert read_motion(tmp_path / "a.npz").poses.tobytes() == motion.poses.tobytes()
+    path = mocap / "cmu_asfamc" / "02" / "02_01.amc"
+    np.testing.assert_array_equal(read_motion(path, fps=120).poses, retarget(read(path, fps=120)).poses)
+
+
+def test_what_can_not_be_put_on_the_body_is_told_with_its_file(tmp_path):
+    rows = [
+        "PathFileType\t4\t(X/Y/Z)\ta.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        "100\t100\t2\t1\tm",
+    ]
+    rows += ["Frame#\tTime\tnose", "\t\tX1\tY1\tZ1", "", "1\t0\t1\t2\t3", "2\t0.01\t1\t2\t3"]
+    (tmp_path / "a.trc").write_text("\n".join(rows))
+    with pytest.raises(MotionError, match=r"a\.trc: .*no leg with hip and knee"):
+        read_motion(tmp_path / "a.trc")
+    with pytest.raises(FormatError, match=r"b\.bvh"):
+        read_motion(tmp_path / "b.bvh")
+
+
+def test_a_file_is_told_by_frames_seconds_gaps_and_names(mocap, any_motion, tmp_path):
+    motion = any_motion(2, frames=50)
+    poses = motion.poses.copy()
+    poses[:10] = np.nan
+    motionenv.write(motionenv.Motion(poses, motion.skeleton, 25.0), tmp_path / "a.npz")
+    assert describe(tmp_path / "a.npz") == "a.npz: 50 frames, 2.00 s at 25 fps, gaps 20.0%\nthe 25-DOF body"
+    told = describe(mocap / "cmu_asfamc" / "02" / "02_01.amc", fps=120)
+    assert told.startswith("02_01.amc: 343 frames, 2.86 s at 120 fps, gaps 0.0%\n")
+    assert "lfemur" in told
+
+
+def test_a_laboratorys_file_is_told_with_its_events_plates_and_angles(mocap):
+    lines = describe(mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample04" / "sub_labels.c3d").split("\n")
+    assert lines[2] == "marker set plug-in-gait: 14 of its 55 landmarks"
+    assert lines[3] == "subject Matt, 8 events, 2 force plates, unit mm"
+    assert lines[4].startswith("stored angles: LHipAngles, LKneeAngles, LAnkleAngles")
+    assert "Force" not in lines[4]
+
+
+def test_no_file_of_the_collection_is_told_in_words_of_another_library(mocap):
+    """Refusals name the file and say what to pass, or that there is nothing in it."""
+    told, refused = {}, {}
+    for path in sorted(p for p in mocap.rglob("*") if p.suffix.lower() in (".c3d", ".trc")):
+        try:
+            told[path.name] = describe(path)
+        except FormatError as error:
+            refused[path.name] = str(error)
+    assert len(told) > 60
+    for name, text in refused.items():
+        assert name in text
+        assert re.search(r"pass unit=\"mm\" \(--unit mm\)|is empty|is truncated", text), text
+    for text in (*told.values(), *refused.values()):
+        assert not re.search(r"ezc3d|bad_alloc|Traceback|Error\b|np\.|array\(", text), text

@@ -119,7 +119,7 @@ def test_unknown_names_and_sets_are_named():
     points = Markers(["LeftArm", "nonsense"], np.zeros((3, 2, 3)), 30)
     with pytest.raises(MotionError, match=r"no leg with hip and knee: the nearest marker set is 'mixamo'.*left_hip"):
         retarget(points)
-    with pytest.raises(MotionError, match=r"no marker set 'vicon'; known are anatomical"):
+    with pytest.raises(MotionError, match=r"the marker set must be one of anatomical, .*, got 'vicon'"):
         retarget(points, marker_map="vicon")
 
 

@@ -209,7 +209,7 @@ def _read_folder(source: Source) -> list[tuple[str, Motion]]:
 
 
 def _read_file(source: Source) -> Motion:
-    from motionenv.mocap.motion_io import read_motion
+    from motionenv.mocap import read_motion
 
     motion = read_motion(source.motion, fps=source.file_fps, unit=source.unit)
     check_shown(motion.poses, PARTS, f"an episode of {source.motion}")

@@ -91,11 +91,7 @@ def harrington_hip(segment: Segment, positions: dict[str, np.ndarray], side: str
     """Centre of the hip (frames, 3) from the width and depth of the pelvis (Harrington et al. 2007, table 2)."""
     back = sacrum(positions)
     depth = middle(np.linalg.norm(segment.origin - back, axis=-1))
-    local = [
-        -(0.24 * depth + 0.0099),
-        SIGN[side] * (0.33 * asis_distance + 0.0073),
-        -(0.30 * asis_distance + 0.0109),
-    ]
+    local = [-(0.24 * depth + 0.0099), SIGN[side] * (0.33 * asis_distance + 0.0073), -(0.30 * asis_distance + 0.0109)]
     return segment.origin + segment.rotation @ np.array(local)
 
 

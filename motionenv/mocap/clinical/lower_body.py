@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from motionenv._core.representation import OneLine
-from motionenv.mocap.clinical.functional_legs import functional_legs
+from motionenv.mocap.clinical.functional import functional_legs
 from motionenv.mocap.clinical.gait_model import (
     SIGN,
     Segment,
@@ -235,7 +235,6 @@ def _foot(positions, leg: Leg, own: Side, side: str, standing: tuple[float, floa
 
 
 def _raw_foot(positions, leg: Leg, side: str) -> np.ndarray | None:
-    """Rotation of the line from toe to ankle, with the shank's lateral axis."""
     toe = positions.get(f"{side}_toe")
     if toe is None or leg.ankle is None or leg.shank is None:
         return None

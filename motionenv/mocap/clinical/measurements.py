@@ -112,7 +112,6 @@ def completed(known: Measurements, positions: dict[str, np.ndarray]) -> Measurem
 
 
 def _stated(recording: Recording) -> dict[str, float]:
-    """Parameters of the groups that hold measurements, by their name in capitals without separators."""
     found = {}
     for key, value in reversed(list(recording.parameters.items())):
         group, _, name = key.partition(":")

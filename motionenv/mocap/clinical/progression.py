@@ -36,7 +36,6 @@ def progression(pelvis: np.ndarray, rotation: np.ndarray, fps: float) -> np.ndar
 
 
 def _between(path: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """`path` (frames, 2) with gaps bridged linearly."""
     frames = np.arange(len(path))
     return np.stack([np.interp(frames, frames[known], path[known, i]) for i in (0, 1)], -1)
 

@@ -98,8 +98,6 @@ class SkeletonWalk(OneLine):
 
 @dataclass(frozen=True, eq=False)
 class _Steps:
-    """A walk's steps, from foremost ankle to foremost ankle."""
-
     upright: np.ndarray  # (frames, 3, 3) pelvis → world, upright on average
     phase: np.ndarray  # (frames,) in steps
     weight: np.ndarray  # (frames,) 1 while walking, falling to 0 over a step

@@ -80,7 +80,6 @@ def _parsed(path) -> Any:
 
 
 def _folder(path) -> list[dict]:
-    """The frames of a folder of files."""
     found = list(Path(path).glob("*.json"))
     named = {_number(path, file.name): file for file in found}
     if not found or len(named) < len(found):
@@ -111,7 +110,6 @@ def _everybody(path, content) -> list[tuple]:
 
 
 def _people(path, entry) -> list:
-    """Everybody in one frame: objects with keypoints or landmarks."""
     if isinstance(entry, dict):
         points = _first(entry, "points")
         several = isinstance(points, list) and all(map(_is_landmarks, points))
@@ -127,7 +125,6 @@ def _is_landmarks(value) -> bool:
 
 
 def _dataset(path, content: dict) -> list[dict]:
-    """The frames of a data set: its images."""
     try:
         order = sorted(content["images"], key=lambda image: _natural(str(image.get("file_name", image["id"]))))
         frames: dict[Any, dict] = {image["id"]: {"frame": i, "people": []} for i, image in enumerate(order)}
@@ -159,7 +156,6 @@ def _keypoints(path, person: dict, where: str) -> np.ndarray:
 
 
 def _columns(person: dict) -> list:
-    """Lists of x, y and score, of a person in any layout."""
     x: Any
     values = _first(person, "points")
     if _is_landmarks(values):
@@ -182,12 +178,10 @@ def _identity(person: dict) -> float | str | None:
 
 
 def _first(entry: dict, what: str):
-    """The value of the first key for `what` that is there and isn't null."""
     return next((entry[key] for key in _KEYS[what] if entry.get(key) is not None), None)
 
 
 def _numbered(path, frames: list) -> list[int]:
-    """Frames from 0, from numbers or names."""
     numbers = [_number(path, frame) for frame in frames]
     first, different = min(numbers, default=0), len(set(numbers))
     span = max(numbers, default=0) - first + 1

@@ -58,7 +58,6 @@ def detect_people(
 
 
 def _models(weights: tuple[Any, Any] | None) -> tuple[Any, Any]:
-    """RTMLib's detector of people, and of their keypoints."""
     try:
         from onnxruntime.capi import onnxruntime_pybind11_state as onnx
         from rtmlib import YOLOX, BodyWithFeet, RTMPose

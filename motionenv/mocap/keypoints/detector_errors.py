@@ -156,6 +156,5 @@ def _heights(positions: np.ndarray, height: float | None) -> np.ndarray:
 
 
 def _filled(values: np.ndarray, otherwise: float) -> np.ndarray:
-    """`values` (frames,) with gaps interpolated; all `otherwise` if there are none."""
     known = np.flatnonzero(np.isfinite(values))
     return np.interp(np.arange(len(values)), known, values[known]) if len(known) else np.full(len(values), otherwise)

@@ -165,7 +165,6 @@ def _read_trc(path, fps: float | None) -> tuple[np.ndarray, float, str]:
 
 
 def _read_table(path, fps: float | None) -> tuple[np.ndarray, float, str]:
-    """Positions (frames, 15, 2), frame rate and unit of a CSV table."""
     lines = read_lines(path)
     try:
         rows = [(i, row) for i, row in enumerate(csv.reader(lines, strict=True), 1) if any(w.strip() for w in row)]

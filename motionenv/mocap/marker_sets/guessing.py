@@ -6,8 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from motionenv.mocap.marker_sets.landmarks import LANDMARKS
-from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_name
+from motionenv.mocap.marker_sets.marker_map import LANDMARKS, MarkerMap, Weights, plain_name
 from motionenv.mocap.marker_sets.matching import marker_sets, recognise
 from motionenv.types import Markers
 

@@ -24,12 +24,28 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from importlib.resources import files
 from pathlib import Path
 
 from motionenv._core.representation import OneLine
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.marker_sets.landmarks import LANDMARKS, SIDED
 from motionenv.mocap.readers.text import read_lines
+
+# A landmark is a place on the skin that can be felt (the ASIS, a malleolus), where laboratories put markers, or a
+# joint's centre. Joint centres carry the names of the body's nodes (`motionenv.body.NODES`). Segments may also carry
+# rigid clusters of up to five markers.
+_TABLE = tomllib.loads(files(__package__).joinpath("landmarks.toml").read_text(encoding="utf-8"))
+
+
+def _clusters(*segments: str) -> dict[str, str]:
+    return {f"{s}_cluster_{i}": f"marker {i} of a rigid cluster on the {s}" for s in segments for i in range(1, 6)}
+
+
+#: Landmarks that exist on both sides, those on the midline, and every landmark with its description.
+SIDED: dict[str, str] = _TABLE["sided"] | _clusters("thigh", "shank", "foot")
+MIDDLE: dict[str, str] = _TABLE["middle"] | _clusters("pelvis")
+LANDMARKS = MIDDLE | {f"{side}_{name}": f"{side} {what}" for side in ("left", "right") for name, what in SIDED.items()}
+
 
 #: One way to find a landmark: points and their weights, which sum to 1.
 Weights = Mapping[str, float]
@@ -122,7 +138,6 @@ def _section(table: Mapping, key: str) -> dict:
 
 
 def _both_sides(table: Mapping) -> dict:
-    """The entries of [sided] for the left and the right."""
     sided = _section(table, "sided")
     words = table.get("sides", {})
     if sided and (not isinstance(words, Mapping) or set(words) != {"left", "right"}):

@@ -132,7 +132,6 @@ def _sides_exchanged(positions: dict[str, np.ndarray]) -> bool:
 
 
 def _other_sides(table: dict) -> dict:
-    """`table` by landmark, with left and right exchanged."""
     swap = {"left": "right", "right": "left"}
     return {"_".join(swap.get(word, word) for word in name.split("_")): value for name, value in table.items()}
 
@@ -186,6 +185,5 @@ def _side_first(whole: str, words: list[str]) -> str:
 
 
 def _shared_start(names: Sequence[str]) -> int:
-    """Number of letters with which all names begin."""
     first, last = min(names, default=""), max(names, default="")
     return next((i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))

@@ -13,7 +13,7 @@ import numpy as np
 from motionenv._core.rotations import from_rotation_vector
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
-from motionenv.mocap.readers.npz_arrays import load_arrays
+from motionenv.mocap.npz import load_arrays
 from motionenv.mocap.readers.text import read_bytes
 from motionenv.mocap.units_axes import box, forward, metres_per, unit_proposal, upright, vertical_axis
 from motionenv.types import Markers
@@ -139,7 +139,6 @@ def _posed(path, arrays: dict[str, np.ndarray], body_model, fps: float, up: str)
 
 
 def _poses(path, arrays: dict[str, np.ndarray]) -> np.ndarray:
-    """Rotation vectors (frames, joints, 3) [rad]."""
     poses = arrays.get("poses")
     if poses is None and {"root_orient", "pose_body"} <= set(arrays):
         poses = np.concatenate([arrays["root_orient"], arrays["pose_body"]], axis=-1)
@@ -154,7 +153,6 @@ def _poses(path, arrays: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _numbers(path, key: str, values: np.ndarray, shape: tuple) -> np.ndarray:
-    """`values` as finite float64 of the shape."""
     good = np.issubdtype(values.dtype, np.number) and values.shape == shape
     if not good or not np.isfinite(values).all():
         raise FormatError(path, f"must have shape {shape} and finite values, got {values.shape}", key)

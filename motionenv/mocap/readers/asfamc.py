@@ -93,8 +93,6 @@ def _ordered(order: str, degrees) -> np.ndarray:
 
 
 class _Asf:
-    """Parser of a skeleton file's sections."""
-
     def __init__(self, path):
         self.path = path
         self._sections: dict[str, list[_Line]] = {}
@@ -112,11 +110,9 @@ class _Asf:
         return self._sections[name][1:]
 
     def _fields(self, lines: list[_Line]) -> dict[str, _Line]:
-        """The lines of a section or a bone by their first word."""
         return {words[0].lower(): (i, words[1:]) for i, words in lines}
 
     def _numbers(self, fields: dict[str, _Line], key: str, n: int, where: int) -> list[float]:
-        """The first `n` numbers of the line that starts with `key`."""
         i, words = fields.get(key, (where, []))
         if len(words) < n:
             raise FormatError(self.path, f"{key!r} with {n} values is missing", f"line {i}")

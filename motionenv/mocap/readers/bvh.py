@@ -168,7 +168,6 @@ def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.
 
 
 def _values(path, rows: list[tuple[int, list[str]]]) -> np.ndarray:
-    """The words of each (line number, words) as finite numbers."""
     try:
         values = np.array([list(map(float, words)) for _, words in rows])
         if np.isfinite(values).all():

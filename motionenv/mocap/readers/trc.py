@@ -58,7 +58,6 @@ def read(
 
 
 def _header(path, lines: list[str]) -> dict[str, str]:
-    """The entries of the second line with their values in the third."""
     if not lines[0].lstrip().startswith("PathFileType"):
         raise FormatError(path, "must begin with PathFileType: this isn't a TRC file", "line 1")
     if len(lines) < 4:
@@ -77,7 +76,6 @@ def _words(line: str) -> list[str]:
 
 
 def _names(path, lines: list[str]) -> list[str]:
-    """The markers' labels, from the line that starts with "Frame#"."""
     words = _words(lines[3])
     if not words or not words[0].lower().startswith("frame"):
         got = words[0] if words else ""
@@ -121,7 +119,6 @@ def _pointed(word: str) -> str:
 
 
 def _stated_fps(path, written: str, times: np.ndarray) -> float:
-    """The file's frame rate, if its times agree."""
     if not written:
         raise FormatError(path, "has no value for DataRate; pass fps= (--fps)", "line 3")
     fps = number(path, 3, _pointed(written), "DataRate")

@@ -6,17 +6,24 @@ R_x(obliquity) R_y(tilt) is "Yrotation Zrotation Xrotation".
 """
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
 from motionenv._core.rotations import to_euler, unwrap_euler
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import LIMB_SHIFTS, LIMBS, NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, known_segments, local_rotations, without_missing, y_up
+from motionenv.mocap.writers.common import (
+    check_sequence,
+    local_rotations,
+    shown_segments,
+    text_rows,
+    without_missing,
+    y_up,
+)  # fmt: skip
 from motionenv.types import POSE, Motion, Skeleton
 
 _CM = 100.0
-_TOGETHER = 500  # frames converted to text at a time
 _ROOT_CHANNELS = "CHANNELS 6 Xposition Yposition Zposition Yrotation Zrotation Xrotation"
 _CHANNELS = "CHANNELS 3 Xrotation Zrotation Yrotation"
 
@@ -65,19 +72,15 @@ def encode(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     check_sequence(motion, "BVH", gaps=False)
-    known = known_segments(motion.poses)
-    return _parts(without_missing(motion), [j for j in _JOINTS if known[SEGMENTS.index(_SEGMENT[j])]])
-
-
-def _parts(motion: Motion, joints: list[str]) -> Iterator[bytes]:
+    known = shown_segments(motion.poses)
+    joints = [joint for joint in _JOINTS if known[SEGMENTS.index(_SEGMENT[joint])]]
+    motion = without_missing(motion)
     head = ["HIERARCHY", *_block("Hips", _rest(motion.skeleton), joints), "MOTION"]
     head += [f"Frames: {len(motion.poses)}", f"Frame Time: {1 / motion.fps:.17g}"]
-    values = np.round(_channels(motion, joints), 6) + 0.0  # no negative zeros
-    row = " ".join(["%.6f"] * values.shape[1])
-    yield "".join(f"{line}\n" for line in head).encode("ascii")
-    for start in range(0, len(values), _TOGETHER):
-        some = values[start : start + _TOGETHER].tolist()
-        yield "".join(f"{row % tuple(frame)}\n" for frame in some).encode("ascii")
+    values = _channels(motion, joints)
+    row = " ".join(["%.6f"] * values.shape[1]) + "\n"
+    first = "".join(f"{line}\n" for line in head).encode()
+    return chain([first], text_rows(values, 6, lambda _, frame: row % tuple(frame)))
 
 
 def _rest(skeleton: Skeleton) -> dict[str, np.ndarray]:
@@ -111,7 +114,6 @@ def _offset(point: np.ndarray) -> str:
 
 
 def _channels(motion: Motion, joints: list[str]) -> np.ndarray:
-    """Values (frames, channels) [cm, degrees] in the order of the hierarchy."""
     turns = _turns(motion)
     at_rest = np.zeros((len(motion.poses), 3))
     rotations = np.degrees([turns.get(joint, at_rest) for joint in joints])

@@ -100,7 +100,7 @@ def _file(
     if angles:
         point |= {"ANGLES": list(angles), "ANGLE_UNITS": ["deg"]}
     analog = {"USED": 0, "GEN_SCALE": 1.0, "RATE": 0.0}
-    every = {"POINT": point, "ANALOG": analog, "FORCE_PLATFORM": {"USED": 0}, **groups}
+    every: dict[str, Mapping[str, _Value]] = {"POINT": point, "ANALOG": analog, "FORCE_PLATFORM": {"USED": 0}, **groups}
     if last >= _FULL:
         words = [np.array([frame & _FULL, frame >> 16]) for frame in (first, last)]
         every["TRIAL"] = {"ACTUAL_START_FIELD": words[0], "ACTUAL_END_FIELD": words[1]}
@@ -161,8 +161,8 @@ def _texts(key: str, texts: Sequence[str], shape: tuple[int, ...]) -> bytes:
 def _long(name: str, texts: list[str]) -> dict[str, list[str]]:
     """Texts as a parameter and its continuations (LABELS2, LABELS3, ...), as many in each as it can hold."""
     width = max(1, *(len(text.encode()) for text in texts))
-    each = min(_MOST, (_MOST_BYTES - 10) // width)
-    starts = range(0, len(texts), max(each, 1))
+    each = max(1, min(_MOST, (_MOST_BYTES - 10) // width))
+    starts = range(0, len(texts), each)
     return {f"{name}{i if i > 1 else ''}": texts[start : start + each] for i, start in enumerate(starts, 1)}
 
 
@@ -211,7 +211,6 @@ def _angle_points(angles: Angles | None, frames: int) -> dict[str, np.ndarray]:
 
 
 def _measurements(recording: Recording) -> dict[str, dict[str, _Value]]:
-    """The subject's name and the numbers of the group PROCESSING, such as the leg length, of a recording."""
     groups: dict[str, dict[str, _Value]] = {}
     if recording.subject:
         groups["SUBJECTS"] = {"USED": 1, "NAMES": [recording.subject]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Protocol
 
@@ -17,6 +17,7 @@ from motionenv.errors import GapError, MotionError
 from motionenv.types import POSE, Motion
 
 _Y_UP = [1, 2, 0]
+_TOGETHER = 500  # frames converted to text at a time
 
 
 class Angles(Protocol):
@@ -51,7 +52,7 @@ def local_rotations(motion: Motion) -> np.ndarray:
     return local
 
 
-def known_segments(poses: np.ndarray) -> np.ndarray:
+def shown_segments(poses: np.ndarray) -> np.ndarray:
     """Which segments poses (frames, 25) show, (12,) bool in the order of `motionenv.body.SEGMENTS`.
 
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
@@ -61,7 +62,7 @@ def known_segments(poses: np.ndarray) -> np.ndarray:
 
 
 def without_missing(motion: Motion) -> Motion:
-    """`motion` (frames, 25) with zeros for what `known_segments` says is missing: the rest can do without NaN."""
+    """`motion` (frames, 25) with zeros for what `shown_segments` says is missing: the rest can do without NaN."""
     poses = np.where(_shown_entries(motion.poses), motion.poses, 0.0)
     return Motion(poses, motion.skeleton, motion.fps, motion.name)
 
@@ -69,7 +70,7 @@ def without_missing(motion: Motion) -> Motion:
 def _shown_entries(poses) -> np.ndarray:
     """Which of the 25 entries turn a segment that isn't missing, (25,) bool."""
     shown = np.zeros(len(POSE), dtype=bool)
-    for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, known_segments(poses), strict=True):
+    for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, shown_segments(poses), strict=True):
         shown[entries] = segment_shown
     return shown
 
@@ -78,7 +79,7 @@ def check_sequence(motion: Motion, kind: str, *, gaps: bool) -> None:
     """Reject motions that a file of `kind` can't represent, before anything is written.
 
     Without `gaps`, the format can't represent missing values; limbs that are missing in every frame (see
-    `known_segments`) are fine all the same, because they are left out of the file.
+    `shown_segments`) are fine all the same, because they are left out of the file.
 
     Raises:
         MotionError: not one sequence of at least one frame, an infinite value, or another body's skeleton.
@@ -119,6 +120,13 @@ def checked_angles(angles: Angles, frames: int) -> dict[str, np.ndarray]:
             f"name, got {values.shape}"
         )
     return dict(zip(angles.names, values.T, strict=True))
+
+
+def text_rows(table: np.ndarray, decimals: int, line: Callable[[int, list[float]], str]) -> Iterator[bytes]:
+    """The `line` of each row of a table (frames, columns), rounded to `decimals`, a few hundred rows at a time."""
+    for start in range(0, len(table), _TOGETHER):
+        some = np.round(table[start : start + _TOGETHER], decimals) + 0.0  # no negative zeros
+        yield "".join([line(i, values) for i, values in enumerate(some.tolist(), start)]).encode()
 
 
 def save(made: Iterable[bytes], path: str | Path) -> None:

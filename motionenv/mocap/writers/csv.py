@@ -14,6 +14,7 @@ are not included; NPZ has them.
 import csv
 import io
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -34,13 +35,9 @@ _TOGETHER = 500  # frames converted to text at a time
 def encode(motion: Motion) -> Iterator[bytes]:
     """The bytes of a table of one sequence's poses (frames, 25) and markers, a few hundred rows at a time."""
     check_sequence(motion, "CSV", gaps=True)
-    return _parts(motion)
-
-
-def _parts(motion: Motion) -> Iterator[bytes]:
-    yield ",".join(COLUMNS).encode() + b"\n"
-    for start in range(0, len(motion.poses), _TOGETHER):
-        yield _rows(motion, np.arange(start, min(start + _TOGETHER, len(motion.poses))))
+    frames = np.arange(len(motion.poses))
+    rows = (_rows(motion, frames[start : start + _TOGETHER]) for start in frames[::_TOGETHER])
+    return chain([",".join(COLUMNS).encode() + b"\n"], rows)
 
 
 def _rows(motion: Motion, frames: np.ndarray) -> bytes:

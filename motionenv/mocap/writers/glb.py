@@ -33,7 +33,7 @@ def encode(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     common.check_sequence(motion, "GLB", gaps=False)
-    shown = np.flatnonzero(common.known_segments(motion.poses)).tolist()
+    shown = np.flatnonzero(common.shown_segments(motion.poses)).tolist()
     motion = common.without_missing(motion)
     data = _Data()
     rest = _rest(motion.skeleton) + y_up([*motion.poses[0, :2], 0.0])  # viewers look there
@@ -62,8 +62,6 @@ def _container(text: bytes, binary: bytes) -> bytes:
 
 
 class _Data:
-    """The binary buffer, with its accessors and buffer views."""
-
     def __init__(self):
         self.bytes = bytearray()
         self.views: list[dict] = []
@@ -108,7 +106,6 @@ def _joints(rest: np.ndarray, shown: list[int]) -> list[dict]:
 
 
 def _material(worn: str) -> dict:
-    """A matt material in the colour of a garment; glTF's factors are linear light."""
     colour = [round(c**2.2, 4) for c in COLOURS[worn]]
     surface = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
     return {"name": worn, "pbrMetallicRoughness": surface}

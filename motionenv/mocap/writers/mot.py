@@ -16,15 +16,22 @@ older gait2392 has the other sign.)
 """
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
 from motionenv._core.rotations import from_euler, to_euler, unwrap_euler
 from motionenv.body.skeleton import NODES, SEGMENTS
-from motionenv.mocap.writers.common import check_sequence, facing_x, known_segments, opensim_axes, without_missing
+from motionenv.mocap.writers.common import (
+    check_sequence,
+    facing_x,
+    opensim_axes,
+    shown_segments,
+    text_rows,
+    without_missing,
+)  # fmt: skip
 from motionenv.types import POSE, Motion
 
-_TOGETHER = 500  # frames converted to text at a time
 _MODEL_HEIGHT = 1.70  # [m], of the generic model (Rajagopal et al. 2016)
 _PELVIS_FROM_HIPS = np.array([0.056276, 0.0, 0.07849])  # [m] in the world's axes, of the generic model's hip joints
 
@@ -41,24 +48,17 @@ def encode(motion: Motion) -> Iterator[bytes]:
         MotionError: not one sequence.
     """
     check_sequence(motion, "MOT", gaps=False)
-    shown = {segment for segment, known in zip(SEGMENTS, known_segments(motion.poses), strict=True) if known}
-    return _parts(_coordinates(facing_x(without_missing(motion)), shown), motion.fps)
-
-
-def _parts(columns: dict[str, np.ndarray], fps: float) -> Iterator[bytes]:
-    """The header, then the rows of `columns` (frames,) by name."""
+    shown = {segment for segment, known in zip(SEGMENTS, shown_segments(motion.poses), strict=True) if known}
+    columns = _coordinates(facing_x(without_missing(motion)), shown)
     table = np.stack([*columns.values()], axis=1)
     lines = [
         "Coordinates", "version=1", f"nRows={len(table)}", f"nColumns={1 + len(columns)}", "inDegrees=yes", "",
         "Units are S.I. units (second, meters, Newtons, ...)", "Angles are in degrees.", "", "endheader",
         "\t".join(["time", *columns]),
     ]  # fmt: skip
-    yield "".join(f"{line}\n" for line in lines).encode("ascii")
+    first = "".join(f"{line}\n" for line in lines).encode()
     row = "\t".join(["%.8f"] * (1 + len(columns))) + "\n"
-    for start in range(0, len(table), _TOGETHER):
-        some = np.round(table[start : start + _TOGETHER], 8) + 0.0  # no negative zeros
-        rows = [row % ((start + i) / fps, *values) for i, values in enumerate(some.tolist())]
-        yield "".join(rows).encode("ascii")
+    return chain([first], text_rows(table, 8, lambda i, values: row % (i / motion.fps, *values)))
 
 
 def _coordinates(motion: Motion, shown: set[str]) -> dict[str, np.ndarray]:

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motionenv.body import NODES
 from motionenv.errors import FormatError, MotionError
-from motionenv.mocap.marker_sets.landmarks import LANDMARKS
-from motionenv.mocap.marker_sets.marker_map import MarkerMap, plain_name
+from motionenv.mocap.marker_sets.marker_map import LANDMARKS, MIDDLE, SIDED, MarkerMap, plain_name
 
 names = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8).filter(str.strip)
 ways = st.one_of(
@@ -69,3 +69,14 @@ def test_a_map_is_read_from_a_file_and_a_bad_one_is_named(tmp_path):
         MarkerMap.read(path)
     with pytest.raises(FormatError, match=r"nothing\.toml"):
         MarkerMap.read(tmp_path / "nothing.toml")
+
+
+def test_each_landmark_is_on_both_sides_or_in_the_middle():
+    left = {name.removeprefix("left_") for name in LANDMARKS if name.startswith("left_")}
+    right = {name.removeprefix("right_") for name in LANDMARKS if name.startswith("right_")}
+    assert left == right == set(SIDED)
+    assert len(LANDMARKS) == 2 * len(SIDED) + len(MIDDLE)
+
+
+def test_every_node_of_the_body_can_be_named():
+    assert set(NODES) <= set(LANDMARKS)

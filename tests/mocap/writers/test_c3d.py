@@ -201,8 +201,9 @@ def refused(problem: str, path, *, held=None, events=(), angles=None):
 def test_what_does_not_fit_is_named(tmp_path):
     path, angles = tmp_path / "a.c3d", Angles(50)
     refused("at most 255 events, got 256", path, events=[EVENTS[0]] * 256)
-    long = Markers(("x" * 256,), np.zeros((50, 1, 3)), 100.0)
-    refused("texts of at most 255 bytes, but one of POINT:LABELS has 256", path, held=long)
+    for letters in (256, 40_000):
+        long = Markers(("x" * letters,), np.zeros((50, 1, 3)), 100.0)
+        refused(f"texts of at most 255 bytes, but one of POINT:LABELS has {letters}", path, held=long)
     crowd = Markers([str(i) for i in range(65536)], np.zeros((1, 65536, 3)), 100.0)
     refused("at most 65535 points, got 65536", path, held=crowd)
     refused("events must have finite times, got Event.time=nan", path, events=[Event(np.nan, "toe_off", "left")])

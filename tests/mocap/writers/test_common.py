@@ -11,9 +11,9 @@ from motionenv.mocap.writers.common import (
     check_sequence,
     checked_angles,
     facing_x,
-    known_segments,
     local_rotations,
     opensim_axes,
+    shown_segments,
     without_missing,
     y_up,
     y_up_turns,
@@ -88,7 +88,7 @@ PARTS = {
 def test_limbs_that_are_missing_in_every_frame_are_no_gaps(entries, missing, any_motion, without):
     motion = any_motion(1)
     partial = without(motion, *entries)
-    known = known_segments(partial.poses)
+    known = shown_segments(partial.poses)
     assert {name for name, shown in zip(SEGMENTS, known, strict=True) if not shown} == missing
     check_sequence(partial, "XYZ", gaps=False)
     turns = local_rotations(without_missing(partial))

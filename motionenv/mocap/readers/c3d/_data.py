@@ -84,7 +84,6 @@ def _events(raw: bytes, encoding: Encoding) -> tuple[tuple[float, str], ...]:
 
 
 def _distinct(*counts: int, least: int = 1) -> list[int]:
-    """The counts of at least `least`, each once."""
     return list(dict.fromkeys(int(c) for c in counts if c >= least))
 
 
@@ -102,7 +101,6 @@ def _frames(parameters: Parameters) -> list[int]:
 
 
 def _analog(parameters: Parameters) -> int:
-    """Analog values per frame from the rates."""
     each = parameters.number("ANALOG:RATE", 0) / (parameters.number("POINT:RATE", 0) or np.inf)
     return _first(parameters, "ANALOG:USED") * max(round(each), 0) if np.isfinite(each) else -1
 

@@ -153,7 +153,6 @@ def _kistler(values: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _centre(force: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """Centre of pressure (samples, 3) in the plate's frame."""
     at = np.zeros_like(force)
     at[:, 0], at[:, 1] = -moment[:, 1] / force[:, 2], moment[:, 0] / force[:, 2]
     return at
