@@ -1,5 +1,5 @@
 """motionenv over HTTP: `create_app(settings)` in `service.app`, started by `motionenv serve`.
 
-request → protocol → middleware (host, id, log, metrics, key, rate, size) → routes/ → motionenv → formats/ → response
-                                                                    → jobs/ (a process each) → files
+request → middleware (id, log, metrics, host, key, rate, size) → routes/ → motionenv → formats/ → response
+                                                                          → jobs/ (a process each) → files
 """

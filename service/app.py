@@ -13,7 +13,7 @@ from service import errors
 from service.jobs.backend import Backend, Local
 from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
-from service.observability.tracing import Tracer
+from service.observability.tracing import tracer_provider
 from service.routes import (
     cycles,
     docs,
@@ -47,7 +47,7 @@ class Service:
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.backend)
-        self.tracer = Tracer(settings.traces, settings.trace_share) if settings.traces else None
+        self.tracing = tracer_provider(settings.traces, settings.trace_share) if settings.traces else None
         self.ready = False  # whether the models are loaded
 
 
@@ -74,14 +74,15 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         await service.backend.close()
         service.worker_pool.close()
         service.opengl_pool.close()
-        if service.tracer is not None:
-            service.tracer.close()
+        if service.tracing is not None:
+            service.tracing.shutdown()
 
     app = FastAPI(
         title="motionenv", version=__version__, description=docs.DESCRIPTION, lifespan=lifespan,
         redirect_slashes=False, docs_url=None, redoc_url=None,  # FastAPI's load their scripts from a CDN
         generate_unique_id_function=lambda route: route.name,
-        telemetry={"tracing": False, "metrics": False, "logs": False},
+        telemetry={"tracing": service.tracing is not None, "tracer_provider": service.tracing, "metrics": False,
+                   "logs": False, "operation_spans": False},
     )  # fmt: skip
     app.state.service = service
     app.add_middleware(CompressionMiddleware)
@@ -93,9 +94,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
                             "RateLimit-Policy", "Retry-After", "X-Request-ID"],
         )  # fmt: skip
     app.add_middleware(TrustedHostMiddleware, allowed_hosts=trusted_hosts(service.settings), www_redirect=False)
-    app.add_middleware(
-        ObservabilityMiddleware, settings=service.settings, metrics=service.metrics, tracer=service.tracer
-    )
+    app.add_middleware(ObservabilityMiddleware, settings=service.settings, metrics=service.metrics)
     errors.install(app)
     if service.settings.all_keys:
         docs.require_keys(app)

@@ -19,7 +19,7 @@ from motionenv.models import did_you_mean
 from service.jobs.store import Full, Unreachable
 
 MEDIA_TYPE = "application/problem+json"
-#: What kinds of problems there are, by the last part of their `type`: the status, and a title.
+#: Kinds of problems by the last part of their `type`: status and title.
 KINDS: dict[str, tuple[int, str]] = {
     "malformed-request": (400, "The request can't be read"),
     "no-key": (401, "This service needs an API key"),
@@ -133,7 +133,7 @@ def install(app: Starlette) -> None:
 
     handlers = {
         Problem: _of_problem, HTTPException: _of_http, RequestValidationError: _of_validation,
-        MotionError: _of_motion, Full: _of_full, Unreachable: _of_unreachable,
+        MotionError: _of_motion, Full: _of_outage, Unreachable: _of_outage,
     }  # fmt: skip
     for kind, handler in handlers.items():
         app.add_exception_handler(kind, handler)
@@ -173,11 +173,9 @@ async def _of_motion(request: Request, error: Any) -> Response:
     return _answer(request, 422, str(error))
 
 
-async def _of_full(request: Request, error: Any) -> Response:
-    return _answer(request, 507, FULL)
-
-
-async def _of_unreachable(request: Request, error: Any) -> Response:
+async def _of_outage(request: Request, error: Any) -> Response:
+    if isinstance(error, Full):
+        return _answer(request, 507, FULL)
     return _answer(request, 503, UNREACHABLE, headers={"Retry-After": str(OUTAGE)})
 
 

@@ -1,4 +1,4 @@
-"""The models that can be asked for: the ready-made ones, and those that jobs have fitted, files in the data folder."""
+"""Registry of the ready-made models and of those that jobs have fitted, which are files in the data folder."""
 
 import os
 import re
@@ -83,7 +83,7 @@ class ModelRegistry:
         return path if path.exists() else next(self.folder.glob(f"{match[1]}.*.npz"), None)
 
     def place(self, name: str, owner: str) -> Path:
-        """Where the fitted model called `name` is, or will be put if there is none yet."""
+        """Path of the fitted model called `name`, which may not exist yet."""
         stem = name.removeprefix("fitted/")
         return self.find_path(name) or self.folder / (f"{stem}.{owner}.npz" if owner else f"{stem}.npz")
 
@@ -99,7 +99,7 @@ class ModelRegistry:
         return f"fitted/{path.name.split('.')[0]}"
 
     def owner_of(self, path: Path) -> str:
-        """Whose model is in a file; empty for one that belongs to all."""
+        """Owner of the model in a file; empty for one that belongs to all."""
         return ".".join(path.name.split(".")[1:-1])
 
     def shows(self, path: Path, access: Access) -> bool:
@@ -118,7 +118,7 @@ class ModelRegistry:
         return Problem(404, f"there is no model {name!r}: GET /v1/models lists them{near}", field="/model")
 
     def version(self, name: str) -> str:
-        """What changes when the model called `name` does."""
+        """Version of the model called `name`, which changes when its file does."""
         return version(name) if name in names() else str(self.place(name, "").stat().st_mtime_ns)
 
 

@@ -1,4 +1,4 @@
-"""What the server processes of a service of several machines share."""
+"""State shared by the server processes of several machines."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""What is counted across processes: requests for the rate limit, and open streams."""
+"""Counts shared by all processes: requests for the rate limit, and open streams."""
 
 import asyncio
 import secrets

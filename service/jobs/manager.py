@@ -19,14 +19,14 @@ from service.transport.access import Access
 
 
 class JobManager:
-    """The jobs of a service: what is known of them is in the backend's `store`, their files in its `file_store`."""
+    """The jobs of a service: their records are in the backend's `store`, their files in its `file_store`."""
 
     def __init__(self, settings: Settings, backend: Backend) -> None:
         self.settings, self.backend, self.model_registry = settings, backend, backend.models
 
     @property
     def store(self) -> Store:
-        """What is known of the jobs."""
+        """Records of the jobs."""
         return self.backend.store
 
     @property

@@ -1,4 +1,4 @@
-"""What remembers jobs: the interface, which `service.jobs.sqlite` and `service.cluster.postgres` implement."""
+"""Records of jobs: the interface, which `service.jobs.sqlite` and `service.cluster.postgres` implement."""
 
 import contextlib
 import errno
@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 #: Attempts to run a job that is interrupted by the end of the process that runs it.
 ATTEMPTS = 5
-#: Why a job fails after them.
+#: Error of a job that is given up after them.
 GIVEN_UP = {"status": 500, "detail": f"the service ended {ATTEMPTS} times while this job ran: submit it again"}
 WAITING = ("queued", "running")
 #: Kinds of jobs that wait for each other: an inspection of a second doesn't wait behind a film.

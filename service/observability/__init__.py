@@ -1,1 +1,1 @@
-"""What the service tells its operator: logs and metrics."""
+"""Logs, metrics and traces for the operator."""

@@ -1,4 +1,4 @@
-"""Which models there are: `GET /v1/models`."""
+"""Models: `GET /v1/models`."""
 
 import asyncio
 from typing import Annotated, Any
@@ -85,7 +85,7 @@ async def get_model(request: Request, group: Group, name: Name) -> Response:
     responses={200: {"model": BodyDescription}, **_UNCHANGED, **documented(401, 429)},
 )
 async def describe_body(request: Request) -> Response:
-    """What the numbers of a pose and of markers are, in their order: the same for all models, formats and streams."""
+    """Names and units of a pose's numbers and of markers, in order: the same for all models, formats and streams."""
     return _answer(request, body_description())
 
 

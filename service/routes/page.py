@@ -32,5 +32,5 @@ async def index() -> FileResponse:
     return FileResponse(FOLDER / "index.html", headers={**_HEADERS, "Cache-Control": "private, no-store"})
 
 
-#: What the page loads.
+#: Scripts and styles of the page.
 ASSETS = Assets(directory=FOLDER / "assets")

@@ -1,1 +1,1 @@
-"""What requests and responses are made of: every field with its unit, its bounds and an example."""
+"""Schemas of requests and responses: each field with its unit, its bounds and an example."""

@@ -33,7 +33,7 @@ class Curve(BaseModel):
 
 
 class GaitBand(BaseModel):
-    """What people's angles are."""
+    """Reference band of people's angles."""
 
     people: int
     who: str = Field(description="Who they are.")
@@ -57,7 +57,7 @@ class GaitStretch(BaseModel):
 
 
 class GaitCapture(BaseModel):
-    """What was found in one walk."""
+    """Analysis of one walk."""
 
     name: str
     seconds: float = Field(description="Duration [s].")

@@ -35,7 +35,7 @@ def _checked_map(text: str) -> str:
 
 
 class ReadFields(BaseModel):
-    """How uploaded files are read (form fields)."""
+    """Options for reading uploaded files (form fields)."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -56,7 +56,7 @@ class ReadFields(BaseModel):
 
 
 class FillFields(ReadFields):
-    """How uploaded files are read that become whole motions."""
+    """Options for reading uploaded files as whole motions."""
 
     fill: bool = Field(
         False, description="Whether to fill what the files don't show, such as the arms beside a lower body, by the "

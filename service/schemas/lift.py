@@ -16,7 +16,7 @@ Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
 
 
 class CameraPose(BaseModel):
-    """Where a camera is in one frame."""
+    """Pose of a camera in one frame."""
 
     R: Matrix = Field(description="(3, 3): rotation from the world, whose z points up, to the camera.")
     t: Vector = Field(description="(3): translation from the world, whose ground is z = 0, [m].")
@@ -88,7 +88,7 @@ class View(BaseModel):
 
 
 class SteadyWalk(BaseModel):
-    """What a straight, steady walk has besides."""
+    """View and pace of a straight, steady walk."""
 
     view: float = Field(description="α [degrees].")
     view_deviation: float = Field(description="Standard deviation of the view [degrees].")

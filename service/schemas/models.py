@@ -15,7 +15,7 @@ class Component(BaseModel):
 
 
 class Range(BaseModel):
-    """What a number of a request may be."""
+    """Bounds of a number in a request."""
 
     minimum: float = Field(examples=[0.1])
     maximum: float = Field(examples=[3.0])

@@ -7,7 +7,7 @@ from service.schemas.common import ModelName
 
 
 class Walker(PointLightWalker):
-    """Who walks."""
+    """A walker."""
 
     model: ModelName = "walk/fpca"
 

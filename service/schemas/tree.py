@@ -79,5 +79,5 @@ class TreeSynthesisRequest(FromTree):
 
     @property
     def frames(self) -> int:
-        """How many frames the motion has."""
+        """Number of frames of the motion."""
         return max(1, round(self.seconds * self.fps))

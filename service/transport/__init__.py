@@ -1,1 +1,1 @@
-"""Between socket and route: protocol limits, access control, time-outs, worker threads."""
+"""Between server and route: access control, time-outs, compression, worker threads."""

@@ -50,7 +50,7 @@ def access_of(scope: MutableMapping[str, Any]) -> Access:
 
 
 class _Refusal(NamedTuple):
-    """Why a request is refused: status, detail, headers, and kind of problem if it isn't the status's usual one."""
+    """Refusal of a request; `kind` of problem if it isn't the status's usual one."""
 
     status: int
     detail: str

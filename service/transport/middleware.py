@@ -1,4 +1,4 @@
-"""What every request goes through: an id, a time-out, a line in the log, and a count in the metrics."""
+"""Id, time-out, log and metrics of every request."""
 
 import asyncio
 import itertools
@@ -10,7 +10,7 @@ import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.observability.metrics import Metrics
-from service.observability.tracing import Tracer, parent_of
+from service.observability.tracing import trace_of
 from service.settings import Settings
 from service.transport.access import send_problem
 
@@ -20,10 +20,10 @@ _log = structlog.get_logger("motionenv.service")
 
 
 class ObservabilityMiddleware:
-    """Id, time-out, log, metrics and trace of each request; unexpected exceptions become status 500."""
+    """Id, time-out, log and metrics of each request; unexpected exceptions become status 500."""
 
-    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics, tracer: Tracer | None) -> None:
-        self.app, self.metrics, self.tracer, self.seconds = app, metrics, tracer, settings.request_seconds
+    def __init__(self, app: ASGIApp, settings: Settings, metrics: Metrics) -> None:
+        self.app, self.metrics, self.seconds = app, metrics, settings.request_seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle a request."""
@@ -87,21 +87,12 @@ class ObservabilityMiddleware:
 
     def _note(self, scope: Scope, response: "_Response") -> None:
         seconds, route, client = time.perf_counter() - response.begun, _route(scope), scope.get("client")
-        parent = parent_of(response.traceparent)
         self.metrics.count(scope["method"], route, response.status, seconds)
         _log.info(
             "request", request_id=response.request_id, method=scope["method"], path=scope["path"], route=route,
             status=response.status, seconds=round(seconds, 6), bytes=response.size,
-            client=client[0] if client else None, key=scope.get("key"), trace=parent and parent.trace,
+            client=client[0] if client else None, key=scope.get("key"), trace=trace_of(response.traceparent),
         )  # fmt: skip
-        if self.tracer is not None and self.tracer.wants(parent):
-            about = {
-                "http.request.method": scope["method"], "http.route": route, "url.path": scope["path"],
-                "http.response.status_code": response.status, "http.response.body.size": response.size,
-                "motionenv.request_id": response.request_id,
-            }  # fmt: skip
-            failed = response.status >= 500 or not response.status
-            self.tracer.record(f"{scope['method']} {route}", seconds, parent, failed, about)
 
 
 class _Response:

@@ -1,13 +1,12 @@
 """A service whose servers and workers share only a database and an object store."""
 
-import time
-
 import psutil
 import pytest
 
 import motionenv
 from tests.service.cluster.many import BUCKET, servers, workers
 from tests.service.jobs.handing import LONG, SHORT, as_file, ended, some_walks, until_running, uploads
+from tests.service.waiting import until
 
 
 @pytest.mark.slow
@@ -35,10 +34,7 @@ def test_what_one_server_takes_another_gives(tmp_path, postgres, s3):
         taken = two.http.post("/v1/models", **fit)
         assert taken.status_code == 409
         assert two.http.delete("/v1/models/fitted/ours").status_code == 204
-        until = time.monotonic() + 20
-        while one.http.post("/v1/synthesis", json=body).status_code != 404:
-            assert time.monotonic() < until
-            time.sleep(0.1)
+        until(lambda: one.http.post("/v1/synthesis", json=body).status_code == 404)
         assert two.http.delete(asked.headers["Location"]).status_code == 204
         assert one.http.get(asked.headers["Location"]).status_code == 404
 
@@ -55,15 +51,9 @@ def test_what_ran_when_a_worker_was_stopped_or_killed_runs_again(tmp_path, postg
             until_running(server, running)
             busy, idle = (first, second) if _busy(first) else (second, first)
             busy.kill()
-            until = time.monotonic() + 20
-            while not _busy(idle):
-                assert time.monotonic() < until
-                time.sleep(0.1)
+            until(lambda: _busy(idle))
             assert server.http.delete(running.headers["Location"]).json()["status"] == "cancelled"
-            until = time.monotonic() + 20
-            while _busy(idle):
-                assert time.monotonic() < until
-                time.sleep(0.1)
+            until(lambda: not _busy(idle))
 
 
 def _busy(worker) -> bool:

@@ -51,11 +51,3 @@ def test_ranges_are_those_of_requests(name):
         assert told.minimum == bounds.get("minimum", bounds.get("exclusiveMinimum"))
     stream = StreamSettings.model_json_schema()["properties"]["speed"]["anyOf"][0]
     assert (stream["minimum"], stream["maximum"]) == (ranges["speed"].minimum, ranges["speed"].maximum)
-
-
-def test_components_are_the_models_own(model):
-    told, own = description("walk/fpca", model, None), model.components()
-    assert [c.name for c in told.components] == list(own.names)
-    assert [c.deviation for c in told.components] == pytest.approx(own.deviations.tolist())
-    assert [c.mean for c in told.components] == pytest.approx(own.means.tolist())
-    assert told.height == model.height_

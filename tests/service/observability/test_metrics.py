@@ -4,13 +4,13 @@ import os
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.observability.metrics import Metrics
+from tests.service.waiting import until
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,10 +22,7 @@ def test_threads_in_use_are_counted(server):
     film = {**ASK, "seconds": 10, "picture": {"width": 640, "height": 480}}
     with server.http.stream("POST", "/v1/synthesis", json=film, headers={"Accept": "video/mp4"}):
         assert held() == 1
-    until = time.monotonic() + 10
-    while held() and time.monotonic() < until:
-        time.sleep(0.05)
-    assert held() == 0
+    until(lambda: held() == 0)
 
 
 def samples(text: bytes) -> dict[tuple, float]:
@@ -55,6 +52,7 @@ def test_requests_are_counted_by_method_route_and_status():
 COUNTING = """
 import sys
 from service.observability.metrics import Metrics
+from tests.service.waiting import until
 metrics = Metrics()
 for _ in range(int(sys.argv[1])):
     metrics.count("GET", "/", 200, 0.1)

@@ -1,15 +1,22 @@
 """Spans reach a collector, with the client's trace, and only those that are wanted."""
 
+import asyncio
 import gzip
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+import httpx
 import pytest
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
+from opentelemetry.sdk.trace.export import SimpleSpanProcessor
+from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
+from opentelemetry.trace import StatusCode
 
-from service.observability.tracing import Parent, Tracer, parent_of
+from service.app import create_app
+from service.observability.tracing import trace_of
+from service.settings import Settings
 from tests.service.running import run_service
 from tests.service.waiting import until
 
@@ -69,20 +76,24 @@ def test_spans_of_requests_reach_the_collector(tmp_path):
     assert 0 < span.end_time_unix_nano - span.start_time_unix_nano < 30e9
 
 
-def test_a_share_is_traced_and_failures_are_marked():
-    with collector() as (address, spans):
-        tracer = Tracer(address, 0.25)
-        wanted = sum(tracer.wants(None) for _ in range(4000))
-        assert 800 < wanted < 1200
-        assert tracer.wants(Parent(TRACE, SPAN, sampled=True))
-        assert not tracer.wants(Parent(TRACE, SPAN, sampled=False))
-        for failed in (False, True):
-            tracer.record("GET /x", 0.5, None, failed, {})
-        tracer.close()
-    (_, fine), (_, bad) = spans
-    assert (fine.status.code, bad.status.code) == (0, 2)
-    assert fine.trace_id != bad.trace_id
-    assert abs(fine.end_time_unix_nano - fine.start_time_unix_nano - 5e8) < 1e6
+def test_a_share_is_traced_and_failures_are_marked(tmp_path):
+    app = create_app(Settings(data=tmp_path, traces="http://127.0.0.1:9/v1/traces", trace_share=0.25))
+    app.add_api_route("/defect", lambda: 1 / 0)
+    tracing = app.state.service.tracing
+    spans = InMemorySpanExporter()
+    tracing.add_span_processor(SimpleSpanProcessor(spans))
+
+    async def ask() -> None:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+            for _ in range(400):
+                await client.get("/health/live")
+            await client.get("/defect", headers={"traceparent": f"00-{TRACE}-{SPAN}-01"})
+
+    asyncio.run(ask())
+    *fine, bad = spans.get_finished_spans()
+    assert 60 < len(fine) < 140
+    assert {span.status.status_code for span in fine} == {StatusCode.UNSET}
+    assert (bad.name, bad.status.status_code) == ("GET /defect", StatusCode.ERROR)
 
 
 @pytest.mark.slow
@@ -94,15 +105,11 @@ def test_a_collector_that_is_gone_costs_no_answer(tmp_path):
 @pytest.mark.parametrize(
     ("header", "found"),
     [
-        (f"00-{TRACE}-{SPAN}-01", Parent(TRACE, SPAN, sampled=True)),
-        (f"00-{TRACE}-{SPAN}-02", Parent(TRACE, SPAN, sampled=False)),
-        (f"00-{TRACE.upper()}-{SPAN}-01", None),
-        (f"00-{'0' * 32}-{SPAN}-01", None),
-        (f"00-{TRACE}-{'0' * 16}-01", None),
-        (f"00-{TRACE}-{SPAN}", None),
+        (f"00-{TRACE}-{SPAN}-01", TRACE), (f"00-{TRACE}-{SPAN}-02", TRACE), (f"00-{TRACE.upper()}-{SPAN}-01", None),
+        (f"00-{'0' * 32}-{SPAN}-01", None), (f"00-{TRACE}-{'0' * 16}-01", None), (f"00-{TRACE}-{SPAN}", None),
         ("", None),
     ],
-)
-def test_only_what_the_standard_allows_is_a_parent(header, found):
-    assert parent_of(header.encode()) == found
-    assert parent_of(None) is None
+)  # fmt: skip
+def test_only_what_the_standard_allows_is_a_trace(header, found):
+    assert trace_of(header.encode()) == found
+    assert trace_of(None) is None

@@ -147,13 +147,6 @@ def test_a_link_brings_everything_back(shown, browser, server):
     other.page.context.close()
 
 
-def test_a_link_that_makes_no_sense_shows_the_average(shown):
-    shown.open("model=../../x&figure=cube&walker=NaN,1e99,&speed=-5&camera=a,b&scattered=yes&walker2=%F0")
-    assert shown.ask("motionenv.state.model") == "walk/fpca"
-    assert shown.ask("motionenv.state.people[0].deviations") == [0, 3, 0]
-    assert shown.ask("motionenv.state.people[0].speed") == 0.3
-
-
 def test_two_walkers_side_by_side(shown):
     shown.open("model=walk/fpca")
     shown.page.click("#compare")

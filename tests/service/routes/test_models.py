@@ -65,10 +65,6 @@ def test_odd_names_are_refused(server, path):
     assert server.http.get(path).status_code in (404, 422)
 
 
-def test_a_model_says_when_it_is_in_memory(server):
-    assert server.http.get("/v1/models/walk/fpca").json()["ready"] is True
-
-
 def test_the_order_of_poses_and_markers_is_served(server):
     told = server.http.get("/v1/body").json()
     assert [entry["name"] for entry in told["pose"]] == list(motionenv.types.POSE)
