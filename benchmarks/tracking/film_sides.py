@@ -22,8 +22,8 @@ from benchmarks import MOCAP
 from benchmarks.tracking.tables import share
 from motionenv import write
 from motionenv.body import markers
-from motionenv.models.transforms import resample
 from motionenv.models.training import read_walks
+from motionenv.models.transforms import resample
 from motionenv.render.video.encode import write_video
 from motionenv.tracking.video.track import VideoTrack, track_video
 from motionenv.types import MARKERS, Motion, Skeleton

@@ -159,5 +159,4 @@ def _rough(database, channels) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _positive(scale: np.ndarray) -> np.ndarray:
-    """`scale` with 1 for constant parameters."""
     return np.where(scale > 1e-6, scale, 1.0)
