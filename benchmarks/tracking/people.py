@@ -12,8 +12,8 @@ from motionenv import write
 from motionenv.body import from_height
 from motionenv.body.arm_reaching import RIGHT_ARM, reach
 from motionenv.models.motion_tree import MotionTree
-from motionenv.models.motion_tree.clips import read_clips
 from motionenv.models.motion_tree.database import Clip, build_database
+from motionenv.models.motion_tree.training import read_clips
 from motionenv.models.training import read_walks
 from motionenv.models.transforms import resample
 from motionenv.models.walking.model import WalkingModel

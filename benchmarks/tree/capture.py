@@ -11,9 +11,9 @@ from scipy.interpolate import CubicSpline
 
 from benchmarks import MOCAP
 from motionenv.body.skeleton import mirror
-from motionenv.models.motion_tree.clips import read_clips
 from motionenv.models.motion_tree.database import Clip, Database, build_database
 from motionenv.models.motion_tree.features import FPS, WINDOW
+from motionenv.models.motion_tree.training import read_clips
 from motionenv.types import Motion
 
 HISTORY = WINDOW + 2  # frames that a tree uses: a window, and two before it for velocities

@@ -38,7 +38,7 @@ class GaitModel(StoredModel):
             motion is of any kind and has no cycles: the model takes neither phase nor variation, and is steered
             towards the speed.
         steerable: whether it generates motion frame by frame with `generator`.
-        learns_from: what `fit` takes of captured walks: "motions" or "markers".
+        learns_from: type of captured walks that `fit` takes: "motions" or "markers".
         activities: targets of a steerable model.
         card_: the model card (Mitchell et al. 2019): data, licence, how it was made.
         make_motions: `synthesize_batch` with `rng` instead of `seed`; only where `batch_size` exceeds 1.
@@ -120,7 +120,7 @@ class GaitModel(StoredModel):
         return 0.0, np.inf
 
     def extrapolation(self, speeds: Iterable[float | None]) -> str | None:
-        """What to say of the first of `speeds` [m/s] (or None) that is beyond `learned_speeds`; None if none is."""
+        """Warning text if one of `speeds` [m/s], which may be None, is beyond `learned_speeds`; None if none is."""
         low, high = self.learned_speeds()
         beyond = [v for v in speeds if v is not None and not 0.99 * low <= v <= 1.01 * high]
         if not beyond:
@@ -129,7 +129,6 @@ class GaitModel(StoredModel):
         return f"speed {beyond[0]:g} m/s is beyond {learned}: step length and angles are extrapolated"
 
     def _warn_beyond(self, speeds, stacklevel: int = 3) -> None:
-        """Warn the caller's caller."""
         if told := self.extrapolation(speeds):
             warnings.warn(told, ExtrapolationWarning, stacklevel=stacklevel)
 
@@ -231,7 +230,7 @@ class GaitModel(StoredModel):
         height: float | None = None,
         samples: int = SAMPLES,
     ) -> list[Cycle]:
-        """One stride in place of each of n `walkers` of this model, without variation; only with a `treadmill`.
+        """One stride in place, at `samples` phases, of each of `walkers` of this model; only with a `treadmill`.
 
         `speed` [m/s] and `height` [m] are as of `synthesize`. `motionenv.models.cycle` checks these arguments.
         """

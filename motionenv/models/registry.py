@@ -124,7 +124,6 @@ def _package(entry: EntryPoint) -> str:
 
 
 def _value(name: str) -> Any:
-    """The object that an entry refers to."""
     entry = _entries()[name]
     if "/" in name and not _NAME.fullmatch(name):
         raise ModelError(f"model {name!r} of package {_package(entry)} must be named group/name, with a-z, 0-9 and -")

@@ -167,7 +167,6 @@ def _walk(
 
 
 def _card(name: str, walks: Walks, command: str) -> dict:
-    """Model card of a fitted model (Mitchell et al. 2019)."""
     known = _CMU_CARD if walks.cmu else _UNKNOWN_CARD
     return {
         "model": name,

@@ -68,9 +68,9 @@ class Cycle(OneLine):
         markers: (samples, 15, 3) [m], in the order of `motionenv.types.MARKERS`; NaN for limbs that the model doesn't
             know.
         poses: (samples, 25) [m, rad], in the order of `motionenv.types.POSE`; NaN likewise.
-        standing: (samples, 2) how much the left and the right foot stand, from 0 to 1; the sum is 1.
-        body: what `poses` are of.
-        stride: how far the ground moves back in a cycle [m].
+        standing: (samples, 2) share of the weight on the left and on the right foot.
+        body: the body in `poses`.
+        stride: length of a stride [m], by which the ground moves back in a cycle.
         seconds: duration of a cycle [s].
     """
 
@@ -101,7 +101,7 @@ class Treadmill(OneLine):
     """Walking in place in closed form.
 
     Attributes:
-        frame: what the Fourier series in `arrays` describe: "poses" or "markers".
+        frame: quantity of the Fourier series in `arrays`: "poses" or "markers".
         arrays: see `motionenv.models.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
@@ -150,7 +150,7 @@ class Trait(OneLine):
         direction: (q,) unit vector, in standard deviations along each component.
         mean, gain: of the feature over walkers, and its change for one step along `direction`, by the regression.
         share: share of the feature's variance over walkers that the regression explains.
-        note: what else a user should know.
+        note: a remark for users.
     """
 
     name: str

@@ -192,7 +192,7 @@ def is_evaluated(person: str) -> bool:
 
 
 def _read_folder(source: Source) -> list[tuple[str, Motion]]:
-    from motionenv.models.motion_tree.clips import read_clips
+    from motionenv.models.motion_tree.training import read_clips
 
     def refuse(name: str, why: str) -> None:
         raise MotionError(f"{name} in {source.motion} can't be used: {why}")

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motionenv._core.compilation import kernel
 from motionenv._core.validation import random_generator
 from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import body_heights, grounded, stride_lengths
@@ -24,10 +25,8 @@ class WalkerBatch:
 
         `sizes` (k,) are factors on all lengths; 1 keeps the walker's size.
         """
-        from motionenv.models.eigenwalkers._batch_kernel import place
-
         out = np.empty((len(which), len(MARKERS), 3))
-        place(self.coefficients, which, phases, sizes, out)
+        _place(self.coefficients, which, phases, sizes, out)
         return out
 
 
@@ -44,3 +43,17 @@ def draw_walkers(model: FourierModel, n: int, seed: int | np.random.Generator | 
     frequencies = model.frequency(scores) * np.exp(model.log_frequency_deviation_ * rng.standard_normal(n))
     w = grounded(model.inverse_transform(scores))
     return WalkerBatch(w, frequencies, body_heights(w), stride_lengths(w))
+
+
+@kernel
+def _place(coefficients, which, phases, sizes, out) -> None:
+    """Fill `out` (k, 15, 3) [m] with the walkers `which` (k,) at their phases ωt (k,) [rad] (paper B, eq. 3.1).
+
+    `coefficients` (n, 5, 15, 3) [m] are those of all walkers, `sizes` (k,) factors on all lengths.
+    """
+    for i in range(len(which)):
+        w, body = coefficients[which[i]].reshape(5, 45), out[i].reshape(45)
+        s, c = np.sin(phases[i]), np.cos(phases[i])
+        s2, c2 = 2.0 * s * c, c * c - s * s
+        for j in range(45):
+            body[j] = sizes[i] * (w[0, j] + s * w[1, j] + c * w[2, j] + s2 * w[3, j] + c2 * w[4, j])

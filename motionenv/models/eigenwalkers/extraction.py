@@ -101,7 +101,6 @@ def _markers_of(motion: Motion) -> Markers:
 
 
 def _check(markers: Markers, frequencies, steady, drift) -> None:
-    """Validate the arguments of `fourier_walker`."""
     if not isinstance(markers, Markers) or markers.names != MARKERS or markers.positions.ndim != 3:
         have = f"names {markers.names}" if isinstance(markers, Markers) else type(markers).__name__
         raise MotionError(

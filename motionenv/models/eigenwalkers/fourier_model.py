@@ -219,7 +219,10 @@ class FourierModel(GaitModel):
         self, walkers: Sequence[Walker], *, speed: float | None = None, height: float | None = None,
         samples: int = SAMPLES,
     ) -> list[Cycle]:  # fmt: skip
-        """As `GaitModel.in_place`: the markers, and the body that is fitted to them and whose feet carry both."""
+        """One stride in place, at `samples` phases, of each of `walkers`, at a `speed` [m/s], of a `height` [m].
+
+        The feet of the body that is fitted to the markers carry both.
+        """
         return [self._in_place(walker, speed, height, samples) for walker in walkers]
 
     def _in_place(self, walker: Walker, speed: float | None, height: float | None, samples: int) -> Cycle:
@@ -313,7 +316,6 @@ class FourierModel(GaitModel):
         return model
 
     def _learn(self, rows: Rows, rank: int) -> None:
-        """Mean, components, variances and scores of the walkers in a table."""
         self.mean_, self.components_, self.explained_variance_, total = self._decomposed(rows, rank)
         if not len(self.components_):
             raise MotionError(f"these {len(rows)} walkers are all alike, so they have no components: check the data")
@@ -357,7 +359,6 @@ class FourierModel(GaitModel):
         return scores.reshape(*w.shape[:-3], len(flat))
 
     def _checked_scores(self, scores) -> np.ndarray:
-        """Scores as float64 (..., N)."""
         self._check_fitted()
         scores = np.asarray(scores, dtype=np.float64)
         if scores.ndim == 0 or scores.shape[-1] != len(self.components_) or not np.isfinite(scores).all():
@@ -372,12 +373,11 @@ class FourierModel(GaitModel):
 
 
 def _phases(frequency: float, request: Request) -> np.ndarray:
-    """Phase (frames,) [rad] in each frame."""
     return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
 
 
 def _shown(rows: Rows, needed: tuple[str, ...]) -> tuple[np.ndarray, bool]:
-    """Which markers (15,) at least one of the walkers shows, and whether one lacks a marker that others show."""
+    """Markers (15,) that at least one walker shows, and whether a walker lacks one of them."""
     known = [np.isfinite(w).all(axis=(1, 3)) for w in rows.blocks()]
     shown = np.any([some.any(axis=0) for some in known], axis=0)
     if unseen := [name for name, seen in zip(MARKERS, shown, strict=True) if name in needed and not seen]:

@@ -31,7 +31,7 @@ _PADDING = 0.375  # of a cycle, before and after it, so that what smooths over t
 
 @dataclass(frozen=True)
 class Gait:
-    """What carries a walker over the ground."""
+    """Body of a Fourier walker, and its way over the ground."""
 
     coefficients: np.ndarray  # (5, 15, 3) [m], standing on z = 0
     skeleton: Skeleton  # the cylinder body, limbs as long as between the markers
@@ -43,11 +43,11 @@ class Gait:
 
     @property
     def stride_length(self) -> float:
-        """How far one stride goes [m]; times the frequency that is the speed."""
+        """Length of a stride [m]; times the frequency it is the speed."""
         return float(2 * np.pi * np.hypot(*self.waves[0].real))
 
     def way(self, phase: ArrayLike) -> np.ndarray:
-        """Where the walker has come (..., 2) [m] at phases ωt (...) [rad], any real numbers; 0 at 0, smooth."""
+        """Position (..., 2) [m] of the walker at phases ωt (...) [rad], any real numbers; 0 at 0, smooth."""
         phase = np.asarray(phase, dtype=np.float64)[..., None]
         k = np.arange(1, len(self.waves))
         periodic = 2 * np.real((np.exp(1j * k * phase) - 1.0) @ (self.waves[1:] / (1j * k)[:, None]))
@@ -127,7 +127,7 @@ def _fitted(w: np.ndarray, skeleton: Skeleton, samples: int, lift: float) -> np.
 
 
 def _contact(poses: np.ndarray, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
-    """How much the feet stand (SAMPLES, 2), and the velocity that keeps the standing foot's ball in place.
+    """Weights of the feet (SAMPLES, 2), and the velocity that keeps the standing foot's ball in place.
 
     The velocity is a Fourier series (25, 2) [m per radian].
     """

@@ -108,7 +108,6 @@ class Eigenwalkers(FourierModel):
         return model
 
     def _standard(self) -> np.ndarray:
-        """Scores (R, N) in standard deviations."""
         return self.scores_ / np.sqrt(self.explained_variance_)
 
     def _without(self, rows: Rows, left: int) -> tuple[np.ndarray, np.ndarray]:
@@ -119,7 +118,6 @@ class Eigenwalkers(FourierModel):
         return others._standard(), own / np.sqrt(others.explained_variance_)
 
     def _rank(self) -> int:
-        """Number of components N."""
         most = self.n_people_ - 1
         if most < 1:
             raise MotionError(

@@ -1,4 +1,4 @@
-"""What speed does to Fourier walkers: a direction of their coefficients, as in `motionenv.models.people.pace`."""
+"""Effect of speed on Fourier walkers: a direction of their coefficients, as in `motionenv.models.people.pace`."""
 
 from typing import TYPE_CHECKING
 
@@ -66,7 +66,6 @@ def learn_speed(model: "FourierModel", walks: Table, people: Table) -> None:
 
 
 def _sizes(walks: Table) -> tuple[np.ndarray, np.ndarray]:
-    """Body heights and stride lengths (n,) [m] of walks."""
     found = [(body_heights(w), stride_lengths(w)) for w in map(_comparable, walks.rows.blocks())]
     heights, strides = zip(*found, strict=True)
     return np.concatenate(heights), np.concatenate(strides)

@@ -134,7 +134,6 @@ class WalkerPrior(FourierModel):
         return self
 
     def _columns_rank(self, n_columns: int) -> int:
-        """Number of components N."""
         most = n_columns - 1
         rank = min(_USUAL, most) if self.n_components is None else self.n_components
         if not (1 <= rank <= most and rank == int(rank)):

@@ -8,13 +8,19 @@ import numpy as np
 from motionenv.body.gaps import check_shown
 from motionenv.body.skeleton import LIMITS
 from motionenv.models.base import GaitModel
-from motionenv.models.filling.interpolation import REACH, around, interpolated
 from motionenv.models.filling.prior import LAGS, AnglePrior, prior_of
 from motionenv.types import Motion
 
 #: Longest gap of the root [s] that is filled.
 LONGEST = 0.5
 
+#: Standard deviations of constant, movement and error of measurement, relative to each other, and the movement's scale.
+CONSTANT, MOVEMENT, ERROR = 2.0, 1.0, 0.01
+SCALE = 0.15  # [s]
+#: Frames within this time [s] of a gap are used.
+REACH = 1.0
+
+_RATE = 60.0  # [Hz] at which they are used at most
 _ROOT = 6  # entries of the root in the pose vector
 _HEADING = 5
 _TURN = 2 * np.pi
@@ -25,7 +31,7 @@ def fill(motion: Motion, *, model: str | GaitModel = "walk/fpca") -> Motion:
 
     A joint angle is the conditional mean of `motionenv.models.filling.prior` given the other angles at that time and
     0.3 s around it, plus how its known values just before and after differ from it, interpolated by a Gaussian process
-    (`motionenv.models.filling.interpolation`). So arms that a capture never shows swing against the legs; a knee that
+    (`interpolated`). So arms that a capture never shows swing against the legs; a knee that
     is occluded for a moment goes on smoothly; and a motion unlike walking has arms near the model's mean posture.
 
     The root can't be told from angles. Gaps of up to `LONGEST` between frames that show it are interpolated; in longer
@@ -115,3 +121,32 @@ def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
     """First frame and the frame behind the last of each run of True in `mask` (frames,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def interpolated(values: np.ndarray, first: int, last: int, fps: float) -> np.ndarray:
+    """Values (last - first,) of the gap of `values` (frames,) from frame `first` up to, not including, frame `last`.
+
+    By Gaussian-process regression on the frames around it: a constant, which differs from gap to gap, plus a process
+    with a Matérn covariance of smoothness 5/2 (Rasmussen & Williams 2006, eq. 4.17), twice differentiable, as limbs
+    move, which returns to the constant within about half a second. Values are about 0 where nothing else is known, and
+    0 if nothing is known around the gap.
+    """
+    seen = around(first, last, len(values), fps)
+    seen = seen[np.isfinite(values[seen])]
+    if not seen.size:
+        return np.zeros(last - first)
+    covariance = _covariance(seen, seen, fps) + ERROR**2 * np.eye(len(seen))
+    return _covariance(np.arange(first, last), seen, fps) @ np.linalg.solve(covariance, values[seen])
+
+
+def around(first: int, last: int, frames: int, fps: float) -> np.ndarray:
+    """Frames (n,) before and after a gap from `first` to `last` in a motion of `frames`, at 60 Hz at most."""
+    step, reach = max(1, round(fps / _RATE)), round(REACH * fps)
+    before = np.arange(first - 1, max(first - 1 - reach, -1), -step)[::-1]
+    return np.concatenate([before, np.arange(last, min(last + reach, frames), step)])
+
+
+def _covariance(a: np.ndarray, b: np.ndarray, fps: float) -> np.ndarray:
+    """Covariance (n, m) between frames a (n,) and b (m,)."""
+    r = np.sqrt(5.0) * np.abs(a[:, None] - b) / (SCALE * fps)
+    return CONSTANT**2 + MOVEMENT**2 * (1 + r + r**2 / 3) * np.exp(-r)

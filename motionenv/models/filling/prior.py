@@ -1,4 +1,4 @@
-r"""What is known of a body tells of the rest: a Gaussian over joint angles at five times, learnt from a gait model.
+r"""A Gaussian over joint angles at five times, learnt from a gait model: known angles predict the unknown ones.
 
 Let a(t) be the 19 joint angles. Walkers drawn from a model, and their mirror images, give mean and covariance of
 (a(t - 0.3 s), a(t - 0.15 s), a(t), a(t + 0.15 s), a(t + 0.3 s)). The conditional mean of the unknown angles at t, given

@@ -11,14 +11,44 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.anderson import Anderson
 from motionenv.models.fpca.observations import Block, Observations
 from motionenv.models.storage.blocks import merged
 
 FLOOR = 1e-9  # least noise variance relative to the data's; keeps exact data invertible
 WARM = 500  # cycles of the subset to which a large fit is fitted first
 START = 250  # cycles of the subset from which the first components are computed
+DEPTH = 5  # former iterations from which the next is extrapolated
 REPEATS = 3  # regressions per E step; they are cheap and save E steps
+
+
+class Anderson:
+    """Anderson acceleration of fixed-point iterations x ← g(x) (Anderson 1965; Walker & Ni 2011).
+
+    Proposes the mixture of the last images g(x) whose residuals g(x) - x cancel best.
+
+    A proposal may raise the objective. The caller must check, and then `forget` and continue from the plain g(x).
+    """
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """Discard the history."""
+        self.images: list[np.ndarray] = []
+        self.residuals: list[np.ndarray] = []
+
+    def propose(self, x: np.ndarray, image: np.ndarray) -> np.ndarray:
+        """The next point, given the last one `x` and its `image` g(x), arrays of one shape."""
+        self.images = [*self.images[-DEPTH:], image]
+        self.residuals = [*self.residuals[-DEPTH:], image - x]
+        if len(self.images) == 1:
+            return image
+        change = np.stack([(self.residuals[-1] - r).ravel() for r in self.residuals[:-1]])
+        gram = change @ change.T
+        gram[np.diag_indices_from(gram)] *= 1 + 1e-10
+        weights = np.linalg.lstsq(gram, change @ self.residuals[-1].ravel(), rcond=None)[0]
+        steps = np.stack([image - former for former in self.images[:-1]])
+        return image - np.tensordot(weights, steps, axes=1)
 
 
 @dataclass

@@ -319,13 +319,12 @@ class FunctionalPCA(StoredModel):
 
 
 def _residual_moments(values, groups, scores, means, components, basis) -> tuple:
-    """Moments of the residuals of a block's cycles."""
     explained = _explained(groups, scores, means, components)
     return residual_moments(np.subtract(values, explained, out=explained), basis)
 
 
 def _explained(groups, scores, means, components) -> np.ndarray:
-    """What the model says (K, P, m) of cycles with `scores` (K, q)."""
+    """Cycles (K, P, m) of given `scores` (K, q)."""
     explained = np.tensordot(scores, components, axes=1)
     explained += means if len(means) == 1 else means[groups]
     return explained
@@ -367,7 +366,6 @@ def _select(cycles: Cycles | StoredCycles, channels) -> Selected:
 
 
 def _shown(values: Selected, columns: Columns, channels) -> tuple[Selected, Columns]:
-    """The channels of which at least one cycle has a sample."""
     seen = np.flatnonzero(columns.count.any(axis=(0, 1))).tolist()
     if not seen:
         raise GapError(f"these cycles have no samples of any channel: {', '.join(channels)}")
@@ -375,7 +373,6 @@ def _shown(values: Selected, columns: Columns, channels) -> tuple[Selected, Colu
 
 
 def _check_numbers(cycles: int, rank: int, people: int):
-    """Check that there are enough cycles for the components and means."""
     if cycles - people < rank:
         raise MotionError(
             f"{rank} components and {people} means need at least {rank + people} cycles, got {cycles}: "

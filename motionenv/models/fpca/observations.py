@@ -49,7 +49,6 @@ def column_sums(values: Any, groups: np.ndarray, executor: Executor | None = Non
 
 
 def _columns(values, groups, n_groups: int) -> Columns:
-    """`column_sums` of a block."""
     from motionenv.models.fpca._gap_kernels import columns
 
     k, p, m = values.shape

@@ -10,8 +10,7 @@ that of fig. 8, after fewer passes, each far cheaper than an SVD.
 import numpy as np
 
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.anderson import Anderson
-from motionenv.models.fpca.em_fit import FLOOR, WARM, first_parameters
+from motionenv.models.fpca.em_fit import FLOOR, WARM, Anderson, first_parameters
 from motionenv.models.fpca.observations import Block, Observations
 from motionenv.models.storage.blocks import merged
 

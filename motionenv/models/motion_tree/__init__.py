@@ -1,9 +1,9 @@
 """A database of motion as a probability distribution: the tree of paper C, with extensions."""
 
-from motionenv.models.motion_tree.clips import read_clips
 from motionenv.models.motion_tree.database import Clip, Database, build_database
 from motionenv.models.motion_tree.model import MotionTree, Samples
 from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options, history
+from motionenv.models.motion_tree.training import read_clips
 from motionenv.models.transforms import resample
 from motionenv.models.types import Target
 

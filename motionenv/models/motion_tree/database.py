@@ -1,4 +1,7 @@
-"""A database of motion (paper C, section 4): concatenated sequences of poses at 30 frames/s, with labels."""
+"""A database of motion (paper C, section 4): concatenated sequences of poses at 30 frames/s, with labels.
+
+A motion to continue is scaled to its body (`recent_frames`).
+"""
 
 from __future__ import annotations
 
@@ -15,9 +18,9 @@ from motionenv._core.representation import OneLine
 from motionenv.body.gaps import listed, missing_parts
 from motionenv.body.skeleton import NODES, mirror
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.features import WINDOW
+from motionenv.models.motion_tree.features import FPS, WINDOW, parameters
 from motionenv.models.transforms import resample
-from motionenv.types import Motion, Skeleton
+from motionenv.types import Motion, Skeleton, frozen
 
 _LEG = [NODES.index(n) for n in ("left_knee", "left_ankle", "right_knee", "right_ankle")]
 
@@ -126,3 +129,50 @@ def _from_origin(poses: np.ndarray, scale: float) -> np.ndarray:
 def leg_length(skeleton: Skeleton) -> float:
     """Length of the legs of `skeleton` [m], hip to ankle, the mean of both."""
     return float(np.linalg.norm(skeleton.offsets[_LEG], axis=1).sum() / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Recent:
+    """A history scaled to the database's body."""
+
+    parameters: np.ndarray  # (..., 10, 50) parameters of the last ten frames
+    last: np.ndarray  # (..., 25) the last pose
+    scale: float  # factor from the history's lengths to the database's
+
+
+#: What went before: a motion, or its poses (..., frames, 25).
+History = Motion | np.ndarray
+
+
+def recent_frames(history: History, database: Database) -> Recent:
+    """Parameters of a history's last frames, (..., frames, 25) at 30 frames/s, scaled to the body of a database.
+
+    Raises:
+        MotionError: fewer than ten frames, another shape or rate, or NaN.
+    """
+    poses, scale = _checked(history, database)
+    if scale != 1.0:
+        poses = poses.copy()
+        poses[..., :3] *= scale
+    return Recent(parameters(poses)[..., -WINDOW:, :], poses[..., -1, :], scale)
+
+
+def _checked(history, database: Database) -> tuple[np.ndarray, float]:
+    """The last frames (..., 10 to 12, 25) of a history, and the factor from its lengths to the database's."""
+    scale = 1.0
+    if isinstance(history, Motion):
+        if not np.isclose(history.fps, FPS, rtol=1e-6):
+            raise MotionError(
+                f"history must be at {FPS:g} frames/s, got {history.fps:g}: see motionenv.models.motion_tree.resample"
+            )
+        scale = leg_length(database.skeleton) / leg_length(history.skeleton)
+        history = history.poses
+    poses = frozen(history, (..., None, 25), "history")
+    if poses.shape[-2] < WINDOW:
+        raise MotionError(f"history must have shape (..., {WINDOW} or more frames, 25), got {poses.shape}")
+    recent = poses[..., -WINDOW - 2 :, :]
+    if not np.isfinite(recent).all():
+        raise MotionError(
+            f"history has NaN or infinite values in its last {recent.shape[-2]} frames: fill the gap or start after it"
+        )
+    return recent, scale

@@ -141,7 +141,6 @@ def _activity(speed: float, way: float) -> str:
 
 
 def _spread(bounds: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Numbers (count,) that cover `bounds` evenly, in random order."""
     return rng.permutation(np.linspace(*bounds, count))
 
 

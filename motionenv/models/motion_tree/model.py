@@ -21,10 +21,9 @@ from motionenv._core.validation import checked_number, checked_whole, random_gen
 from motionenv.arguments import Request
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.base import GaitModel
-from motionenv.models.motion_tree.database import Clip, Database, build_database
+from motionenv.models.motion_tree.database import Clip, Database, History, Recent, build_database, recent_frames
 from motionenv.models.motion_tree.features import FPS, PARTS, local, placed, turned_towards
 from motionenv.models.motion_tree.forecast import fit_forecast, following, steps
-from motionenv.models.motion_tree.history import History, Recent, recent_frames
 from motionenv.models.motion_tree.search.basis import fit_basis, project
 from motionenv.models.motion_tree.search.kernel_index import KernelIndex
 from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK

@@ -81,7 +81,6 @@ def pace_of(speed: Any, seconds: float, length: float = np.inf) -> Pace:
 
 
 def _or_rest(speeds):
-    """Speeds [m/s], 0 for those of who stands."""
     return np.where(speeds < _RESTS, 0.0, speeds)
 
 
@@ -122,7 +121,7 @@ class _Source:
 
 @dataclass(frozen=True, eq=False)
 class _Course:
-    """How the sources, walks at `speeds` (sources,) [m/s], are blended over phase."""
+    """Blend over phase of the sources, walks at `speeds` (sources,) [m/s]."""
 
     speeds: np.ndarray
     pace: Pace

@@ -176,7 +176,7 @@ def _leg(apart, ahead, thigh: float, shin: float) -> tuple[np.ndarray, np.ndarra
 
 
 def _weights(steps: Steps) -> np.ndarray:
-    """By how much each leg carries the body (frames, 2); sums to 1."""
+    """Share of the body's weight on each leg (frames, 2)."""
     share = smooth(steps.stands + 1e-3, _SHIFTS * steps.fps)
     return share / share.sum(-1, keepdims=True)
 

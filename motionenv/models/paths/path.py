@@ -178,10 +178,8 @@ def random_path(
 
 
 def _count(length: float) -> int:
-    """Number of headings for a length [m]."""
     return max(int(np.ceil(length / _SPACING)), 1) + 1
 
 
 def _direction(heading) -> np.ndarray:
-    """Unit vectors (..., 2)."""
     return np.stack([np.cos(heading), np.sin(heading)], axis=-1)

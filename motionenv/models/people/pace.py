@@ -1,4 +1,4 @@
-"""How one person's gait changes with speed: a direction in a model's scores along which steps get longer.
+"""Change of one person's gait with speed: a direction in a model's scores along which steps get longer.
 
 A person who walks faster takes longer and quicker steps. Step length goes with a power of speed, near 0.5: then the
 walk ratio, step length over cadence, stays the same (Sekiya & Nagasaki 1998). The power, and how angles change when
@@ -33,7 +33,7 @@ _BEND = np.radians(15.0)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pace(OneLine):
-    """What speed does to walkers with standard scores z (..., q), in standard deviations from the average person.
+    """Effect of speed on walkers with scores z (..., q), in standard deviations from the average person.
 
     Attributes:
         length: log stride length of the average person, relative to body height.

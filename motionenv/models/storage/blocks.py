@@ -40,7 +40,7 @@ class Selected:
         return isinstance(self.values, np.ndarray)
 
     def alone(self, part: slice) -> tuple["Selected", slice]:
-        """What another process needs for a slice: the numbers if they are in memory, the files' names otherwise."""
+        """A slice for another process: the numbers if they are in memory, otherwise the names of the files."""
         if self.in_memory:
             return Selected(self.values[part], self.which), slice(None)
         return self, part

@@ -64,7 +64,6 @@ def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 def _described(model: GaitModel, height: float) -> dict[str, Any]:
-    """The model's description, and how to draw its body."""
     treadmill = model.treadmill()
     return {
         "kind": model.kind,

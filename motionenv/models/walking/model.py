@@ -27,10 +27,9 @@ from motionenv.errors import GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.people.pace import Pace
+from motionenv.models.people.pace import Pace, fit_pace
 from motionenv.models.people.population import draw_person
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
-from motionenv.models.walking.people import fit_people
 from motionenv.models.walking.tables import (
     CHANNELS,
     Tables,
@@ -40,7 +39,7 @@ from motionenv.models.walking.tables import (
     series_of,
     tables_of,
 )
-from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Motion, Skeleton
+from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
 
 _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
 _PADDING = 0.2  # [s] before and after, so that smoothing has no edge effects
@@ -48,6 +47,9 @@ _TOGETHER = 16  # walkers per thread, enough to pay for it
 _USUAL = 8  # components
 _LEG = [NODES.index("left_knee"), NODES.index("left_ankle")]
 _SHORTEST = 0.5  # stride time [s]
+_WHOLE = 0.8  # least share of the samples that its walk could show, for a cycle to tell how cycles vary
+_UNEVEN = 3.0  # times the median trial's variance between cycles
+_DRAWN = 300  # walks that tell how long strides are
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,7 +81,7 @@ class WalkingModel(GaitModel):
         person_mean_, person_covariance_: mean and covariance over trials of (scores, log stride time [s], log speed
             [body heights / s]), with equal weight for each person.
         cycle_covariance_: (q, q) covariance of the scores of one trial's cycles about their mean.
-        pace_: how gait changes with speed.
+        pace_: change of gait with speed.
         card_: the model card.
     """
 
@@ -124,8 +126,41 @@ class WalkingModel(GaitModel):
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
         speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
-        fit_people(self, cycles, speeds)
+        self._fit_people(cycles, speeds)
         return self
+
+    def _fit_people(self, cycles: Cycles, speeds: np.ndarray) -> None:
+        """Fit the Gaussians of trials and of their `cycles`, and `pace_`; `speeds` (trials,) [body heights / s]."""
+        scores, seen = self.fpca_.scores_, np.isfinite(cycles.values).mean((1, 2))
+        rows, people, within = [], [], []
+        for trial in np.unique(cycles.sequence):
+            mine = cycles.sequence == trial
+            weight = seen[mine] / seen[mine].sum()
+            mean = weight @ scores[mine]
+            whole = seen[mine] / np.isfinite(cycles.values[mine]).any((0, 1)).mean() > _WHOLE
+            rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
+            people.append(cycles.subject[np.flatnonzero(mine)[0]])
+            within.append((scores[mine] - mean)[whole])
+        taken = np.array(rows)
+        _, which, count = np.unique(people, return_inverse=True, return_counts=True)
+        weight = 1.0 / count[which]
+        self.person_mean_ = np.average(taken, axis=0, weights=weight)
+        one = len(rows) == 1  # a single walk has no covariance
+        self.person_covariance_ = np.zeros(2 * taken.shape[1:]) if one else np.cov(taken.T, aweights=weight)
+        self.cycle_covariance_ = _even(within)
+        self.pace_ = self._fitted_pace(taken, people)
+
+    def _fitted_pace(self, rows: np.ndarray, people: list[str]) -> Pace:
+        """Effect of speed, from trials' (scores, log stride time, log speed) and the strides of synthetic walks."""
+        fpca, q = self.fpca_, self.fpca_.n_components
+        spread = 1.5 * root_of(self.person_covariance_[:q, :q])  # a little wider than people
+        scores = self.person_mean_[:q] + np.random.default_rng(0).standard_normal((_DRAWN, q)) @ spread
+        speeds = self.crowd(scores)[1]
+        lengths = np.log(speeds * self.stride_seconds(scores) / self.height_)
+        knees = [fpca.channels_.index(f"{side}_knee_flexion") for side in ("left", "right")]
+        bend = np.mean([fpca.components_[:, fpca.mean_[:, i].argmax(), i] for i in knees], axis=0)
+        own = self.standard(rows[:, :q]), people, rows[:, q + 1], rows[:, q] + rows[:, q + 1]
+        return fit_pace(*own, self.standard(scores), lengths, bend * self.components().deviations)
 
     def standard(self, scores: np.ndarray) -> np.ndarray:
         """`scores` (..., q) in standard deviations from the average person."""
@@ -133,7 +168,6 @@ class WalkingModel(GaitModel):
         return (scores - components.means) / components.deviations
 
     def _scores(self, z: np.ndarray) -> np.ndarray:
-        """Scores (..., q) of standard scores."""
         components = self.components()
         return components.means + z * components.deviations
 
@@ -228,7 +262,7 @@ class WalkingModel(GaitModel):
         self, walkers: Sequence[Walker], *, speed: float | None = None, height: float | None = None,
         samples: int = SAMPLES,
     ) -> list[Cycle]:  # fmt: skip
-        """As `GaitModel.in_place`."""
+        """One stride in place, at `samples` phases, of each of `walkers`, at a `speed` [m/s], of a `height` [m]."""
         stride, bodies, shapes = self._people(walkers, [height] * len(walkers))
         markers, poses, standing, strides, seconds = self._cycles(stride, shapes, speed, samples)
         return [
@@ -343,7 +377,6 @@ class WalkingModel(GaitModel):
         return poses
 
     def _at_speeds(self, stride: WalkerScores, bodies, speeds: np.ndarray) -> WalkerScores:
-        """The same people at speeds (n,) [m/s]."""
         scale = bodies[0][:, _LEG, 2].sum(1) / self.proportions_[_LEG, 2].sum()
         z, seconds = self.pace_.at_speed(self.standard(stride.scores), stride.seconds, scale, speeds)
         return WalkerScores(self._scores(z), seconds)
@@ -429,7 +462,6 @@ class WalkingModel(GaitModel):
         return model
 
     def _check_stride(self, stride: WalkerScores, n: int) -> None:
-        """Check that `stride` holds `n` walkers of this model."""
         if len(stride.seconds) != n:
             raise MotionError(f"stride holds {len(stride.seconds)} walkers, but n is {n}: they must agree")
         seconds, want = np.asarray(stride.seconds), (n, self.fpca_.n_components)
@@ -443,8 +475,19 @@ class WalkingModel(GaitModel):
             raise ModelError("this WalkingModel is not fitted: call fit(motions, subjects) first, or motionenv.load")
 
 
+def _even(trials: list[np.ndarray]) -> np.ndarray:
+    """Covariance (q, q) of the scores (cycles, q) of trials' cycles about their mean, in trials of even walking.
+
+    In a few captures somebody starts, stops or turns; their cycles vary many times as much as others'.
+    """
+    free = np.array([max(len(trial) - 1, 0) for trial in trials])
+    square = np.array([(trial**2).sum() for trial in trials]) / np.maximum(free, 1)
+    kept = square <= _UNEVEN * np.median(square)
+    spread = np.concatenate([trial for trial, is_kept in zip(trials, kept, strict=True) if is_kept])
+    return spread.T @ spread / max(free[kept].sum(), 1)
+
+
 def _check_legs(channels: tuple[str, ...]) -> None:
-    """Check that `channels` hold all but the neck's and the arms'."""
     missing = [name for name in CHANNELS[11:] if name not in channels]
     if missing:
         raise GapError(

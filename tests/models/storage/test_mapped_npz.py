@@ -26,6 +26,7 @@ ARRAYS = {
     "padded": np.array([1.0, np.inf], dtype=np.float32),
     "number": np.array(7, dtype=np.int32),
 }
+ARRAYS_OF_NUMBERS = {"a": np.arange(6.0).reshape(2, 3)}
 META = {"settings": {"splits": "sign"}, "card": {"people": 2}}
 
 
@@ -64,6 +65,10 @@ def test_numpy_and_zip_tools_open_it(saved):
 
 
 def test_the_same_model_gives_the_same_bytes_also_from_mapped_arrays(saved, tmp_path):
+    one, other = tmp_path / "one.npz", tmp_path / "other.npz"
+    store.save_model(one, "fpca", ARRAYS_OF_NUMBERS, META)
+    store.save_model(other, *store.load_model(one))
+    assert one.read_bytes() == other.read_bytes()
     store.save_model(tmp_path / "again.npz", *store.load_model(saved), mapped=True)
     assert (tmp_path / "again.npz").read_bytes() == saved.read_bytes()
     store.save_model(saved, *store.load_model(saved), mapped=True)  # over the file that the arrays are mapped from
@@ -97,12 +102,15 @@ print(took, anonymous / 1024, arrays["big"].shape[0])
     (tmp_path / "big.npz").unlink()
 
 
-def test_every_truncation_is_refused(saved):
-    data = saved.read_bytes()
+@pytest.mark.parametrize("mapped", [False, True])
+def test_every_truncation_is_refused(tmp_path, mapped):
+    path = tmp_path / "model.npz"
+    store.save_model(path, "fpca", ARRAYS_OF_NUMBERS, META, mapped=mapped)
+    data = path.read_bytes()
     for n in range(0, len(data), 7):
-        saved.write_bytes(data[:n])
+        path.write_bytes(data[:n])
         with pytest.raises(ModelError, match="damaged or not a model file"):
-            store.load_model(saved)
+            store.load_model(path)
 
 
 def test_flipped_bytes_never_escape_as_another_error_nor_reach_outside_the_file(saved):
@@ -130,8 +138,9 @@ def test_a_tree_that_isnt_laid_out_to_be_mapped_is_refused(saved):
 
 def test_what_cant_be_mapped_is_not_written(tmp_path):
     for array in (np.array([1.0, np.nan]), np.array(["x"])):
-        with pytest.raises(ModelError, match="finite"):
-            store.save_model(tmp_path / "x.npz", "tree", {"a": array}, {}, mapped=True)
+        for layout in (False, True):
+            with pytest.raises(ModelError, match="finite"):
+                store.save_model(tmp_path / "x.npz", "tree", {"a": array}, {}, mapped=layout)
     with pytest.raises(ModelError, match="contiguous"):
         store.save_model(tmp_path / "x.npz", "tree", {"a": np.zeros((3, 4)).T}, {}, mapped=True)
     assert not list(tmp_path.iterdir())

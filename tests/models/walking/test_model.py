@@ -235,14 +235,6 @@ def test_a_frame_a_second_is_the_walk_at_a_higher_rate(model, speed, height):
     np.testing.assert_allclose(one[0], sixty[0], atol=0.005)
 
 
-def test_same_seed_same_bytes(model):
-    again = motionenv.load("walk/fpca")
-    a, b = (m.walks(3, 30, n=40, seed=7, speed=1.2).poses for m in (model, again))
-    assert a.tobytes() == b.tobytes()
-    assert model.walks(3, 30, n=40, seed=np.random.default_rng(7), speed=1.2).poses.tobytes() == a.tobytes()
-    assert model.walks(3, 30, n=40, seed=8, speed=1.2).poses.tobytes() != a.tobytes()
-
-
 def test_same_seed_same_bytes_in_another_process(model):
     code = "import sys, motionenv; sys.stdout.buffer.write(motionenv.load('walk/fpca').synthesize(2, 30, seed=7).poses)"
     environment = {**os.environ, "PYTHONPATH": str(Path(motionenv.__file__).parents[1])}
@@ -258,38 +250,6 @@ def test_saved_and_loaded_it_walks_the_same(model, tmp_path):
     arrays, meta = model.to_arrays()
     with pytest.raises(ModelError, match=r"person_mean_ has shape \(3,\)"):
         WalkingModel.from_arrays({**arrays, "person_mean_": np.zeros(3)}, meta)
-
-
-@pytest.mark.parametrize(
-    ("change", "names"),
-    [
-        ({"seconds": 0}, "seconds"),
-        ({"seconds": -1}, "seconds"),
-        ({"seconds": np.nan}, "seconds"),
-        ({"seconds": np.inf}, "seconds"),
-        ({"seconds": 1e9}, "seconds"),
-        ({"seconds": 0.001}, "seconds"),
-        ({"fps": 0}, "fps"),
-        ({"fps": -30}, "fps"),
-        ({"fps": np.nan}, "fps"),
-        ({"fps": 1e6}, "fps"),
-        ({"speed": 0}, "speed"),
-        ({"speed": -1}, "speed"),
-        ({"speed": np.nan}, "speed"),
-        ({"speed": 5}, "speed"),
-        ({"height": 0.1}, "height"),
-        ({"height": np.nan}, "height"),
-        ({"height": 170}, "height"),
-        ({"phase": np.nan}, "phase"),
-        ({"phase": np.inf}, "phase"),
-        ({"variation": -1}, "variation"),
-        ({"variation": np.nan}, "variation"),
-        ({"variation": 99}, "variation"),
-    ],
-)
-def test_what_is_out_of_range_is_named(model, change, names):
-    with pytest.raises(MotionError, match=names):
-        model.synthesize(**{"seconds": 1, "fps": 30, "seed": 0, **change})
 
 
 @pytest.mark.parametrize("n", [0, -3, 2.5])

@@ -6,7 +6,8 @@ import pytest
 import motionenv
 from motionenv import WalkingModel
 from motionenv.models import cycle
-from motionenv.models.walking.people import _even
+from motionenv.models.walking.model import _even
+from motionenv.models.walking.tables import floors_of, root_of, tables_of
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +62,28 @@ def test_a_model_of_one_walk_or_two_walks_like_them(walks, count, tmp_path):
 def test_what_a_model_of_one_walk_tells_clients_is_finite(walks):
     arrays, _ = motionenv.parameters(WalkingModel().fit(walks[:1], ["somebody"]))
     assert all(np.isfinite(array).all() for array in arrays.values())
+
+
+@pytest.mark.parametrize("rank", [1, 3, 5])
+def test_a_root_of_a_covariance_gives_it_back_and_is_symmetric(rank):
+    factor = np.random.default_rng(rank).normal(size=(5, rank))
+    covariance = factor @ factor.T
+    root = root_of(covariance)
+    np.testing.assert_allclose(root @ root, covariance, atol=1e-12)
+    np.testing.assert_allclose(root, root.T, atol=1e-14)
+    assert np.linalg.matrix_rank(root) == rank  # the roots of rounding errors would count
+
+
+def test_people_drawn_by_the_tables_vary_as_the_model_says(model):
+    tables = tables_of(model)
+    people, covariance = tables.people, model.person_covariance_
+    np.testing.assert_allclose(people @ people.T, covariance[:-1, :-1], atol=1e-12)
+    # The regression of the stride time on the scores explains what they have in common.
+    shared = covariance[:-2, :-2] @ tables.pace
+    np.testing.assert_allclose(shared, covariance[:-2, -2], atol=1e-9)
+
+
+def test_floors_are_percentiles_of_the_ankles_heights(model):
+    scores = model.sample(5, seed=0).scores
+    heights = model.fpca_.inverse_transform(scores)[..., 22:]
+    np.testing.assert_allclose(floors_of(tables_of(model), scores), np.percentile(heights, 10, axis=1), atol=1e-12)

@@ -14,7 +14,6 @@ from motionenv._core.compilation import kernel
 from motionenv.body import from_height
 from motionenv.body.kinematics import feet
 from motionenv.errors import MotionError
-from motionenv.models.walking import _contact_kernels as contact
 from motionenv.models.walking import _walk_kernels as kernels
 from motionenv.models.walking.model import WalkingModel
 from motionenv.types import POSE
@@ -31,7 +30,7 @@ def legs(w, floor, offsets, height):
 
 @kernel
 def balls_of(rows, samples, height):
-    contact._balls(rows, samples, height)
+    kernels._balls(rows, samples, height)
 
 
 @kernel
@@ -41,12 +40,12 @@ def soften(values, softness):
 
 @kernel
 def decay(a):
-    return contact.decay(a)
+    return kernels.decay(a)
 
 
 @kernel
 def smooth(values, samples, deviation, out):
-    contact.smooth(values, samples, deviation, out)
+    kernels.smooth(values, samples, deviation, out)
 
 
 @pytest.fixture(scope="module")
@@ -105,31 +104,31 @@ def test_other_numbers_of_components_and_harmonics(model, components, harmonics)
 
 def test_feet_are_where_kinematics_puts_them():
     """In every posture, also with a leg straight out to the side, whose foot can't be level."""
-    lanes, body = contact.LANES, from_height(1.8)
+    lanes, body = kernels.LANES, from_height(1.8)
     poses = np.random.default_rng(0).uniform(-1.5, 1.5, (lanes, 25))
     poses[:, :2], poses[:, 2] = 0, np.linspace(0.5, 1.2, lanes)
     poses[:, [20, 24]] = np.abs(poses[:, [20, 24]]) + 1.5  # far from the stop of the knees
     poses[3, 3:6], poses[3, [17, 19, 21, 23]], poses[3, [18, 22]] = 0, 0, np.pi / 2
-    w = np.zeros(kernels._WORK * lanes)
+    w = np.zeros(kernels._BLOCK * lanes)
     w[: 11 * lanes] = poses[:, [3, 4, 5, *range(17, 25)]].T.ravel()
     legs(w, np.zeros(2), body.offsets, body.height)
-    rows = np.zeros((contact.ROWS, lanes))
-    rows[: 2 * contact.LEG_ROWS] = w[kernels._OUT * lanes :].reshape(-1, lanes)
-    rows[contact.Z] = poses[:, 2]
+    rows = np.zeros((kernels.ROWS, lanes))
+    rows[: 2 * kernels.LEG_ROWS] = w[kernels._OUT * lanes :].reshape(-1, lanes)
+    rows[kernels.Z] = poses[:, 2]
     balls_of(rows, lanes, body.height)
     ankles, balls = feet(poses, body)
     for side in range(2):
-        leg = rows[contact.LEG_ROWS * side :]
-        raised = leg[contact.ANKLE_Z] + poses[:, 2]
+        leg = rows[kernels.LEG_ROWS * side :]
+        raised = leg[kernels.ANKLE_Z] + poses[:, 2]
         np.testing.assert_allclose(np.stack([leg[0], leg[1], raised], axis=-1), ankles[:, side], atol=1e-12)
-        found = rows[contact._BALLS + 2 * side : contact._BALLS + 2 * side + 2].T
+        found = rows[kernels._BALLS + 2 * side : kernels._BALLS + 2 * side + 2].T
         np.testing.assert_allclose(found, balls[:, side, :2], atol=1e-9)
 
 
 @pytest.mark.parametrize("a", [0.0, 1e-300, 1e-9, 0.3, 1.0, 7.0, 39.9])
 def test_exponentials_and_soft_stops(a):
     assert decay(a) == pytest.approx(np.exp(-a), rel=1e-13)
-    values = np.resize([-a, a], contact.LANES)
+    values = np.resize([-a, a], kernels.LANES)
     soft = 0.03 * np.logaddexp(0, values / 0.03)
     soften(values, 0.03)
     np.testing.assert_allclose(values, soft, rtol=1e-13, atol=1e-18)

@@ -150,5 +150,4 @@ def _parameters(database, channels, first, last) -> np.ndarray:
 
 
 def _positive(scale: np.ndarray) -> np.ndarray:
-    """`scale` with 1 for constant parameters."""
     return np.where(scale > 1e-6, scale, 1.0)

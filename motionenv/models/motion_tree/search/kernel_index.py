@@ -29,7 +29,6 @@ from numpy.typing import ArrayLike
 from motionenv._core.threads import everywhere, in_chunks
 from motionenv._core.validation import checked_number, checked_whole
 from motionenv.errors import MotionError
-from motionenv.models.motion_tree.search import _index_build_kernels as building
 from motionenv.models.motion_tree.search import kernel_index_kernels as kernels
 
 _FARTHEST = 1e15  # squares of greater numbers overflow in single precision
@@ -64,12 +63,12 @@ class KernelIndex:
         n = len(order)
         unit = kernels.FAN ** kernels.first_groups(n)[0]
         if n <= _SPLIT:
-            building.arrange(rows, order, 0, n, unit)
+            kernels.arrange(rows, order, 0, n, unit)
         else:
             _arrange_in_threads(rows, order, n, unit)
-        building.to_blocks(rows, n)
+        kernels.to_blocks(rows, n)
         blocks = rows.reshape(-1, rows.shape[1], kernels.BLOCK)
-        return cls(blocks, building.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
+        return cls(blocks, kernels.make_boxes(blocks, n, -(-rows.shape[1] // 8) * 8), n)
 
     def coefficients(self, positions: ArrayLike) -> np.ndarray:
         """Coordinates (..., b) float32 of the points at `positions` (...)."""
@@ -138,7 +137,6 @@ class KernelIndex:
 
 
 def _arrange_in_threads(rows: np.ndarray, order: np.ndarray, n: int, unit: int) -> None:
-    """`arrange` with the two halves in two threads."""
-    middle = building.split(rows, order, 0, n, unit)
+    middle = kernels.split(rows, order, 0, n, unit)
     ends = 0, middle, n
-    everywhere.share(lambda i, j: [building.arrange(rows, order, a, b, unit) for a, b in pairwise(ends[i : j + 1])], 2)
+    everywhere.share(lambda i, j: [kernels.arrange(rows, order, a, b, unit) for a, b in pairwise(ends[i : j + 1])], 2)

@@ -105,7 +105,6 @@ def _goes_on(source, last, i):
 
 @kernel
 def _is_angle(c):
-    """Whether entry c of a local pose is an angle of period 2π."""
     return not np.isnan(MIDDLE[c])
 
 
@@ -178,7 +177,7 @@ def _way_out(source, course, last, after):
 
 @kernel
 def _course(settings, state):
-    """Which future is wanted: 0 any, or straight on; 1 and 2 turns to the left and to the right."""
+    """Wanted future: 0 any, or straight on; 1 and 2 turns to the left and to the right."""
     if not settings.heading == settings.heading or abs(_asked(settings, state)) < _OFF_COURSE:
         return 0
     return 1 if _asked(settings, state) > 0.0 else 2
@@ -245,7 +244,6 @@ def _log_weight(sources, s, i, present, settings, state):
 
 @kernel
 def _apart(source, frame, present):
-    """Squared distance of the coefficients of the window that ends at `frame` to `present` (b,)."""
     i, square = source.place[frame], 0.0
     for j in range(len(present)):
         square += (source.blocks[i >> 5, j, i & 31] - present[j]) ** 2

@@ -1,4 +1,4 @@
-"""What synthesis asks of a database beyond nearness: where windows lead, and which feet stand.
+"""Costs of the windows' futures, and the feet that stand: criteria of synthesis beyond nearness.
 
 The future cost of a window, after the video textures of Schödl et al. (2000, section 3.1): going on costs nothing, a
 jump the squared distance to the window jumped to, and what lies ahead counts less the further away it is,
@@ -39,7 +39,7 @@ _STANDING_HEIGHT = 0.03  # [shares of the body's height] above the lowest of the
 
 @dataclass(frozen=True, eq=False)
 class FutureCost:
-    """What comes after each window, by position in the tree."""
+    """Future of each window, by position in the tree."""
 
     starts: np.ndarray  # of the sequences
     frames: np.ndarray  # last frames of the windows by position

@@ -28,9 +28,8 @@ import numpy as np
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.motion_tree.database import Database
+from motionenv.models.motion_tree.database import Database, History
 from motionenv.models.motion_tree.features import FPS, PARTS, WINDOW, parameters, turned_towards
-from motionenv.models.motion_tree.history import History
 from motionenv.models.motion_tree.search.kernel_index_kernels import scratch
 from motionenv.models.motion_tree.search.tree import METHODS
 from motionenv.models.motion_tree.synthesis._footing_kernels import footing_on
@@ -209,7 +208,6 @@ class MotionGenerator:
         return _state(recent.parameters, recent.last, np.full(len(self._trees), -1), ground)
 
     def _started_in_database(self, i: int) -> State:
-        """The state after the window at a position."""
         database, future = self._trees[0].database_, self._futures[0]
         frame = self._trees[0].frames_[i]
         recent = parameters(_leading_to(database, frame))[-WINDOW:]
