@@ -37,7 +37,7 @@ def evaluate(
     if out is not None:
         check_folder(out)
     sys.path.insert(0, "")  # so that module:factory is found in this folder
-    captured = motion and str(motion)
+    captured = str(motion) if motion else None
     result = score(task, agent, episodes, split=split, motion=captured, file_fps=fps, unit=unit)
     if out is not None:
         with atomic_write(out) as part:

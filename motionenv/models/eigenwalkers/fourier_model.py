@@ -228,7 +228,7 @@ class FourierModel(GaitModel):
     def _in_place(self, walker: Walker, speed: float | None, height: float | None, samples: int) -> Cycle:
         found, frequency = self._paced(walker, speed, height)
         cycle = found.in_place(samples, 1 / frequency)
-        height = height or (walker.person and walker.person.height)
+        height = height or (walker.person.height if walker.person else None)
         if not height:
             return cycle
         size = height / cycle.body.height
