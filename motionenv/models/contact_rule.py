@@ -1,4 +1,4 @@
-"""Constants of how feet meet the ground in a walk, for every model and for the page."""
+"""Constants of how feet meet the ground in a walk, for every model."""
 
 from typing import NamedTuple
 
@@ -34,6 +34,3 @@ class ContactRule(NamedTuple):
 CONTACT = ContactRule()
 #: Phases of a cycle in place at which contact is looked at, at least.
 SAMPLES = 96
-#: The foot rolls over its ball: mean ratio of a stride's length to how far the ankle goes back under the body in a
-#: cycle, at the speed of the foot whose ankle moves back fastest; it differs by 1 % between walkers.
-ROLL = 1.086

@@ -1,4 +1,4 @@
-"""Numbers of a model, with which the page makes its walks itself: `GET /v1/models/{group}/{name}/parameters`."""
+"""Numbers of a model, its traits, and how to draw its body: `GET /v1/models/{group}/{name}/parameters`."""
 
 import threading
 from functools import lru_cache
@@ -35,10 +35,10 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
 )
 async def get_parameters(request: Request, group: Group, name: Name) -> Response:
-    """What is needed to make the model's walks anywhere, as the page does.
+    """The model's cycle and how people differ from it, its traits, and how to draw its body.
 
     With sliders at `d` standard deviations, scores are `mean_scores + d · deviations`, and the cycle is
-    `mean + scores · components`.
+    `mean + scores · components`; `POST /v1/cycles` puts it on the ground.
     """
     service = request.app.state.service
     model = service.model_registry.get(f"{group}/{name}", access_of(request.scope))

@@ -1,8 +1,6 @@
 """One stride in place is what `synthesize` walks over the ground without variation, seen from the treadmill."""
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +10,8 @@ from motionenv import MotionError
 from motionenv.body import feet, limit_excess
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models import cycle
-from motionenv.models.contact_rule import CONTACT, SAMPLES
+from motionenv.models.contact_rule import SAMPLES
 
-WALKERS = Path(__file__).parents[2] / "service" / "web" / "src" / "walkers"
 PEOPLE = [(), *np.random.default_rng(3).uniform(-2, 2, (4, 8)).tolist()]
 MODELS = ["walk/fpca", "walk/eigenwalkers", "walk/prior"]
 
@@ -139,11 +136,3 @@ def test_many_at_once_are_each_one(model):
 def test_what_makes_no_sense_is_refused(asked, what):
     with pytest.raises(MotionError, match=what):
         cycle(**{"model": "walk/fpca"} | asked)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_clients_are_told_the_rule_of_contact(model):
-    """And every name and number of it that the page uses is one of these."""
-    assert motionenv.parameters(model)[1]["contact"] == CONTACT._asdict()
-    source = "".join(path.read_text(encoding="utf-8") for path in WALKERS.glob("*.js"))
-    assert set(re.findall(r"contact\.(\w+)", source)) <= set(CONTACT._fields)

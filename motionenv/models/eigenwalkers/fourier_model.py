@@ -210,8 +210,6 @@ class FourierModel(GaitModel):
             "components": self.components_,
             "log_frequency_mean": np.asarray(self.log_frequency_mean_),
             "log_frequency_weights": self.log_frequency_weights_,
-            "speed_direction": self.speed_direction_,
-            "speed_exponent": np.asarray(self.speed_exponent_),
         }
         return Treadmill("markers", arrays, from_height(1.0).offsets, 1.75, self.crowd)
 

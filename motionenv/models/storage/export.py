@@ -1,4 +1,4 @@
-"""Export of a model's parameters, from which clients such as the page compute its walks themselves."""
+"""Export of a model's parameters to clients such as the page: its cycle, its traits, and how to draw its body."""
 
 from typing import Any
 
@@ -6,8 +6,6 @@ import numpy as np
 
 from motionenv.body import skeleton
 from motionenv.models.base import GaitModel
-from motionenv.models.contact_rule import CONTACT, ROLL
-from motionenv.models.people.pace import REACH
 from motionenv.models.registry import gait_model
 from motionenv.types import MARKERS, POSE
 
@@ -15,7 +13,7 @@ _SHOWN = ("name", "low", "high", "mean", "gain", "unit", "share", "note")  # of 
 
 
 def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays and a JSON-serialisable description, from which a client can compute the walk in place.
+    """Arrays and a JSON-serialisable description. `motionenv.models.cycle` makes strides of them.
 
     All models have the body's `offsets` (16, 3), `limb_shifts` (limbs, 2, 3) and `limb_radii` (limbs, 2), in body
     heights. Models with components add `mean_scores` (q,), `deviations` (q,) and `traits` (n, q): the standard
@@ -24,19 +22,16 @@ def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     - "poses": Fourier coefficients `mean` (columns, 24) and `components` (q, columns, 24) of the channels of
       `motionenv.models.walking.preprocessing`. The columns are a constant, the cosines and the sines; of limbs that no
       walk of the model shows, `mean` is NaN and `components` 0. The log stride
-      time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations. The arrays `pace_...`
-      are the attributes of `motionenv.models.people.pace.Pace`. Ankles are lifted over the 10th percentile of their
-      heights at `samples` () phases of a cycle.
-    - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz];
-      `speed_direction` (5, 15, 3) and `speed_exponent` () as in `FourierModel`.
+      time [s] is `log_seconds_mean` () plus `log_seconds_weights` (q,) · standard deviations.
+    - "markers": `mean` (5, 15, 3) [m], `components` (q, 5, 15, 3) and, likewise, the log frequency [Hz].
 
     Args:
         model: a name or path for `motionenv.load`, or a fitted model.
 
     Returns:
-        The arrays by name, and the description. Its `contact` is the `ContactRule`, its `treadmill` is None if only the
-        service can make motion, its `activities` are those of a steerable model, and `learned_speeds` [m/s] are the
-        least and the greatest that it learned from, None for any.
+        The arrays by name, and the description. Its `treadmill` is None if motion has no cycles, its `activities` are
+        those of a steerable model, and `learned_speeds` [m/s] are the least and the greatest that it learned from, None
+        for any.
 
     Raises:
         MotionError: a model that makes no motion.
@@ -73,11 +68,6 @@ def _described(model: GaitModel, height: float) -> dict[str, Any]:
         "learned_speeds": [float(v) if np.isfinite(v) else None for v in model.learned_speeds()],
         "height": height,
         "ankle_height": skeleton.ANKLE_HEIGHT,
-        "leg_share": skeleton.LEG_SHARE,
-        "trunk_share": skeleton.TRUNK_SHARE,
-        "contact": CONTACT._asdict(),
-        "reach": REACH,
-        "roll": ROLL,
         "limb_segments": skeleton.LIMB_SEGMENT.tolist(),
         "limb_nodes": skeleton.LIMB_NODES.tolist(),
         "clothes": skeleton.CLOTHES,

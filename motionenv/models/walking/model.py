@@ -254,7 +254,6 @@ class WalkingModel(GaitModel):
             **series_of(self.fpca_),
             "log_seconds_mean": np.log(seconds(components.means)),
             "log_seconds_weights": np.log(seconds(steps) / seconds(components.means)),
-            **self.pace_.to_arrays(),
         }
         return Treadmill("poses", arrays, self.proportions_, self.height_, self.crowd)
 

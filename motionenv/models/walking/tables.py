@@ -68,14 +68,12 @@ def series_of(fpca: "FunctionalPCA") -> dict[str, np.ndarray]:
     """Fourier series of all channels: `mean` (columns, 24) and `components` (q, columns, 24), a constant, then waves.
 
     Columns of the basis have amplitude 1: all cosines, then all sines. Of channels that `fpca` lacks, the mean is NaN.
-    `samples` () is the number of phases of which the ankles' floors are quantiles.
     """
     scale = np.full((2 * fpca.n_harmonics - 1, 1), np.sqrt(2 / len(fpca.mean_)))
     scale[0] = np.sqrt(1 / len(fpca.mean_))
     return {
         "mean": in_order(scale * fpca.mean_coefficients_, fpca.channels_, np.nan),
         "components": in_order(scale * fpca.component_coefficients_, fpca.channels_, 0.0),
-        "samples": np.asarray(float(len(fpca.mean_))),
     }
 
 

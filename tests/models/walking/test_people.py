@@ -60,7 +60,7 @@ def test_a_model_of_one_walk_or_two_walks_like_them(walks, count, tmp_path):
 
 
 def test_what_a_model_of_one_walk_tells_clients_is_finite(walks):
-    arrays, _ = motionenv.parameters(WalkingModel().fit(walks[:1], ["somebody"]))
+    arrays, _ = motionenv.models.parameters(WalkingModel().fit(walks[:1], ["somebody"]))
     assert all(np.isfinite(array).all() for array in arrays.values())
 
 
