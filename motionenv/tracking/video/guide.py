@@ -48,7 +48,6 @@ class Guide:
 
     @property
     def known(self) -> np.ndarray:
-        """(T,) whether a frame has a pose."""
         return np.isfinite(self.poses).all(axis=1)
 
 
