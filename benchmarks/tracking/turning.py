@@ -1,6 +1,6 @@
 """How well trackers that find their own start follow people who turn, slow down, stop and start again.
 
-Run: motionenv bench tracking.turning [--films 20] [--split eval] [--prior fpca] [--course free] [--strips FOLDER]
+    motionenv bench tracking.turning [--films 20] [--split eval] [--prior fpca] [--course free] [--strips FOLDER]
 
 WalkerTracking films a walk of four seconds (30 frames/s) with a level camera at a random angle, as near as the whole
 way allows: 128² pixels, clutter, noise of 8 grey levels, clothes of random colours that are equal on both sides.
@@ -19,7 +19,6 @@ and finds the first pose in them. With --learned it isn't given the scene, eithe
   bootstrap's over films for medians.
 """
 
-import argparse
 import tempfile
 import time
 from collections.abc import Iterator
@@ -29,6 +28,7 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
+from benchmarks import Arguments, scratch
 from benchmarks.tracking.episode import empty_scene
 from benchmarks.tracking.tables import cell, median, share
 from motionenv import write
@@ -161,13 +161,13 @@ def scored(joints: np.ndarray, true: np.ndarray, turned: np.ndarray) -> dict[str
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--films", type=int, default=20)
+    parser = Arguments(__doc__)
+    parser.add_argument("--films", type=int, default=20, quick=1)
     parser.add_argument("--split", choices=SPLITS, default="eval")
     parser.add_argument("--prior", choices=PRIORS, action="append")
     parser.add_argument("--course", choices=COURSES, action="append")
     parser.add_argument("--learned", action="store_true", help="the empty scene is learned from the pictures")
-    parser.add_argument("--strips", type=Path, help="folder for a PNG of each film: estimates above, truth below")
+    parser.add_argument("--strips", type=Path, quick=scratch(), help="folder for a PNG of each film, the truth below")
     asked = parser.parse_args()
     print("| course | prior | kept | exchanged | joints [mm] | heading [°] | frames/s |\n|-|-|-|-|-|-|-|", flush=True)
     for course in asked.course or COURSES:
