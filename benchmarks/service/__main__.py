@@ -32,10 +32,10 @@ def main() -> None:
     asked = options.parse_args()
     check_wrk()
     with tempfile.TemporaryDirectory(prefix="motionenv-bench-") as folder:
-        started = [_start(Path(folder, "data")) for _ in range(3)]
+        started = [_start(Path(folder, "data")) for _ in range(2 if asked.quick else 3)]
         with service(Path(folder, "data")) as one:
             loads = _loads(one, asked.rounds, asked.seconds)
-            film = [_film(one) for _ in range(5)]
+            film = [_film(one) for _ in range(1 if asked.quick else 5)]
         with service(Path(folder, "two"), workers=2) as two, service(Path(folder, "data")) as one:
             scaled = _scaled(one, two, asked.rounds, asked.seconds)
         with service(Path(folder, "data")) as one:
@@ -72,7 +72,7 @@ def _loads(server: Served, rounds: int, seconds: int) -> dict[str, Load]:
             ("synthesis, NPY", server, SYNTHESIS, NPY, None),
             ("300 tree samples, JSON", server, SAMPLES, JSON, None),
         ]
-        for _, *how, path in asked:
+        for _, *how, path in asked if rounds > 1 else ():
             load(*how, 1, path=path)  # warm
         for turn in range(rounds):
             for name, *how, path in asked:
