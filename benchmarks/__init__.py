@@ -112,7 +112,12 @@ def needs(*modules: str) -> None:
 
 
 def shortest(call: Callable[[], object], repeats: int = 3, *, warm: bool = False) -> float:
-    """Seconds of the fastest of some calls, as others use the machine too; after one that compiles if `warm`."""
+    """Seconds of the fastest of some calls, as others use the machine too; after one that compiles if `warm`.
+
+    With --quick, of one call.
+    """
+    if "--quick" in sys.argv:
+        return timeit.timeit(call, number=1)
     if warm:
         call()
     return min(timeit.repeat(call, number=1, repeat=repeats))
