@@ -17,7 +17,7 @@ FILES = (
     "bandai_namco/*-1/data/*_walk*_normal_001.bvh",
     "bandai_namco/*-2/data/*_walk-turn-*_active_001.bvh",
     *(f"bandai_namco/*-1/data/*_{kind}*_normal_001.bvh" for kind in ("run", "dash", "bow", "kick", "punch", "dance")),
-    "bandai_namco/*-1/data/*_wave*_normal_001.bvh",
+    "bandai_namco/*-2/data/*_wave-both-hands_active_001.bvh",
     "btkdata/C3DSamples/PiG/PiG_Motion*.c3d",
     "btkdata/TRCSamples/Truncated.trc",
     "nimble/c3d/cmu_02_05.c3d",
