@@ -1,6 +1,7 @@
-"""Captured walks, independently estimated stride times, and occlusions, for `benchmarks.cycles` and tests."""
+"""Captured walks, independently estimated stride times, and occlusions, for benchmarks and tests."""
 
 import re
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,9 @@ from scipy.signal import find_peaks
 
 from motionenv.mocap.readers import asfamc
 from motionenv.mocap.retargeting import retarget, to_markers
-from motionenv.types import MARKERS
+from motionenv.types import MARKERS, Markers
+
+SAME_PERSON = {"37": "12", "38": "07"}  # of CMU, by the database's descriptions and by their build
 
 
 class Walk(NamedTuple):
@@ -24,6 +27,13 @@ def straight_trials(mocap) -> list[str]:
     """The trials marked as straight in the list that accompanies the CMU walks."""
     rows = (line.split("|") for line in (mocap / "CMU_TRIALS.md").read_text().splitlines())
     return [row[1].strip() for row in rows if len(row) > 9 and row[-2].strip() == "yes"]
+
+
+def cmu_markers(mocap: Path) -> tuple[list[Markers], list[str]]:
+    """The 15 markers of the straight CMU walks, and the person of each."""
+    trials = straight_trials(mocap)
+    read = [to_markers(asfamc.read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120)) for t in trials]
+    return read, [SAME_PERSON.get(t[:2], t[:2]) for t in trials]
 
 
 def read_cmu(mocap) -> list[Walk]:

@@ -1,24 +1,17 @@
 """Cycles: speed against vectorised NumPy, and accuracy against gait events of captured walks.
 
-python -m benchmarks.cycles
+motionenv bench cycles [--mocap FOLDER]
 """
 
 import os
-import timeit
-from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
-from benchmarks import MOCAP, captured_walks
+from benchmarks import Arguments, captured_walks, shortest
 from motionenv.cycles import align, estimate_period, periodic_basis, segment, snr
 from motionenv.errors import MotionError
-
-
-def seconds(run, repeats: int = 1) -> float:
-    """Shortest of `repeats` runs [s], as the machine is shared."""
-    return min(timeit.repeat(run, number=1, repeat=repeats))
 
 
 def snr_by_bincount(z, candidates):
@@ -75,14 +68,14 @@ def walkers(n, m=19, seed=0):
     return sequences, periods
 
 
-def speed_of_snr():
-    """Print the speed of the SNR: 5,000 × 19, 20 % missing, 221 candidates."""
-    z, candidates = np.random.default_rng(0).normal(size=(5000, 19)), np.arange(60, 281)
+def speed_of_snr(frames):
+    """Print the speed of the SNR of `frames` × 19, 20 % missing, 221 candidates."""
+    z, candidates = np.random.default_rng(0).normal(size=(frames, 19)), np.arange(60, 281)
     z[np.random.default_rng(1).random(z.shape) < 0.2] = np.nan
     np.testing.assert_allclose(snr(z, candidates).channels, snr_by_bincount(z, candidates), rtol=1e-9)
-    ours, theirs = seconds(lambda: snr(z, candidates), 31), seconds(lambda: snr_by_bincount(z, candidates), 5)
+    ours, theirs = shortest(lambda: snr(z, candidates), 31), shortest(lambda: snr_by_bincount(z, candidates), 5)
     ratio = f"{theirs / ours:.0f}×"
-    print(f"| SNR, 5,000 × 19, 221 candidates | {1e3 * ours:.2f} ms | bincount {1e3 * theirs:.0f} ms | {ratio} |")
+    print(f"| SNR, {frames:,} × 19, 221 candidates | {1e3 * ours:.2f} ms | bincount {1e3 * theirs:.0f} ms | {ratio} |")
 
 
 def speed_of_offsets(n, measured):
@@ -90,10 +83,10 @@ def speed_of_offsets(n, measured):
     sequences, periods = walkers(n)
     alignment = align(sequences, periods)
     rounds = len(alignment.errors) - 1
-    ours = seconds(lambda: align(sequences, periods), 5)
+    ours = shortest(lambda: align(sequences, periods), 5)
     for name, lookup in (("phase table, looked up", True), ("phase table, evaluated", False)):
         k = min(measured if lookup else 1, rounds)
-        theirs = seconds(lambda k=k, lookup=lookup: align_by_table(sequences, periods, k, lookup)) * rounds / k
+        theirs = shortest(lambda k=k, lookup=lookup: align_by_table(sequences, periods, k, lookup), 1) * rounds / k
         same = ""
         if k == rounds:
             found = align_by_table(sequences, periods, rounds, lookup)
@@ -130,39 +123,38 @@ def accuracy(name, walks, fps):
     return beyond
 
 
-def false_alarms():
+def false_alarms(seeds):
     """Print the share of noise sequences in which a period is found."""
     for kind in ("white noise", "random walk"):
         for m in (1, 3, 19):
             found = 0
-            for seed in range(200):
+            for seed in range(seeds):
                 z = np.random.default_rng(seed).normal(size=(400, m))
                 found += np.isfinite(estimate(z if kind == "white noise" else z.cumsum(axis=0), 100))
-            print(f"| {kind}, {m} channels | {found / 2:.1f} % |")
+            print(f"| {kind}, {m} channels | {100 * found / seeds:.1f} % |")
 
 
-def main():
+def main() -> None:
     """Print the tables."""
+    asked = Arguments(__doc__, mocap=True).parse_args()
     print("| what | ours | peer | ratio |\n|-|-|-|-|")
-    speed_of_snr()
-    speed_of_offsets(8, 100)
-    speed_of_offsets(200, 2)
+    speed_of_snr(500 if asked.quick else 5000)
+    speed_of_offsets(2 if asked.quick else 8, 100)
+    speed_of_offsets(4 if asked.quick else 200, 2)
     print("\n| sequence without a period | a period is found in |\n|-|-|")
-    false_alarms()
-    capture = Path(os.environ.get("MOTIONENV_MOCAP", MOCAP))
-    if not capture.is_dir():
+    false_alarms(2 if asked.quick else 200)
+    if asked.mocap is None:
         return
     print("\n| cycle length | trials | median error | within 2 % | 30 % gone: within 3 % |\n|-|-|-|-|-|")
-    cmu = captured_walks.read_cmu(capture)
+    cmu = captured_walks.read_cmu(asked.mocap)
     beyond = accuracy("CMU straight walks", cmu, 120)
-    beyond += accuracy("santos25", captured_walks.read_santos(capture), 100)
+    beyond += accuracy("santos25", captured_walks.read_santos(asked.mocap), 100)
     print(
         "\nError of each trial beyond 2 % (complete) or 3 % (three runs with gaps, in brackets): " + "; ".join(beyond)
     )
     angles = [walk.angles for walk in cmu]
-    print(
-        f"\n55 CMU walks → {len(segment(angles, 120).values)} cycles in {seconds(lambda: segment(angles, 120)):.2f} s"
-    )
+    count, taken = len(segment(angles, 120).values), shortest(lambda: segment(angles, 120), 1)
+    print(f"\n{len(cmu)} CMU walks → {count} cycles in {taken:.2f} s")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ core's time each, and are scored once, on "eval" and "ood".
 Needs PyTorch and Stable-Baselines3: pip install -e '.[agents,bench]'
 """
 
-import argparse
 import json
 from collections.abc import Callable
 from functools import partial
@@ -19,6 +18,9 @@ from pathlib import Path
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the tasks)
+from benchmarks import Arguments, needs, scratch
+
+needs("torch", "stable_baselines3")
 from benchmarks.envs.tasks.imitation import imitate
 from benchmarks.envs.tasks.networks import Learned
 from benchmarks.envs.tasks.ppo import improve
@@ -163,14 +165,14 @@ have their reasons below each table. ActiveTracking, where what one does changes
 
 def main() -> None:
     """Score what is asked for, and write the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tasks", default="", help="only those whose id contains this")
+    parser = Arguments(__doc__)
+    parser.add_argument("--tasks", default="", quick="Easy", help="only those whose id contains this")
     parser.add_argument("--agents", default="", help="only those whose name contains this")
-    parser.add_argument("--minutes", type=float, default=3.0, help="of one core's time, of each training")
-    parser.add_argument("--episodes", type=int, default=EPISODES)
+    parser.add_argument("--minutes", type=float, default=3.0, quick=0.001, help="of one core's time, of each training")
+    parser.add_argument("--episodes", type=int, default=EPISODES, quick=1)
     parser.add_argument("--again", action="store_true", help="also what has a result already")
-    parser.add_argument("--results", type=Path, default=Path("leaderboard"), help="folder of results")
-    parser.add_argument("--out", type=Path, default=HERE / "LEADERBOARD.md")
+    parser.add_argument("--results", type=Path, default=Path("leaderboard"), quick=scratch(), help="folder of results")
+    parser.add_argument("--out", type=Path, default=HERE / "LEADERBOARD.md", quick=scratch() / "LEADERBOARD.md")
     asked = parser.parse_args()
     asked.results.mkdir(parents=True, exist_ok=True)
     tasks = [task for task in TASKS if asked.tasks in task and any(f"/{family}" in task for family in FAMILIES)]

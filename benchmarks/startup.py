@@ -1,10 +1,11 @@
 """CPU time of the first commands after installation, and time of `import motionenv`.
 
 The first run of a command compiles its kernels into an empty cache; the second one loads them. Goals for the first
-demo, environment step and lift: 20, 10 and 10 s; for the import: under 0.03 s. Run: motionenv bench startup
+demo, environment step and lift: 20, 10 and 10 s; for the import: under 0.03 s.
+
+    motionenv bench startup [--imports]
 """
 
-import argparse
 import os
 import resource
 import statistics
@@ -14,7 +15,8 @@ import tempfile
 import time
 from pathlib import Path
 
-ROUNDS = 15
+from benchmarks import Arguments
+
 IMPORTS = {"an empty script": "pass", "import numpy": "import numpy", "import motionenv": "import motionenv"}
 STEP = """
 import gymnasium, motionenv.envs
@@ -39,24 +41,25 @@ COMMANDS = {
 }
 
 
-def cpu_and_wall(command: list[str], folder: Path, kernels: Path) -> tuple[float, float]:
-    """CPU and wall time of `command`, run in `folder` on one thread with its kernels cached in `kernels`."""
+def cpu_and_wall(command: list[str], folder: Path, kernels: dict[str, str]) -> tuple[float, float]:
+    """CPU and wall time of `command`, run in `folder` on one thread; `kernels` says where these are cached."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(kernels), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = os.environ | kernels | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, time.perf_counter() - start
 
 
-def first_and_second_runs() -> None:
-    """Print a row for each command, each with an empty cache of its own."""
+def first_and_second_runs(quick: bool) -> None:
+    """Print a row for each command, each with an empty cache of its own; if `quick`, with the usual one, and once."""
     print("| command | first run, CPU s | wall s | second run, CPU s | wall s |\n|-|-|-|-|-|")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         subprocess.run([sys.executable, "-c", POINTS], cwd=folder, check=True, capture_output=True)
         for number, (title, command) in enumerate(COMMANDS.items()):
-            kernels = folder / f"kernels-{number}"
-            cold, warm = (cpu_and_wall(command, folder, kernels) for _ in range(2))
+            kernels = {} if quick else {"NUMBA_CACHE_DIR": str(folder / f"kernels-{number}")}
+            cold = cpu_and_wall(command, folder, kernels)
+            warm = cold if quick else cpu_and_wall(command, folder, kernels)
             print(f"| {title} | {cold[0]:.1f} | {cold[1]:.1f} | {warm[0]:.1f} | {warm[1]:.1f} |", flush=True)
 
 
@@ -67,30 +70,30 @@ def wall(statement: str) -> float:
     return time.perf_counter() - start
 
 
-def imports() -> None:
+def imports(rounds: int) -> None:
     """Print the median time of each import, less that of an empty script. Statements take turns, so noise hits all."""
     times: dict[str, list[float]] = {name: [] for name in IMPORTS}
     for statement in IMPORTS.values():  # warm up bytecode and page cache
         wall(statement)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for name, statement in IMPORTS.items():
             times[name].append(wall(statement))
     median = {name: statistics.median(values) for name, values in times.items()}
     empty = median.pop("an empty script")
-    print(f"| above an empty script's {empty:.3f} s, median of {ROUNDS} | s | relative to `import numpy` |\n|-|-|-|")
+    print(f"| above an empty script's {empty:.3f} s, median of {rounds} | s | relative to `import numpy` |\n|-|-|-|")
     for name, value in median.items():
         print(f"| `{name}` | {value - empty:.3f} | {(value - empty) / (median['import numpy'] - empty):.2f}× |")
 
 
 def main() -> None:
     """Print both tables, or that of imports only."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Arguments(__doc__)
     parser.add_argument("--imports", action="store_true", help="time only the imports")
     asked = parser.parse_args()
-    imports()
+    imports(1 if asked.quick else 15)
     if not asked.imports:
         print()
-        first_and_second_runs()
+        first_and_second_runs(asked.quick)
 
 
 if __name__ == "__main__":

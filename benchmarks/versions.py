@@ -1,13 +1,12 @@
 """CPU time of this checkout relative to another one, in alternating runs: does a change make something slower?
 
     git worktree add --detach ../before HEAD~20
-    motionenv bench versions ../before
+    motionenv bench versions ../before [--rounds 3]
 
 Each round runs every call below in a fresh process of each checkout, first once to compile and then some times. The
 table shows the best time of all rounds. Both checkouts need the functions that are called here.
 """
 
-import argparse
 import json
 import os
 import subprocess
@@ -18,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
-PARTICLES, REPEATS = 3000, 7
+PARTICLES = 3000
 
 
 def calls() -> dict[str, Callable[[], object]]:
@@ -67,46 +65,42 @@ def calls() -> dict[str, Callable[[], object]]:
     }
 
 
-def seconds(call: Callable[[], object]) -> float:
-    """The least CPU time of a call, after one that compiles."""
-    call()
-    times = []
-    for _ in range(REPEATS):
-        start = time.process_time()
+def timed(repeats: int) -> dict[str, float]:
+    """The least CPU time of each call, after one that compiles."""
+    found = {}
+    for name, call in calls().items():
         call()
-        times.append(time.process_time() - start)
-    return min(times)
+        times = []
+        for _ in range(repeats):
+            start = time.process_time()
+            call()
+            times.append(time.process_time() - start)
+        found[name] = min(times)
+    return found
 
 
-def measured(checkout: Path) -> dict[str, float]:
-    """CPU time of each call in a fresh process that imports `checkout`."""
+def measured(checkout: Path, repeats: int) -> dict[str, float]:
+    """`timed` in a fresh process that imports `checkout`."""
     environment = os.environ | {"PYTHONPATH": str(checkout), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    command = [sys.executable, "-P", __file__, "--timing"]  # -P: this folder has modules with names of others
+    command = [sys.executable, "-P", __file__, str(repeats)]  # -P: this folder has modules with names of others
     done = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE)
     return json.loads(done.stdout.splitlines()[-1])
 
 
 def main() -> None:
     """Print a row for each call."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "other",
-        type=Path,
-        nargs="?",
-        default=ROOT,
-        help="folder of the other checkout; without it, this one: how noisy is it?",
-    )
-    parser.add_argument("--rounds", type=int, default=3, help="alternating runs of both")
-    parser.add_argument("--timing", action="store_true", help="only time this checkout, as JSON")
+    from benchmarks import ROOT, Arguments  # not above: the other checkout's may lack them
+
+    parser = Arguments(__doc__)
+    told = "folder of the other checkout; without it, this one: how noisy is it?"
+    parser.add_argument("other", type=Path, nargs="?", default=ROOT, help=told)
+    parser.add_argument("--rounds", type=int, default=3, quick=1, help="alternating runs of both")
     asked = parser.parse_args()
-    if asked.timing:
-        print(json.dumps({name: seconds(call) for name, call in calls().items()}))
-        return
     checkouts = {"other": asked.other.resolve(), "this": ROOT}
     best: dict[str, dict[str, float]] = {name: {} for name in checkouts}
     for _ in range(asked.rounds):
         for name, checkout in checkouts.items():
-            for call, value in measured(checkout).items():
+            for call, value in measured(checkout, 1 if asked.quick else 7).items():
                 best[name][call] = min(value, best[name].get(call, value))
     print("| CPU time, ms | other | this | ratio |\n|-|-|-|-|")
     for call, value in best["this"].items():
@@ -115,4 +109,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] and sys.argv[1].isdigit():
+        print(json.dumps(timed(int(sys.argv[1]))))
+    else:
+        main()

@@ -1,6 +1,6 @@
 """Speed of rendering and encoding relative to real time, and of encoding compared with imageio-ffmpeg and Pillow.
 
-    python -m benchmarks.video          (needs: pip install imageio imageio-ffmpeg)
+    motionenv bench video
 
 640×480, ten seconds of a synthesised walk at 30 frames per second. CPU is user and system time of all threads and of
 the ffmpeg process that imageio starts. Peers encode the same frames in the same run.
@@ -12,10 +12,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import imageio.v2 as imageio
 import numpy as np
 from PIL import Image
 
+from benchmarks import Arguments, has
 from motionenv.models.synthesis import synthesize
 from motionenv.render import Scene, film
 from motionenv.render.video.encode import write_video
@@ -62,6 +62,8 @@ def real_time(motion, folder: Path) -> None:
 
 def imageio_mp4(frames, path: Path) -> None:
     """The peer: an ffmpeg process fed through a pipe, with the same preset."""
+    import imageio.v2 as imageio
+
     options = ["-preset", "superfast", "-tune", "animation", "-crf", "20"]
     with imageio.get_writer(
         path, fps=FPS, codec="libx264", quality=None, macro_block_size=2, output_params=options
@@ -92,7 +94,7 @@ def encoding(frames: np.ndarray, folder: Path) -> None:
     """Print the speed and file sizes of encoding, ours and the peers'."""
     print("\n| encode | ours | CPU | size | peer | CPU | size | ratio |\n|-|-|-|-|-|-|-|-|")
     for suffix, name, peer in (
-        (".mp4", "imageio-ffmpeg", imageio_mp4),
+        *([(".mp4", "imageio-ffmpeg", imageio_mp4)] if has("imageio", "imageio_ffmpeg") else []),
         (".gif", "Pillow", pillow),
         (".webp", "Pillow", pillow),
         ("", "Pillow PNG", pillow_folder),
@@ -122,9 +124,15 @@ def size(path: Path) -> int:
     return sum(p.stat().st_size for p in (inner[0] if inner else path).iterdir())
 
 
-if __name__ == "__main__":
-    motion = synthesize("walk/fpca", SECONDS, FPS, seed=1)
+def main() -> None:
+    """Print the tables."""
+    quick = Arguments(__doc__).parse_args().quick
+    motion = synthesize("walk/fpca", 0.2 if quick else SECONDS, FPS, seed=1)
     with tempfile.TemporaryDirectory() as where:
         write_video(Path(where) / "warm.mp4", film(motion, 0.5, width=64, height=48), FPS)
         real_time(motion, Path(where))
         encoding(np.stack(list(film(motion, 0.5, **SIZE))), Path(where))
+
+
+if __name__ == "__main__":
+    main()

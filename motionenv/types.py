@@ -206,7 +206,7 @@ class ForcePlate(_Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording(_Record):
-    """What a capture file holds beside its points.
+    """Contents of a capture file beside its points.
 
     Attributes:
         subject: label of the person; "" if the file doesn't name one.

@@ -56,8 +56,10 @@ class ModelRegistry:
 
     def find(self, name: str, access: Access) -> tuple[GaitModel | None, str | None]:
         """The model called `name`, or None and why it can't be loaded, both None while loading; 404 if unknown."""
+        if name in self._ready:
+            return self._ready[name], None
         if name in names():
-            return self._ready.get(name), self._failed.get(name)
+            return None, self._failed.get(name)
         self.check(name, access)
         try:
             path = self.place(name, "")
@@ -119,7 +121,7 @@ class ModelRegistry:
 
     def version(self, name: str) -> str:
         """Version of the model called `name`, which changes when its file does."""
-        return version(name) if name in names() else str(self.place(name, "").stat().st_mtime_ns)
+        return version(name) if name in self._ready or name in names() else str(self.place(name, "").stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=_KEPT)

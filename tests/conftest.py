@@ -39,7 +39,7 @@ def mocap() -> Path:
 @pytest.fixture(scope="session")
 def cmu_walkers(mocap) -> list[tuple]:
     """Markers, Fourier walker and person of each straight CMU walk."""
-    from benchmarks.models.eigenwalkers import cmu_markers
+    from benchmarks.captured_walks import cmu_markers
     from motionenv.models.eigenwalkers import fourier_walker
 
     return [(m, fourier_walker(m), person) for m, person in zip(*cmu_markers(mocap), strict=True)]

@@ -1,6 +1,6 @@
 """Speed of making data sets, each figure beside its peer or baseline in the same run.
 
-    python -m benchmarks.data
+    motionenv bench data
 
 - "renderer" draws the same people with the same cameras and scenery, all of them ready: `MultiBodyRaycaster` and
   `Augmenter`. What a generator needs more is motion, cameras, truth and passing on.
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from benchmarks import Arguments, has, shortest
 from motionenv.data import Sampler, Specification, Walkers, generate, ray_executor
 from motionenv.data.formats.webdataset import WebDataset
 from motionenv.data.samples.drawing import Drawing
@@ -33,16 +34,6 @@ CLIPS = Specification.read("tracking").replace(
 )
 
 
-def seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """The best time of a few."""
-    best = np.inf
-    for _ in range(repeats):
-        began = time.perf_counter()
-        work()
-        best = min(best, time.perf_counter() - began)
-    return best
-
-
 def consumed(spec: Specification, start: int, stop: int) -> None:
     """Draw samples and forget them."""
     for _ in Sampler(spec).samples(start, stop):
@@ -54,18 +45,18 @@ def of_size(size: int, spec: Specification = CLIPS, **changes) -> Specification:
     return spec.replace(pictures={"width": size, "height": size}, **changes)
 
 
-def against_renderer() -> None:
+def against_renderer(quick: bool) -> None:
     """Raw arrays of a worker, against the renderer alone."""
     print("\n| raw arrays, one worker | frames/s | renderer alone | ratio (goal 0.7) |\n|-|-|-|-|")
-    for size in (64, 256):
+    for size in (64,) if quick else (64, 256):
         for what, spec in (
-            ("clips of 60", of_size(size)),
+            ("clips of 60", of_size(size, **({"clip": 2} if quick else {}))),
             ("single pictures, 16 views of a walker", of_size(size, clip=1, people={"views": 16})),
             ("single pictures, 64 views of a walker", of_size(size, clip=1, people={"views": 64})),
         ):
             count = Sampler(spec).per_group
             consumed(spec, 0, count)
-            ours = seconds(lambda spec=spec, count=count: consumed(spec, 0, count))
+            ours = shortest(lambda spec=spec, count=count: consumed(spec, 0, count))
             group, drawing, whole = Group(spec, 0), Drawing(spec, rgb=True), np.arange(count)
             at_once = max(1, (1 << 22) // (spec.clip * size * size))
 
@@ -73,16 +64,16 @@ def against_renderer() -> None:
                 for first in range(0, len(whole), at_once):
                     drawing.draw(group, whole[first : first + at_once])
 
-            alone = seconds(draw)
+            alone = shortest(draw)
             frames = count * spec.clip
             print(f"| {size}², {what} | {frames / ours:,.0f} | {frames / alone:,.0f} | {alone / ours:.2f} |")
 
 
-def against_encoders() -> None:
+def against_encoders(quick: bool) -> None:
     """Lossless shards of a worker, against the encoders alone."""
     print("\n| lossless pictures, ids and depth | frames/s | encoders alone | ratio (goal 0.8) |\n|-|-|-|-|")
-    for size in (64, 256):
-        spec = of_size(size)
+    for size in (64,) if quick else (64, 256):
+        spec = of_size(size, **({"clip": 2} if quick else {}))
         samples = list(Sampler(spec).samples(0, 8))
 
         def written(made, spec=spec) -> None:
@@ -92,8 +83,8 @@ def against_encoders() -> None:
             finally:
                 shutil.rmtree(folder)
 
-        whole = seconds(lambda spec=spec, written=written: written(lambda: Sampler(spec).samples(0, 8)))
-        alone = seconds(lambda samples=samples, written=written: written(lambda: samples))
+        whole = shortest(lambda spec=spec, written=written: written(lambda: Sampler(spec).samples(0, 8)))
+        alone = shortest(lambda samples=samples, written=written: written(lambda: samples))
         print(f"| {size}² | {8 * spec.clip / whole:,.0f} | {8 * spec.clip / alone:,.0f} | {alone / whole:.2f} |")
 
 
@@ -104,34 +95,38 @@ def rate_of(spec: Specification, **how) -> float:
         generate(spec, folder, on_shard=lambda row: times.append((time.perf_counter(), row["frames"])), **how)
     finally:
         shutil.rmtree(folder)
-    skipped = 4
+    skipped = min(4, len(times) - 1)
     return sum(frames for _, frames in times[skipped:]) / (times[-1][0] - times[skipped - 1][0])
 
 
-def of_workers() -> None:
+def of_workers(quick: bool) -> None:
     """Two workers against one, and Ray against processes."""
-    spec = of_size(128, frames=60 * 2 * 48, output={"fields": FIELDS, "shard": 120})
+    clip, shards = (2, 3) if quick else (60, 48)
+    spec = of_size(128, clip=clip, frames=2 * clip * shards, output={"fields": FIELDS, "shard": 2 * clip})
     one, two = rate_of(spec, workers=1), rate_of(spec, workers=2)
     print("\n| | frames/s | ratio | goal |\n|-|-|-|-|")
     print(f"| one worker, 128² lossless | {one:,.0f} | | |")
     print(f"| two workers | {two:,.0f} | {two / one:.2f} of one | 1.8 |")
+    if not has("ray"):
+        return
     with ray_executor(num_cpus=2) as executor:
         ray = rate_of(spec, executor=executor)
     print(f"| Ray, two cores | {ray:,.0f} | {1 - ray / two:.0%} less than processes | 15 % |")
 
 
-def against_pyrender() -> None:
+def against_pyrender(quick: bool) -> None:
     """COCO keypoints at 640 × 480, against a loop with pyrender."""
     from motionenv.render.opengl.engine import PyrenderRenderer
 
-    spec = Specification.read("keypoints").replace(frames=512, output={"shard": 512})
+    half = 4 if quick else 256
+    spec = Specification.read("keypoints").replace(frames=2 * half, output={"shard": 2 * half})
     sampler, folder = Sampler(spec), Path(tempfile.mkdtemp())
     from motionenv.data.formats.coco import Coco
 
-    Coco().write(sampler.samples(0, 256), folder / "first", 0, spec)  # photographs are made once in a process
+    Coco().write(sampler.samples(0, half), folder / "first", 0, spec)  # photographs are made once in a process
     began = time.perf_counter()
-    Coco().write(sampler.samples(256, 512), folder / "second", 1, spec)
-    ours = (time.perf_counter() - began) / 256
+    Coco().write(sampler.samples(half, 2 * half), folder / "second", 1, spec)
+    ours = (time.perf_counter() - began) / half
     shutil.rmtree(folder)
     group, renderer = Group(spec, 0), PyrenderRenderer()
     views, look = group.views, spec.pictures
@@ -142,8 +137,9 @@ def against_pyrender() -> None:
             camera = Camera(views.K[i], views.R[i], views.t[i, 0], look.width, look.height)
             renderer.render(group.poses[i, 0], body, camera)
 
+    count = 2 if quick else 24
     loop(2)
-    theirs = seconds(lambda: loop(24), 1) / 24
+    theirs = shortest(lambda: loop(count), 1) / count
     print("\n| COCO keypoints, 640 × 480, per frame | ms | ratio (goal 50) |\n|-|-|-|")
     print(f"| motionenv: scenery, passers-by, JPEG, annotations | {1000 * ours:.1f} | |")
     print(f"| pyrender in a loop: one body, no annotation | {1000 * theirs:.1f} | {theirs / ours:.0f} |")
@@ -178,12 +174,15 @@ def decoded(sample: dict) -> tuple[np.ndarray, ...]:
     return rgb, limbs, depth, np.array(json.loads(sample["truth.json"])["joints"])
 
 
-def against_files() -> None:
+def against_files(quick: bool) -> None:
     """A small network fed on the fly, against the same from WebDataset's files."""
+    if not has("torch", "webdataset"):
+        return
     import webdataset
 
+    frames = 64 if quick else 4096
     fields = ("rgb", "limbs", "depth", "joints")
-    spec = of_size(64, clip=1, frames=4096, people={"views": 16}, output={"fields": fields})
+    spec = of_size(64, clip=1, frames=frames, people={"views": 16}, output={"fields": fields})
     folder, step = Path(tempfile.mkdtemp()), network_step()
     generate(spec, folder, workers=2)
 
@@ -197,17 +196,18 @@ def against_files() -> None:
             step(np.stack(rgb), np.stack(joints))
 
     on_the_fly()
-    fly, files = seconds(on_the_fly, 2), seconds(from_files, 2)
+    fly, files = shortest(on_the_fly, 2), shortest(from_files, 2)
     shutil.rmtree(folder)
     print("\n| feeding a small network, 64² RGB, ids, depth, one process | pictures/s | ratio (goal 2) |\n|-|-|-|")
-    print(f"| Walkers, on the fly | {4096 / fly:,.0f} | {files / fly:.1f} |")
-    print(f"| the same from WebDataset's files | {4096 / files:,.0f} | |")
+    print(f"| Walkers, on the fly | {frames / fly:,.0f} | {files / fly:.1f} |")
+    print(f"| the same from WebDataset's files | {frames / files:,.0f} | |")
 
 
 def main() -> None:
     """Print all tables."""
+    quick = Arguments(__doc__).parse_args().quick
     for part in (against_renderer, against_encoders, of_workers, against_pyrender, against_files):
-        part()
+        part(quick)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Are the data good? A small network learns to lift from generated clips alone, and is tested on captured people.
 
-    python -m benchmarks.data.training --mocap FOLDER [--minutes 12]
+    motionenv bench data.training [--mocap FOLDER] [--minutes 12]
 
 A temporal convolution with 0.9 M parameters sees the `detected` points of the preset `lifting`, drawn while it learns,
 on one core, and tells the joints relative to the pelvis in the camera's frame. It is tested on captured clips before
@@ -10,11 +10,14 @@ rate of learning and stretches of time were set once, before any test; no test w
 is the error on generated people left out (indices that aren't trained on).
 """
 
-import argparse
 import time
 from pathlib import Path
 
 import numpy as np
+
+from benchmarks import Arguments, needs, scratch
+
+needs("torch")
 import torch
 from torch import nn
 
@@ -87,7 +90,7 @@ def lifted(network: Lifter, points: Points, camera: Camera) -> np.ndarray:
     return (total / count)[:frames]
 
 
-def cmu_walks(mocap: Path, count: int = 12) -> list[Markers]:
+def cmu_walks(mocap: Path, count: int) -> list[Markers]:
     """Some of CMU's captured walks at 30 Hz."""
     paths = sorted((mocap / "cmu_asfamc").rglob("*.amc"))
     chosen = [paths[i] for i in sorted(np.random.default_rng(1).permutation(len(paths))[:count])]
@@ -98,16 +101,16 @@ def cmu_walks(mocap: Path, count: int = 12) -> list[Markers]:
     return walks
 
 
-def tests(mocap: Path) -> dict[str, list[tuple[Points, Camera]]]:
+def tests(mocap: Path, clips: int) -> dict[str, list[tuple[Points, Camera]]]:
     """Captured clips as a detector sees them, by kind; three cameras each."""
-    kinds = {f"Bandai-Namco, {kind}": bandai.clips(mocap, kind) for kind in ("forward walks", "turns")}
-    kinds["CMU's walks"] = cmu_walks(mocap)
+    kinds = {f"Bandai-Namco, {kind}": bandai.clips(mocap, kind, clips) for kind in ("forward walks", "turns")}
+    kinds["CMU's walks"] = cmu_walks(mocap, clips)
     made: dict[str, list[tuple[Points, Camera]]] = {}
-    for kind, clips in kinds.items():
+    for kind, motions in kinds.items():
         rng = np.random.default_rng(5)
         made[kind] = [
             (DetectorErrors().apply(bandai.seen(markers, camera), rng), camera)
-            for markers in clips
+            for markers in motions
             for camera in bandai.cameras(markers, rng)
         ]
     return made
@@ -123,11 +126,11 @@ def judged(network: Lifter, sequences: list[tuple[Points, Camera]]) -> tuple[flo
     return tuple(1000 * np.mean(errors, axis=0))
 
 
-def generated(spec: Specification) -> list[tuple[np.ndarray, np.ndarray]]:
+def generated(spec: Specification, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Features and truth of generated people who aren't trained on."""
     walkers = Walkers(spec)
     first = len(walkers) - _LEFT_OUT
-    samples = list(walkers.sampler.samples(first, first + 256))
+    samples = list(walkers.sampler.samples(first, first + count))
     stacked = {name: np.stack([sample[name] for sample in samples]) for name in samples[0]}
     return [(features(stacked["detected"], stacked["K"]), relative(stacked["joints"], stacked["R"]))]
 
@@ -177,12 +180,14 @@ def draw(rows: list[tuple], kinds: list[str], path: Path) -> None:
 
 def main() -> None:
     """Train, test at several times, print the table and draw the curve."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=Path("../shared/mocap"))
-    parser.add_argument("--minutes", type=float, default=TOLD[-1])
+    parser = Arguments(__doc__, mocap=("bandai_namco", "cmu_asfamc"))
+    parser.add_argument("--minutes", type=float, default=TOLD[-1], quick=0.001)
+    plot = Path(__file__).with_name("learning.png")
+    parser.add_argument("--plot", type=Path, default=plot, quick=scratch() / plot.name, help="file for the curve")
     options = parser.parse_args()
     spec = Specification.read("lifting").replace(frames=60 * 10**6, output={"fields": FIELDS})
-    captured, left_out, rows = tests(options.mocap), generated(spec), []
+    clips, samples = (1, 8) if options.quick else (12, 256)
+    captured, left_out, rows = tests(options.mocap, clips), generated(spec, samples), []
     print("| minutes | clips | " + " | ".join(captured) + " | generated, left out |")
     print("|-|-|" + "-|" * (len(captured) + 1))
 
@@ -196,7 +201,7 @@ def main() -> None:
         print(f"| {minutes:g} | {clips:,} | {cells} | {own:.0f} |", flush=True)
 
     train(spec, options.minutes, told)
-    draw(rows, list(captured), Path(__file__).with_name("learning.png"))
+    draw(rows, list(captured), options.plot)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,13 @@
 """Errors of the reference agents in the environments: per joint, mean over episodes with a 95 % interval.
 
-python -m benchmarks.envs.agents [--episodes 64]
+motionenv bench envs.agents [--episodes 64]
 """
-
-import argparse
 
 import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
+from benchmarks import Arguments
 from motionenv.envs.agents import ConstantVelocity, MeanPose, Oracle, evaluate
 
 AGENTS = (MeanPose, ConstantVelocity, Oracle)
@@ -32,10 +31,11 @@ def cell(values: np.ndarray) -> str:
     return f"{1000 * values.mean():.0f} ± {1960 * values.std(ddof=1) / np.sqrt(len(values)):.0f}"
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--episodes", type=int, default=64)
-    episodes = parser.parse_args().episodes
+def main() -> None:
+    """Print the table."""
+    parser = Arguments(__doc__)
+    parser.add_argument("--episodes", type=int, default=64, quick=2)
+    asked = parser.parse_args()
     print("| environment |", *(f"{agent.__name__} [mm] |" for agent in AGENTS), "\n|-|-|-|-|")
     for name, arguments in CASES.items():
         cells = []
@@ -43,7 +43,12 @@ if __name__ == "__main__":
             if name.startswith("Arm") and agent is ConstantVelocity:
                 cells.append("–")
                 continue
-            env = gymnasium.make_vec(f"motionenv/{name.split(',')[0]}-v1", num_envs=16, split="eval", **arguments)
-            cells.append(cell(evaluate(env, agent(env), episodes, seed=0).errors))
+            task, n = f"motionenv/{name.split(',')[0]}-v1", min(16, asked.episodes)
+            env = gymnasium.make_vec(task, num_envs=n, split="eval", **arguments)
+            cells.append(cell(evaluate(env, agent(env), asked.episodes, seed=0).errors))
             env.close()
         print(f"| {name} |", " | ".join(cells), "|", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,6 +1,6 @@
 """Steps per second of MuJoCo's Humanoid-v5 with pixel observations through EGL; run by `benchmarks.envs.speed`.
 
-    MUJOCO_GL=egl python benchmarks/envs/humanoid.py SIZE made|plain|async
+    MUJOCO_GL=egl python benchmarks/envs/humanoid.py SIZE made|plain|async [SECONDS]
 
 Needs a Python with `gymnasium[mujoco]`. "made" uses the defaults of `gymnasium.make`; "plain" has no shadows (a map of
 4096² each step), reflections or antialiasing; "async" runs two plain environments in separate processes. Prints one
@@ -13,7 +13,8 @@ import time
 import gymnasium
 from gymnasium.wrappers import AddRenderObservation
 
-NAME, ROUNDS, SECONDS = "Humanoid-v5", 3, 1.5
+NAME, ROUNDS = "Humanoid-v5", 3
+SECONDS = float(sys.argv[3]) if len(sys.argv) > 3 else 1.5  # of a round
 
 
 class Plain(gymnasium.Wrapper):

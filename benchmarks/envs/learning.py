@@ -1,6 +1,6 @@
 """Train a small recurrent network on MarkerTracking, and compare it with agents that don't learn.
 
-Run: python -m benchmarks.envs.learning [--minutes 6] [--plot curve.png]
+    motionenv bench envs.learning [--minutes 6] [--plot curve.png]
 
 The network learns by imitation: observations of new episodes of split "train" are the inputs, and `truth()` gives the
 targets. (Policy gradients on the reward, which is minus this loss, would work too, but slowly.) Actions don't influence
@@ -10,11 +10,15 @@ walkers and without `truth()`.
 Needs PyTorch: pip install torch --index-url https://download.pytorch.org/whl/cpu
 """
 
-import argparse
 import time
+from pathlib import Path
 
 import gymnasium
 import numpy as np
+
+from benchmarks import Arguments, needs, scratch
+
+needs("torch")
 import torch
 
 import motionenv.envs  # noqa: F401 (registers the environments)
@@ -24,7 +28,6 @@ from motionenv.envs.agents.baselines import ConstantVelocity, MeanPose
 from motionenv.envs.agents.evaluation import evaluate
 
 NAME = "motionenv/MarkerTracking-v1"
-ENVS = 128  # parallel episodes
 EPISODES = 512  # of each final evaluation
 
 
@@ -45,9 +48,9 @@ class LastSeen:
         return self.env.action(np.insert(self.points, 1, 0.0, axis=-1))
 
 
-def learn(network: Network, seconds: float, evaluate) -> list[tuple[float, int, float]]:
+def learn(network: Network, seconds: float, envs: int, evaluate) -> list[tuple[float, int, float]]:
     """Train for `seconds`; return (seconds, frames, error [m] on split "eval") at intervals."""
-    env = gymnasium.make_vec(NAME, num_envs=ENVS, split="train", autoreset_mode="Disabled")
+    env = gymnasium.make_vec(NAME, num_envs=envs, split="train", autoreset_mode="Disabled")
     env.reset(seed=0)
     optimiser = torch.optim.Adam(network.parameters(), lr=RATE)
     frames, spent, curve = 0, 0.0, [(0.0, 0, evaluate())]
@@ -55,7 +58,7 @@ def learn(network: Network, seconds: float, evaluate) -> list[tuple[float, int, 
         start = time.perf_counter()
         slow_down(optimiser, spent / seconds)
         improve(network, optimiser, *watched(env, network, slice(None)))
-        frames += env.unwrapped.world.horizon * ENVS
+        frames += env.unwrapped.world.horizon * envs
         spent += time.perf_counter() - start
         if spent >= curve[-1][0] + seconds / 12 or spent >= seconds:
             curve.append((spent, frames, evaluate()))
@@ -63,7 +66,7 @@ def learn(network: Network, seconds: float, evaluate) -> list[tuple[float, int, 
     return curve
 
 
-def plot(path: str, curve, others: dict[str, float]) -> None:
+def plot(path: Path, curve, others: dict[str, float]) -> None:
     """Plot the error over time, with the agents that don't learn as lines."""
     import matplotlib
 
@@ -82,19 +85,20 @@ def plot(path: str, curve, others: dict[str, float]) -> None:
 
 def main() -> None:
     """Train, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--minutes", type=float, default=6.0, help="of training")
-    parser.add_argument("--plot", help="file for the curve")
+    parser = Arguments(__doc__)
+    parser.add_argument("--minutes", type=float, default=6.0, quick=0.001, help="of training")
+    parser.add_argument("--plot", type=Path, quick=scratch() / "curve.png", help="file for the curve")
     arguments = parser.parse_args()
     torch.manual_seed(0)
     torch.set_num_threads(1)  # matrices are too small for a second thread
-    env = gymnasium.make_vec(NAME, num_envs=64, split="eval")
+    envs, episodes = (2, 2) if arguments.quick else (64, EPISODES)
+    env = gymnasium.make_vec(NAME, num_envs=envs, split="eval")
     network = Network(env, remembers=True)
-    quick = lambda: float(evaluate(env, Learned(env, network), 64, seed=1).errors.mean())
-    curve = learn(network, 60 * arguments.minutes, quick)
+    error = lambda: float(evaluate(env, Learned(env, network), envs, seed=1).errors.mean())
+    curve = learn(network, 60 * arguments.minutes, 2 * envs, error)
     agents = {"mean pose": MeanPose(env), "last seen": LastSeen(env), "constant velocity": ConstantVelocity(env)}
     agents["recurrent network"] = Learned(env, network)
-    errors = {name: evaluate(env, agent, EPISODES, seed=2).errors for name, agent in agents.items()}
+    errors = {name: evaluate(env, agent, episodes, seed=2).errors for name, agent in agents.items()}
     mine = errors["recurrent network"].mean()
     print(
         "\n| agent | error per joint [mm], mean over episodes | 5th to 95th percentile of episodes "
@@ -104,7 +108,7 @@ def main() -> None:
         low, high = np.percentile(1000 * error, [5, 95])
         print(f"| {name} | {1000 * error.mean():.1f} | {low:.0f}–{high:.0f} | {error.mean() / mine:.1f}× |")
     seconds, frames, _ = curve[-1]
-    print(f"\n{frames:,} frames of split train in {seconds / 60:.1f} min; {EPISODES} episodes of split eval.")
+    print(f"\n{frames:,} frames of split train in {seconds / 60:.1f} min; {episodes} episodes of split eval.")
     if arguments.plot:
         plot(arguments.plot, curve, {name: e.mean() for name, e in errors.items() if name != "recurrent network"})
 

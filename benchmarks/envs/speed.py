@@ -1,6 +1,6 @@
 """Steps per second of the environments and of MuJoCo's Humanoid-v5 with pixels; profile of a step; memory.
 
-    python -m benchmarks.envs.speed [--mujoco PYTHON] [--quick]
+    motionenv bench envs.speed [--mujoco PYTHON]
 
 MuJoCo needs a newer PyOpenGL than pyrender allows, so it needs a separate Python:
 
@@ -11,7 +11,6 @@ Environments come from `gymnasium.make` and `make_vec`. Rates include resets but
 the best of a few rounds for ours and peers, after the walkers of the process were synthesised.
 """
 
-import argparse
 import multiprocessing
 import os
 import resource
@@ -27,6 +26,7 @@ import gymnasium
 from gymnasium.utils import performance
 
 import motionenv.envs  # noqa: F401 (registers the environments)
+from benchmarks import Arguments, headline
 
 WALKER, MARKERS, ARM = (f"motionenv/{name}Tracking-v1" for name in ("Walker", "Marker", "Arm"))
 EVERYTHING = {"background": "clutter", "distractors": 2, "occluders": 1, "noise": 5.0, "brightness": 0.2}
@@ -76,10 +76,11 @@ def known(env: gymnasium.Env | gymnasium.vector.VectorEnv, n: int) -> float:
     return time.perf_counter() - start
 
 
+HEADLINE = "WalkerTracking, 64 at a time, 64² rgb"  # of README
 #: Timed environments by name: the function that makes them, and the number of environments per step.
 TIMED = {
     "WalkerTracking, 64² rgb": (partial(single, WALKER), 1),
-    "WalkerTracking, 64 at a time, 64² rgb": (partial(vector, WALKER, 64), 64),
+    HEADLINE: (partial(vector, WALKER, 64), 64),
     "WalkerTracking, 64 at a time, 64² rgb, everything on": (partial(vector, WALKER, 64, **EVERYTHING), 64),
     "WalkerTracking, 64 at a time, 128² mask": (partial(vector, WALKER, 64, **MASKS), 64),
     "ArmTracking, 64² rgb": (partial(single, ARM), 1),
@@ -114,18 +115,18 @@ def first_episodes() -> None:
     )
 
 
-def peer(python: str, size: int, how: str) -> float | None:
-    """Steps per second of Humanoid-v5 with pixels; None, with a line on stderr, if it can't run."""
+def peer(python: str, size: int, how: str, seconds: float) -> float | None:
+    """Steps per second of Humanoid-v5 with pixels; None, with a line, if it can't run."""
     script = Path(__file__).with_name("humanoid.py")
     done = subprocess.run(
-        [python, script, str(size), how],
+        [python, script, str(size), how, str(seconds)],
         capture_output=True,
         text=True,
         env={**os.environ, "MUJOCO_GL": "egl"},
         check=False,
     )
     if done.returncode:
-        print(f"no MuJoCo at {size}² ({how}): {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+        print(f"skipped: Humanoid-v5 at {size}² ({how}): {done.stderr.strip().splitlines()[-1]}")
         return None
     return float(done.stdout.splitlines()[-1])
 
@@ -137,7 +138,7 @@ def ratio(ours: float, theirs: float | None) -> str:
 
 def speed(python: str, seconds: float) -> None:
     """Print steps per second and ratios."""
-    peers = {(size, how): peer(python, size, how) for size in (64, 128) for how in PEERS}
+    peers = {(size, how): peer(python, size, how, seconds) for size in (64, 128) for how in PEERS}
     print("| steps per second, best of 3 | | × Humanoid-v5, default | × plain | × two plain |\n|-|-|-|-|-|")
     for (size, how), rate in peers.items():
         cells = " | ".join("1" if how == other else "" for other in PEERS)
@@ -149,6 +150,9 @@ def speed(python: str, seconds: float) -> None:
         size = 128 if "128" in name else 64
         cells = [ratio(rate, peers[size, how]) if "Marker" not in name else "" for how in PEERS]
         print(f"| {name} | {rate:,.0f} | {' | '.join(cells)} |", flush=True)
+        if name == HEADLINE:
+            plain = peers[64, "plain"]
+            headline(frames=rate, **({"ratio": rate / plain} if plain else {}))
 
 
 class Clock:
@@ -209,7 +213,7 @@ def profile(seconds: float) -> None:
         print(f"| {part} | {' | '.join(f'{100 * s[part]:.1f} %' for s in shares)} |")
 
 
-def gymnasiums(seconds: int) -> None:
+def gymnasiums(seconds: float) -> None:
     """Print the results of Gymnasium's own benchmarks, which sample an action before each step."""
     print("\n| gymnasium.utils.performance | benchmark_step | benchmark_init | benchmark_render |\n|-|-|-|-|")
     for name in (WALKER, ARM, MARKERS):
@@ -254,16 +258,15 @@ def memory(share: float) -> None:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Arguments(__doc__)
     parser.add_argument("--mujoco", default=sys.executable, help="a Python that has gymnasium[mujoco]")
-    parser.add_argument("--quick", action="store_true", help="a tenth of the time")
     asked = parser.parse_args()
-    seconds = 0.15 if asked.quick else 1.5
+    seconds = 0.02 if asked.quick else 1.5
     first_episodes()
     speed(asked.mujoco, seconds)
     profile(2 * seconds)
-    gymnasiums(1 if asked.quick else 2)
-    memory(0.05 if asked.quick else 1.0)
+    gymnasiums(0.05 if asked.quick else 2)
+    memory(0.005 if asked.quick else 1.0)
 
 
 if __name__ == "__main__":

@@ -45,6 +45,11 @@ def seen(markers: Markers, camera: Camera) -> Points:
     return Points(project(markers.positions, camera)[0], markers.fps, "px", truth=markers, name=markers.name)
 
 
+def elevation(camera: Camera) -> float:
+    """By how much the camera looks down [rad]: a spirit level tells it, even where nothing else is known."""
+    return float(np.arcsin(np.clip(-camera.R[2, 2], -1, 1)))
+
+
 def noisy(points: Points, rng: np.random.Generator) -> Points:
     """5 pixels of noise, and 20 % of the points missing."""
     positions = points.positions + 5 * rng.standard_normal(points.positions.shape)

@@ -64,10 +64,10 @@ def _normalised(flat: np.ndarray) -> np.ndarray:
 
 
 def postures_of(clips: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
-    """`count` random postures (count, 15, 3) [m] of clips (n, frames, 15, 3), facing x, in an average adult's size."""
+    """At most `count` random postures (…, 15, 3) [m] of clips (n, frames, 15, 3), facing x, of an average adult."""
     frames = clips.reshape(-1, len(MARKERS), 3)
     frames = frames[np.isfinite(frames[:, 0, 0])]
-    chosen = frames[np.random.default_rng(seed).choice(len(frames), count, replace=False)].astype(float)
+    chosen = frames[np.random.default_rng(seed).permutation(len(frames))[:count]].astype(float)
     chosen -= chosen[:, [_PELVIS]]
     across = sum(
         chosen[:, MARKERS.index(f"left_{name}"), :2] - chosen[:, MARKERS.index(f"right_{name}"), :2]

@@ -1,6 +1,6 @@
 """Clips of people who walk, turn, stop, step aside, dance and run, from which the lifting network learns.
 
-Run: python -m benchmarks.free_walking.clips --mocap FOLDER --count 8000 --seed 1 --out clips.npy [--leave-out 07 16]
+    motionenv bench free_walking.clips --count 8000 --seed 1 --out clips.npy [--leave-out 07 16]
 
 Only what may ship is used: CMU's captured walks and dances, gait models fitted to CMU's walks, and runners from
 published joint angles. One network must serve people, styles and definitions of joints that no capture here shows, so
@@ -8,7 +8,6 @@ every clip is changed in tempo, amplitude, posture, proportions and joint centre
 more than people differ.
 """
 
-import argparse
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import motionenv
+from benchmarks import Arguments, scratch
 from benchmarks.free_walking.running import run
 from motionenv.body import markers
 from motionenv.body.skeleton import NODES
@@ -268,11 +268,10 @@ def _sidestepping(places: np.ndarray, rng) -> np.ndarray:
 
 def main() -> None:
     """Write clips to a file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, required=True)
-    parser.add_argument("--count", type=int, default=8000)
+    parser = Arguments(__doc__, mocap=("cmu_asfamc", "cmu_bvh_dance"))
+    parser.add_argument("--count", type=int, default=8000, quick=10)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True, quick=scratch() / "clips.npy")
     parser.add_argument("--leave-out", nargs="*", default=[], help="subjects of CMU")
     parser.add_argument("--models", nargs="*", default=[], help="gait models; by default the shipped ones")
     asked = parser.parse_args()

@@ -3,8 +3,8 @@
 They come from CMU's subjects `LEFT_OUT`, as captured, and as clips of other styles, proportions, tempos and definitions
 of joints (`clips`), at 30 frames per second before cameras like those of the benchmark. The network is one of its own:
 
-    python -m benchmarks.free_walking.clips --mocap FOLDER --leave-out 07 16 26 32 38 49 --models A B --out a.npy
-    python -m benchmarks.free_walking.train a.npy --minutes 22 --out a.npz
+    motionenv bench free_walking.clips --leave-out 07 16 26 32 38 49 --models A B --out a.npy
+    motionenv bench free_walking.train a.npy --minutes 22 --out a.npz
 
 with models A and B fitted to the other people (`motionenv fit`).
 """
@@ -15,8 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import Arguments
 from benchmarks.free_walking import bandai, clips
 from motionenv.body import markers
+from motionenv.lifting.free.posture_network import PostureNetwork
+from motionenv.lifting.free.proposal import shipped_network
 from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.types import MARKERS, Camera, Markers, Points
 
@@ -24,6 +27,24 @@ LEFT_OUT = ("07", "16", "26", "32", "38", "49")
 FPS = 30.0
 DAMAGE = {"clean": lambda points, rng: points, "5 px, 20 % missing": bandai.noisy, "bursts": bandai.bursts}
 DETECTED = {"detector's errors": lambda points, rng: DetectorErrors().apply(points, rng)}
+
+
+def arguments(doc: str, *, models: bool = False) -> Arguments:
+    """The command line of what is measured on people left out."""
+    parser = Arguments(doc, mocap=("cmu_asfamc", "cmu_bvh_dance", "bandai_namco"))
+    parser.add_argument("--network", type=Path, required=True, quick="shipped", help="weights (.npz) of `train`")
+    if models:
+        shipped = ("walk/fpca", "walk/eigenwalkers")
+        parser.add_argument("--models", nargs=2, required=True, quick=shipped, help="without the people left out")
+    return parser
+
+
+def network(path: Path | str) -> PostureNetwork:
+    """The network with the weights of a file, or the shipped one."""
+    if str(path) == "shipped":
+        return shipped_network()
+    with np.load(path) as weights:
+        return PostureNetwork(dict(weights))
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,16 @@
 """How well misfits tell whether left and right are exchanged in all points, and with which log-odds.
 
-Run: python -m benchmarks.free_walking.mirrored --mocap FOLDER --network a.npz --models A B [--count 14]
+    motionenv bench free_walking.mirrored --network a.npz --models A B [--count 14]
 
 Clips of people left out (see `left_out`), of 0.5 to 4 s, are lifted as they are and with all sides exchanged. Logistic
 regression through the origin on log(misfit exchanged / misfit as it is) gives `lifter._EVIDENCE`; the table tells how
 often the wrong one fits better, the least log-ratio, and the mean probability that the right one is given.
 """
 
-import argparse
-from pathlib import Path
-
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from benchmarks.free_walking import left_out
+from benchmarks.free_walking import bandai, left_out
 from motionenv.lifting.free.lifter import fit_labelled
 from motionenv.lifting.free.posture_network import PostureNetwork
 from motionenv.lifting.side_labels import swapped_back
@@ -27,7 +24,7 @@ def evidence(sequence: left_out.Sequence, seconds: float, network: PostureNetwor
     frames = round(seconds * sequence.points.fps)
     points = Points(sequence.points.positions[:frames], sequence.points.fps, "px")
     exchanged = swapped_back(points, np.ones((len(points.positions), 2), dtype=bool))
-    down = float(np.arcsin(np.clip(-sequence.camera.R[2, 2], -1, 1)))
+    down = bandai.elevation(sequence.camera)
     fits = [
         fit_labelled(network, given, sequence.camera if known else None, elevation=down, swaps=False)
         for given in (points, exchanged)
@@ -37,20 +34,16 @@ def evidence(sequence: left_out.Sequence, seconds: float, network: PostureNetwor
 
 def main() -> None:
     """Print the table and the regression."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, required=True)
-    parser.add_argument("--network", type=Path, required=True)
-    parser.add_argument("--models", nargs=2, required=True)
-    parser.add_argument("--count", type=int, default=14)
+    parser = left_out.arguments(__doc__, models=True)
+    parser.add_argument("--count", type=int, default=14, quick=1)
     asked = parser.parse_args()
-    with np.load(asked.network) as weights:
-        network = PostureNetwork(dict(weights))
+    network = left_out.network(asked.network)
     people = left_out.varied(asked.mocap, tuple(asked.models), asked.count)
     people += left_out.captured(asked.mocap)[: asked.count]
     sequences = list(left_out.sequences(people))
     found = {}
     for known in (True, False):
-        for seconds in SECONDS:
+        for seconds in SECONDS[:2] if asked.quick else SECONDS:
             each = [evidence(sequence, seconds, network, known) for sequence in sequences]
             found["camera known" if known else "camera unknown", seconds] = np.array(each)
     pooled = np.concatenate(list(found.values()))

@@ -1,6 +1,6 @@
 """Straight walks of people left out, before cameras: the steady lifter beside the free one.
 
-Run: python -m benchmarks.free_walking.straight --mocap FOLDER --network a.npz
+    motionenv bench free_walking.straight --network a.npz
 
 Neither the steady lifter's prior nor the network has seen the six subjects (see `left_out`). MPJPE aligns the pelvis in
 the axes of the world if the camera is known, and P-MPJPE every frame; "in band" are joint coordinates inside their 90 %
@@ -8,18 +8,15 @@ bands, "refused" walks that the steady lifter, which takes pictures for orthogra
 their errors don't count.
 """
 
-import argparse
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks.captured_walks import cmu_markers
 from benchmarks.free_walking import bandai, left_out
-from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.errors import MotionError
 from motionenv.lifting import lift
 from motionenv.lifting.free.lifter import fit_freely
-from motionenv.lifting.free.posture_network import PostureNetwork
 from motionenv.lifting.posterior import BAND
 from motionenv.metrics import aligned_mpjpe, pelvis_mpjpe
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
@@ -50,17 +47,14 @@ def _figures(positions, deviations, truth) -> list[float]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, required=True)
-    parser.add_argument("--network", type=Path, required=True)
+    parser = left_out.arguments(__doc__)
     asked = parser.parse_args()
-    with np.load(asked.network) as weights:
-        network = PostureNetwork(dict(weights))
+    network = left_out.network(asked.network)
     markers, people = cmu_markers(asked.mocap)
     kept = [(m, p) for m, p in zip(markers, people, strict=True) if p not in left_out.LEFT_OUT]
     prior = WalkerPrior().fit([m for m, _ in kept], [p for _, p in kept])
     print("| points | lifter | MPJPE [mm] | P-MPJPE [mm] | in band | refused |\n|-|-|-|-|-|-|")
-    walks = left_out.captured(asked.mocap)
+    walks = left_out.captured(asked.mocap)[: 1 if asked.quick else None]
     for name, damage in DAMAGE.items():
         for lifter, rows in _compared(walks, damage, network, prior).items():
             mpjpe, aligned, inside = np.mean(rows, axis=0) if rows else [np.nan] * 3
@@ -79,7 +73,7 @@ def _compared(walks: list[Markers], damage, network, prior) -> dict[str, list[li
         camera = bandai.cameras(walk, rng)[0]
         points = damage(bandai.seen(walk, camera), rng)
         truth = points.truth.positions
-        down = float(np.arcsin(np.clip(-camera.R[2, 2], -1, 1)))
+        down = bandai.elevation(camera)
         for lifter, told in ((KNOWN, camera), (UNKNOWN, None)):
             fit = fit_freely(points, told, elevation=down, network=network)
             table[lifter].append(_figures(fit.positions, fit.deviations, truth))

@@ -1,20 +1,25 @@
 """Train the lifting network.
 
-Run: python -m benchmarks.free_walking.train clips.npy --minutes 40 --out motionenv.lifting.free.posture_network.npz
+    motionenv bench free_walking.train clips.npy --minutes 40 --out network.npz
 
 Clips come from `benchmarks.free_walking.clips`. In each step they are seen by new cameras, with noise, biased joints,
 outliers and gaps. The same seed gives the same sequence of batches; their number depends on the machine's speed.
 """
 
-import argparse
 import math
 import time
 from pathlib import Path
 
 import numpy as np
+
+from benchmarks import Arguments, needs, scratch
+
+needs("torch")
 import torch
 
-from motionenv.lifting.free.posture_network import DILATIONS, LEAST, features
+import motionenv
+from motionenv.body import markers
+from motionenv.lifting.free.posture_network import DILATIONS, FRAMES, LEAST, RATE, features
 from motionenv.types import MARKERS
 
 _PELVIS = MARKERS.index("pelvis")
@@ -175,22 +180,31 @@ def trained(clips: np.ndarray, minutes: float, seed: int, start: Path | None = N
     return network
 
 
+def drawn_walks(count: int) -> np.ndarray:
+    """Clips (count, frames, 15, 3) [m] of walks of walk/fpca."""
+    walks = [motionenv.synthesize("walk/fpca", FRAMES / RATE, RATE, seed=seed) for seed in range(count)]
+    return np.stack([markers(walk.poses, walk.skeleton) for walk in walks])
+
+
 def main() -> None:
     """Train on clips, report errors on 300 of them that are left out, and write the weights."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("clips", type=Path, nargs="+")
-    parser.add_argument("--minutes", type=float, default=40.0)
+    parser = Arguments(__doc__)
+    parser.add_argument("clips", type=Path, nargs="*", help="files of `clips`; --quick needs none")
+    parser.add_argument("--minutes", type=float, default=40.0, quick=0.01)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--start", type=Path, help="weights to go on from")
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True, quick=scratch() / "network.npz")
     asked = parser.parse_args()
     torch.set_num_threads(1)
-    clips = np.concatenate([np.load(path) for path in asked.clips])
+    if not asked.clips and not asked.quick:
+        parser.error("name one file of clips or more")
+    clips = np.concatenate([np.load(path) for path in asked.clips]) if asked.clips else drawn_walks(12)
     order = np.random.default_rng(asked.seed).permutation(len(clips))
-    held = clips[order[:300]]
-    network = trained(clips[order[300:]], asked.minutes, asked.seed, asked.start)
+    left_out = min(300, len(clips) // 2)
+    held = clips[order[:left_out]]
+    network = trained(clips[order[left_out:]], asked.minutes, asked.seed, asked.start)
     for damage in (False, True):
-        values, target, counts, sizes = batch(held, np.random.default_rng(5), 600, damage)
+        values, target, counts, sizes = batch(held, np.random.default_rng(5), 2 * left_out, damage)
         with torch.no_grad():
             posture, _ = network(torch.from_numpy(values))
         apart = np.linalg.norm(posture.numpy() - target, axis=-1).mean(-1) * sizes[:, None]

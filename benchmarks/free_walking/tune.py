@@ -1,14 +1,12 @@
 """Choose the settings of the fit of all frames, one after the other, on people left out.
 
-Run: python -m benchmarks.free_walking.tune --mocap FOLDER --network a.npz --models A B [--count 24]
+    motionenv bench free_walking.tune --network a.npz --models A B [--count 24]
 
 MPJPE [mm] about the pelvis, a mean of three kinds of points of clips (see `left_out`); and the share of coordinates
 inside their 90 % bands, by joint, which calibrates `smoother._UNSEEN`. The last rows are of a detector's points.
 """
 
-import argparse
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -40,27 +38,23 @@ def errors(sequences: list[left_out.Sequence], network: PostureNetwork, settings
 
 def main() -> None:
     """Print errors by setting, and coverage by joint."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, required=True)
-    parser.add_argument("--network", type=Path, required=True)
-    parser.add_argument("--models", nargs=2, required=True)
-    parser.add_argument("--count", type=int, default=24)
+    parser = left_out.arguments(__doc__, models=True)
+    parser.add_argument("--count", type=int, default=24, quick=1)
     asked = parser.parse_args()
-    with np.load(asked.network) as weights:
-        network = PostureNetwork(dict(weights))
+    network = left_out.network(asked.network)
     people = left_out.varied(asked.mocap, tuple(asked.models), asked.count)
     varied, detected = (list(left_out.sequences(people, damages=d)) for d in (left_out.DAMAGE, left_out.DETECTED))
-    captured = list(left_out.sequences(left_out.captured(asked.mocap)))
+    captured = list(left_out.sequences(left_out.captured(asked.mocap)[: 1 if asked.quick else None]))
     for name, people in (("as captured", captured), ("varied", varied)):
         error, inside = errors(people, network, DEFAULTS)
         shares = ", ".join(f"{m} {i:.0%}" for m, i in zip(MARKERS, inside, strict=True))
         print(f"{name}: {error:.1f} mm; in band {shares}")
     print("| setting | value | varied [mm] |\n|-|-|-|")
     for name, values in TRIED.items():
-        for value in values:
+        for value in values[:1] if asked.quick else values:
             error, _ = errors(varied, network, replace(DEFAULTS, **{name: value}))
             print(f"| {name} | {value} | {error:.2f} |", flush=True)
-    for value in (0.06, 0.1, 0.14):
+    for value in (0.06, 0.1, 0.14)[: 1 if asked.quick else None]:
         error, inside = errors(detected, network, replace(DEFAULTS, detector_ray=value))
         print(f"| detector_ray | {value} | {error:.2f}, {inside.mean():.0%} in band |", flush=True)
 

@@ -1,17 +1,13 @@
 """How often lifting says that postures are unlike people who walk: of people left out, and of what isn't walking.
 
-Run: python -m benchmarks.free_walking.unlike --mocap FOLDER --network a.npz --models A B
+motionenv bench free_walking.unlike --network a.npz --models A B
 """
-
-import argparse
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.free_walking import left_out
 from motionenv.body import from_height, markers
 from motionenv.lifting.free.lifter import SURPRISE, fit_freely
-from motionenv.lifting.free.posture_network import PostureNetwork
 from motionenv.mocap import read, to_markers
 from motionenv.types import MARKERS, POSE, Markers
 
@@ -47,16 +43,13 @@ def others(rng: np.random.Generator) -> dict[str, list[Markers]]:
 
 def main() -> None:
     """Print shares of frames and sequences."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, required=True)
-    parser.add_argument("--network", type=Path, required=True)
-    parser.add_argument("--models", nargs=2, required=True)
+    parser = left_out.arguments(__doc__, models=True)
     asked = parser.parse_args()
-    with np.load(asked.network) as weights:
-        network = PostureNetwork(dict(weights))
+    network = left_out.network(asked.network)
     rng = np.random.default_rng(0)
-    varied = left_out.varied(asked.mocap, tuple(asked.models), 30)
-    people = {"people left out": left_out.captured(asked.mocap), "… in exaggerated styles": varied}
+    most = 1 if asked.quick else None
+    varied = left_out.varied(asked.mocap, tuple(asked.models), 1 if asked.quick else 30)
+    people = {"people left out": left_out.captured(asked.mocap)[:most], "… in exaggerated styles": varied}
     shown = {**people, **others(rng)}
     for activity in ("bow", "kick", "punch", "dance", "wave"):
         paths = sorted((asked.mocap / "bandai_namco").rglob(f"*_{activity}*.bvh"))[:5]
@@ -66,7 +59,7 @@ def main() -> None:
         for damage in left_out.DAMAGE if name in people else ["clean"]:
             fits = [
                 fit_freely(one.points, one.camera, network=network)
-                for one in left_out.sequences(motions) if one.damage == damage
+                for one in left_out.sequences(motions[:most]) if one.damage == damage
             ]  # fmt: skip
             frames = np.concatenate([fit.surprise for fit in fits]) > SURPRISE
             wrong = np.mean([not fit.plausible for fit in fits])

@@ -1,1 +1,1 @@
-"""Gait of drawn people against published norms: `python -m benchmarks.gait_validity`."""
+"""Gait of drawn people against published norms: `motionenv bench gait_validity`."""

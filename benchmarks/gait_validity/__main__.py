@@ -1,6 +1,6 @@
 """Gait of drawn people against published norms: curves of hip, knee and pelvis, and step parameters at several speeds.
 
-python -m benchmarks.gait_validity [--model walk/fpca] [--people 1000] [--figure renders/gait.png]
+    motionenv bench gait_validity [--model walk/fpca] [--people 1000] [--figure renders/gait.png]
 
 Norms of the curves are in norms.csv (Schwartz, Rozumalski & Trost 2008, free speed; children and adolescents,
 whose curves differ from adults' by less than the standard deviation: knee 6°, 19° and 59° at contact, in stance and in
@@ -17,13 +17,13 @@ A last table says where the knee's flexion comes from: the average walker's at t
 m/s, and that of people drawn at the same speeds.
 """
 
-import argparse
 import warnings
 from pathlib import Path
 
 import numpy as np
 
 import motionenv
+from benchmarks import Arguments, scratch
 from motionenv.body.kinematics import feet, forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import ExtrapolationWarning
@@ -182,12 +182,12 @@ def figure(curves: np.ndarray, path: Path) -> None:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Arguments(__doc__)
     parser.add_argument("--model", default="walk/fpca", help="name of a walking model")
     parser.add_argument(
-        "--people", type=int, default=1000, help="number of people at their own pace; a fifth at each speed"
+        "--people", type=int, default=1000, quick=2, help="number of people at their own pace; a fifth at each speed"
     )
-    parser.add_argument("--figure", type=Path, help="picture to write")
+    parser.add_argument("--figure", type=Path, quick=scratch() / "gait.png", help="picture to write")
     asked = parser.parse_args()
     curves, parameters = drawn(asked.model, asked.people, None)
     heights = parameters["height"]

@@ -1,6 +1,6 @@
 """Paper B's experiments at its scale: 99 people in front of a noisy depth camera that sees only the near side.
 
-    python -m benchmarks.lifting.kinect [--mocap FOLDER] [--out FOLDER]
+    motionenv bench lifting.kinect [--mocap FOLDER] [--out FOLDER]
 
 Each piece of `benchmarks/models/kinectgait.py` shows 9 markers: the side near the camera and the middle. Eigenwalkers
 are fitted by EM with the other markers missing, N = 30, a column per person, in ten folds of people. Lifted is the mean
@@ -28,8 +28,6 @@ from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.types import MARKERS
 from renders.plotting import variance_curve
 
-FOLDS = 10
-SEEN_FROM = VIEWS[::5]
 CANDIDATES = 1e-6 * np.array([70, 150, 300, 600, 1200, 2400])  # [m²]
 SIDES = {side: [i for i, m in enumerate(MARKERS) if m.startswith(side)] for side in ("left", "right")}
 POWER = np.array([1.0, 0.5, 0.5, 0.5, 0.5])  # mean square over a cycle of the five functions of eq. 3.1
@@ -59,31 +57,31 @@ def known_mean(w: np.ndarray) -> np.ndarray:
     return np.divide(np.nansum(w, axis=0), known, out=np.full(w.shape[1:], np.nan), where=known > 0)
 
 
-def read(folder) -> Capture:
+def read(folder, folds: int) -> Capture:
     """Read the capture, and assign people to folds in turn."""
     walkers, persons, _ = kinectgait.pass_walkers(folder)
     w, (_, number) = np.stack([a.coefficients for a in walkers]), np.unique(persons, return_inverse=True)
     side = np.where(np.isfinite(w[:, 0, SIDES["left"][0], 0]), "left", "right")
-    return Capture(walkers, w, np.array(persons), side, number % FOLDS)
+    return Capture(walkers, w, np.array(persons), side, number % folds)
 
 
-def models(capture: Capture) -> tuple[list[Eigenwalkers], list[WalkerPrior]]:
+def models(capture: Capture, folds: int, n: int) -> tuple[list[Eigenwalkers], list[WalkerPrior]]:
     """The paper's models and ours, each fitted without one fold."""
     both = []
-    for fold in range(FOLDS):
+    for fold in range(folds):
         kept = np.flatnonzero(capture.fold != fold)
         given = [capture.walkers[i] for i in kept], list(capture.person[kept])
-        both.append((Eigenwalkers(30).fit(*given), WalkerPrior(merge=True).fit(*given)))
+        both.append((Eigenwalkers(n).fit(*given), WalkerPrior(merge=True).fit(*given)))
     return tuple(map(list, zip(*both, strict=True)))
 
 
-def noise(capture: Capture) -> tuple[float, float]:
+def noise(capture: Capture, views: np.ndarray) -> tuple[float, float]:
     """Rms noise [mm] in the missing dimension, of a piece and of the mean of a person's side."""
     pieces, means = [], []
     for key in sorted({*zip(capture.person, capture.side, strict=True)}):
         mine = capture.w[(capture.person == key[0]) & (capture.side == key[1])]
         if len(mine) > 1:
-            away = depth((mine - mine.mean(axis=0))[:, None], SEEN_FROM)
+            away = depth((mine - mine.mean(axis=0))[:, None], views)
             scatter = walker_error(np.where(np.isfinite(away), 0.0, np.nan), away).sum(axis=0) / (len(mine) - 1)
             pieces.append(scatter.mean())
             means.append(scatter.mean() / len(mine))
@@ -95,13 +93,13 @@ def millimetres(squares) -> float:
     return 1e3 * float(np.sqrt(np.mean(squares)))
 
 
-def known_views(tests: list[np.ndarray], paper: list, ours: list) -> dict[str, float]:
+def known_views(tests: list[np.ndarray], paper: list, ours: list, views: np.ndarray) -> dict[str, float]:
     """Squared errors [m²] of every method; for each fold, σ² is chosen on the other folds."""
 
     def error(which, lift) -> np.ndarray:
         pairs = zip(tests, which, strict=True)
         return np.array([
-            walker_error(lift(m, project(w[:, None], SEEN_FROM), SEEN_FROM).depth, depth(w[:, None], SEEN_FROM)).mean()
+            walker_error(lift(m, project(w[:, None], views), views).depth, depth(w[:, None], views)).mean()
             for w, m in pairs
         ])  # fmt: skip
 
@@ -116,11 +114,9 @@ def known_views(tests: list[np.ndarray], paper: list, ours: list) -> dict[str, f
     }
 
 
-def unknown_views(tests: list[np.ndarray], which: list, **how) -> np.ndarray:
+def unknown_views(tests: list[np.ndarray], which: list, views: np.ndarray, **how) -> np.ndarray:
     """Absolute errors (people, views) [°] of views estimated on the full circle."""
-    found = [
-        find_view(m, project(w[:, None], SEEN_FROM), **how).alpha - SEEN_FROM for w, m in zip(tests, which, strict=True)
-    ]
+    found = [find_view(m, project(w[:, None], views), **how).alpha - views for w, m in zip(tests, which, strict=True)]
     return np.rad2deg(np.abs((np.concatenate(found) + np.pi) % (2 * np.pi) - np.pi))
 
 
@@ -166,27 +162,27 @@ def missed(model: WalkerPrior, seen: np.ndarray, unseen: np.ndarray, near: str, 
     return found | {"noise": over_cycle(unseen) / (len(unseen) - 1)}
 
 
-def known_table(tests: dict[str, list[np.ndarray]], paper: list, ours: list) -> dict:
+def known_table(tests: dict[str, list[np.ndarray]], paper: list, ours: list, views: np.ndarray) -> dict:
     """Print and return the results for known views."""
     print("| known view | walkers | I [mm] | II, σ² = 70 mm² | II, σ² chosen on the other folds | ours | (II / I)² |")
     print("|-|-|-|-|-|-|-|")
     found = {}
     for name, test in tests.items():
-        found[name] = known = known_views(test, paper, ours)
+        found[name] = known = known_views(test, paper, ours, views)
         cells = [f"{millimetres(known[k]):.1f}" for k in ("I", "II, σ² = 70 mm²", "II, σ² chosen", "ours")]
         ratios = f"{known['II, σ² = 70 mm²'] / known['I']:.2f}, {known['II, σ² chosen'] / known['I']:.2f}"
         print(f"| {name} | {sum(map(len, test))} | {' | '.join(cells)} | {ratios} ({1e6 * known['σ²']:.0f} mm²) |")
     return found
 
 
-def unknown_table(tests: dict[str, list[np.ndarray]], paper: list, ours: list) -> dict:
+def unknown_table(tests: dict[str, list[np.ndarray]], paper: list, ours: list, views: np.ndarray) -> dict:
     """Print and return the results for unknown views."""
     print("\n| view on the full circle | mean error [°] | median | beyond 20° |\n|-|-|-|-|")
     ways = {"I": (paper, {"approach": "ls"}), "II, σ² = 70 mm²": (paper, {}), "ours": (ours, {"variance": None})}
     found = {}
     for name, test in tests.items():
         for way, (which, how) in ways.items():
-            error = unknown_views(test, which, **how)
+            error = unknown_views(test, which, views, **how)
             figures = float(error.mean()), float(np.median(error)), 100 * float((error > 20).mean())
             print("| {}, {} | {:.1f} | {:.1f} | {:.1f} % |".format(name, way, *figures))
             found[f"{name}, {way}"] = dict(zip(("mean", "median", "gross_percent"), figures, strict=True))
@@ -209,26 +205,27 @@ def other_side_table(far: dict[str, float]) -> None:
 
 def main() -> None:
     """Print the tables; write the numbers and figure 2."""
-    asked = options(__doc__).parse_args()
-    capture = read(asked.mocap / "kinectgait")
-    whole = Eigenwalkers(30).fit(capture.walkers, list(capture.person))
-    paper, ours = models(capture)
+    asked = options(__doc__, "kinectgait").parse_args()
+    folds, n, views = (2, 3, VIEWS[::90]) if asked.quick else (10, 30, VIEWS[::5])
+    capture = read(asked.mocap / "kinectgait", folds)
+    whole = Eigenwalkers(n).fit(capture.walkers, list(capture.person))
+    paper, ours = models(capture, folds, n)
     tests = {
-        "both sides": [capture.means(fold) for fold in range(FOLDS)],
-        "one side": [np.concatenate([capture.means(f, "left"), capture.means(f, "right")]) for f in range(FOLDS)],
+        "both sides": [capture.means(fold) for fold in range(folds)],
+        "one side": [np.concatenate([capture.means(f, "left"), capture.means(f, "right")]) for f in range(folds)],
     }
-    (piece, mean), share = noise(capture), 100 * np.cumsum(whole.explained_variance_ratio_)
+    (piece, mean), share = noise(capture, views), 100 * np.cumsum(whole.explained_variance_ratio_)
     print(
         f"{len(capture.w):,} pieces of {whole.n_people_} people. Noise in the missing dimension: {piece:.1f} mm for a "
-        f"piece, {mean:.1f} mm for the mean of one side of a person. 30 components hold {share[29]:.1f} % of the "
+        f"piece, {mean:.1f} mm for the mean of one side of a person. {n} components hold {share[n - 1]:.1f} % of the "
         "variance (paper B: 95.5 %).\n"
     )
-    known, unknown = known_table(tests, paper, ours), unknown_table(tests, paper, ours)
+    known, unknown = (table(tests, paper, ours, views) for table in (known_table, unknown_table))
     far = other_side(capture, ours)
     other_side_table(far)
     if asked.out:
         asked.out.mkdir(parents=True, exist_ok=True)
-        variance_curve(whole.explained_variance_ratio_, marked=30).savefig(asked.out / "fig2-kinectgait.png")
+        variance_curve(whole.explained_variance_ratio_, marked=n).savefig(asked.out / "fig2-kinectgait.png")
         numbers = {"noise_mm": {"piece": piece, "mean": mean}, "fig2_percent": list(share)}
         numbers |= {"known_m2": known, "unknown_degrees": unknown, "other_side_mm": far}
         (asked.out / "lifting_kinect.json").write_text(json.dumps(numbers, indent=1))

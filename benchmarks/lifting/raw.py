@@ -1,6 +1,6 @@
 """Lift raw 2D points to 3D, as `motionenv lift` does, for left-out people and various pictures and corruptions.
 
-    motionenv bench lifting.raw --mocap FOLDER [--out FOLDER] [--quick]
+    motionenv bench lifting.raw [--mocap FOLDER] [--out FOLDER]
 
 One walk of each of 11 CMU people is lifted with a prior of the ten others. Captured frames at 30 per second, without
 starts and stops, are projected from twelve directions; each row is one kind of picture or corruption. The joints of
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.captured_walks import cmu_markers
 from benchmarks.lifting.walks import CURVED, cmu_folds, options, our_models
-from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.lifting import Lifted, lift, project_markers
 from motionenv.lifting.projection import turned_to_x
 from motionenv.metrics import pelvis_mpjpe
@@ -135,18 +135,18 @@ def row(case: Case, walks, models, views) -> dict:
     }
 
 
-def left_out(mocap: Path) -> tuple[list[Markers], list[WalkerPrior]]:
-    """The longest walk of each person of the folder `mocap`, without starts and stops, and priors of all others."""
-    folds = cmu_folds(mocap)
+def left_out(mocap: Path, most: int | None = None) -> tuple[list[Markers], list[WalkerPrior]]:
+    """The longest walk of each person (of `most` at most), without starts and stops, and priors of all others."""
+    folds = cmu_folds(mocap)[:most]
     captured = {m.name: m for m in cmu_markers(mocap)[0] if m.name != CURVED}
     return [steady_walk(captured[max(fold.test, key=lambda w: w.strides).name]) for fold in folds], our_models(folds)
 
 
 def main() -> None:
     """Print the table."""
-    args = options(__doc__).parse_args()
-    views = VIEWS[:: 6 if args.quick else 1]
-    walks, models = left_out(args.mocap)
+    args = options(__doc__, "cmu_asfamc").parse_args()
+    views = VIEWS[:1] if args.quick else VIEWS
+    walks, models = left_out(args.mocap, 1 if args.quick else None)
     head = "| picture | view, mean error [°] | largest | inside its 90 % band | joints [mm] | inside band "
     print(f"{head}|\n|-|-|-|-|-|-|")
     rows = []

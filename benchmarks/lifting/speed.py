@@ -4,35 +4,34 @@ Walkers are drawn from the shipped prior, including its noise, and seen from 181
 and view and, if the view is unknown, per candidate angle (each degree of the circle). They are timed on a part of the
 pairs and extrapolated. Ours finds all minima on the full circle to 1e-9 rad.
 
-Run: python -m benchmarks.lifting.speed
+    motionenv bench lifting.speed
 """
 
 import os
-import timeit
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: matrices are too small to share
 
 import numpy as np
 from scipy.optimize import least_squares as optimise
 
+from benchmarks import Arguments, shortest
 from motionenv.lifting.view_geometry import project
 from motionenv.lifting.views.known_view import least_squares, maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import find_view
 from motionenv.models.registry import load
 
-WALKERS, VIEWS = 54, np.radians(np.arange(-90, 91))
+VIEWS = np.radians(np.arange(-90, 91))
 CIRCLE = np.radians(np.arange(360))
 VARIANCE = 70e-6
-SAMPLED = 200  # pairs of walkers and views on which a loop is timed
 SAMPLED_UNKNOWN = 4
 
 
-def sequences(model) -> np.ndarray:
-    """2D coefficients (54, 181, 5, 15, 2) [m] of walkers drawn from the prior."""
+def sequences(model, walkers: int, views: np.ndarray) -> np.ndarray:
+    """2D coefficients (walkers, views, 5, 15, 2) [m] of walkers drawn from the prior."""
     rng = np.random.default_rng(0)
-    scores = np.sqrt(model.explained_variance_) * rng.standard_normal((WALKERS, len(model.components_)))
-    rest = np.sqrt(model.noise_)[..., None] * rng.standard_normal((WALKERS, 5, 15, 3))
-    return project((model.inverse_transform(scores) + rest)[:, None], VIEWS)
+    scores = np.sqrt(model.explained_variance_) * rng.standard_normal((walkers, len(model.components_)))
+    rest = np.sqrt(model.noise_)[..., None] * rng.standard_normal((walkers, 5, 15, 3))
+    return project((model.inverse_transform(scores) + rest)[:, None], views)
 
 
 def picture(alpha: float) -> np.ndarray:
@@ -90,8 +89,7 @@ def optimiser(model, y) -> float:
 
 def seconds(work, repeats: int = 5) -> float:
     """Shortest of several runs, after one that compiles."""
-    work()
-    return min(timeit.repeat(work, number=1, repeat=repeats))
+    return shortest(work, repeats, warm=True)
 
 
 def print_row(task: str, loop: float, ours: float) -> None:
@@ -99,23 +97,25 @@ def print_row(task: str, loop: float, ours: float) -> None:
     print(f"| {task} | {loop:.3g} | {ours:.3g} | {loop / ours:.0f} |")
 
 
-def known_rows(model, w2) -> None:
-    """Print the rows of known views."""
-    pairs = np.random.default_rng(1).choice(WALKERS * len(VIEWS), SAMPLED, replace=False)
+def known_rows(model, w2, views) -> None:
+    """Print the rows of known views; a loop is timed on some pairs of walkers and views."""
+    walkers, sampled = len(w2), min(200, len(w2) * len(views))
+    pairs = np.random.default_rng(1).choice(walkers * len(views), sampled, replace=False)
     for approach, solve in (("ls", least_squares), ("map", maximum_a_posteriori)):
-        at = [(p // len(VIEWS), p % len(VIEWS)) for p in pairs]
-        each = seconds(lambda a=approach, at=at: [known_loop(model, w2[i, j], VIEWS[j], a) for i, j in at]) / SAMPLED
-        ours = seconds(lambda s=solve: s(model, w2, VIEWS))
-        print_row(f"known view, {approach.upper()}, {WALKERS} × {len(VIEWS)}", each * w2[..., 0, 0, 0].size, ours)
+        at = [(p // len(views), p % len(views)) for p in pairs]
+        each = seconds(lambda a=approach, at=at: [known_loop(model, w2[i, j], views[j], a) for i, j in at]) / sampled
+        ours = seconds(lambda s=solve: s(model, w2, views))
+        print_row(f"known view, {approach.upper()}, {walkers} × {len(views)}", each * w2[..., 0, 0, 0].size, ours)
 
 
-def unknown_rows(model, w2) -> None:
+def unknown_rows(model, w2, quick) -> None:
     """Print the rows of unknown views, and of one sequence."""
-    some = w2[:: WALKERS // SAMPLED_UNKNOWN, 70][:SAMPLED_UNKNOWN]
+    some = w2[:: max(len(w2) // SAMPLED_UNKNOWN, 1), w2.shape[1] * 70 // 181][:SAMPLED_UNKNOWN]
     kept = [shown(model, a) for a in CIRCLE]
+    repeats = 1 if quick else 20
     table = w2[..., 0, 0, 0].size / len(some)
     for approach in ("ls", "map"):
-        name = f"unknown view, {approach.upper()}, {WALKERS} × {len(VIEWS)}"
+        name = f"unknown view, {approach.upper()}, {len(w2)} × {w2.shape[1]}"
         ours = seconds(lambda a=approach: find_view(model, w2, approach=a), 3)
         for words, given in ((name, None), (f"{name}, loop with cached projections", kept)):
             each = seconds(lambda a=approach, g=given: [scan_loop(model, y, a, g) for y in some], 2)
@@ -124,22 +124,24 @@ def unknown_rows(model, w2) -> None:
             each = seconds(lambda: [optimiser(model, y) for y in some], 2)
             print_row(f"{name}, general optimiser from 4 sides", each * table, ours)
     one = seconds(lambda: scan_loop(model, some[0], "map"), 2)
-    print_row("one sequence, unknown view, MAP", one, seconds(lambda: find_view(model, some[0]), 20))
+    print_row("one sequence, unknown view, MAP", one, seconds(lambda: find_view(model, some[0]), repeats))
     anyhow = {"phase": "unknown", "scale": "unknown", "offset": "unknown"}
-    ours = seconds(lambda: find_view(model, some[0], variance=None, **anyhow), 20)
+    ours = seconds(lambda: find_view(model, some[0], variance=None, **anyhow), repeats)
     print(f"| one sequence, unknown view, phase, scale and offset | | {ours:.3g} | |")
-    ours = seconds(lambda: find_view(model, some[0], variance=None, elevation="unknown", **anyhow), 5)
+    ours = seconds(lambda: find_view(model, some[0], variance=None, elevation="unknown", **anyhow), 1 if quick else 5)
     print(f"| one sequence, the same and unknown elevation | | {ours:.3g} | |")
 
 
 def main() -> None:
     """Print the table."""
+    quick = Arguments(__doc__).parse_args().quick
     model = load("walk/prior")
-    w2 = sequences(model)
+    walkers, views = (1, VIEWS[::60]) if quick else (54, VIEWS)
+    w2 = sequences(model, walkers, views)
     print(f"N = {len(model.components_)} components; the loops were timed on a part and extrapolated.\n")
     print("| task | loop [s] | ours [s] | ratio |\n|-|-|-|-|")
-    known_rows(model, w2)
-    unknown_rows(model, w2)
+    known_rows(model, w2, views)
+    unknown_rows(model, w2, quick)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """Shared parts of the lifting benchmarks: folds of left-out people, models, and errors of lifted walks."""
 
-import argparse
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -9,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments, scratch
+from benchmarks.captured_walks import cmu_markers
 from benchmarks.lifting.walker_errors import walker_error
-from benchmarks.models.eigenwalkers import cmu_markers
 from motionenv.lifting.view_geometry import depth, project
 from motionenv.lifting.views.known_view import least_squares, maximum_a_posteriori
 from motionenv.models.eigenwalkers.extraction import fourier_walker
@@ -25,13 +23,10 @@ CURVED = "38_02"  # not straight: left out of the 55
 FPS = 30.0  # frames per second of the 2D sequences to which noise is added
 
 
-def options(doc: str) -> argparse.ArgumentParser:
-    """The command-line options of these scripts."""
-    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
-    default = Path(os.environ.get("MOTIONENV_MOCAP", MOCAP))
-    parser.add_argument("--mocap", type=Path, default=default, help="folder of motion capture")
-    parser.add_argument("--out", type=Path, help="write figures (PNG) and all numbers (JSON) to this folder")
-    parser.add_argument("--quick", action="store_true", help="a tenth of the views: does the script run?")
+def options(doc: str, *mocap: str) -> Arguments:
+    """The command line of these scripts, which need folders of motion capture."""
+    parser = Arguments(doc, mocap=mocap)
+    parser.add_argument("--out", type=Path, quick=scratch(), help="folder for figures (PNG) and all numbers (JSON)")
     return parser
 
 
@@ -64,9 +59,9 @@ def cmu_folds(mocap: Path) -> list[Fold]:
     ]
 
 
-def paper_models(folds: list[Fold]) -> list[Eigenwalkers]:
-    """Paper B's model without each person: a column per walk, N = 30."""
-    return [Eigenwalkers(30).fit(fold.others) for fold in folds]
+def paper_models(folds: list[Fold], n: int) -> list[Eigenwalkers]:
+    """Paper B's model without each person: a column per walk, N = `n`."""
+    return [Eigenwalkers(n).fit(fold.others) for fold in folds]
 
 
 def our_models(folds: list[Fold]) -> list[WalkerPrior]:

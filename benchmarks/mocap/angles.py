@@ -1,14 +1,11 @@
 """Clinical angles against those that Plug-in Gait stored in the same files, with and without their measurements.
 
-python -m benchmarks.mocap.angles
+motionenv bench mocap.angles [--mocap FOLDER]
 """
-
-import argparse
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from motionenv.errors import MotionError
 from motionenv.mocap import read, retarget
 from motionenv.mocap.clinical import Measurements, clinical_angles
@@ -57,8 +54,9 @@ def body_knee(markers: Markers) -> float:
     return worst
 
 
-def main(mocap: Path) -> None:
+def main() -> None:
     """Print a row per file."""
+    mocap = Arguments(__doc__, mocap=("btkdata",)).parse_args().mocap
     head = "| file | has measurements | with them: pelvis / hip / knee / ankle | without | the body's knee |"
     print(f"{head}\n|-|-|-|-|-|")
     for path in sorted(p for p in mocap.rglob("*") if p.suffix.lower() == ".c3d"):
@@ -76,6 +74,4 @@ def main(mocap: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
-    main(parser.parse_args().mocap)
+    main()

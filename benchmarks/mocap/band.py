@@ -1,13 +1,12 @@
 """Remake `motionenv/gait/cmu_band.json`: joint angles over the gait cycle of the people of the shipped models.
 
-python -m benchmarks.mocap.band [--out FILE]
+motionenv bench mocap.band [--out FILE]
 """
 
-import argparse
 from collections import defaultdict
 from pathlib import Path
 
-from benchmarks import MOCAP, ROOT
+from benchmarks import ROOT, Arguments, scratch
 from motionenv.gait import Band, Trial, analyse, band_of
 from motionenv.models.training import read_walks
 
@@ -33,11 +32,16 @@ def made(mocap: Path) -> Band:
     return band_of(people, who)
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
-    parser.add_argument("--out", type=Path, default=ROOT / "motionenv" / "gait" / "cmu_band.json", help="file to write")
+def main() -> None:
+    """Write the band."""
+    parser = Arguments(__doc__, mocap=("cmu_asfamc",))
+    shipped = ROOT / "motionenv" / "gait" / "cmu_band.json"
+    parser.add_argument("--out", type=Path, default=shipped, quick=scratch() / shipped.name, help="file to write")
     chosen = parser.parse_args()
     band = made(chosen.mocap)
     band.save(chosen.out)
     print(f"{chosen.out.name}: {band.who}")
+
+
+if __name__ == "__main__":
+    main()

@@ -4,15 +4,14 @@ The captures carry both: markers on hips, knees and ankles, and rigid clusters o
 limbs that places functional joints outwards (`functional._THICK`) comes from these captures too, so that this is
 how well they are described, not how well a stranger would be.
 
-python -m benchmarks.mocap.clusters
+    motionenv bench mocap.clusters [--mocap FOLDER]
 """
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from motionenv.mocap import read
 from motionenv.mocap.clinical import Measurements, lower_body
 from motionenv.mocap.marker_sets import find_landmarks
@@ -44,8 +43,9 @@ def bend(leg) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def main(mocap: Path) -> None:
+def main() -> None:
     """Print a row per capture and side."""
+    mocap = Arguments(__doc__, mocap=("nimble",)).parse_args().mocap
     print("| capture | side | knee off, mm | ankle off, mm | knee flexion, rms ° |\n|-|-|-|-|-|")
     for file in FILES:
         markers = read(mocap / file)
@@ -60,6 +60,4 @@ def main(mocap: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
-    main(parser.parse_args().mocap)
+    main()

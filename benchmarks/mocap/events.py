@@ -8,10 +8,9 @@ heel (what `motionenv.gait` finds in a motion), of the ankle in its place, and w
 the way. References are the file's events, and for CMU's skeletons those found in the same trial's markers. Nothing is
 chosen by it.
 
-python -m benchmarks.mocap.events
+    motionenv bench mocap.events [--mocap FOLDER]
 """
 
-import argparse
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import replace
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
@@ -147,8 +146,9 @@ def cell(values: list[float], fps: float) -> str:
     return f"{middle:+.0f}, {worst:.0f} ({middle * fps / 1000:+.1f}, {worst * fps / 1000:.1f})"
 
 
-def main(mocap: Path) -> None:
+def main() -> None:
     """Print a row per recording and reference, and what they come to."""
+    mocap = Arguments(__doc__, mocap=("btkdata", "cmu_asfamc")).parse_args().mocap
     head = "| recording | Hz | reference | events | contact: Zeni | contact: ours | toe-off: Zeni | toe-off: ours |"
     print("Median and largest error in ms (in frames).\n")
     print(f"{head}\n|-|-|-|-|-|-|-|-|")
@@ -178,6 +178,4 @@ def main(mocap: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
-    main(parser.parse_args().mocap)
+    main()

@@ -3,17 +3,16 @@
 Where a file doesn't state its unit, the one that the refusal proposes is passed, as a user would; such files are marked
 with "unit". Files that show no walking person are listed in `NO_WALKER` with the reason.
 
-python -m benchmarks.mocap.files
+    motionenv bench mocap.files [--mocap FOLDER]
 """
 
-import argparse
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from motionenv.errors import MotionError
 from motionenv.gait import analyse
 from motionenv.mocap import read, retarget
@@ -100,8 +99,9 @@ def why_no_walker(name: str) -> str | None:
     return next((why for start, why in NO_WALKER.items() if name.startswith(start)), None)
 
 
-def main(mocap: Path) -> None:
+def main() -> None:
     """Print a row per folder, then one for each file that doesn't become motion or has no stride."""
+    mocap = Arguments(__doc__, mocap=("btkdata", "nimble")).parse_args().mocap
     files = sorted(p for p in mocap.rglob("*") if p.suffix.lower() in (".c3d", ".trc"))
     found = {p.relative_to(mocap).as_posix(): outcome(p) for p in files}
     folders = defaultdict(list)
@@ -128,6 +128,4 @@ def main(mocap: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
-    main(parser.parse_args().mocap)
+    main()

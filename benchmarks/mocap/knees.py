@@ -1,16 +1,15 @@
 """Knees and hips of CMU's walkers with their skeletons' legs as stored and as corrected, and of markers.
 
-python -m benchmarks.mocap.knees
+motionenv bench mocap.knees [--mocap FOLDER]
 """
 
-import argparse
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from motionenv.gait import Trial, analyse, normalised
 from motionenv.gait.normalised import mean_and_sd
 from motionenv.mocap import person_label, read, retarget
@@ -65,8 +64,9 @@ def cmu(mocap: Path, stored: bool) -> np.ndarray:
     return np.array([np.mean(shapes, axis=0) for shapes in people.values()])
 
 
-def main(mocap: Path) -> None:
+def main() -> None:
     """Print both tables."""
+    mocap = Arguments(__doc__, mocap=("cmu_asfamc", "btkdata")).parse_args().mocap
     print("| | contact | loading | terminal stance | swing | hip range |\n|-|-|-|-|-|-|")
     for name, stored in (("CMU, as stored", True), ("CMU, corrected", False)):
         shapes = cmu(mocap, stored)
@@ -84,6 +84,4 @@ def main(mocap: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=MOCAP, help="folder of motion capture")
-    main(parser.parse_args().mocap)
+    main()

@@ -1,6 +1,6 @@
 """Fitting models to more than memory holds: memory above the data, time, and whether the models are the same.
 
-    python -m benchmarks.models.blocks [--cycles 1000000] [--in-memory 64000] [--walkers 100000] [--clips 3000]
+    motionenv bench models.blocks [--cycles 1000000] [--in-memory 64000] [--walkers 100000] [--clips 3000]
 
 Functional PCA with q = 5 of synthetic cycles of 128 samples x 19 channels, 20 % missing (as of
 `benchmarks.models.imputation`), 19.5 kB each: a million are 20 GB, written to --folder (by default, a temporary one)
@@ -14,13 +14,13 @@ the tree, anonymous memory counts, as its database and coefficients lie in mappe
 back.
 """
 
-import argparse
 import json
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -30,6 +30,7 @@ import numpy as np
 import psutil
 
 import motionenv
+from benchmarks import Arguments
 from benchmarks.models.imputation import hide_blocks
 from motionenv.cycles import StoredCycles
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
@@ -129,7 +130,7 @@ def fit_stream(kind: str, n: int) -> dict:
     made = {"Eigenwalkers": Eigenwalkers, "WalkerPrior": WalkerPrior, "MotionTree": MotionTree}[kind]
     items = clips if kind == "MotionTree" else walkers
     subjects = None if kind == "MotionTree" else [str(i // 2) for i in range(n)]
-    made().fit(items(200), None)  # compiles
+    made().fit(items(min(n, 200)), None)  # compiles
     start = time.perf_counter()
     for _ in items(n):
         pass
@@ -145,20 +146,23 @@ def in_memory(stored: StoredCycles) -> Cycles:
     return Cycles(stored.values[:], CHANNELS, np.ones(k), np.arange(k), stored.subject)
 
 
-def measured(function: str, *arguments) -> dict:
-    """What `fit` or `fit_stream` measures in a new process."""
-    code = f"import json; from benchmarks.models.blocks import *; print(json.dumps({function}(*{arguments!r})))"
+def measured(apart: bool, function: Callable, *arguments) -> dict:
+    """What `fit` or `fit_stream` measures, in a new process if `apart`."""
+    if not apart:
+        return function(*arguments)
+    call = f"{function.__name__}(*{arguments!r})"
+    code = f"import json; from benchmarks.models.blocks import *; print(json.dumps({call}))"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True, text=True)
     return json.loads(done.stdout.splitlines()[-1])
 
 
 def main() -> None:
     """Write the cycles and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cycles", type=int, default=1_000_000)
-    parser.add_argument("--in-memory", type=int, default=64_000)
-    parser.add_argument("--walkers", type=int, default=100_000)
-    parser.add_argument("--clips", type=int, default=3000)
+    parser = Arguments(__doc__)
+    parser.add_argument("--cycles", type=int, default=1_000_000, quick=16)
+    parser.add_argument("--in-memory", type=int, default=64_000, quick=16)
+    parser.add_argument("--walkers", type=int, default=100_000, quick=20)
+    parser.add_argument("--clips", type=int, default=3000, quick=1)
     parser.add_argument("--folder", type=Path)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
@@ -172,7 +176,7 @@ def main() -> None:
         for method in ("ppca", "svd"):
             first = None
             for kind, files, workers in rows:
-                found = measured("fit", str(folder), int(files), kind, workers, method)
+                found = measured(not given.quick, fit, str(folder), int(files), kind, workers, method)
                 model = dict(np.load(folder / "model.npz"))
                 first = model if first is None else first
                 same = max(np.abs(model[n] - first[n]).max() / np.abs(first[n]).max() for n in COMPARED)
@@ -190,7 +194,7 @@ def main() -> None:
         ("WalkerPrior", given.walkers, "walkers"),
         ("MotionTree", given.clips, "clips"),
     ):
-        found = measured("fit_stream", kind, n)
+        found = measured(not given.quick, fit_stream, kind, n)
         above = found["anonymous" if kind == "MotionTree" else "above"]
         each, data = found["seconds"] / n * 1e6, found["data"]
         print(f"| {kind} | {n:,} {unit} | {each:.0f} | {above / 1e6:.0f} | {data / 1e6:,.0f} |", flush=True)

@@ -1,39 +1,24 @@
 """Fourier walkers and eigenwalkers of real people, compared with paper B (Zhang & Troje 2007, section 4.1).
 
-Run: python -m benchmarks.models.eigenwalkers [FOLDER OF MOTION CAPTURE]
+motionenv bench models.eigenwalkers [--mocap FOLDER]
 """
-
-import os
-import re
-import sys
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
+from benchmarks.captured_walks import cmu_markers
 from benchmarks.models import kinectgait
 from motionenv.body.kinematics import FOOT_BALL, forward
 from motionenv.body.skeleton import NODES, SEGMENTS
-from motionenv.mocap.readers import asfamc
-from motionenv.mocap.retargeting import to_markers
 from motionenv.models.eigenwalkers.extraction import fourier_walker
 from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.locomotion import gait
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 
-SAME_PERSON = {"37": "12", "38": "07"}  # by the database's descriptions and by their build
 RATES = (0.7, 2.0)  # stride frequencies [Hz] to try if starts and stops are included
 COUNTS = (1, 2, 3, 5, 10, 15, 20, 30)
 ANKLES = [NODES.index("left_ankle"), NODES.index("right_ankle")]
 FEET = [SEGMENTS.index("left_foot"), SEGMENTS.index("right_foot")]
-
-
-def cmu_markers(mocap: Path) -> tuple[list, list[str]]:
-    """The 15 markers of the straight CMU walks, and the person of each."""
-    table = (mocap / "CMU_TRIALS.md").read_text(encoding="utf-8")
-    trials = re.findall(r"^\|(\d\d_\d\d)\|.*\|yes\|$", table, re.MULTILINE)
-    read = [to_markers(asfamc.read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120)) for t in trials]
-    return read, [SAME_PERSON.get(t[:2], t[:2]) for t in trials]
 
 
 def whole_trial(markers) -> FourierWalker:
@@ -79,7 +64,8 @@ def components_table(rows) -> None:
 
 def main() -> None:
     """Print the tables."""
-    mocap = Path(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("MOTIONENV_MOCAP", MOCAP))
+    asked = Arguments(__doc__, mocap=("cmu_asfamc", "kinectgait")).parse_args()
+    mocap = asked.mocap
     markers, people = cmu_markers(mocap)
     near, persons, pieces = kinectgait.pass_walkers(mocap / "kinectgait")
     shares_table(markers, near)
@@ -89,11 +75,11 @@ def main() -> None:
     rows = [("CMU, per person", by_person), ("CMU, per trial", Eigenwalkers().fit(walkers))]
     components_table([*rows, (f"kinectgait, per person ({len(near)} of {pieces} pieces)", deep)])
     pace = np.array([gait(w.coefficients).stride_length * w.frequency / w.speed for w in walkers])
-    drift = [skating(by_person.synthesize(4, 120, seed=seed)) for seed in range(20)]
+    drift = [skating(by_person.synthesize(4, 120, seed=seed)) for seed in range(2 if asked.quick else 20)]
     print(
         f"\nSpeed by contact over captured speed, {len(pace)} walks: median {np.median(pace):.3f}, "
-        f"from {pace.min():.3f} to {pace.max():.3f}.\nSkating of the standing foot per step, 20 drawn walkers: "
-        f"mean {1e3 * np.mean(drift):.1f} mm, most {1e3 * np.max(drift):.1f} mm."
+        f"from {pace.min():.3f} to {pace.max():.3f}.\nSkating of the standing foot per step, {len(drift)} drawn "
+        f"walkers: mean {1e3 * np.mean(drift):.1f} mm, most {1e3 * np.max(drift):.1f} mm."
     )
 
 

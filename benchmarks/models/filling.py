@@ -1,6 +1,6 @@
 """Filling what a capture doesn't show, of people whose walks no shipped model has seen.
 
-    python -m benchmarks.models.filling [--mocap ../shared/mocap]
+    motionenv bench models.filling [--mocap FOLDER]
 
 Arms: neck and both arms are hidden throughout, and the error is over the arms' eight angles. Leg: each leg in turn.
 Knee: one knee for 0.2 s or 0.5 s, at five times of the trial. The alternatives are the model's mean posture, paper A's
@@ -8,13 +8,11 @@ imputation of cycles by the shipped functional PCA (which needs a straight walk 
 time. The constants of `motionenv.models.filling` were chosen on other trials: CMU's and Bandai-Namco's second set.
 """
 
-import argparse
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 import motionenv
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from motionenv import Motion
 from motionenv.cycles import Alignment, to_reference
 from motionenv.errors import MotionError
@@ -112,14 +110,12 @@ def row(motion: Motion) -> list[str]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=str, default=str(MOCAP))
-    folder = parser.parse_args().mocap
+    folder = Arguments(__doc__, mocap=("btkdata", "bandai_namco", "nimble")).parse_args().mocap
     print("| trial | arms: filled | by walk/prior | mean posture | cycles | swing's correlation | its size "
           "| leg: filled / mean | knee, 0.2 s: filled / spline | knee, 0.5 s |")  # fmt: skip
     print("|-" * 10 + "|")
     for name, (path, unit) in TRIALS.items():
-        print("| " + " | ".join([name, *row(read_motion(f"{folder}/{path}", unit=unit))]) + " |")
+        print("| " + " | ".join([name, *row(read_motion(folder / path, unit=unit))]) + " |")
 
 
 if __name__ == "__main__":

@@ -1,31 +1,27 @@
 """The axis between women and men, and between groups drawn at random, in depth-camera walks of 100 people.
 
-Run: motionenv bench models.groups [--components 10] [--random 5] [mocap folder]
+    motionenv bench models.groups [--components 10] [--random 5] [--mocap FOLDER]
 
 Each person is left out of model and axis once. Groups drawn at random show what an axis between groups that don't
 differ says of itself.
 """
 
-import argparse
 import csv
-import os
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from benchmarks.models import kinectgait
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 
 
 def main() -> None:
     """Print the table."""
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--components", type=int, nargs="+", default=[4, 10, 30])
-    options.add_argument("--random", type=int, default=5, help="number of random groups")
-    options.add_argument("mocap", nargs="?", default=os.environ.get("MOTIONENV_MOCAP", MOCAP))
+    options = Arguments(__doc__, mocap=("kinectgait",))
+    options.add_argument("--components", type=int, nargs="+", default=[4, 10, 30], quick=[2, 3])
+    options.add_argument("--random", type=int, default=5, quick=1, help="number of random groups")
     asked = options.parse_args()
-    folder = Path(asked.mocap) / "kinectgait"
+    folder = asked.mocap / "kinectgait"
     walkers, persons, _ = kinectgait.pass_walkers(folder)
     with (folder / "person-data.csv").open() as file:
         sex = {row["Individual"]: row["Gender"] for row in csv.DictReader(file)}

@@ -1,8 +1,8 @@
 """Imputation of motion cycles: functional PCA against its peers, each at the rank that is best on held-out blocks.
 
-    python -m benchmarks.models.imputation [--mocap ../shared/mocap] [--seed 0]
+    motionenv bench models.imputation [--mocap FOLDER] [--seed 0]
 
-Needs `pip install pyppca scikit-learn`. scikit-fda runs in `--skfda-python`, as it needs multimethod<2, and is left out
+scikit-fda runs in `--skfda-python`, as it needs multimethod<2, and is left out
 if it isn't installed there. IterativeSVD (Troyanskaya et al. 2001) and SoftImpute (Mazumder et al. 2010) are
 reimplemented below with fancyimpute's stopping rules, because fancyimpute 0.7 doesn't run with current scikit-learn.
 Unlike fancyimpute they subtract column means first, which helps them.
@@ -13,17 +13,16 @@ in blocks of 5 to 51 samples of one channel. Real cycles: all straight CMU walks
 `motionenv.cycles`; 25 % of the seen samples is hidden. NRMSE is over hidden samples; the mean cycle has 1.
 """
 
-import argparse
 import subprocess
 import sys
 import tempfile
 import time
 import warnings
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import Arguments, has, headline
+from benchmarks.captured_walks import straight_trials
 from motionenv.models.fpca.fourier_basis import sampled_basis
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.types import ANGLES, Cycles
@@ -190,17 +189,10 @@ def real(mocap):
     from motionenv.mocap import read
     from motionenv.mocap.retargeting import retarget
 
-    rows = [line.split("|") for line in (mocap / "CMU_TRIALS.md").read_text().splitlines() if line.endswith("|yes|")]
-    angles, people = [], []
-    for row in rows:
-        person, trial = row[1].split("_")
-        path = mocap / "cmu_asfamc" / person / f"{person}_{trial}.amc"
-        if path.exists():
-            angles.append(retarget(read(path, fps=120.0)).angles)
-            people.append(person)
-    cycles = segment(angles, 120.0, channels=ANGLES, subjects=people)
-    values = cycles.values[np.isfinite(cycles.values).all(axis=(1, 2))]
-    return values
+    trials = straight_trials(mocap)
+    angles = [retarget(read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120.0)).angles for t in trials]
+    cycles = segment(angles, 120.0, channels=ANGLES, subjects=[t[:2] for t in trials])
+    return cycles.values[np.isfinite(cycles.values).all(axis=(1, 2))]
 
 
 def best(method, values, truth, hidden, options, seed):
@@ -220,8 +212,8 @@ def best(method, values, truth, hidden, options, seed):
     return option, imputation_error(truth, filled, hidden), seconds
 
 
-def compare(title, truth, share, seed, methods):
-    """Print one table."""
+def compare(title, truth, share, seed, methods) -> float:
+    """Print one table; return our error relative to that of the best peer."""
     hidden = hide_blocks(truth, share, seed=seed + 1)
     values = np.where(hidden, np.nan, truth)
     found = {name: best(method, values, truth, hidden, options, seed) for name, (method, options) in methods.items()}
@@ -230,12 +222,12 @@ def compare(title, truth, share, seed, methods):
     print("| method | rank or shrinkage | NRMSE | relative to best peer | s |\n|-|-|-|-|-|")
     for name, (option, error, seconds) in found.items():
         print(f"| {name} | {option} | {error:.4f} | {error / least:.2f} | {seconds:.3f} |")
+    return found["ours"][1] / least
 
 
-def main():
+def main() -> None:
     """Run all comparisons."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--mocap", type=Path, default=MOCAP)
+    parser = Arguments(__doc__, mocap=True)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--skfda-python", default=sys.executable, help="a Python that has scikit-fda")
     arguments = parser.parse_args()
@@ -243,15 +235,22 @@ def main():
     methods = {
         "ours": (ours, RANKS),
         "fig. 8": (fig8, (5, 12)),
-        "PPCA (pyppca)": (ppca, RANKS),
-        "IterativeSVD (reference)": (iterative_svd, RANKS),
         "SoftImpute (reference)": (soft_impute, SHRINKAGE),
     }
+    if has("pyppca"):
+        methods["PPCA (pyppca)"] = (ppca, RANKS)
+    if has("sklearn"):
+        methods["IterativeSVD (reference)"] = (iterative_svd, RANKS)
     if subprocess.run([arguments.skfda_python, "-c", "import skfda"], capture_output=True, check=False).returncode == 0:
         methods["scikit-fda after interpolation"] = (lambda v, q: skfda(v, q, arguments.skfda_python), RANKS)
-    if arguments.mocap.is_dir():
-        compare("CMU walks", real(arguments.mocap), 0.25, arguments.seed, methods)
-    for k in (40, 400):
+    else:
+        print(f"skipped: {arguments.skfda_python} has no scikit-fda; --skfda-python names one that has")
+    if arguments.quick:
+        methods = {name: (method, options[:2]) for name, (method, options) in methods.items()}
+    if arguments.mocap:
+        error = compare("CMU walks", real(arguments.mocap), 0.25, arguments.seed, methods)
+        headline(ratio=error, peers=len(methods) - 1)
+    for k in (16,) if arguments.quick else (40, 400):
         compare("Synthetic", synthetic(k, arguments.seed), 0.2, arguments.seed, methods)
 
 

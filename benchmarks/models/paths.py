@@ -1,6 +1,6 @@
 """Walks along paths: do feet stay where they stand, legs keep their limits, and do walkers turn as people do?
 
-    python -m benchmarks.models.paths [--walkers 100] [--seed 0] [--mocap FOLDER]
+    motionenv bench models.paths [--walkers 100] [--seed 0] [--mocap FOLDER]
 
 Each walker of each model gets a random path (least radius 1.5-5 m), ten seconds long. Half of them walk at an even
 speed (0.6-1.9 m/s, at most what takes a lean of 15°), the others stand, start, walk slower and stop.
@@ -22,7 +22,6 @@ No constant of the library was chosen on these numbers: lean, anticipation and s
 `motionenv.models.paths.bending` names.
 """
 
-import argparse
 from itertools import pairwise
 from pathlib import Path
 
@@ -31,6 +30,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.distance import pdist
 
 import motionenv
+from benchmarks import Arguments
 from benchmarks.captured_walks import straight_trials
 from motionenv.body import NODES, feet, forward
 from motionenv.gait import feet_of, find_events
@@ -181,29 +181,28 @@ def slipped(found: list[np.ndarray]) -> str:
     )
 
 
-def captured(mocap: Path) -> None:
+def captured(mocap: Path, turning_trials: tuple[str, ...]) -> None:
     """Print how far captured people's feet slip, and how they turn."""
     trials = straight_trials(mocap)
     walks = [motionenv.retarget(asfamc.read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120)) for t in trials]
     print(f"captured straight walks: {slipped([slips(walk) for walk in walks])}")
     found = []
-    for trial in TURNING:
+    for trial in turning_trials:
         motion = motionenv.retarget(asfamc.read(mocap / "cmu_asfamc" / trial[:2] / f"{trial}.amc", fps=120))
         found.append(turning(motionenv.types.Motion(motion.poses[::2], motion.skeleton, FPS)))
-    print(f"captured ({', '.join(TURNING)}): {told(found)}")
+    print(f"captured ({', '.join(turning_trials)}): {told(found)}")
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--walkers", type=int, default=100)
+    parser = Arguments(__doc__, mocap=True)
+    parser.add_argument("--walkers", type=int, default=100, quick=2)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--mocap", type=Path)
     arguments = parser.parse_args()
     for name in MODELS:
         measure(name, arguments.walkers, arguments.seed)
     if arguments.mocap:
-        captured(arguments.mocap)
+        captured(arguments.mocap, TURNING[:1] if arguments.quick else TURNING)
 
 
 if __name__ == "__main__":

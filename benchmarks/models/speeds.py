@@ -1,6 +1,6 @@
 """How step length and stride time change with speed: 25 captured people beside drawn ones.
 
-    motionenv bench models.speeds --mocap FOLDER [--model walk/fpca]
+    motionenv bench models.speeds [--mocap FOLDER] [--model walk/fpca]
 
 The people are those of santos25, whom no model has seen: markers from pelvis to shank of one leg, four straight walks
 each, at the pace that they liked; their statures aren't told. Speed is that of the pelvis' marker over the middle
@@ -10,7 +10,6 @@ logarithms on that of the speed, with the 95 % interval of 1,000 draws of people
 % takes steps that are longer by the first slope in percent.
 """
 
-import argparse
 import re
 import warnings
 from pathlib import Path
@@ -18,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import motionenv
+from benchmarks import Arguments
 from benchmarks.captured_walks import read_santos, stride_time
 from motionenv.errors import ExtrapolationWarning
 from motionenv.types import POSE
@@ -73,9 +73,9 @@ def slopes(rows: np.ndarray, people: list[str]) -> list[str]:
     return told
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=Path("../shared/mocap"), help="folder with santos25")
+def main() -> None:
+    """Print the table."""
+    parser = Arguments(__doc__, mocap=("santos25",))
     parser.add_argument("--model", default="walk/fpca", help="name of a walking model")
     asked = parser.parse_args()
     real, people = captured(asked.mocap)
@@ -84,3 +84,7 @@ if __name__ == "__main__":
     for label, rows in (("santos25", real), (f"{asked.model}, drawn", ours)):
         middle = [f"{np.median(c):.3g} ({np.quantile(c, 0.1):.3g}–{np.quantile(c, 0.9):.3g})" for c in rows.T]
         print(f"| {label} |", " | ".join([*middle, *slopes(rows, people)]), "|")
+
+
+if __name__ == "__main__":
+    main()

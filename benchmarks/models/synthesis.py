@@ -1,6 +1,6 @@
 """Frames per second of walking synthesis: 1,000 four-second walks from walk/fpca.
 
-    python -m benchmarks.models.synthesis [--walks 1000] [--seed 0]
+    motionenv bench models.synthesis [--walks 1000] [--seed 0]
 
 The baseline is a textbook loop over walks and frames: evaluate the Fourier series of mean and components with NumPy,
 compute forward kinematics of the pose, and move the root by the motion of the lower foot. It does less than ours: no
@@ -8,12 +8,10 @@ smooth contact, no planted feet, and no variation between cycles. It is timed on
 its frames per second don't depend on their number.
 """
 
-import argparse
-import timeit
-
 import numpy as np
 
 import motionenv
+from benchmarks import Arguments, headline, shortest
 from motionenv.body import forward
 
 SECONDS = 4
@@ -41,15 +39,10 @@ def frame_by_frame(model, stride, fps: int) -> np.ndarray:
     return poses
 
 
-def best(call, times: int) -> float:
-    """Seconds of the fastest of `times` calls."""
-    return min(timeit.repeat(call, number=1, repeat=times))
-
-
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--walks", type=int, default=1000)
+    parser = Arguments(__doc__)
+    parser.add_argument("--walks", type=int, default=1000, quick=5)
     parser.add_argument("--seed", type=int, default=0)
     asked = parser.parse_args()
     model = motionenv.load("walk/fpca")
@@ -60,10 +53,12 @@ def main() -> None:
     print("| fps | ours | ours, one walk at a time | loop over frames | ours / loop |\n|-|-|-|-|-|")
     for fps in (30, 60):
         frames = SECONDS * fps
-        crowd = asked.walks * frames / best(lambda fps=fps: model.walks(SECONDS, fps, n=asked.walks, seed=0), 3)
-        single = frames / best(lambda fps=fps: model.synthesize(SECONDS, fps, seed=0), 20)
-        loop = BASELINE_WALKS * frames / best(lambda fps=fps: frame_by_frame(model, stride, fps), 2)
+        crowd = asked.walks * frames / shortest(lambda fps=fps: model.walks(SECONDS, fps, n=asked.walks, seed=0), 3)
+        single = frames / shortest(lambda fps=fps: model.synthesize(SECONDS, fps, seed=0), 20)
+        loop = BASELINE_WALKS * frames / shortest(lambda fps=fps: frame_by_frame(model, stride, fps), 2)
         print(f"| {fps} | {crowd:,.0f} | {single:,.0f} | {loop:,.0f} | {crowd / loop:.0f}× |")
+        if fps == 30:
+            headline(frames=crowd / 1e6, ratio=crowd / loop)
 
 
 if __name__ == "__main__":

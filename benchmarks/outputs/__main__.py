@@ -1,7 +1,7 @@
 """Save the library's outputs for fixed inputs before a change, and compare them after it.
 
-    python -m benchmarks.outputs save before.npz [--only TEXT] [--mocap FOLDER]
-    python -m benchmarks.outputs compare before.npz [--only TEXT] [--mocap FOLDER] [--tolerance 1e-9]
+    motionenv bench outputs save before.npz [--only TEXT] [--mocap FOLDER]
+    motionenv bench outputs compare before.npz [--only TEXT] [--mocap FOLDER] [--tolerance 1e-9]
 
 The other modules of this folder define the outputs. Each is a set of arrays, bytes and texts. `compare` prints a line
 for each output that differs, is new, is missing or raises, and exits with status 1 if there is any. Arrays are
@@ -9,7 +9,6 @@ identical if they have the same type and bytes. Run both commands on the same ma
 order of BLAS's sums depends on its threads, which changes lifting and fits of trees by about 1e-14.
 """
 
-import argparse
 import dataclasses
 import functools
 import sys
@@ -20,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import MOCAP
+from benchmarks import MOCAP, Arguments, scratch
 from benchmarks.outputs import estimating, rendering, serving  # noqa: F401 (they register outputs)
 from benchmarks.outputs.cases import CAPTURED, OUTPUTS
 
@@ -171,17 +170,17 @@ def chosen(only: str, mocap: Path) -> dict[str, Callable[[], Any]]:
 
 def main() -> None:
     """Save or compare the outputs."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=("save", "compare"))
-    parser.add_argument("file", type=Path)
-    parser.add_argument("--only", default="", help="only outputs whose names contain this text")
+    parser = Arguments(__doc__)
+    parser.add_argument("command", choices=("save", "compare"), nargs="?", default="save")
+    parser.add_argument("file", type=Path, nargs="?", default=Path("outputs.npz"), quick=scratch() / "outputs.npz")
+    parser.add_argument("--only", default="", quick="metrics", help="only outputs whose names contain this text")
     parser.add_argument("--mocap", type=Path, default=MOCAP)
     parser.add_argument("--tolerance", type=float, default=0.0, help="greatest |difference| accepted")
     asked = parser.parse_args()
     began, work = time.perf_counter(), chosen(asked.only, asked.mocap)
-    if asked.command == "save":
+    if asked.command == "save" or asked.quick:
         fine = save(asked.file, work)
-    else:
+    if asked.command == "compare" or asked.quick:
         fine = compare(asked.file, work, asked.only, asked.tolerance)
     print(f"{time.perf_counter() - began:.0f} s")
     sys.exit(not fine)

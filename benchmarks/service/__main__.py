@@ -1,6 +1,6 @@
 """The service under load on loopback: `motionenv serve` with a key, metrics and log, compared with bare endpoints.
 
-Run: motionenv bench service [--quick] [--rounds 3] [--seconds 8]
+    motionenv bench service [--rounds 3] [--seconds 8]
 
 wrk sends requests over 16 connections, each with another seed; it uses the second of two cores. Each round measures
 all servers in turn, so that ratios compare the same minute; results are medians over rounds. The microseconds of CPU
@@ -8,7 +8,6 @@ per request, over all processes of the server, and their ratios are valid on a b
 share of the machine used by other jobs: repeat the run if it isn't near 0.
 """
 
-import argparse
 import statistics
 import sys
 import tempfile
@@ -17,6 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from benchmarks import Arguments, headline
 from benchmarks.service.load import SAMPLES, SYNTHESIS, Load, check_wrk, load, median
 from benchmarks.service.servers import Served, running, service
 
@@ -25,25 +25,24 @@ JSON, NPZ, NPY = "application/json", "application/x-npz", "application/x-npy"
 
 def main() -> None:
     """Print all tables."""
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--quick", action="store_true", help="one round of two seconds, memory over 5,000 requests")
-    options.add_argument("--rounds", type=int, default=3)
-    options.add_argument("--seconds", type=int, default=8, help="for each measurement")
-    options.add_argument("--requests", type=int, default=100_000, help="number of requests for the memory test")
+    options = Arguments(__doc__)
+    options.add_argument("--rounds", type=int, default=3, quick=1)
+    options.add_argument("--seconds", type=int, default=8, quick=1, help="for each measurement")
+    options.add_argument("--requests", type=int, default=100_000, quick=100, help="of the memory test")
     asked = options.parse_args()
-    if asked.quick:
-        asked.rounds, asked.seconds, asked.requests = 1, 2, 5_000
     check_wrk()
     with tempfile.TemporaryDirectory(prefix="motionenv-bench-") as folder:
-        started = [_start(Path(folder, "data")) for _ in range(3)]
+        started = [_start(Path(folder, "data")) for _ in range(2 if asked.quick else 3)]
         with service(Path(folder, "data")) as one:
             loads = _loads(one, asked.rounds, asked.seconds)
-            film = [_film(one) for _ in range(5)]
+            film = [_film(one) for _ in range(1 if asked.quick else 5)]
         with service(Path(folder, "two"), workers=2) as two, service(Path(folder, "data")) as one:
             scaled = _scaled(one, two, asked.rounds, asked.seconds)
         with service(Path(folder, "data")) as one:
             memory = _memory(one, asked.requests)
     _tell(loads, scaled, film, started, memory)
+    ours, bare = loads["synthesis, JSON"].per_second, loads["Starlette: the same work, JSON"].per_second
+    headline(requests=ours, ratio=ours / bare)
 
 
 def _start(data: Path) -> float:
@@ -73,7 +72,7 @@ def _loads(server: Served, rounds: int, seconds: int) -> dict[str, Load]:
             ("synthesis, NPY", server, SYNTHESIS, NPY, None),
             ("300 tree samples, JSON", server, SAMPLES, JSON, None),
         ]
-        for _, *how, path in asked:
+        for _, *how, path in asked if rounds > 1 else ():
             load(*how, 1, path=path)  # warm
         for turn in range(rounds):
             for name, *how, path in asked:
@@ -121,7 +120,7 @@ def _memory(server: Served, most: int) -> list[tuple[int, float]]:
     marks = [most // 20, most // 10, most // 2, most]
     while marks:
         for what, accept in ((SYNTHESIS, JSON), (SYNTHESIS, NPZ), (SAMPLES, JSON)):
-            count += load(server, what, accept, 2, first=count).count
+            count += load(server, what, accept, 1 if most < 1000 else 2, first=count).count
         if count >= marks[0]:
             told.append((count, server.memory()))
             marks = [mark for mark in marks if mark > count]

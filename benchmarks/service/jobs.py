@@ -1,13 +1,12 @@
 """How many jobs a second one worker takes from the queue and ends, without what is done in them.
 
-Run: motionenv bench service.jobs --database postgresql://user@host/empty [--jobs 2000] [--slots 8] [--rounds 3]
+    motionenv bench service.jobs --database postgresql://user@host/empty [--jobs 2000] [--slots 8] [--rounds 3]
 
 The worker is that of `motionenv work`, with jobs that are done at once; the peer is procrastinate's own worker with a
 task that does nothing, on the same database. Both run in a process of their own and fetch from a full queue; the time
 is from the first job's start to the last one's end, as the process tells it.
 """
 
-import argparse
 import asyncio
 import multiprocessing
 import statistics
@@ -16,6 +15,9 @@ import time
 from pathlib import Path
 from typing import Any
 
+from benchmarks import Arguments, Skipped, needs
+
+needs("procrastinate", "psycopg_pool")
 import procrastinate
 from procrastinate import App, PsycopgConnector
 
@@ -29,12 +31,14 @@ _EMPTY = "benchmark.nothing"
 
 def main() -> None:
     """Print the table."""
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--database", required=True, help="an empty database, whose tables are made and emptied")
-    options.add_argument("--jobs", type=int, default=2000)
-    options.add_argument("--slots", type=int, default=8, help="jobs that run at the same time")
-    options.add_argument("--rounds", type=int, default=3)
+    options = Arguments(__doc__)
+    options.add_argument("--database", help="an empty database, whose tables are made and emptied")
+    options.add_argument("--jobs", type=int, default=2000, quick=8)
+    options.add_argument("--slots", type=int, default=8, quick=2, help="jobs that run at the same time")
+    options.add_argument("--rounds", type=int, default=3, quick=1)
     asked = options.parse_args()
+    if asked.database is None:
+        raise Skipped("name an empty PostgreSQL database with --database")
     spent: dict[str, list[float]] = {"ours": [], "peer": []}
     for _ in range(asked.rounds):
         for name, measured in (("ours", _ours), ("peer", _peer)):

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks import Skipped
 from benchmarks.service.servers import KEY, Served, machine
 
 SYNTHESIS = ("/v1/synthesis", '{"seed":%d,"seconds":4,"fps":30}')
@@ -93,9 +94,9 @@ def load(
 
 
 def check_wrk() -> None:
-    """Exit with installation instructions if wrk is missing."""
+    """Skip the benchmark if wrk is missing."""
     if shutil.which("wrk") is None:
-        raise SystemExit("this benchmark needs the program wrk: apt install wrk, or brew install wrk")
+        raise Skipped("the program wrk is missing: apt install wrk, or brew install wrk")
 
 
 def _of_children() -> float:

@@ -1,6 +1,6 @@
 """The page in Chromium without a graphics card: first walking frame, script per frame, frames per second, bundle.
 
-    python -m benchmarks.service.page
+    motionenv bench service.page
 
 It starts a service on a free port, with the page built in service/web/dist, and drives Debian's Chromium with
 SwiftShader. "Script" is all JavaScript of a frame, including three.js and its calls to WebGL. The time of the first
@@ -19,9 +19,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from playwright.sync_api import sync_playwright
+from benchmarks import ROOT, Arguments, Skipped, needs
 
-from benchmarks import ROOT
+needs("playwright")
+from playwright.sync_api import sync_playwright
 
 FLAGS = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 STATES = {
@@ -32,7 +33,6 @@ STATES = {
     "tree": "model=mixed/tree",
 }
 STAGE = (640, 480)
-SECONDS, STARTS = 5, 5
 
 
 @contextmanager
@@ -78,11 +78,11 @@ def enlarge(page) -> None:
     assert tuple(page.evaluate("() => [motionenv.stage.canvas.width, motionenv.stage.canvas.height]")) == STAGE
 
 
-def frames(page) -> tuple[float, float, float]:
+def frames(page, seconds: int) -> tuple[float, float, float]:
     """Frames per second, and the median and 99th percentile of script per frame [ms]."""
     before = page.evaluate("() => motionenv.stats.frames")
     start = time.perf_counter()
-    page.wait_for_timeout(1000 * SECONDS)
+    page.wait_for_timeout(1000 * seconds)
     counted = page.evaluate("() => motionenv.stats.frames") - before
     rate = counted / (time.perf_counter() - start)
     times = page.evaluate("() => motionenv.stats.times.map(([begun, , drawn]) => drawn - begun)")[-counted:]
@@ -121,19 +121,23 @@ def slider(page) -> tuple[float, int]:
 
 def main() -> None:
     """Measure, and print a table."""
+    quick = Arguments(__doc__).parse_args().quick
+    seconds, starts = (1, 1) if quick else (5, 5)
+    if shutil.which("chromium") is None:
+        raise Skipped("Chromium is missing: apt install chromium")
     scripts = [path.read_bytes() for path in (ROOT / "service" / "web" / "dist" / "assets").glob("*.js")]
     with service() as url, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         first_frame(browser, url)
-        firsts = sorted(first_frame(browser, url) for _ in range(STARTS))
+        firsts = sorted(first_frame(browser, url) for _ in range(starts))
         print("| page | measured | goal |\n|-|-|-|")
         print(f"| bundle, gzip | {sum(len(gzip.compress(s, 9)) for s in scripts) / 1000:.0f} kB | 200 kB |")
-        middle = firsts[STARTS // 2]
-        print(f"| first walking frame, median (worst) of {STARTS} | {middle:.2f} s ({firsts[-1]:.2f} s) | 2 s |")
+        middle = firsts[starts // 2]
+        print(f"| first walking frame, median (worst) of {starts} | {middle:.2f} s ({firsts[-1]:.2f} s) | 2 s |")
         for name, state in STATES.items():
             page = opened(browser, url, state)
             enlarge(page)
-            rate, median, worst = frames(page)
+            rate, median, worst = frames(page, seconds)
             print(f"| {name}, 640 × 480: frames/s | {rate:.0f} | 30 |")
             print(f"| {name}: script per frame, median (99 %) | {median:.2f} ms ({worst:.1f} ms) | 4 ms |")
             if name == "body":

@@ -1,12 +1,11 @@
 """What traces cost: CPU time per walk of a service without them, with the usual share of requests, and with all.
 
-Run: motionenv bench service.tracing [--rounds 5] [--seconds 6]
+    motionenv bench service.tracing [--rounds 5] [--seconds 6]
 
 The servers are measured in turn, with wrk's requests for JSON walks; the collector is a program that reads and forgets.
 The ratio is of the CPU time of the whole server process, the thread that sends spans included.
 """
 
-import argparse
 import statistics
 import tempfile
 import threading
@@ -15,6 +14,7 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+from benchmarks import Arguments, needs
 from benchmarks.service.load import SYNTHESIS, check_wrk, load
 from benchmarks.service.servers import service
 
@@ -24,18 +24,19 @@ SHARES = {"off": None, "1 in 100 (the default)": 0.01, "all": 1.0}
 
 def main() -> None:
     """Print the table."""
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--rounds", type=int, default=5)
-    options.add_argument("--seconds", type=int, default=6, help="for each measurement")
+    options = Arguments(__doc__)
+    options.add_argument("--rounds", type=int, default=5, quick=1)
+    options.add_argument("--seconds", type=int, default=6, quick=1, help="for each measurement")
     asked = options.parse_args()
     check_wrk()
+    needs("opentelemetry")
     with tempfile.TemporaryDirectory(prefix="motionenv-bench-") as folder, _collector() as address:
         cpu: dict[str, list[float]] = {name: [] for name in SHARES}
         for turn in range(asked.rounds):
             for name, share in SHARES.items():
                 told = {} if share is None else {"traces": address, "trace_share": share}
                 with service(Path(folder, "data"), **told) as served:
-                    load(served, SYNTHESIS, JSON, 2)
+                    load(served, SYNTHESIS, JSON, min(2, asked.seconds))
                     cpu[name].append(load(served, SYNTHESIS, JSON, asked.seconds, first=turn * 1_000_000).cpu)
     print("| traces | µs CPU per walk | more than without |\n|-|-|-|")
     for name, spent in cpu.items():

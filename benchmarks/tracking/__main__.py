@@ -1,6 +1,6 @@
 """Accuracy of trackers on people left out, by tracker and number of particles.
 
-Run: motionenv bench tracking --mocap ../shared/mocap [--only arm] [--out FOLDER] [--episodes 20] [--processes 16]
+    motionenv bench tracking [--mocap FOLDER] [--only arm] [--out FOLDER] [--episodes 20] [--processes 16]
 
 Each person in a folder of straight walks (CMU's, in AMC) is left out in turn: the functional model and the trees are
 fitted to the others. A fixed camera from the side sees pieces of the person's walks, 128 pixels wide, with clutter and
@@ -26,7 +26,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks import MOCAP
+from benchmarks import Arguments, headline, scratch
 from benchmarks.tracking.episode import TRACKERS, Task, play
 from benchmarks.tracking.people import People, read_people
 from benchmarks.tracking.tables import COLUMNS, head, line, row
@@ -114,14 +114,11 @@ EXPERIMENTS: dict[str, Make] = {
 
 def options() -> argparse.Namespace:
     """Parse the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    default = Path(os.environ.get("MOTIONENV_MOCAP", MOCAP))
-    parser.add_argument("--mocap", type=Path, default=default, help="folder of AMC, or the one above cmu_asfamc")
-    parser.add_argument("--out", type=Path, help="write all numbers, episode by episode, to this folder (JSON)")
-    parser.add_argument("--episodes", type=int, default=20, help="episodes per row (20)")
+    parser = Arguments(__doc__, mocap=("cmu_asfamc",))
+    parser.add_argument("--out", type=Path, quick=scratch(), help="folder for all numbers, episode by episode (JSON)")
+    parser.add_argument("--episodes", type=int, default=20, quick=1, help="episodes per row (20)")
     parser.add_argument("--processes", type=int, default=os.cpu_count(), help="number of processes (one per core)")
     parser.add_argument("--only", choices=EXPERIMENTS, action="append", help="run only this table; repeatable")
-    parser.add_argument("--quick", action="store_true", help="three people and few particles: does the script run?")
     return parser.parse_args()
 
 
@@ -129,7 +126,7 @@ def main() -> None:
     """Print the tables."""
     asked = options()
     began = time.perf_counter()
-    people = read_people(asked.mocap, 3 if asked.quick else None)
+    people = read_people(asked.mocap, *(("06", 22) if asked.quick else ()))
     numbers = {}
     # Processes are spawned: forked ones would inherit the state of threads started by numba's kernels.
     with ProcessPoolExecutor(asked.processes, multiprocessing.get_context("spawn")) as pool:
@@ -149,6 +146,9 @@ def main() -> None:
                 print(line(found[-1], columns), flush=True)
             print(f"\n{asked.episodes} episodes a row, {time.perf_counter() - began:.0f} s.", flush=True)
             numbers[name] = found
+    if "trackers" in numbers:
+        ours, peer = (next(r for r in numbers["trackers"] if r["name"] == f"{n}, N = 1,000") for n in ("fpca", GENERAL))
+        headline(error=ours["absolute [mm]"][0], kept=100 * ours["kept"][0], peer_kept=100 * peer["kept"][0])
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
         (asked.out / "tracking.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")

@@ -1,6 +1,6 @@
 """Errors of `TrackingAgent` in WalkerTracking, N = 1,000, without being given anything but camera and pictures.
 
-Run: motionenv bench tracking.agent [--episodes 60] [--split eval] [--processes 2] [--only NAME]
+    motionenv bench tracking.agent [--episodes 60] [--split eval] [--processes 2] [--only NAME]
 
 The agent is as the library makes it: it doesn't know the body, nor the first pose where "automatic" is said. Depth is
 the distance between the estimated and the true pelvis along the camera's axis; frames/s are CPU time of one thread and
@@ -9,7 +9,6 @@ it stands ConstantVelocity, a silhouette's centre and height with the mean pose.
 with seeds from 0; these are split "eval" and seeds from 5,000. Intervals are 95 %, by episodes.
 """
 
-import argparse
 import multiprocessing
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -18,6 +17,7 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
+from benchmarks import Arguments
 from benchmarks.tracking.tables import cell, mean, share
 from motionenv.envs.agents import ConstantVelocity, TrackingAgent, truth_start
 
@@ -31,12 +31,12 @@ CASES = {
 }
 
 
-def play(asked: tuple[str, str, int, int, bool]) -> tuple[np.ndarray, np.ndarray, float]:
+def play(asked: tuple[str, str, int, int, bool, int]) -> tuple[np.ndarray, np.ndarray, float]:
     """Errors and depth errors (episodes, frames) [m] of a part of the episodes, and the agent's seconds per frame."""
-    name, split, first, count, blob = asked
+    name, split, first, count, blob, n = asked
     arguments, start = CASES[name]
     env = gymnasium.make("motionenv/WalkerTracking-v1", split=split, actions="metric", **arguments)
-    agent = ConstantVelocity(env) if blob else TrackingAgent(env, n=N, start=start, seed=first, threads=1)
+    agent = ConstantVelocity(env) if blob else TrackingAgent(env, n=n, start=start, seed=first, threads=1)
     errors, depths, seconds = [], [], 0.0
     for seed in range(first, first + count):
         observation, _ = env.reset(seed=seed)
@@ -55,11 +55,12 @@ def play(asked: tuple[str, str, int, int, bool]) -> tuple[np.ndarray, np.ndarray
     return np.array(errors), np.array(depths), seconds / np.size(errors)
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--episodes", type=int, default=60)
+def main() -> None:
+    """Print the table."""
+    parser = Arguments(__doc__)
+    parser.add_argument("--episodes", type=int, default=60, quick=1)
     parser.add_argument("--split", choices=("train", "eval"), default="eval")
-    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--processes", type=int, default=2, quick=1)
     parser.add_argument("--only", choices=CASES, action="append")
     asked = parser.parse_args()
     print("| task | agent | error [mm] | median [mm] | last 30 frames [mm] | depth [mm] | kept | frames/s |")
@@ -68,7 +69,7 @@ if __name__ == "__main__":
     with ProcessPoolExecutor(asked.processes, multiprocessing.get_context("spawn")) as pool:
         for name in asked.only or CASES:
             for blob in (True, False):
-                parts = [(name, asked.split, int(some[0]), len(some), blob) for some in seeds]
+                parts = [(name, asked.split, int(some[0]), len(some), blob, 20 if asked.quick else N) for some in seeds]
                 played = list(pool.map(play, parts))
                 errors, depths = (np.concatenate([part[i] for part in played]) for i in (0, 1))
                 each = 1e3 * errors.mean(axis=1)
@@ -79,3 +80,7 @@ if __name__ == "__main__":
                 rate = 1 / np.mean([part[2] for part in played])
                 agent = "ConstantVelocity" if blob else "TrackingAgent"
                 print(f"| {name} | {agent} |", " | ".join(cells), f"| {rate:.0f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

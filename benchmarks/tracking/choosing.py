@@ -1,6 +1,6 @@
 """Whom `track_video` follows, and whether it knows when it is lost, on made-up films with the truth.
 
-Example: motionenv bench tracking.choosing --first 2000 --films 60
+    motionenv bench tracking.choosing --first 2000 --films 60
 
 The films are those of `benchmarks/tracking/made_films.py`; films 2000 to 2059 are reported. The weights of the choice
 were fitted to films 0 to 59 and 1000 to 1119, of which the former had been reported before, and the verdict's threshold
@@ -14,13 +14,13 @@ more than 0.12 of the walker's height in the picture, left and right exchanged i
 with a figure, followed or lost, are good.
 """
 
-import argparse
 import tempfile
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks import Arguments
 from benchmarks.tracking.made_films import FPS, KINDS, MadeFilm, made_film
 from benchmarks.tracking.tables import share
 from motionenv.body import markers
@@ -81,10 +81,10 @@ def tracked(film: MadeFilm, path: Path, particles: int, seed: int) -> VideoTrack
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--films", type=int, default=60, help="number of films (60)")
+    parser = Arguments(__doc__)
+    parser.add_argument("--films", type=int, default=60, quick=2, help="number of films (60)")
     parser.add_argument("--first", type=int, default=2000, help="first film (2000)")
-    parser.add_argument("--particles", type=int, default=300, help="of the filter (300)")
+    parser.add_argument("--particles", type=int, default=300, quick=10, help="of the filter (300)")
     asked = parser.parse_args()
     counts: dict[str, Counter] = {kind: Counter() for kind in (*sorted(set(KINDS)), "all")}
     with tempfile.TemporaryDirectory() as folder:

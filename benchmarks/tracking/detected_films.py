@@ -1,6 +1,6 @@
 """How well `track_video` follows people who turn, in films with clutter and a passer-by, with detections and without.
 
-Run: motionenv bench tracking.detected_films --mocap ../shared/mocap [--people cmu] [--films 12]
+    motionenv bench tracking.detected_films [--mocap FOLDER] [--people cmu] [--films 12]
 
 Films of 128² pixels and at most four seconds at 30 frames/s from a standing camera of known pose that sees all of a
 captured motion, from 1 to 14 degrees above: clothes and a textured background of random colours, noise of 6 grey
@@ -19,8 +19,6 @@ whose first eight films the settings of `motionenv.tracking.video.guide` were ch
   "refused": films without any pose.
 """
 
-import argparse
-import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -30,7 +28,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from benchmarks import MOCAP
+from benchmarks import Arguments, headline
 from benchmarks.free_walking import bandai
 from motionenv import tracking
 from motionenv.body import markers as joints_of
@@ -166,11 +164,10 @@ def played(film: Film, path: Path, particles: int, attempts: int, way: str) -> d
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mocap", type=Path, default=Path(os.environ.get("MOTIONENV_MOCAP", MOCAP)))
+    parser = Arguments(__doc__, mocap=("bandai_namco", "cmu_asfamc"))
     parser.add_argument("--people", choices=("bandai", "cmu"), default="bandai")
-    parser.add_argument("--films", type=int, default=12)
-    parser.add_argument("--particles", type=int, default=1000)
+    parser.add_argument("--films", type=int, default=12, quick=1)
+    parser.add_argument("--particles", type=int, default=1000, quick=10)
     parser.add_argument("--attempts", type=int, default=1)
     parser.add_argument("--way", choices=WAYS, action="append")
     asked = parser.parse_args()
@@ -188,6 +185,11 @@ def main() -> None:
                 except MotionError as error:
                     refused[way] += 1
                     print(f"{name}: {way}: refused: {error}", flush=True)
+    tell(rows, refused, asked.films)
+
+
+def tell(rows: dict[str, list[dict[str, float]]], refused: dict[str, int], films: int) -> None:
+    """Print a row for each way."""
     print("\n| given | error, median [mm] | mean of all frames | kept | false | exchanged | refused | s per s |")
     print("|-|-|-|-|-|-|-|-|")
     for way, each in rows.items():
@@ -198,8 +200,12 @@ def main() -> None:
         print(
             f"| {way} | {np.nanmedian([one['error'] for one in each]):.0f} | {mean['all']:.0f} | "
             f"{mean['kept'] * share:.0%} | {mean['false']:.0%} | {mean['exchanged']:.0%} | "
-            f"{refused[way]} of {asked.films} | {mean['seconds']:.1f} |"
+            f"{refused[way]} of {films} | {mean['seconds']:.1f} |"
         )
+        names = {"detections": ("error", "kept"), "silhouettes": ("peer_error", "peer_kept")}.get(way)
+        if names:
+            numbers = np.nanmedian([one["error"] for one in each]), 100 * mean["kept"] * share
+            headline(**dict(zip(names, numbers, strict=True)))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How often tracks of films from an unknown camera exchange left and right.
 
-Example: motionenv bench tracking.film_sides --mocap ../shared/mocap
+    motionenv bench tracking.film_sides [--mocap FOLDER]
 
 WalkerTracking films captured CMU walks from the side: 192 × 192 pixels, 60 frames, clutter, clothes of random colours
 that are equal on both sides, noise of 8 grey levels, MP4 compression, every second film mirrored. `track_video` gets
@@ -9,8 +9,6 @@ truth (0.8 or more), and exchanged if it correlates as strongly with the opposit
 intervals.
 """
 
-import argparse
-import os
 import tempfile
 from pathlib import Path
 
@@ -18,7 +16,7 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
-from benchmarks import MOCAP
+from benchmarks import Arguments
 from benchmarks.tracking.tables import share
 from motionenv import write
 from motionenv.body import markers
@@ -38,11 +36,10 @@ def walks(mocap: Path, count: int) -> list[Motion]:
     """`count` pieces of walks, cycling through people and each person's trials.
 
     Args:
-        mocap: folder of CMU's AMC files, or the one above cmu_asfamc.
+        mocap: the folder above cmu_asfamc.
         count: number of pieces.
     """
-    inside = mocap / "cmu_asfamc"
-    found = read_walks(inside if inside.is_dir() else mocap, fps=CMU_FPS)
+    found = read_walks(mocap / "cmu_asfamc", fps=CMU_FPS)
     trials: dict[str, list[Motion]] = {}
     for motion, person in zip(found.motions, found.subjects, strict=True):
         poses = resample(motion, FPS)[0]
@@ -94,12 +91,10 @@ def agreement(track: VideoTrack, true: np.ndarray) -> float:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    default = Path(os.environ.get("MOTIONENV_MOCAP", MOCAP))
-    parser.add_argument("--mocap", type=Path, default=default, help="folder of AMC, or the one above cmu_asfamc")
-    parser.add_argument("--films", type=int, default=22, help="number of films (22)")
-    parser.add_argument("--particles", type=int, default=500, help="of the filter (500)")
-    parser.add_argument("--attempts", type=int, nargs="*", default=[1, 4], help="of track_video (1 4)")
+    parser = Arguments(__doc__, mocap=("cmu_asfamc",))
+    parser.add_argument("--films", type=int, default=22, quick=1, help="number of films (22)")
+    parser.add_argument("--particles", type=int, default=500, quick=10, help="of the filter (500)")
+    parser.add_argument("--attempts", type=int, nargs="*", default=[1, 4], quick=[1], help="of track_video (1 4)")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         films = [Path(folder) / f"{k}.mp4" for k in range(asked.films)]

@@ -1,6 +1,6 @@
 """Frames per second of a whole particle filter, compared with the `particles` library and a NumPy model.
 
-    python -m benchmarks.tracking.filter_speed [--quick]
+    motionenv bench tracking.filter_speed
 
 The FPCA prior (paper A, section 5) tracks a walker in masks, with silhouettes. Each step observes,
 propagates, weights and resamples. The peer is Chopin's `particles` 0.4. It requires numpy < 2 but runs with numpy 2, so
@@ -12,7 +12,6 @@ The tree prior (paper C) tracks the same walks with silhouettes only, without a 
 Times are CPU time for one thread, less affected by other jobs, and wall-clock time for two.
 """
 
-import argparse
 import importlib
 import resource
 import time
@@ -20,6 +19,7 @@ import time
 import numpy as np
 
 import motionenv
+from benchmarks import Arguments, has
 from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.render import Raycaster
@@ -184,20 +184,20 @@ def theirs(n: int, size: int, frames: int) -> float:
     return frames / (time.process_time() - began)
 
 
-def table(frames: int) -> None:
+def table(frames: int, counts: tuple[int, ...], peer: bool) -> None:
     """Print frames per second, with the share of each part."""
     print("| prior | picture | N | threads | frames/s | likelihood | prior | rest | `particles` | ratio |")
     print("|-|-|-|-|-|-|-|-|-|-|")
     for size in (64, 128):
-        for n in (300, 1_000, 10_000):
+        for n in counts:
             count = frames if n == 10_000 else 2 * frames
-            other = theirs(n, size, max(3, frames // 4))
+            other = theirs(n, size, max(3, frames // 4)) if peer else np.nan
             for threads in (1, 2):
                 rate, *shares = ours(n, size, threads, count)
                 row("functional", size, n, threads, rate, shares, f"{other:.1f} | {rate / other:.1f}")
     for threads in (1, 2):
-        rate, *shares = ours(300, 128, threads, 4 * frames, tree=True)
-        row("tree", 128, 300, threads, rate, shares, "|")
+        rate, *shares = ours(counts[0], 128, threads, 4 * frames, tree=True)
+        row("tree", 128, counts[0], threads, rate, shares, "|")
 
 
 def row(prior: str, size: int, n: int, threads: int, rate: float, shares: list[float], peer: str) -> None:
@@ -206,13 +206,18 @@ def row(prior: str, size: int, n: int, threads: int, rate: float, shares: list[f
     print(f"| {prior} | {size}² | {n:,} | {threads} | {rate:.1f} | {parts} | {peer} |")
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few frames: does the script run?")
-    quick = parser.parse_args().quick
-    ours(32, 64, 1, 3), ours(32, 64, 1, 3, tree=True), theirs(32, 64, 3)  # all compile
-    table(8 if quick else 40)
+def main() -> None:
+    """Print the table, and the memory of many particles."""
+    quick, peer = Arguments(__doc__).parse_args().quick, has("particles")
+    ours(32, 64, 1, 3), ours(32, 64, 1, 3, tree=True)  # compile
+    if peer:
+        theirs(32, 64, 3)
+    table(3 if quick else 40, (30,) if quick else (300, 1_000, 10_000), peer)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    ours(100_000, 64, 2, 4)
+    ours(1_000 if quick else 100_000, 64, 2, 4)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print(f"\nMemory at N = 100,000: at most {peak / 1024:.0f} MB in all ({before / 1024:.0f} MB before).")
+
+
+if __name__ == "__main__":
+    main()

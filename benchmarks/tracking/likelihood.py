@@ -1,6 +1,6 @@
 """Image likelihood: hypotheses per second, and the number of a body's pixels to count as independent.
 
-    python -m benchmarks.tracking.likelihood [--quick]
+    motionenv bench tracking.likelihood
 
 Speed: 10,000 random poses including kinematics, compared with rendering each mask and summing log-odds in NumPy.
 
@@ -9,12 +9,10 @@ similar phase and position and the average body, weighted by the likelihood with
 The table shows the energy score of the joints [mm, divided by √15], and the share of coordinates inside 90 % intervals.
 """
 
-import argparse
-import timeit
-
 import numpy as np
 
 import motionenv
+from benchmarks import Arguments, shortest
 from motionenv.body import from_height, markers
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.metrics import energy_score
@@ -22,13 +20,6 @@ from motionenv.render import Raycaster
 from motionenv.render.cameras import view
 
 EFFECTIVE = (0.5, 1, 2, 4, 8, 16, 32, 64)
-HYPOTHESES = 1500
-
-
-def best(work, repeats: int = 5) -> float:
-    """Time [s] of the fastest of several runs, after one that compiles."""
-    work()
-    return min(timeit.repeat(work, number=1, repeat=repeats))
 
 
 def speed(n: int) -> None:
@@ -44,19 +35,21 @@ def speed(n: int) -> None:
             seen = caster.render(poses[0], model.skeleton, camera, rgb=False)
             odds = np.where(seen.limbs > 0, 1.0, -2.0)
             model.observe(mask=seen.limbs)
-            fast = n / best(lambda model=model: model.log_likelihood(poses))
+            fast = n / shortest(lambda model=model: model.log_likelihood(poses), 5, warm=True)
             few = poses[: n // 20]
 
             def drawn(caster=caster, camera=camera, odds=odds, few=few):
                 return ((caster.render(few, from_height(), camera, rgb=False).limbs > 0) * odds).sum((1, 2))
 
-            slow = len(few) / best(drawn)
+            slow = len(few) / shortest(drawn, 5, warm=True)
             model.observe(depth=seen.depth)
-            deep = len(few) / best(lambda model=model, few=few: model.log_likelihood(few))
+            deep = len(few) / shortest(lambda model=model, few=few: model.log_likelihood(few), 5, warm=True)
             print(f"| {size}² | {threads} | {fast:,.0f} | {slow:,.0f} | {fast / slow:.1f} | {deep:,.0f} |")
 
 
-def believe(sense: str, size: int, distance: float, walkers: int) -> tuple[np.ndarray, np.ndarray, float]:
+def believe(
+    sense: str, size: int, distance: float, walkers: int, hypotheses: int
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Mean energy score and coverage for each of `EFFECTIVE`, and the mean number of the body's pixels."""
     model = motionenv.load("walk/fpca")
     bank = model.walks(1.2, 30, n=400, seed=3).poses
@@ -73,9 +66,9 @@ def believe(sense: str, size: int, distance: float, walkers: int) -> tuple[np.nd
         pixels += (seen.limbs > 0).sum() / walkers
         if sense == "occluded":
             seen.limbs[:, size * 7 // 16 : size * 9 // 16] = 0
-        others = bank[rng.integers(400, size=HYPOTHESES), (phase + rng.integers(-5, 6, HYPOTHESES)) % 36].copy()
+        others = bank[rng.integers(400, size=hypotheses), (phase + rng.integers(-5, 6, hypotheses)) % 36].copy()
         others[:, :2] = 0.0
-        others[:, [0, 1, 2, 5]] += rng.normal(size=(HYPOTHESES, 4)) * [0.1, 0.1, 0.04, 0.15]
+        others[:, [0, 1, 2, 5]] += rng.normal(size=(hypotheses, 4)) * [0.1, 0.1, 0.04, 0.15]
         likelihood = SilhouetteLikelihood(camera, effective=None)
         likelihood.observe(**({"depth": seen.depth} if sense == "depth" else {"mask": seen.limbs}))
         logs, area = likelihood.log_likelihood(others), SilhouetteLikelihood(camera, effective=1.0).temper
@@ -94,19 +87,22 @@ def coverage(x: np.ndarray, logs: np.ndarray, truth: np.ndarray) -> float:
     return float(((below > 0.05) & (below < 0.95)).mean())
 
 
-def tempering(walkers: int) -> None:
+def tempering(walkers: int, hypotheses: int) -> None:
     """Print the table of energy scores over numbers of independent pixels."""
     print("\n| observation | pixels of the body |", *(f"{e:g} |" for e in EFFECTIVE), "\n|-|-|" + "-|" * len(EFFECTIVE))
     cases = [("mask", 64, 4.0), ("mask", 64, 8.0), ("mask", 64, 14.0), ("mask", 128, 8.0), ("depth", 64, 8.0)]
     for sense, size, distance in [*cases, ("occluded", 64, 8.0)]:
-        scores, covered, pixels = believe(sense, size, distance, walkers)
+        scores, covered, pixels = believe(sense, size, distance, walkers, hypotheses)
         cells = [f"{1000 * s:.0f} ({c:.0%}) |" for s, c in zip(scores, covered, strict=True)]
         print(f"| {sense}, {size}², {distance:g} m | {pixels:.0f} |", *cells)
 
 
+def main() -> None:
+    """Print both tables."""
+    quick = Arguments(__doc__).parse_args().quick
+    speed(40 if quick else 10_000)
+    tempering(1 if quick else 40, 20 if quick else 1500)
+
+
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a tenth of the work: does the script run?")
-    quick = parser.parse_args().quick
-    speed(1_000 if quick else 10_000)
-    tempering(4 if quick else 40)
+    main()

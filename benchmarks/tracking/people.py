@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.captured_walks import SAME_PERSON
 from motionenv import write
 from motionenv.body import from_height
 from motionenv.body.arm_reaching import RIGHT_ARM, reach
@@ -20,7 +21,6 @@ from motionenv.models.walking.model import WalkingModel
 from motionenv.tracking.priors.velocity import velocity_change
 from motionenv.types import POSE, Motion
 
-SAME_PERSON = {"37": "12", "38": "07"}  # by the database's descriptions and by their build
 FPS = 30.0
 REACHING = "reach"
 REACHES, REACH_FRAMES = 60, 300  # number of synthetic reaching clips for a tree, and frames of each
@@ -58,6 +58,7 @@ class People:
         persons: the person of each walk.
         clips: all captured motion, including the walks.
         names: people to track.
+        longest: frames of an episode at most.
         folder: temporary folder of the files for episodes and workers.
     """
 
@@ -66,6 +67,7 @@ class People:
     persons: list[str]
     clips: list[Clip]
     names: list[str]
+    longest: int | None = None
     folder: tempfile.TemporaryDirectory = field(default_factory=tempfile.TemporaryDirectory)
 
     def file(self, name: str) -> Path:
@@ -82,6 +84,7 @@ class People:
             frames: frames of each episode.
             seed: seed of the random starts.
         """
+        frames = min(frames, self.longest or frames)
         rng = np.random.default_rng(seed)
         long = [i for i, walk in enumerate(self.walks) if len(walk.poses) > frames]
         queues = {name: [i for i in long if self.persons[i] == name] for name in self.names}
@@ -100,6 +103,7 @@ class People:
     def reaches(self, count: int, frames: int) -> list[Cut]:
         """`count` episodes of `frames` frames with the environment's reaching arm, which no tree has seen."""
         unknown = np.full((2, len(POSE)), np.nan)
+        frames = min(frames, self.longest or frames)
         return [Cut(self.folder.name, REACHING, unknown, REACHING, REACHING, frames)] * count
 
     def fit(self, pool: Executor) -> None:
@@ -121,21 +125,22 @@ class People:
             job.result()
 
 
-def read_people(mocap: Path, most: int | None = None) -> People:
-    """The people in a folder of capture, or in its folder `cmu_asfamc`.
+def read_people(mocap: Path, only: str | None = None, longest: int | None = None) -> People:
+    """The people in a folder of capture.
 
     Args:
-        mocap: folder of AMC files with CMU's frame rate and file names, or the one above cmu_asfamc.
-        most: greatest number of people to track; None tracks all.
+        mocap: the folder above cmu_asfamc.
+        only: the person to track; None tracks all.
+        longest: frames of an episode at most.
     """
-    inside = mocap / "cmu_asfamc"
-    folder = inside if inside.is_dir() else mocap
+    folder = mocap / "cmu_asfamc"
     found = read_walks(folder, fps=CMU_FPS)
     walks = [Motion(resample(m, FPS)[0], m.skeleton, FPS, m.name) for m in found.motions]
     clips = [Clip(c.motion, c.name, c.activity, SAME_PERSON.get(c.person, c.person))
              for c in read_clips(folder, fps=CMU_FPS)]  # fmt: skip
     persons = list(found.subjects)
-    return People(list(found.motions), walks, persons, clips, list(dict.fromkeys(persons))[:most])
+    names = [only] if only else list(dict.fromkeys(persons))
+    return People(list(found.motions), walks, persons, clips, names, longest)
 
 
 def _fit(folder: Path, name: str, walks: list[Motion], persons: list[str], clips: list[Clip]) -> None:

@@ -1,20 +1,20 @@
 """Track real films, four views of Pose2Sim's clip of a man who balances on a beam, and compare with its 3D joints.
 
-python -m benchmarks.tracking.real_film FOLDER [--detections FOLDER] [--pictures FOLDER]
+    motionenv bench tracking.real_film [--mocap FOLDER] [--detections FOLDER] [--pictures FOLDER]
 
-FOLDER has Pose2Sim's Demo_SinglePerson and from_history; that of --detections has cam01.json to cam04.json, as of
-MediaPipe's Pose (model_complexity=1, smooth_landmarks=False), which motionenv doesn't ship. Cameras are given, lens
-distortion is ignored. Errors are means of 12 joints about the middle of the hips, in the world's axes; the truth is
-triangulated from all four views. "detections off" is the median distance of the detected joints from the projected true
-ones, "lift alone" the error of the lifted detections.
+The folder of --mocap has pose2sim, with its Demo_SinglePerson and from_history; that of --detections has cam01.json to
+cam04.json, as of MediaPipe's Pose (model_complexity=1, smooth_landmarks=False), which motionenv doesn't ship. Cameras
+are given, lens distortion is ignored. Errors are means of 12 joints about the middle of the hips, in
+the world's axes; the truth is triangulated from all four views. "detections off" is the median distance of the detected
+joints from the projected true ones, "lift alone" the error of the lifted detections.
 """
 
-import argparse
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks import Arguments, scratch
 from motionenv.body import markers
 from motionenv.errors import MotionError
 from motionenv.lifting import fit_freely
@@ -104,24 +104,27 @@ def drawn(path: Path, track: VideoTrack, out: Path) -> None:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="of Pose2Sim's demo")
+    parser = Arguments(__doc__, mocap=("pose2sim",))
     parser.add_argument("--detections", type=Path, help="folder of cam01.json to cam04.json")
-    parser.add_argument("--pictures", type=Path, help="folder for a PNG of each film")
+    parser.add_argument("--pictures", type=Path, quick=scratch(), help="folder for a PNG of each film")
+    parser.add_argument("--particles", type=int, default=1000, quick=10)
     asked = parser.parse_args()
+    folder = asked.mocap / "pose2sim"
+    if asked.detections is None:
+        print("skipped: rows with detections; --detections names their folder")
     print(
         "| view | given | detections off | lift alone | frames followed | error | overlap | lost |\n" + "|-" * 8 + "|"
     )
-    for view in VIEWS:
-        path, camera = film(asked.folder, view), calibrated(asked.folder, view)
-        info, true = video_info(path), triangulated(asked.folder)
+    for view in VIEWS[:1] if asked.quick else VIEWS:
+        path, camera = film(folder, view), calibrated(folder, view)
+        info, true = video_info(path), triangulated(folder)
         known = None if asked.detections is None else asked.detections / f"{view}.json"
         for given in [None] if known is None else [None, known]:
             about = "– | –"
             if given is not None:
                 about = line_of_detections(given, (info.width, info.height), info.fps, camera, true)
             try:
-                track = track_video(Film(path, detections=given), camera, person=1, particles=1000, seed=0)
+                track = track_video(Film(path, detections=given), camera, person=1, particles=asked.particles, seed=0)
             except MotionError as error:
                 print(
                     f"| {view} | {'detections' if given else 'film'} | {about} | refused: {error} | | | |", flush=True

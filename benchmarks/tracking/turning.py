@@ -1,6 +1,6 @@
 """How well trackers that find their own start follow people who turn, slow down, stop and start again.
 
-Run: motionenv bench tracking.turning [--films 20] [--split eval] [--prior fpca] [--course free] [--strips FOLDER]
+    motionenv bench tracking.turning [--films 20] [--split eval] [--prior fpca] [--course free] [--strips FOLDER]
 
 WalkerTracking films a walk of four seconds (30 frames/s) with a level camera at a random angle, as near as the whole
 way allows: 128² pixels, clutter, noise of 8 grey levels, clothes of random colours that are equal on both sides.
@@ -29,6 +29,7 @@ import gymnasium
 import numpy as np
 
 import motionenv.envs  # noqa: F401 (registers the environments)
+from benchmarks import Arguments, scratch
 from benchmarks.tracking.episode import empty_scene
 from benchmarks.tracking.tables import cell, median, share
 from motionenv import write
@@ -44,7 +45,7 @@ from motionenv.tracking.priors.base import Prior
 from motionenv.tracking.priors.velocity import VelocityPrior
 from motionenv.types import MARKERS, Camera, Motion, Skeleton
 
-FPS, FRAMES, SIZE, NOISE, N, KEPT = 30.0, 120, 128, 8.0, 1000, 0.3
+FPS, SIZE, NOISE, KEPT = 30.0, 128, 8.0, 0.3
 BODY = 0.07  # standard deviation of the log of an unknown body's size, as in TrackingAgent
 SPLITS = {"train": ("walk/fpca", 0), "eval": ("walk/eigenwalkers", 5000)}
 COURSES = ("straight", "turning", "free")
@@ -54,11 +55,11 @@ PELVIS = MARKERS.index("pelvis")
 SHOWN = 10  # pictures in a strip
 
 
-def walked(model: str, course: str, seed: int) -> Motion:
+def walked(model: str, course: str, seed: int, frames: int) -> Motion:
     """The walk of a film: by `model`, on a course of `COURSES`."""
     rng = np.random.default_rng([16, seed])
     fast, radius = rng.uniform(0.8, 1.5), rng.uniform(1.0, 2.5)
-    seconds = FRAMES / FPS
+    seconds = frames / FPS
     speed: float | list = fast
     if course == "free":
         speed = _speeds(rng, fast, seconds)
@@ -97,34 +98,32 @@ class SceneLikelihood(SilhouetteLikelihood):
         super().observe(rgb=rgb, background=self.scene)
 
 
-def played(
-    name: str, course: str, split: str, films: int, strips: Path | None, known: bool
-) -> Iterator[dict[str, float]]:
+def played(name: str, course: str, asked: argparse.Namespace) -> Iterator[dict[str, float]]:
     """Results of each film."""
-    model, first = SPLITS[split]
+    model, first = SPLITS[asked.split]
     with tempfile.TemporaryDirectory() as folder:
-        for seed in range(first, first + films):
+        for seed in range(first, first + asked.films):
             file = Path(folder) / f"{seed}.npz"
-            write(walked(model, course, seed), file)
+            write(walked(model, course, seed, asked.frames), file)
             env = gymnasium.make(
                 "motionenv/WalkerTracking-v1", motion=str(file), size=SIZE, start="line", camera="random", fps=FPS,
-                background="clutter", noise=NOISE, horizon=FRAMES - 1, actions="metric",
+                background="clutter", noise=NOISE, horizon=asked.frames - 1, actions="metric",
             )  # fmt: skip
-            frames, result = _film(env, name, seed, known)
+            frames, result = _film(env, name, seed, not asked.learned, asked.particles)
             env.close()
-            if strips is not None:
-                strips.mkdir(parents=True, exist_ok=True)
-                write_image(strips / f"{course}-{name}-{seed}.png", strip(frames, SHOWN))
+            if asked.strips is not None:
+                asked.strips.mkdir(parents=True, exist_ok=True)
+                write_image(asked.strips / f"{course}-{name}-{seed}.png", strip(frames, SHOWN))
             yield result
 
 
-def _film(env, name: str, seed: int, known: bool) -> tuple[list[np.ndarray], dict[str, float]]:
+def _film(env, name: str, seed: int, known: bool, particles: int) -> tuple[list[np.ndarray], dict[str, float]]:
     """Pictures with the estimate above and the truth below, and the errors of one film."""
     observation, _ = env.reset(seed=seed)
     prior = prior_of(name, env.unwrapped.truth()["skeleton"].height)
     scene = empty_scene(env.unwrapped.world.stage) if known else None
     agent = TrackingAgent(
-        env, prior, N, likelihood=lambda camera, body: SceneLikelihood(camera, body, scene), seed=seed
+        env, prior, particles, likelihood=lambda camera, body: SceneLikelihood(camera, body, scene), seed=seed
     )
     agent.reset(observation)
     frames, joints, true, turned, over, began = [], [], [], [], False, time.process_time()
@@ -162,18 +161,20 @@ def scored(joints: np.ndarray, true: np.ndarray, turned: np.ndarray) -> dict[str
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--films", type=int, default=20)
+    parser = Arguments(__doc__)
+    parser.add_argument("--films", type=int, default=20, quick=1)
     parser.add_argument("--split", choices=SPLITS, default="eval")
     parser.add_argument("--prior", choices=PRIORS, action="append")
     parser.add_argument("--course", choices=COURSES, action="append")
+    parser.add_argument("--frames", type=int, default=120, quick=20, help="of a film")
+    parser.add_argument("--particles", type=int, default=1000, quick=10)
     parser.add_argument("--learned", action="store_true", help="the empty scene is learned from the pictures")
-    parser.add_argument("--strips", type=Path, help="folder for a PNG of each film: estimates above, truth below")
+    parser.add_argument("--strips", type=Path, quick=scratch(), help="folder for a PNG of each film, the truth below")
     asked = parser.parse_args()
     print("| course | prior | kept | exchanged | joints [mm] | heading [°] | frames/s |\n|-|-|-|-|-|-|-|", flush=True)
     for course in asked.course or COURSES:
         for name in asked.prior or PRIORS:
-            found = list(played(name, course, asked.split, asked.films, asked.strips, not asked.learned))
+            found = list(played(name, course, asked))
             error, heading, exchanged, seconds = (
                 np.array([one[key] for one in found]) for key in ("error", "heading", "exchanged", "seconds")
             )

@@ -1,6 +1,6 @@
 """Total variation between the motion tree's draws and p(c_i | c_t) by brute force, on real capture.
 
-    python -m benchmarks.tree.accuracy [--mocap FOLDER] [--quick]
+    motionenv bench tree.accuracy [--mocap FOLDER]
 
 The database holds four fifths of the clips; the 64 probes are windows of the others. Cells are means over probes, with
 the worst in brackets. For the tree, the distribution itself is evaluated: its log-probability of every window. For
@@ -75,7 +75,7 @@ def main() -> None:
     asked = options(__doc__).parse_args()
     database, others = held_out(capture(asked))
     known = {splits: MotionTree(splits=splits).fit_database(database) for splits in ("sign", "median")}
-    count, draws = (8, 20_000) if asked.quick else (64, 200_000)
+    count, draws = (1, 500) if asked.quick else (64, 200_000)
     probes = known["sign"].coefficients(histories(others, count)[0])
     tree = known["sign"]
     print(

@@ -1,15 +1,13 @@
 """Shared parts of the motion tree's benchmarks: Bandai-Namco's capture, held-out clips, larger databases, options."""
 
 import argparse
-import os
-import timeit
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks import MOCAP
+from benchmarks import Arguments, scratch
 from motionenv.body.skeleton import mirror
 from motionenv.models.motion_tree.database import Clip, Database, build_database
 from motionenv.models.motion_tree.features import FPS, WINDOW
@@ -19,21 +17,17 @@ from motionenv.types import Motion
 HISTORY = WINDOW + 2  # frames that a tree uses: a window, and two before it for velocities
 
 
-def options(doc: str) -> argparse.ArgumentParser:
-    """The command-line options of these scripts."""
-    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
-    default = Path(os.environ.get("MOTIONENV_MOCAP", MOCAP))
-    parser.add_argument("--mocap", type=Path, default=default, help="folder of capture, or the one above bandai_namco")
-    parser.add_argument("--quick", action="store_true", help="a tenth of the work: do the scripts run?")
+def options(doc: str) -> Arguments:
+    """The command line of these scripts."""
+    parser = Arguments(doc, mocap=("bandai_namco",))
     parser.add_argument("--large", action="store_true", help="also databases of 5,000,000 windows")
-    parser.add_argument("--plot", type=Path, help="write the plot of draws per second over n to this file")
+    parser.add_argument("--plot", type=Path, quick=scratch() / "speed.png", help="file for a plot")
     return parser
 
 
 def capture(asked: argparse.Namespace) -> list[Clip]:
-    """All clips; every fifth with --quick."""
-    inside = asked.mocap / "bandai_namco"
-    return list(read_clips(inside if inside.is_dir() else asked.mocap))[:: 5 if asked.quick else 1]
+    """All clips."""
+    return list(read_clips(asked.mocap / "bandai_namco"))
 
 
 def held_out(clips: list[Clip]) -> tuple[Database, Database]:
@@ -84,8 +78,3 @@ def _variant(clip: Clip, spread: np.ndarray, rng: np.random.Generator) -> Clip:
     poses[:, 6:] += slow(np.arange(len(poses)) / motion.fps)
     pace = 1.25 ** rng.uniform(-1, 1)
     return Clip(Motion(poses, motion.skeleton, motion.fps * pace, motion.name), clip.name, clip.activity, clip.person)
-
-
-def seconds(call: Callable[[], object], repeats: int = 3) -> float:
-    """Time [s] of the fastest of a few calls."""
-    return min(timeit.repeat(call, number=1, repeat=repeats))

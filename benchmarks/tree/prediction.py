@@ -1,6 +1,6 @@
 """Log score of the motion tree's prediction of the next pose of held-out clips, compared with simpler models.
 
-    python -m benchmarks.tree.prediction [--mocap FOLDER] [--quick]
+    motionenv bench tree.prediction [--mocap FOLDER]
 
 Every fifth clip is held out. A score is the log density of the true next pose in nats per frame (25 parameters,
 position and heading as increments; metres and radians); higher is better. Intervals are 95 % bootstrap intervals over
@@ -69,7 +69,7 @@ def main() -> None:
     asked = options(__doc__).parse_args()
     database, others = held_out(capture(asked))
     model = MotionTree().fit_database(database)
-    history, after, clip = histories(others, 300 if asked.quick else 3000)
+    history, after, clip = histories(others, 20 if asked.quick else 3000)
     pieces = range(0, len(history), PIECE)
     print(f"n = {model.index_.n:,} windows; {len(history):,} frames of {len(np.unique(clip))} held-out clips.\n")
     print("| nats per frame | | full covariance |\n|-|-|-|")

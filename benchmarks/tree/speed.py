@@ -1,6 +1,6 @@
 """Draws per second from the motion tree, n = 10⁴ to 5·10⁶, brute force and cKDTree; build time and memory.
 
-    python -m benchmarks.tree.speed [--mocap FOLDER] [--quick] [--large] [--plot FILE]
+    motionenv bench tree.speed [--mocap FOLDER] [--large] [--plot FILE]
 
 Databases hold the capture without every fifth clip and, from 5·10⁴ windows on, variants of it (`capture.enlarged`).
 Probes are windows of the held-out clips, with one draw each and β = 0.05 unless stated. All methods use two threads on
@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
+from benchmarks import headline, shortest
 from benchmarks.tree.brute_force import compiled_draws, numpy_draws, transposed
-from benchmarks.tree.capture import capture, enlarged, held_out, histories, options, seconds
+from benchmarks.tree.capture import capture, enlarged, held_out, histories, options
 from motionenv.models.motion_tree.database import Clip, build_database
 from motionenv.models.motion_tree.model import MotionTree
 
@@ -59,22 +60,22 @@ def draws_per_second(model: MotionTree, probes: np.ndarray, method: str, **setti
     count = settings.get("count", 1)
     call = lambda: model.draw(probes, count, beta, 1, method, leaf, False)
     call()
-    return count * len(probes) / seconds(call, 5)
+    return count * len(probes) / shortest(call, 5)
 
 
-def of_size(clips: list[Clip], histories_: np.ndarray, n: int) -> dict[str, float]:
+def of_size(clips: list[Clip], histories_: np.ndarray, n: int, most: int = 10_000) -> dict[str, float]:
     """All measurements for a database of about n windows."""
     model, found = fitted(clips, n)
     found["n"] = n = model.index_.n
     probes = model.coefficients(histories_)
     probes = np.ascontiguousarray(
-        np.resize(probes[np.random.default_rng(0).permutation(len(probes))], (10_000, probes.shape[1]))
+        np.resize(probes[np.random.default_rng(0).permutation(len(probes))], (most, probes.shape[1]))
     )
     found["b"] = probes.shape[1]
     for batch in (300, 10_000):
         found[f"tree {batch}"] = draws_per_second(model, probes[:batch], "tree")
     found["kernel leaf"] = draws_per_second(model, probes, "tree", leaf="kernel")
-    many = max(128, min(10_000, int(2e8 / n)))  # probes for the slow methods, to take about a second
+    many = max(min(128, most), min(most, int(2e8 / n)))  # probes for the slow methods, to take about a second
     found["exact"] = draws_per_second(model, probes[:many], "exact")
     z = model.index_.coefficients(np.arange(n))
     near = z[np.random.default_rng(1).integers(n, size=many)] + 0.1 * np.random.default_rng(2).normal(
@@ -93,13 +94,13 @@ def brute_force(z: np.ndarray, probes: np.ndarray) -> dict[str, float]:
     for name, draw in (("numpy", numpy_draws), ("compiled", compiled_draws)):
         some = slice(len(probes) // 4 if name == "numpy" else None)
         draw(*both, probes[:8], AS_TOLD, u)
-        found[name] = len(probes[some]) / seconds(lambda d=draw, s=some: d(*both, probes[s], AS_TOLD, u[s]), 2)
+        found[name] = len(probes[some]) / shortest(lambda d=draw, s=some: d(*both, probes[s], AS_TOLD, u[s]), 2)
     nearest = cKDTree(z)
-    found["cKDTree"] = len(probes) / seconds(lambda: nearest.query(probes, 32, workers=2), 1)
+    found["cKDTree"] = len(probes) / shortest(lambda: nearest.query(probes, 32, workers=2), 1)
     return found
 
 
-def by_temperature(clips: list[Clip], histories_: np.ndarray) -> None:
+def by_temperature(clips: list[Clip], histories_: np.ndarray, most: int) -> None:
     """Print draws per second at several temperatures, for the capture without variants."""
     print("\n| β (n ≈ 40,000, 10,000 probes) | tree, uniform leaf | tree, median splits | tree, kernel leaf | exact |")
     print("|-|-|-|-|-|")
@@ -107,7 +108,7 @@ def by_temperature(clips: list[Clip], histories_: np.ndarray) -> None:
         MotionTree().fit_database(build_database(clips)),
         MotionTree(splits="median").fit_database(build_database(clips)),
     )
-    probes = np.resize(model.coefficients(histories_), (10_000, model.descent_.depth))
+    probes = np.resize(model.coefficients(histories_), (most, model.descent_.depth))
     for beta in (0.002, 0.05, 0.2, 1.0):
         rates = [
             draws_per_second(model, probes, "tree", beta=beta),
@@ -171,12 +172,15 @@ def main() -> None:
     clips = capture(asked)
     probes = histories(held_out(clips)[1])[0]
     known = [c for i, c in enumerate(clips) if i % 5 != 4]
-    sizes = SIZES[:2] if asked.quick else (*SIZES, LARGE) if asked.large else SIZES
-    rows = [apart(known, probes, n) for n in sizes]
+    if asked.quick:
+        rows = [of_size(known, probes, n, most=64) for n in (200, 500)]
+    else:
+        rows = [apart(known, probes, n) for n in ((*SIZES, LARGE) if asked.large else SIZES)]
     tables(rows)
+    headline(draws=rows[1]["tree 10000"] / 1e6, ratio=rows[1]["tree 10000"] / rows[1]["compiled"])
     if asked.plot:
         plot(rows, asked.plot)
-    by_temperature(known, probes)
+    by_temperature(known, probes, 64 if asked.quick else 10_000)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Motion synthesised by the motion tree: stride time, dead ends, foot skate, velocity jumps and speed.
 
-    python -m benchmarks.tree.synthesis [--mocap FOLDER] [--quick]
+    motionenv bench tree.synthesis [--mocap FOLDER]
 
 Motions of 60 s start from a walking or running window of the capture.
 
@@ -18,7 +18,8 @@ Motions of 60 s start from a walking or running window of the capture.
 
 import numpy as np
 
-from benchmarks.tree.capture import bounds, capture, options, seconds
+from benchmarks import shortest
+from benchmarks.tree.capture import bounds, capture, options
 from motionenv.body.kinematics import feet, markers
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
@@ -118,16 +119,16 @@ def stuck(poses: np.ndarray, skeleton) -> bool:
 
 
 def spread(drift: list[float]) -> str:
-    """Median, 99th percentile and maximum of lengths [m], in centimetres."""
-    return " / ".join(f"{100 * x:.1f}" for x in np.percentile(drift, [50, 99, 100]))
+    """Median, 99th percentile and maximum of lengths [m], in centimetres; a dash without any."""
+    return " / ".join(f"{100 * x:.1f}" for x in np.percentile(drift, [50, 99, 100])) if drift else "–"
 
 
-def row(model: MotionTree, activity: str, ways: dict, seeds: int, usual: np.ndarray, cycles: np.ndarray) -> list[str]:
-    """Cells of a row; `cycles` (sequences,) are the clips' cycle lengths [s]."""
+def row(model: MotionTree, activity: str, ways: dict, seeds: int, length: float, usual, cycles) -> list[str]:
+    """Cells of a row, of motions of so many seconds; `cycles` (sequences,) are the clips' cycle lengths [s]."""
     database, stands = model.database_, future_cost_of(model).stands
     ratios, along, drift, low, at_jumps, overall, changed = [], [], [], [], [], [], []
     for seed in range(seeds):
-        poses, source = grown(model, activity, round(60 * FPS), seed, ways)
+        poses, source = grown(model, activity, round(length * FPS), seed, ways)
         stretch = longest(poses, PACE[activity])
         ratios.append(cycle(stretch) / np.nanmean(cycles[database.sequence_of(source)]))
         along.append(paced(poses, PACE[activity]).mean())
@@ -139,7 +140,7 @@ def row(model: MotionTree, activity: str, ways: dict, seeds: int, usual: np.ndar
         inside = jumps[(jumps >= 2) & (jumps < len(poses) - 1)]
         at_jumps.append((above[inside - 2] | above[inside - 1]).ravel())
         overall.append(above.ravel())
-        changed.append(len(jumps) / 60)
+        changed.append(len(jumps) / length)
     least, middle, most = np.nanpercentile(ratios, [5, 50, 95])
     return [
         f"{middle:.3f} ({least:.3f} to {most:.3f})",
@@ -169,7 +170,7 @@ def captured(model: MotionTree, activity: str, usual: np.ndarray) -> list[str]:
     return ["1", f"{along.mean():.0%}", spread(drift), spread(low), "", f"{above.mean():.2%}", "0"]
 
 
-def quality(model: MotionTree, seeds: int) -> None:
+def quality(model: MotionTree, seeds: int, length: float) -> None:
     """Print the quality of synthesised walking and running, with and without each extension of the paper."""
     database = model.database_
     usual = usual_changes(database)
@@ -182,30 +183,29 @@ def quality(model: MotionTree, seeds: int) -> None:
                 cycles[i] = cycle(longest(database.poses[a:b].astype(float), PACE[activity]))
         print(f"| {activity}, the capture | {' | '.join(captured(model, activity, usual))} |", flush=True)
         for name, ways in WAYS.items():
-            print(
-                f"| {activity}, {name} | {' | '.join(row(model, activity, ways, seeds, usual, cycles))} |", flush=True
-            )
+            cells = row(model, activity, ways, seeds, length, usual, cycles)
+            print(f"| {activity}, {name} | {' | '.join(cells)} |", flush=True)
 
 
-def dead_ends(model: MotionTree, seeds: int) -> None:
+def dead_ends(model: MotionTree, seeds: int, length: float) -> None:
     """Print the number of motions that get stuck."""
     print(f"\n| dead ends in {seeds} seeds | {' | '.join(PACE)} |\n|-|-|-|")
     for name, ways in (("default", {}), ("without avoiding dead ends", {"future": False})):
         counts = []
         for activity in PACE:
-            motions = (model.generator(activity, seed=seed, **ways).motion(20) for seed in range(seeds))
+            motions = (model.generator(activity, seed=seed, **ways).motion(length) for seed in range(seeds))
             counts.append(sum(stuck(m.poses, m.skeleton) for m in motions))
         print(f"| {name} | {' | '.join(map(str, counts))} |", flush=True)
 
 
-def speed(model: MotionTree) -> None:
+def speed(model: MotionTree, length: float) -> None:
     """Print frames per second of one motion, one thread."""
-    print("\n| 60 s of walking, one motion, one thread | frames/s |\n|-|-|")
+    print(f"\n| {length:g} s of walking, one motion, one thread | frames/s |\n|-|-|")
     for method in ("exact", "tree"):
         for name, ways in (("default", {}), ("no contact, no blending", {"contact": False, "blend": 0.0})):
-            call = lambda m=method, w=ways: model.generator("walk", seed=0, method=m, **w).motion(60)
+            call = lambda m=method, w=ways: model.generator("walk", seed=0, method=m, **w).motion(length)
             call()
-            print(f"| {method}, {name} | {60 * FPS / seconds(call):,.0f} |", flush=True)
+            print(f"| {method}, {name} | {length * FPS / shortest(call):,.0f} |", flush=True)
 
 
 def steering(seeds: range) -> None:
@@ -221,21 +221,20 @@ def steering(seeds: range) -> None:
             off = np.convolve(np.abs((away + 180) % 360 - 180), np.full(30, 1 / 30), "valid")
             after += [np.argmax(off < 15) / FPS] if off.min() < 15 else []
             last.append(off[-150:].mean())
-        took, missed = np.array(after), np.array(last)
-        print(
-            f"| {degrees}° | {len(took)} of {len(seeds)} | {np.median(took):.1f} / {took.max():.1f} "
-            f"| {np.median(missed):.0f} / {missed.max():.0f} |", flush=True
-        )  # fmt: skip
+        soon = f"{np.median(after):.1f} / {np.max(after):.1f}" if after else "–"
+        off = f"{np.median(last):.0f} / {np.max(last):.0f}"
+        print(f"| {degrees}° | {len(after)} of {len(seeds)} | {soon} | {off} |", flush=True)
 
 
 def main() -> None:
     """Print the tables."""
     asked = options(__doc__).parse_args()
     model = MotionTree().fit_database(build_database(capture(asked)))
-    quality(model, 2 if asked.quick else 10)
-    dead_ends(model, 10 if asked.quick else 100)
-    speed(model)
-    steering(range(100, 106 if asked.quick else 124))
+    seeds, length = (1, 2.0) if asked.quick else (10, 60.0)
+    quality(model, seeds, length)
+    dead_ends(model, 10 * seeds, 4.0 if asked.quick else 20.0)
+    speed(model, length)
+    steering(range(100, 101 if asked.quick else 124))
 
 
 if __name__ == "__main__":

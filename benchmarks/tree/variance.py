@@ -1,14 +1,16 @@
 """Share of variance in b principal components of windows, why it differs from paper C's 89 %, and speed of the PCA.
 
-    python -m benchmarks.tree.variance [--mocap FOLDER] [--quick]
+    motionenv bench tree.variance [--mocap FOLDER]
 
-Needs scikit-learn. Shares for other preparations of the windows come from explicit windows and their covariance.
+The peers are scikit-learn's. Shares for other preparations of the windows come from explicit windows and their
+covariance.
 """
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from benchmarks.tree.capture import bounds, capture, enlarged, options, seconds
+from benchmarks import has, shortest
+from benchmarks.tree.capture import bounds, capture, enlarged, options
 from motionenv.models.motion_tree.database import Clip, Database, build_database
 from motionenv.models.motion_tree.features import FPS, WINDOW, parameters
 from motionenv.models.motion_tree.search.basis import Basis, fit_basis, project
@@ -83,11 +85,13 @@ def ours(database: Database) -> tuple[Basis, np.ndarray]:
 
 def speed_table(clips: list[Clip], n: int) -> None:
     """Print the time of basis and coefficients, and of scikit-learn on windows standardised beforehand."""
+    if not has("sklearn"):
+        return
     from sklearn.decomposition import PCA, IncrementalPCA
 
     database = build_database(enlarged(clips, n))
     ours(build_database(clips[:5]))  # compiles
-    taken = seconds(lambda: ours(database))
+    taken = shortest(lambda: ours(database))
     basis, _ = ours(database)
     axes, b = basis.components[:, ::-1].reshape(len(basis.deviation), -1), len(basis.deviation)
     rows = windows(database, EVERYTHING)
@@ -100,7 +104,7 @@ def speed_table(clips: list[Clip], n: int) -> None:
     print(f"\n| {len(rows):,} windows of {rows.shape[1]}, b = {b} | s | ratio | smallest cosine to ours |\n|-|-|-|-|")
     print(f"| ours, from the poses (windows are never stored) | {taken:.2f} | 1.0 | |", flush=True)
     for name, model in peers.items():
-        theirs = seconds(lambda m=model: m.fit(rows).transform(rows), 1)
+        theirs = shortest(lambda m=model: m.fit(rows).transform(rows), 1)
         cosine = np.linalg.svd(axes @ model.components_.T)[1].min()
         print(f"| {name}, fit and transform | {theirs:.2f} | {theirs / taken:.1f} | {cosine:.4f} |", flush=True)
     print(f"\nThe windows for scikit-learn take {rows.nbytes / 1e6:,.0f} MB; the time to prepare them isn't counted.")
@@ -111,7 +115,7 @@ def main() -> None:
     asked = options(__doc__).parse_args()
     clips = capture(asked)
     shares_table(clips)
-    speed_table(clips, 50_000 if asked.quick else 500_000)
+    speed_table(clips, 1_000 if asked.quick else 500_000)
 
 
 if __name__ == "__main__":

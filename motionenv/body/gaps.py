@@ -1,4 +1,4 @@
-"""Which parts of the body a motion shows. A capture need not hold a whole body: unknown entries of its poses are NaN.
+"""Parts of the body that a motion shows. A capture need not hold a whole body: unknown entries of its poses are NaN.
 
 The torso has no angles of its own, since the root is its frame. In a capture of the lower body the root is that of the
 pelvis, and nothing above it was seen; so the torso counts as known only where the neck or an upper arm is.
@@ -51,7 +51,7 @@ def missing_parts(poses: ArrayLike) -> tuple[str, ...]:
 
 
 def known_limbs(poses: np.ndarray) -> np.ndarray:
-    """Which limbs of `motionenv.body.LIMBS` poses (..., 25) show: (..., limbs) bool; NaN is unknown."""
+    """Mask (..., limbs) of the limbs of `motionenv.body.LIMBS` that poses (..., 25), NaN where unknown, show."""
     segments = known_segments(poses)
     limbs = segments[..., LIMB_SEGMENT]
     limbs[..., _UPPER] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)
@@ -59,7 +59,7 @@ def known_limbs(poses: np.ndarray) -> np.ndarray:
 
 
 def known_markers(poses: np.ndarray) -> np.ndarray:
-    """Which of the 15 markers of `motionenv.types.MARKERS` poses (..., 25) show: (..., 15) bool; NaN is unknown."""
+    """Mask (..., 15) of the markers of `motionenv.types.MARKERS` that poses (..., 25), NaN where unknown, show."""
     segments = known_segments(poses)
     markers = segments[..., _MARKER_SEGMENT]
     markers[..., _UPPER_MARKERS] &= segments[..., _ABOVE].any(axis=-1, keepdims=True)

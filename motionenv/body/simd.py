@@ -80,7 +80,7 @@ def foot_angle(c, s, z, height):
 
 @_inline
 def foot_direction(shin):
-    """Where a foot points that follows a shin of this rotation without lateral tilt.
+    """Direction of a foot that follows a shin of this rotation without lateral tilt.
 
     Whether there is such a direction, which a level shin out to the side lacks; the level direction (x, y); cosine and
     sine of the toe-down angle.

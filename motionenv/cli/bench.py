@@ -37,8 +37,8 @@ def bench(
 
 
 def benchmarks(root: Path) -> list[str]:
-    """Names of the modules below `root`/benchmarks that can be run, without the name of that folder."""
+    """Names of the modules below `root`/benchmarks that have a `main`, without the name of that folder."""
     folder = root / "benchmarks"
-    runnable = [p for p in folder.rglob("*.py") if "if __name__ ==" in p.read_text(encoding="utf-8")]
+    runnable = [p for p in folder.rglob("*.py") if "\ndef main() -> None:" in p.read_text(encoding="utf-8")]
     parts = [p.relative_to(folder).with_suffix("").parts for p in runnable]
     return sorted(".".join(part for part in name if part != "__main__") for name in parts)

@@ -127,7 +127,7 @@ def _resample(phase: np.ndarray, z: np.ndarray, frame: float, grid: np.ndarray) 
 
 
 def _hat(phase: np.ndarray, frame: float, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which grid points samples at these phases support, and the matrix from samples to fitted values."""
+    """Mask of the grid points that samples at these phases support, and the matrix from samples to fitted values."""
     padded = np.concatenate([[-np.inf], phase, [np.inf]])
     after = np.searchsorted(phase, grid, side="right") + 1
     before, after = grid - padded[after - 1], padded[after] - grid

@@ -14,7 +14,7 @@ _REALS = (np.dtype(np.float32), np.dtype(np.float64))
 
 @dataclass(frozen=True)
 class Stored:
-    """Where the numbers of an array (cycles, samples, channels) lie in a file."""
+    """Location in a file of the numbers of an array (cycles, samples, channels)."""
 
     path: str
     offset: int

@@ -116,16 +116,13 @@ class ArmMotion:
 
     @property
     def frames(self) -> int:
-        """Number of frames of an episode."""
         return self.source.frames
 
     @property
     def fps(self) -> float:
-        """Frame rate [Hz]."""
         return self.source.fps
 
     def open(self) -> Recordings:
-        """The recordings, shared with every equal motion of this process."""
         return _opened(self)
 
 

@@ -36,7 +36,6 @@ class MarkerArguments(SimulatedArguments):
         return f"motion={self.motion!r}"
 
     def world(self, n: int) -> MarkerWorld:
-        """`n` walkers in place, each in front of their own camera; raises MotionError for an invalid argument."""
         frames, reading = episode_frames(self.horizon), (self.file_fps, self.unit)
         source = Source(self.motion, self.split, frames, self.fps, self.speed, self.height, *reading)
         sensor = MarkerSensor(self.noise, self.dropout, self.gaps, self.gap_seconds, self.distance, source.fps)

@@ -77,7 +77,6 @@ class AppearanceLikelihood(Likelihood):
         self.forget()
 
     def forget(self) -> None:
-        """Reset observation and histograms, for a new episode."""
         self._rgb: np.ndarray | None = None
         self._counts = np.zeros((1 + len(LIMBS), COLOURS))  # pixel counts of the background and of each limb
 
@@ -86,7 +85,6 @@ class AppearanceLikelihood(Likelihood):
 
     @property
     def camera(self) -> Camera:  # type: ignore[override]
-        """Camera of the current image."""
         return self._geometry.camera
 
     @property

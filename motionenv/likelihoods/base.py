@@ -36,7 +36,7 @@ class Likelihood(ABC):
 
     @abstractmethod
     def observe(self, *_: Any, **observation: Any) -> None:
-        """Set the current observation."""
+        """Set the current `observation`, by name."""
 
     @abstractmethod
     def log_likelihood(self, poses: np.ndarray) -> np.ndarray:

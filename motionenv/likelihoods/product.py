@@ -22,6 +22,8 @@ class ProductLikelihood(ImageLikelihood):
     everything misleads can't rule any pose out, whatever others it is scored with; the level is that of the hidden
     frames of `motionenv.tracking.ParticleFilter`. Cues of one picture aren't independent; weights below 1 say so.
 
+    Body, camera and foreground are those of the first model that has them.
+
     Args:
         models: likelihoods; `observe` gives each of them what it takes.
         weights: (models,), from 0; None is 1 for each.
@@ -47,35 +49,25 @@ class ProductLikelihood(ImageLikelihood):
         return f"ProductLikelihood({', '.join(map(repr, self.models))})"
 
     @property
-    def skeleton(self) -> Skeleton:  # type: ignore[override]
-        """The body of the hypotheses, of the first model that has one."""
-        return self._first("skeleton", [model.skeleton for model in self.models])
+    def skeleton(self) -> Skeleton | None:  # type: ignore[override]
+        return next((model.skeleton for model in self.models if model.skeleton is not None), None)
 
     @property
-    def camera(self) -> Camera:  # type: ignore[override]
-        """Camera of the current image, of the first model that has one."""
-        return self._first("camera", [model.camera for model in self.models])
+    def camera(self) -> Camera | None:  # type: ignore[override]
+        return next((model.camera for model in self.models if model.camera is not None), None)
 
     @property
     def foreground(self) -> np.ndarray:
-        """Probability (height, width) that a pixel shows the body, of the first model that has one."""
-        images = [model for model in self.models if isinstance(model, ImageLikelihood)]
-        return self._first("foreground", [model.foreground for model in images[:1]])
+        for model in self.models:
+            if isinstance(model, ImageLikelihood):
+                return model.foreground
+        raise MotionError("none of the product's models has a foreground")
 
     @property
     def measures_depth(self) -> bool:  # type: ignore[override]
-        """Whether one of the models observes depths."""
         return any(model.measures_depth for model in self.models)
 
-    @staticmethod
-    def _first(name: str, values: list[Any]) -> Any:
-        for value in values:
-            if value is not None:
-                return value
-        raise MotionError(f"none of the product's models has a {name}")
-
     def forget(self) -> None:
-        """Drop the observation and what was learned in each model."""
         for model in self.models:
             model.forget()
 

@@ -125,7 +125,6 @@ class SilhouetteLikelihood(ImageLikelihood):
         self.forget()
 
     def forget(self) -> None:
-        """Reset observation and estimated background, for a new episode."""
         self._background = Background(still=self.still)
         self._foreground: np.ndarray | None = None
         self._depth: np.ndarray | None = None
@@ -210,7 +209,6 @@ class SilhouetteLikelihood(ImageLikelihood):
 
     @property
     def measures_depth(self) -> bool:  # type: ignore[override]
-        """Whether the current image has depths."""
         return self._depth is not None
 
     @property

@@ -131,7 +131,7 @@ def _head_side(at: dict[str, np.ndarray]) -> np.ndarray | None:
 
 
 def _lacking(landmarks: Landmarks, legs: LowerBody) -> str:
-    """What an unusable capture lacks of the nearest marker set, and what to do."""
+    """Error text: the landmarks of the nearest marker set that a capture lacks, and what to do."""
     wanted = ["left_hip", "right_hip"] if legs.left.hip is None and legs.right.hip is None else []
     if wanted and "left_asis" in landmarks.marker_map.points:
         wanted = ["left_asis", "right_asis", "sacrum"]

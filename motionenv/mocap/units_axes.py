@@ -86,7 +86,7 @@ def vertical_axis(points: np.ndarray, default: str) -> str:
 
 
 def unit_proposal(points: np.ndarray, units: Sequence[str] = tuple(METRES)) -> str:
-    """What to pass as the unit of a file that states none, one of `units`, from the size of the body in it.
+    """Propose a unit, one of `units`, for a file that states none, from the size of the body in it.
 
     The end of a message; points are (frames, points, 3) [file units], NaN in gaps.
     """

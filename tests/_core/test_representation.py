@@ -92,6 +92,9 @@ def test_cycles_are_curves():
     values[:, 4:6, 1] = np.nan
     cycles = Cycles(values, ("a", "b", "<c>"), np.ones(5), np.zeros(5, int), tuple("xxyyz"))
     assert len(list(shown(cycles._repr_html_()).iter("polyline"))) == 4  # the second has a gap
+    model = motionenv.FunctionalPCA(n_components=1, n_harmonics=3)
+    assert model._repr_html_() is None
+    assert len(list(shown(model.fit(cycles)._repr_html_()).iter("polyline"))) == 3
 
 
 @pytest.mark.parametrize("rgb", [True, False])

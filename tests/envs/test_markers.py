@@ -34,18 +34,6 @@ def test_the_vector_environment_is_many_single_ones(settings):
                 np.testing.assert_array_equal(x, y)
 
 
-def test_the_same_seed_is_the_same_episode():
-    first, again, other = (episode(MarkerTracking(horizon=20), seed)[0] for seed in (3, 3, 4))
-    for a, b, c in zip(first, again, other, strict=True):
-        np.testing.assert_array_equal(a["points"], b["points"])
-        assert not np.array_equal(a["points"], c["points"])
-
-
-def test_an_episode_has_as_many_estimates_as_its_horizon():
-    observed, _, errors = episode(MarkerTracking(horizon=7))
-    assert (len(observed), len(errors)) == (8, 7)
-
-
 def test_observations_are_in_their_space_and_errors_are_of_the_frame_before():
     env = MarkerTracking(horizon=40, noise=0.03, dropout=0.2, gaps=0.2)
     observed, truths, errors = episode(env, 5)

@@ -76,8 +76,10 @@ def test_each_model_gets_the_form_of_the_picture_that_says_most_to_it():
     assert nested.accepted(["rgb", "mask", "at", "sound"]) == ["rgb", "mask", "at"]
     nested.observe(**observation, at=0.0)
     np.testing.assert_array_equal(nested.foreground, alone.foreground)
-    with pytest.raises(MotionError, match="camera"):
-        _ = ProductLikelihood([Constant()]).camera
+    bodiless = ProductLikelihood([Constant()])
+    assert bodiless.camera is bodiless.skeleton is None
+    with pytest.raises(MotionError, match="none of the product's models has a foreground"):
+        _ = bodiless.foreground
 
 
 def test_misuse():

@@ -1,7 +1,7 @@
 """Train PPO (Schulman et al. 2017) to turn the camera of ActiveTracking, without memory or with a recurrent network.
 
-Run: python -m benchmarks.envs.active.ppo ppo --minutes 8 --out ppo.pt
-     python -m benchmarks.envs.active.ppo recurrent --minutes 8 --out recurrent.pt
+    motionenv bench envs.active.ppo ppo --minutes 8 --out ppo.pt
+    motionenv bench envs.active.ppo recurrent --minutes 8 --out recurrent.pt
 
 Both leave the estimate to `Beliefs`, and learn the three commands of the camera on split "train". "ppo" sees a summary
 of the beliefs, which remember for it; "recurrent" sees only detections and camera, and must remember by itself. They
@@ -10,12 +10,16 @@ decide every half second, as a camera with inertia averages away what is drawn a
 Needs PyTorch: pip install torch --index-url https://download.pytorch.org/whl/cpu
 """
 
-import argparse
 import time
 from functools import partial
+from pathlib import Path
 
 import gymnasium
 import numpy as np
+
+from benchmarks import Arguments, needs, scratch
+
+needs("torch")
 import torch
 
 import motionenv.envs  # noqa: F401 (registers the environments)
@@ -125,16 +129,18 @@ def _summary(seen: dict[str, np.ndarray], beliefs) -> np.ndarray:
 
 
 class Trainer:
-    """Collects episodes of `ENVS` squares and improves the network.
+    """Collects episodes of some squares and improves the network.
 
     Args:
         recurrent: whether the network has memory.
         seed: of episodes, weights and commands.
+        envs: number of squares.
     """
 
-    def __init__(self, recurrent: bool, seed: int):
+    def __init__(self, recurrent: bool, seed: int, envs: int):
+        self.envs = envs
         torch.manual_seed(seed)
-        self.env = gymnasium.make_vec(NAME, num_envs=ENVS, split="train", autoreset_mode="Disabled")
+        self.env = gymnasium.make_vec(NAME, num_envs=envs, split="train", autoreset_mode="Disabled")
         self.agent = Learned(self.env, seed, recurrent=recurrent, particles=FEW)
         self.network = self.agent.network
         self.optimiser = torch.optim.Adam(self.network.parameters(), lr=RATE)
@@ -148,7 +154,7 @@ class Trainer:
         agent.reset(observation)
         while not over:
             agent.beliefs.update(observation)
-            inputs, gained = agent.sense(agent.beliefs.batched(observation)), np.zeros(ENVS)
+            inputs, gained = agent.sense(agent.beliefs.batched(observation)), np.zeros(self.envs)
             with torch.no_grad():
                 means, values, agent.state = self.network(inputs[None], agent.state)
                 law = self.network.law(means[0])
@@ -160,15 +166,15 @@ class Trainer:
                 observation, rewards, _, truncated, _ = self.env.step(action)
                 gained += rewards / REPEAT
                 over = truncated.all()
-                self.frames += ENVS
+                self.frames += self.envs
             rows.append((inputs, drawn, law.log_prob(drawn).sum(-1), values[0], torch.from_numpy(gained).float()))
         names = "inputs", "drawn", "logs", "values", "rewards"
         return dict(zip(names, map(torch.stack, zip(*rows, strict=True)), strict=True))
 
     def improve(self, data: dict[str, torch.Tensor]) -> None:
         """PPO's update."""
-        values = torch.cat([data["values"], torch.zeros(1, ENVS)])  # time is an input: nothing comes after the end
-        advantage, gains = torch.zeros(ENVS), []
+        values = torch.cat([data["values"], torch.zeros(1, self.envs)])  # time is an input: nothing comes after the end
+        advantage, gains = torch.zeros(self.envs), []
         for t in range(len(data["rewards"]) - 1, -1, -1):
             surprise = data["rewards"][t] + GAMMA * values[t + 1] - values[t]
             advantage = surprise + GAMMA * LAMBDA * advantage
@@ -176,7 +182,7 @@ class Trainer:
         gain = torch.stack(gains[::-1])
         aims, gain = gain + data["values"], (gain - gain.mean()) / (gain.std() + 1e-6)
         for _ in range(EPOCHS):
-            for part in torch.randperm(ENVS).chunk(PARTS):
+            for part in torch.randperm(self.envs).chunk(PARTS):
                 means, value, _ = self.network(data["inputs"][:, part], torch.zeros(1, len(part), HIDDEN))
                 law = self.network.law(means)
                 ratio = (law.log_prob(data["drawn"][:, part]).sum(-1) - data["logs"][:, part]).exp()
@@ -189,9 +195,9 @@ class Trainer:
                 self.optimiser.step()
 
 
-def train(recurrent: bool, minutes: float, path: str, seed: int = 0) -> None:
+def train(recurrent: bool, minutes: float, path: Path, seed: int = 0, envs: int = ENVS) -> None:
     """Train a network for so many minutes of processor time, and write it to a file."""
-    trainer, returns, shown = Trainer(recurrent, seed), [], 0.0
+    trainer, returns, shown = Trainer(recurrent, seed, envs), [], 0.0
     trainer.improve(trainer.episodes())  # compiles the kernels, outside of the clock
     began = time.process_time()
     while (spent := (time.process_time() - began) / 60) < minutes:
@@ -207,7 +213,7 @@ def train(recurrent: bool, minutes: float, path: str, seed: int = 0) -> None:
     torch.save({"recurrent": recurrent, "weights": weights}, path)
 
 
-def policy(path: str) -> partial:
+def policy(path: Path | str) -> partial:
     """A policy from a file of `train`, to be called with an environment and a seed."""
     stored = torch.load(path, weights_only=True)
     network = Network(stored["weights"]["first.0.weight"].shape[1], stored["recurrent"])
@@ -215,12 +221,18 @@ def policy(path: str) -> partial:
     return partial(Learned, network=network)
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kind", choices=("ppo", "recurrent"))
-    parser.add_argument("--minutes", type=float, default=8.0, help="of processor time")
+def main() -> None:
+    """Train, and write the weights."""
+    parser = Arguments(__doc__)
+    parser.add_argument("kind", choices=("ppo", "recurrent"), nargs="?", default="ppo")
+    parser.add_argument("--minutes", type=float, default=8.0, quick=1e-6, help="of processor time")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", required=True, help="file for the weights")
-    arguments = parser.parse_args()
+    parser.add_argument("--out", type=Path, required=True, quick=scratch() / "weights.pt", help="file for the weights")
+    asked = parser.parse_args()
     torch.set_num_threads(1)
-    train(arguments.kind == "recurrent", arguments.minutes, arguments.out, arguments.seed)
+    for kind in ("ppo", "recurrent") if asked.quick else (asked.kind,):
+        train(kind == "recurrent", asked.minutes, asked.out, asked.seed, 4 if asked.quick else ENVS)
+
+
+if __name__ == "__main__":
+    main()

@@ -94,7 +94,7 @@ def _most(values, at) -> np.ndarray:
 
 
 def _excess(theta, length, *, reversible: bool) -> np.ndarray:
-    """How much further (n + 1,) [rad] than it need each passage goes, from θ and lengths (n,) at its ends.
+    """Excess angle (n + 1,) [rad] of each passage over the shortest way, from θ and lengths (n,) at its ends.
 
     It may end whole turns from there, and if `reversible`, half turns. But a passage straight on comes within reach of
     length 0: between two vectors that are too long for that, turning is the shorter way.

@@ -121,7 +121,7 @@ def _turn_between(before, after) -> np.ndarray:
 
 
 def _neutral(axes) -> np.ndarray:
-    """Where the front of the limb points if it is swung from hanging by the shortest turn, as complex numbers.
+    """Direction of the limb's front after the shortest swing from hanging, as complex numbers.
 
     (frames,), of length 1 for a limb that hangs to 0 for one that points straight up, to where no turn is shortest.
     """

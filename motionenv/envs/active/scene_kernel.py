@@ -122,7 +122,6 @@ def hidden(x, y, pillars) -> bool:
 
 @part
 def inside(u, v) -> bool:
-    """Whether image coordinates are inside the image."""
     return abs(u) <= 1.0 and abs(v) <= ASPECT
 
 

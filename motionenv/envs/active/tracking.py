@@ -58,7 +58,6 @@ class ActiveArguments(Arguments):
         return f"{self.people} people, {self.pillars} pillars"
 
     def world(self, n: int) -> "ActiveWorld":
-        """`n` squares."""
         return ActiveWorld(n, self)
 
     @property

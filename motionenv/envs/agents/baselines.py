@@ -229,7 +229,6 @@ class SeenPoints:
         self._time = np.zeros(n)
 
     def forget(self, began: np.ndarray) -> None:
-        """Reset the environments `began` (n,)."""
         self._points[:, began] = self._never
         self._times[0, began], self._times[1, began] = -1.0, -2.0
         self._time[began] = 0.0
@@ -265,7 +264,6 @@ class SeenWalkers:
         self._time = np.zeros(n)
 
     def forget(self, began: np.ndarray, cameras: Sequence[Camera]) -> None:
-        """Reset the environments `began` (n,), with one camera for each of them."""
         for slot, camera in zip(np.flatnonzero(began), cameras, strict=True):
             self._cameras[slot], self._backgrounds[slot] = camera, Background()
         self._sums[began], self._places[began], self._time[began] = 0.0, 0.0, 0.0

@@ -79,11 +79,9 @@ class _Tally:
             self._running[slot] = 0.0
 
     def complete(self) -> bool:
-        """Whether all requested episodes have ended."""
         return all(len(ended) == due for ended, due in zip(self._ended, self._due, strict=True))
 
     def scores(self) -> Scores:
-        """Results of the ended episodes."""
         errors, returns, lengths = np.array([row for ended in self._ended for row in ended]).T
         return Scores(errors / lengths, returns, lengths.astype(np.intp))
 

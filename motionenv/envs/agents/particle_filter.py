@@ -177,7 +177,6 @@ class _Track:
     belief: Belief | None
 
     def step(self, observation: dict[str, np.ndarray]) -> Belief:
-        """The belief after one more observation."""
         if self._waiting is None:
             self.belief = self.filter.step(**observation)
             return self.belief

@@ -147,7 +147,6 @@ class Estimates:
         return self._point(actions, self._joints_of(actions, true, poses, offsets))
 
     def close(self) -> None:
-        """Stop the threads; they restart when needed."""
         self._workers.close()
 
     def _joints_of(self, actions, true, poses, offsets) -> np.ndarray:

@@ -61,7 +61,6 @@ class PictureWorld(World):
         self.time[slots] += 1
 
     def truth(self, slot: int) -> dict[str, Any]:
-        """As `Stage.truth`, of `slot`."""
         return self.stage.truth(slot)
 
     def observation_model(self, slot: int) -> SilhouetteLikelihood:
@@ -135,7 +134,6 @@ class PictureArguments(SimulatedArguments):
         """The motion that a `source` gives, and the cameras in front of it."""
 
     def world(self, n: int) -> PictureWorld:
-        """`n` people, each in front of their own camera; raises MotionError for an invalid argument."""
         sense = PictureSettings(self.observation, self.size)
         scenery = Augmentation(self.background, self.distractors, self.occluders, self.noise, self.brightness)
         frames, reading = episode_frames(self.horizon), (self.file_fps, self.unit, self.motion_seed)

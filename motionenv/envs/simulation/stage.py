@@ -105,7 +105,6 @@ class Stage:
         self.time[slots] = 0
 
     def now(self) -> np.ndarray:
-        """The true poses (n, 25) of the current frames."""
         return self.poses[self._all, self.time]
 
     def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
@@ -130,7 +129,6 @@ class Stage:
         return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
 
     def close(self) -> None:
-        """Stop the rendering threads; they restart when needed."""
         self._crowd.close()
         self._scenery.close()
 

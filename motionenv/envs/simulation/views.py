@@ -90,7 +90,6 @@ class WalkingView:
         self.reach = _ROOM if camera == "follow" else _ROOM + _PACE * seconds + self._deep
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
-        """As `View.place`, of `poses` of `body` with `rng`."""
         way, R = np.zeros(len(poses)), level(0.0 if self.camera == "follow" else drawn_angle(self.camera, rng))
         if self.path == "turning":
             poses[:] = _bent(poses, body, self.fps, rng)
@@ -124,7 +123,6 @@ class ArmView:
         self.camera, self.reach = checked_angle(camera), _ROOM
 
     def place(self, poses: np.ndarray, body: Skeleton, rng: np.random.Generator) -> Placed:
-        """As `View.place`, of `poses` of `body` with `rng`."""
         R = level(drawn_angle(self.camera, rng))
         shoulder = markers(poses[0], body)[_SHOULDER]
         t, behind = [0.0, 0.0, _ARM_DISTANCE] - R @ shoulder, _BEHIND * _ARM_DISTANCE

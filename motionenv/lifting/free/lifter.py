@@ -31,14 +31,14 @@ _ANKLE, _ANKLE_DEVIATION = 0.095, 0.02
 #: Deviation of the logarithm of adults' stature, women and men together (mean 1.69 m, deviation 0.095 m).
 _STATURE_DEVIATION = 0.056
 #: Greatest surprise. People left out never exceed it as they were captured; clips of exaggerated styles do in 5 % of
-#: the frames, people who sit or cycle in 79 % and more (`python -m benchmarks.free_walking.unlike`).
+#: the frames, people who sit or cycle in 79 % and more (`motionenv bench free_walking.unlike`).
 SURPRISE = 0.17
 _MOSTLY = 0.9
 _LEAST_CONFIDENCE = 0.1  # relative to the median: nothing is ignored only for its confidence
 _SIZES = (-0.4, 0.2)  # logarithm of a person's size relative to an adult's: from 1.15 m to 2.1 m
 _ELEVATIONS = np.radians(np.arange(-20, 61, 5))
 #: Log-odds per logarithm of the ratio of two misfits, and probability that a detector exchanged all left and right.
-#: Logistic regression on people left out gives 38 to 78 (`python -m benchmarks.free_walking.mirrored`).
+#: Logistic regression on people left out gives 38 to 78 (`motionenv bench free_walking.mirrored`).
 _EVIDENCE, _EXCHANGED = 40.0, 0.01
 _SURER = 0.05  # by how much less certain of a mirror image the network may be if that is to be fitted, in logarithms
 _LIKELY = 0.01  # least probability that is told

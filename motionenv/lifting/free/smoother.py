@@ -50,7 +50,7 @@ _TAIL = 12.0  # squared error at which Geman and McClure's loss gives a ray a qu
 class Settings:
     """Weights of the terms; lengths are in body units (0.43 m for an adult), times in seconds.
 
-    They were chosen on CMU people whom network and models hadn't seen: `python -m benchmarks.free_walking.tune`.
+    They were chosen on CMU people whom network and models hadn't seen: `motionenv bench free_walking.tune`.
     """
 
     posture: float = 2.0  # factor on the proposed deviations: their errors last several frames

@@ -102,7 +102,7 @@ _SAGITTAL = "SCoRE in the sagittal plane (Ehrig et al. 2006), {} by the body's p
 
 @dataclass(frozen=True, eq=False)
 class FunctionalLegs:
-    """What clusters tell about the legs.
+    """Joints of the legs as found from clusters.
 
     Attributes:
         landmarks: joint centres, and points on the lateral side of the knees' axes, by the names of landmarks, each
@@ -178,7 +178,7 @@ def _cluster(positions, name: str) -> np.ndarray | None:
 
 
 def _leftward(positions, base: Segment | None) -> np.ndarray | None:
-    """Roughly the direction to the left (frames, 3): of the pelvis, or from the right thigh's cluster to the left's."""
+    """Approximate direction to the left (frames, 3): of the pelvis, or from the right thigh's cluster to the left's."""
     if base is not None:
         return base.rotation[..., 1]
     both = [_cluster(positions, f"{side}_thigh") for side in SIGN]

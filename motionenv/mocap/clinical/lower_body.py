@@ -66,7 +66,7 @@ class LowerBody(OneLine):
 
 @dataclass(frozen=True, repr=False)
 class Calibration(OneLine):
-    """What a standing trial adds, by "left_knee" and the like; see `calibrate`.
+    """Results of a standing trial, by "left_knee" and the like; see `calibrate`.
 
     Attributes:
         turns: angle [rad] between the wand's plane and the joint's axis.
@@ -112,7 +112,7 @@ def _from_landmarks(
 
 
 def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibration:
-    """What a standing trial, with landmarks `positions` (frames, 3) [m], tells about a `person`'s joints and feet.
+    """Calibrate a `person`'s joints and feet by a standing trial with landmarks `positions` (frames, 3) [m].
 
     Medial markers, which are often taken off for walking, give the directions of the axes of knee and ankle relative
     to the wands, and the joints' half widths. The feet, flat on the ground, give the static offsets of the foot.

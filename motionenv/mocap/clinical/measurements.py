@@ -51,7 +51,7 @@ class Side(OneLine):
 
 @dataclass(frozen=True, repr=False)
 class Measurements(OneLine):
-    """What the Conventional Gait Model needs to know of a person beside the markers.
+    """Measurements of a person that the Conventional Gait Model needs beside the markers.
 
     Attributes:
         left, right: measurements of each side.

@@ -61,7 +61,7 @@ _PENDULUM, _SUMMIT, _HIGHEST = 1.25, 0.66, 0.008
 
 @dataclass(frozen=True)
 class LegCorrection:
-    """What is wrong with the legs of a fitted skeleton [m].
+    """Errors of the legs of a fitted skeleton [m].
 
     `left` and `right` are shifts of the hips in the upright pelvis, forward and up, `thigh` and `shank` the lengths of
     both sides', and `rise` is the amplitude by which the pelvis rises more over a step.

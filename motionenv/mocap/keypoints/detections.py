@@ -170,7 +170,7 @@ def _columns(person: dict) -> list:
 
 
 def _identity(person: dict) -> float | str | None:
-    """Who it is; OpenPose's -1 and AlphaPose's 0 mean that nobody was tracked."""
+    """The person's track; OpenPose's -1 and AlphaPose's 0 mean none."""
     value = _first(person, "identity")
     value = value[0] if isinstance(value, list) and len(value) == 1 else value
     nobody = not isinstance(value, int | float | str) or value == -1 or (value == 0 and "idx" in person)

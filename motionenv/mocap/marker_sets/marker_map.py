@@ -57,7 +57,7 @@ _SUM = 1e-6  # tolerance of the sum of weights
 
 @dataclass(frozen=True, repr=False)
 class MarkerMap(OneLine):
-    """Which points of a file are which landmarks.
+    """Assignment of a file's points to landmarks.
 
     Attributes:
         points: for each landmark of `LANDMARKS`, the ways to find it, best first; each a point or weighted points.

@@ -53,7 +53,7 @@ def local_rotations(motion: Motion) -> np.ndarray:
 
 
 def shown_segments(poses: np.ndarray) -> np.ndarray:
-    """Which segments poses (frames, 25) show, (12,) bool in the order of `motionenv.body.SEGMENTS`.
+    """Mask (12,) of the segments that poses (frames, 25) show, in the order of `motionenv.body.SEGMENTS`.
 
     A segment is missing if an entry that turns it, or the segment that carries it, is NaN in every frame: the head and
     the arms of a lower-body capture.
@@ -68,7 +68,7 @@ def without_missing(motion: Motion) -> Motion:
 
 
 def _shown_entries(poses) -> np.ndarray:
-    """Which of the 25 entries turn a segment that isn't missing, (25,) bool."""
+    """Mask (25,) of the entries that turn a segment that isn't missing."""
     shown = np.zeros(len(POSE), dtype=bool)
     for entries, segment_shown in zip(gaps.SEGMENT_ENTRIES, shown_segments(poses), strict=True):
         shown[entries] = segment_shown

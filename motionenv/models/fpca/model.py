@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from functools import cached_property
+from html import escape
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.principal_axes import signs
+from motionenv._core.representation import curves
 from motionenv._core.validation import random_generator
 from motionenv.cycles import StoredCycles
 from motionenv.errors import GapError, ModelError, MotionError
@@ -96,6 +98,10 @@ class FunctionalPCA(StoredModel):
         self.centre, self.method = centre, method
         self.tol, self.max_iter = tol, max_iter
         self.card_: dict = {}
+
+    def _repr_html_(self) -> str | None:
+        """The mean cycle of each channel, for notebooks; None before `fit`."""
+        return curves(self.mean_.T, escape(repr(self))) if hasattr(self, "mean_") else None
 
     def fit(
         self, cycles: Cycles | StoredCycles, channels: Sequence[str] | None = None, executor: Executor | None = None

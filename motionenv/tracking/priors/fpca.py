@@ -76,11 +76,9 @@ class WalkState:
 
     @property
     def sizes(self) -> np.ndarray:
-        """(N,) body sizes relative to the prior's skeleton."""
         return np.exp(self.gait[:, SIZE])
 
     def take(self, which: np.ndarray) -> "WalkState":
-        """The walkers with indices `which` (n,)."""
         return WalkState(*(a.take(which, axis=0) for a in (self.poses, self.scores, self.rest, self.gait)))
 
 

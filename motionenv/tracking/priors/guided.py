@@ -29,7 +29,6 @@ class GuidedState:
     sizes = None
 
     def take(self, which: np.ndarray) -> GuidedState:
-        """The bodies with indices `which` (n,)."""
         return GuidedState(self.poses[which], self.frame)
 
 

@@ -25,16 +25,13 @@ class MixtureState:
 
     @property
     def poses(self) -> np.ndarray:
-        """(N, 25) [m, rad]."""
         return self.learned.poses
 
     @property
     def sizes(self) -> np.ndarray | None:
-        """(N,) body sizes of the learned prior."""
         return self.learned.sizes
 
     def take(self, which: np.ndarray) -> "MixtureState":
-        """The bodies with indices `which` (n,)."""
         return MixtureState(self.learned.take(which), self.general.take(which))
 
 

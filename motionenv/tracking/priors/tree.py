@@ -59,7 +59,6 @@ class TreeState:
     sizes = None
 
     def take(self, which: np.ndarray) -> "TreeState":
-        """The bodies with indices `which` (n,)."""
         return TreeState(self.poses[which], self.history[which], self.rest[which], self.turn[which])
 
 

@@ -41,7 +41,6 @@ class MovingState:
     sizes = None
 
     def take(self, which: np.ndarray) -> "MovingState":
-        """The bodies with indices `which` (n,)."""
         return MovingState(self.poses[which], self.velocities[which])
 
 

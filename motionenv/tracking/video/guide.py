@@ -28,7 +28,7 @@ _AROUND = np.array([-0.07, 0.07, -0.10, 0.06])  # a body's box beyond its marker
 _LEAST_POINTS = 6  # markers of a frame from which it has a box
 _SAME, _INSIDE = 0.4, 0.3  # least overlap of a person with an outline, and least part of an outline inside a box
 #: Standard deviations (25,) of poses from the lifted ones [m, rad]. Chosen, with the memory of 0.3 s, on eight films of
-#: `python -m benchmarks.tracking.detected_films --people cmu`; 0.01 to 0.04 and up to 0.08 differ by 1 mm.
+#: `motionenv bench tracking.detected_films --people cmu`; 0.01 to 0.04 and up to 0.08 differ by 1 mm.
 DEVIATION = np.concatenate([np.full(3, 0.02), np.full(22, 0.04)])
 
 
@@ -48,7 +48,6 @@ class Guide:
 
     @property
     def known(self) -> np.ndarray:
-        """(T,) whether a frame has a pose."""
         return np.isfinite(self.poses).all(axis=1)
 
 

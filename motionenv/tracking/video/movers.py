@@ -40,7 +40,6 @@ class Mover:
 
     @property
     def seen(self) -> np.ndarray:
-        """(T,) bool."""
         return np.isfinite(self.boxes[:, 0])
 
 

@@ -5,14 +5,14 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-import ezc3d
 import httpx
 import numpy as np
 import psutil
 
 import motionenv
 from motionenv import Motion, body
-from motionenv.types import MARKERS
+from motionenv.mocap import write_markers
+from motionenv.types import MARKERS, Markers
 
 #: A job that takes minutes.
 LONG = {"seconds": 600, "fps": 60, "seed": 1, "picture": {"width": 640, "height": 480}}
@@ -52,18 +52,9 @@ def odd_points(motion: Motion, markers=MARKERS) -> tuple[list[str], np.ndarray]:
 
 def as_c3d(names: list[str], positions: np.ndarray, fps: float) -> bytes:
     """A C3D file of points (frames, points, 3) [m]; NaN is a gap."""
-    file = ezc3d.c3d()
-    known = np.isfinite(positions).all(axis=2)
-    points = np.ones((4, len(names), len(positions)))
-    points[:3] = np.nan_to_num(1000 * positions).transpose(2, 1, 0)
-    file["data"]["points"] = points
-    file["data"]["meta_points"]["residuals"] = np.where(known, 0.0, -1.0).T[None]
-    file["parameters"]["POINT"]["RATE"]["value"] = [fps]
-    file["parameters"]["POINT"]["LABELS"]["value"] = names
-    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "odd.c3d"
-        file.write(str(path))
+        write_markers(Markers(names, positions, fps), path)
         return path.read_bytes()
 
 

@@ -15,7 +15,7 @@ _FULL = 0xFFFF  # where a 16-bit counter stands still, or starts again
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the data are."""
+    """Layout of the data section."""
 
     first: int  # number of the first frame
     points: int

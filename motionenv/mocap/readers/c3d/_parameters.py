@@ -16,7 +16,7 @@ _BYTES = {_TEXT: 1, 1: 1, 2: 2, 4: 4}  # per value of each type
 
 @dataclass(frozen=True)
 class Encoding:
-    """How a processor writes numbers. `processor`: 84 Intel, 85 DEC, 86 SGI/MIPS."""
+    """Number format of a processor: 84 Intel, 85 DEC, 86 SGI/MIPS."""
 
     processor: int
 
@@ -83,7 +83,7 @@ class Parameters:
 
 
 def read_encoding(path: str | Path, raw: bytes) -> Encoding:
-    """How the file of content `raw` writes numbers.
+    """Number format of the file of content `raw`.
 
     Raises:
         FormatError: not a C3D file, or one that ends before its parameters; names the block.

@@ -1,3 +1,5 @@
+"""C3D files of many programs, compared with ezc3d and the package c3d, and files that ezc3d made."""
+
 import struct
 import warnings
 
@@ -12,8 +14,11 @@ from motionenv.mocap.readers import asfamc, c3d, trc
 POINTS = np.array([[[100.0, 200, 300], [110, 210, 310]], [[-100.0, 5, 1000], [-90, 6, 1001]]])  # point, frame, mm
 
 
-def save(folder, labels=("A", "B"), points=POINTS, rate=100.0, parameters=(("UNITS", ["mm"]),), residuals=None):
-    """A C3D file made by ezc3d."""
+def save(
+    folder, labels=("A", "B"), points=POINTS, rate=100.0, parameters=(("UNITS", ["mm"]),), residuals=None, others=None,
+    first=1, analogs=None,
+):  # fmt: skip
+    """A C3D file made by ezc3d, with `others`' parameters by group."""
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [rate]
     file["parameters"]["POINT"]["LABELS"]["value"] = list(labels)
@@ -24,6 +29,13 @@ def save(folder, labels=("A", "B"), points=POINTS, rate=100.0, parameters=(("UNI
     file["data"]["points"] = data
     if residuals is not None:
         file["data"]["meta_points"]["residuals"] = residuals
+    for group, more in (others or {}).items():
+        for name, value in more.items():
+            file.add_parameter(group, name, value)
+    if first != 1:
+        file["header"]["points"]["first_frame"] = first - 1
+    if analogs is not None:
+        file["data"]["analogs"] = np.array(analogs).T[None]
     path = folder / "made.c3d"
     file.write(str(path))
     return path
@@ -159,16 +171,9 @@ def test_frames_that_the_header_lost_are_found(tmp_path):
 @pytest.mark.parametrize("told", [True, False], ids=["TRIAL", "length"])
 def test_more_frames_than_16_bits_count(tmp_path, told):
     """TRIAL's fields have two words each, the lower first. Without them the length tells, but for its padding."""
-    file = ezc3d.c3d()
-    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
-    file["parameters"]["POINT"]["LABELS"]["value"] = ["A"]
-    file.add_parameter("POINT", "UNITS", ["mm"])
-    file["data"]["points"] = np.tile(np.arange(70_000.0) + 1, (4, 1, 1))
-    if told:
-        file.add_parameter("TRIAL", "ACTUAL_START_FIELD", [1, 0])
-        file.add_parameter("TRIAL", "ACTUAL_END_FIELD", [70_000 - 65_536, 1])
-    path = tmp_path / "long.c3d"
-    file.write(str(path))
+    fields = {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [70_000 - 65_536, 1]}
+    points = np.tile(np.arange(70_000.0)[:, None] + 1, (1, 1, 3))
+    path = save(tmp_path, "A", points, others={"TRIAL": fields} if told else None)
     assert struct.unpack("<H", path.read_bytes()[8:10]) == (65535,)
     got = c3d.read(path).positions
     assert len(got) == 70_000 if told else 70_000 <= len(got) < 70_000 + 512 / 16
@@ -316,3 +321,127 @@ def test_points_and_force_plates_of_every_file_against_ezc3d(mocap):
             np.testing.assert_array_equal(seen, np.abs(force[:, 2]) >= 10)
             compared += 1
     assert compared > 20
+
+
+#: Events in the order of the inventory of the collection.
+EVENTS = {
+    "PiG/PiG_Motion-FlatFoot-Full": 12, "PiG/PiG_Motion-FlatFoot-Hole": 10, "PiG/PiG_Motion-FlatFoot-One": 8,
+    "PiG/PiG_Motion3_FF": 12, "PiG/PiG_Motion3_FF_N18": 12, "PiG/PiG_Motion3_noFF": 12,
+    "c3d.org/sample04/sub_labels": 8, "c3d.org/sample09/PlugInC3D": 8, "others/FunctionalWalk": 11,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "count"), EVENTS.items())
+def test_contacts_are_where_the_force_plates_say(mocap, name, count):
+    """Each time that a plate is loaded from unloaded for long is within 0.12 s of an initial contact in the file."""
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / f"{name}.c3d")
+    events = got.recording.events
+    assert len(events) == count
+    times = [event.time for event in events]
+    assert times == sorted(times)
+    assert times[0] >= 0
+    assert times[-1] <= (len(got.positions) - 1) / got.fps
+    contacts = np.array([event.time for event in events if event.kind == "initial_contact"])
+    for plate in got.recording.plates:
+        loaded = plate.force[:, 2] > 50
+        begins = np.flatnonzero(loaded[1:] & ~loaded[:-1]) / plate.fps
+        held = [b for b in begins if loaded[int(b * plate.fps) + 1 :][: int(0.3 * plate.fps)].all()]
+        for begin in held:
+            assert np.abs(contacts - begin).min() < 0.12, (name, begin)
+
+
+def test_events_of_the_header_where_the_parameters_have_none(mocap):
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / "c3d.org" / "sample02" / "sgi_real.c3d").recording
+    told = [(round(event.time, 2), event.kind, event.side) for event in got.events]
+    assert told == [
+        (0.38, "initial_contact", "right"), (0.84, "initial_contact", "left"), (0.92, "toe_off", "right"),
+        (1.4, "toe_off", "left"),
+    ]  # fmt: skip
+
+
+def test_the_subjects_numbers_and_outputs(mocap):
+    folder = mocap / "btkdata" / "C3DSamples"
+    got = c3d.read(folder / "PiG" / "PiG_Motion-FlatFoot-Full.c3d").recording
+    assert (got.subject, got.first_frame, got.metres) == ("BELT_C", 148, 0.001)
+    assert got.parameters["PROCESSING:LLEGLENGTH"] == 800
+    assert got.parameters["PROCESSING:BODYMASS"] == 47.5
+    assert not any(key.startswith(("POINT:", "ANALOG:")) for key in got.parameters)
+    knee = got.outputs["LKneeAngles"]
+    assert knee.shape == (315, 3)
+    assert 40 < np.nanmax(knee[:, 0]) < 80  # degrees
+    named = c3d.read(folder / "c3d.org" / "sample04" / "sub_labels.c3d")
+    assert named.recording.subject == "Matt"
+    assert {"LHipAngles", "RKneeMoment"} <= set(named.recording.outputs)
+    assert not set(named.recording.outputs) & set(named.names)
+
+
+@pytest.mark.parametrize(
+    ("context", "label", "told"),
+    [
+        ("Left", "Foot Strike", ("initial_contact", "left")),
+        ("RIGHT", "foot off", ("toe_off", "right")),
+        ("", "RHS", ("initial_contact", "right")),
+        ("General", "LTO", ("toe_off", "left")),
+        ("Left", "Initial Contact", ("initial_contact", "left")),
+        ("", "Left Heel Strike", ("initial_contact", "left")),
+        ("", "Toe Off (right)", ("toe_off", "right")),
+        ("Right", "HS", ("initial_contact", "right")),
+        ("General", "Foot Strike", None),
+        ("Left", "Event", None),
+        ("", "STRT", None),
+        ("", "RMS", None),
+    ],
+)
+def test_events_by_many_names(tmp_path, context, label, told):
+    """At frame 31 of a trial that begins with frame 11, and one outside of it, which is dropped."""
+    times = np.array([[0.0, 1.0], [0.3, 0.0]])
+    event = {"USED": [2], "CONTEXTS": [context, context], "LABELS": [label, label], "TIMES": times}
+    got = c3d.read(save(tmp_path, "A", np.ones((1, 50, 3)), others={"EVENT": event}, first=11)).recording
+    assert got.first_frame == 11
+    assert [(event.kind, event.side) for event in got.events] == ([told] if told else [])
+    assert all(event.time == pytest.approx(0.2) for event in got.events)
+
+
+def test_a_foot_is_where_the_plate_feels_it(mocap):
+    """In mid-stance the centre of pressure is below the foot that is on the plate, and the plate carries the weight."""
+    got = c3d.read(mocap / "btkdata" / "C3DSamples" / "PiG" / "PiG_Motion3_FF.c3d")
+    heels = got.positions[:, [got.index("LHEE"), got.index("RHEE")]]
+    for plate in got.recording.plates:
+        loaded = np.flatnonzero(plate.force[:, 2] > 300)
+        middle = loaded[len(loaded) // 2]
+        heel = heels[round(middle / plate.fps * got.fps)]
+        assert np.linalg.norm(heel[:, :2] - plate.centre[middle, :2], axis=-1).min() < 0.2
+        assert abs(plate.centre[middle, 2]) < 0.01
+        assert plate.force[middle, 2] > 400
+
+
+def save_plate(folder, kind, rows, units, corners, origin):
+    """A C3D file with one point and one force plate."""
+    analog = {"RATE": [100.0], "LABELS": list("abcdef"), "UNITS": units}
+    plate = {
+        "USED": [1], "TYPE": [kind], "CHANNEL": np.arange(1.0, 7)[:, None], "CORNERS": corners.T[..., None],
+        "ORIGIN": np.array(origin)[:, None], "ZERO": [1, 0],
+    }  # fmt: skip
+    others = {"ANALOG": analog, "FORCE_PLATFORM": plate}
+    return save(folder, "A", np.ones((1, len(rows), 3)), others=others, analogs=rows)
+
+
+@pytest.mark.parametrize("sign", [1, -1], ids=["of the ground", "on the plate"])
+@pytest.mark.parametrize("kind", [1, 2])
+def test_a_force_at_a_known_place_on_a_plate_in_the_floor(tmp_path, kind, sign):
+    """A plate of 0.6 m x 0.4 m, whose transducer is 40 mm below; z of its frame is down."""
+    force = np.array([15.0, -20.0, 700.0])  # world, on the foot
+    at = np.array([[0.30, 0.15, 0.0], [0.40, 0.25, 0.0], [0.45, 0.30, 0.0]])  # world
+    middle, axes = np.array([0.4, 0.3, 0.0]), np.diag([1.0, -1.0, -1.0])
+    stored = sign * axes @ force
+    places = (at - middle) @ axes  # the plate's frame
+    arms = np.add(places, [0, 0, -0.04])  # from the transducer
+    third = np.cross(arms, stored) * 1000 if kind == 2 else places * 1000
+    rows = [[*stored, *values] for values in third]
+    corners = np.array([[700.0, 100, 0], [100, 100, 0], [100, 500, 0], [700, 500, 0]])  # +x+y, -x+y, -x-y, +x-y
+    units = ["N"] * 3 + (["Nmm"] * 3 if kind == 2 else ["mm", "mm", "Nmm"])
+    (plate,) = c3d.read(save_plate(tmp_path, kind, rows, units, corners, [0.0, 0.0, -40.0])).recording.plates
+    np.testing.assert_allclose(plate.force, np.tile(force, (3, 1)), atol=1e-3)
+    np.testing.assert_allclose(plate.centre, at, atol=1e-6)
+    np.testing.assert_allclose(plate.corners, corners / 1000)
+    assert plate.fps == 100
