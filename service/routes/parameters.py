@@ -1,4 +1,4 @@
-"""Numbers of a model, with which the page makes its walks itself: `GET /v1/models/{group}/{name}/parameters`."""
+"""A model's arrays, from which the page makes its sliders and bodies: `GET /v1/models/{group}/{name}/parameters`."""
 
 import threading
 from functools import lru_cache
@@ -35,7 +35,7 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
 )
 async def get_parameters(request: Request, group: Group, name: Name) -> Response:
-    """What is needed to make the model's walks anywhere, as the page does.
+    """The model's Fourier series, traits and body; `POST /v1/cycles` makes whole strides of them.
 
     With sliders at `d` standard deviations, scores are `mean_scores + d · deviations`, and the cycle is
     `mean + scores · components`.
