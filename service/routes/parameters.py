@@ -1,4 +1,4 @@
-"""Numbers of a model, its traits, and how to draw its body: `GET /v1/models/{group}/{name}/parameters`."""
+"""A model's arrays, from which the page makes its sliders and bodies: `GET /v1/models/{group}/{name}/parameters`."""
 
 import threading
 from functools import lru_cache
@@ -35,7 +35,7 @@ _BYTES: dict[int | str, dict[str, Any]] = {
     responses={**_BYTES, **documented(401, 404, 422, 429, 503, 504)},
 )
 async def get_parameters(request: Request, group: Group, name: Name) -> Response:
-    """The model's cycle and how people differ from it, its traits, and how to draw its body.
+    """The model's Fourier series, traits and body; `POST /v1/cycles` makes whole strides of them.
 
     With sliders at `d` standard deviations, scores are `mean_scores + d · deviations`, and the cycle is
     `mean + scores · components`; `POST /v1/cycles` puts it on the ground.

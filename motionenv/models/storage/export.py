@@ -1,4 +1,4 @@
-"""Export of a model's parameters to clients such as the page: its cycle, its traits, and how to draw its body."""
+"""Export of a model's parameters: its Fourier series, traits and body."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ _SHOWN = ("name", "low", "high", "mean", "gain", "unit", "share", "note")  # of 
 
 
 def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays and a JSON-serialisable description. `motionenv.models.cycle` makes strides of them.
+    """Arrays and a JSON-serialisable description of a model's Fourier series, traits and body.
 
     All models have the body's `offsets` (16, 3), `limb_shifts` (limbs, 2, 3) and `limb_radii` (limbs, 2), in body
     heights. Models with components add `mean_scores` (q,), `deviations` (q,) and `traits` (n, q): the standard
