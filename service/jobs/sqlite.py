@@ -1,5 +1,6 @@
 """Database of jobs: SQLite in WAL mode, which loses nothing when processes are killed."""
 
+import contextlib
 import json
 import sqlite3
 import time
@@ -240,6 +241,9 @@ def _connected(path: Path) -> sqlite3.Connection:
     db.execute("PRAGMA synchronous = NORMAL")
     db.execute("PRAGMA foreign_keys = ON")
     db.executescript(Path(__file__).with_name("schema.sql").read_text())
+    if "owner" not in {row[1] for row in db.execute("PRAGMA table_info(jobs)")}:  # made before there were owners
+        with contextlib.suppress(sqlite3.OperationalError):  # another process has just added it
+            db.execute("ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT ''")
     return db
 
 
