@@ -13,7 +13,7 @@ from importlib import import_module
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motionenv._core.representation import OneLine, curves, figures, picture, some
+from motionenv._core.representation import OneLine, counted, curves, figures, picture, some
 from motionenv._core.validation import PICTURE_SIZES, checked_fps, checked_whole, did_you_mean
 from motionenv.errors import MotionError
 
@@ -266,7 +266,7 @@ class Markers(_Record):
             self._set(rotations=frozen(self.rotations, (..., None, n, 3, 3), "Markers.rotations"))
 
     def _shown(self) -> str:
-        points = f"{len(self.names)} {'points' if self.parents is None else 'joints'}"
+        points = counted(len(self.names), "point" if self.parents is None else "joint")
         rest = _rest(self.name, self.positions)
         return f"{_counts(self.positions.shape[:-2])}, {points}, {self.fps:g} fps{rest}"
 
@@ -363,8 +363,8 @@ class Cycles(_Record):
             raise MotionError(f"Cycles.subject must hold {k} labels, got {len(self.subject)}")
 
     def _shown(self) -> str:
-        (k, samples, channels), people = self.values.shape, len(set(self.subject))
-        return f"{k} cycles of {people} people, {samples} samples, {channels} channels"
+        (k, samples, channels), people = self.values.shape, counted(len(set(self.subject)), "person", "people")
+        return f"{counted(k, 'cycle')} of {people}, {samples} samples, {counted(channels, 'channel')}"
 
     def _repr_html_(self) -> str:
         """The mean cycle of each channel, for notebooks."""

@@ -53,6 +53,11 @@ def short(value: Any) -> str:
     return f"{text[:27]}..." if isinstance(value, str) else f"<{type(value).__name__}>"
 
 
+def counted(count: int, one: str, many: str = "") -> str:
+    """A number and what it counts: "1 frame", "2 frames"."""
+    return f"{count} {one if count == 1 else many or f'{one}s'}"
+
+
 def some(count: int) -> np.ndarray:
     """Up to eight of `count` indices, evenly spaced."""
     return np.linspace(0, count - 1, min(count, _STRIP)).round().astype(int)

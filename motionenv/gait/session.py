@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motionenv._core.representation import OneLine
+from motionenv._core.representation import OneLine, counted
 from motionenv.errors import MotionError
 from motionenv.gait.bands import Band, band_of
 from motionenv.gait.normalised import mean_and_sd
@@ -30,8 +30,9 @@ class Session(OneLine):
     band: Band | None = None
 
     def _shown(self) -> str:
-        out = f", {len(self.left_out)} files left out" if self.left_out else ""
-        return f"{self.person!r}, {len(self.trials)} captures, {len(self.strides)} strides{out}"
+        captures, strides = counted(len(self.trials), "capture"), counted(len(self.strides), "stride")
+        out = f", {counted(len(self.left_out), 'file')} left out" if self.left_out else ""
+        return f"{self.person!r}, {captures}, {strides}{out}"
 
     @property
     def person(self) -> str:

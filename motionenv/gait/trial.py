@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motionenv._core.representation import OneLine
+from motionenv._core.representation import OneLine, counted
 from motionenv.errors import GapError
 from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
@@ -44,7 +44,7 @@ class Trial(OneLine):
 
     def _shown(self) -> str:
         person = f" of {self.person!r}" if self.person else ""
-        return f"{self.name!r}{person}, {self.seconds:.1f} s, {len(self.strides)} strides"
+        return f"{self.name!r}{person}, {self.seconds:.1f} s, {counted(len(self.strides), 'stride')}"
 
     @property
     def seconds(self) -> float:

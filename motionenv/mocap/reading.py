@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.representation import counted
 from motionenv.errors import FormatError, MotionError
 from motionenv.mocap import npz
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
@@ -164,15 +165,11 @@ def _recording_lines(recording: Recording) -> list[str]:
     per_metre = f"{1 / recording.metres:.6g} units of length per metre"
     held = [
         f"subject {recording.subject}" if recording.subject else "",
-        _counted(len(recording.events), "event"),
-        _counted(len(recording.plates), "force plate"),
+        counted(len(recording.events), "event") if recording.events else "",
+        counted(len(recording.plates), "force plate") if recording.plates else "",
         _UNITS.get(recording.metres, per_metre),
     ]
     lines = [", ".join(part for part in held if part)]
     if angles := [name for name in recording.outputs if "angle" in name.lower()]:
         lines.append(f"stored angles: {', '.join(angles)}")
     return lines
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count > 1 else ''}" if count else ""

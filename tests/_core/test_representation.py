@@ -39,7 +39,7 @@ def test_records_say_what_they_hold_on_one_line(walk, camera):
     assert repr(lacking(walk)) == "Motion(30 frames, 29.97 fps, 1.75 m, with gaps)"
     assert repr(Motion(walk.poses[None, :1], walk.skeleton, 30)) == "Motion(1 x 1 frames, 30 fps, 1.75 m)"
     assert repr(walk.skeleton) == "Skeleton(1.75 m)"
-    assert repr(Markers(("a",), points[:, :1], 30)) == "Markers(30 frames, 1 points, 30 fps)"
+    assert repr(Markers(("a",), points[:, :1], 30)) == "Markers(30 frames, 1 point, 30 fps)"
     assert repr(Points(points[..., :2], 30, "m", name="x")) == "Points(30 frames, 30 fps, in m, 'x')"
     assert repr(cycles) == "Cycles(5 cycles of 3 people, 128 samples, 2 channels)"
     assert re.fullmatch(r"Camera\(64x48, focal length \S+ pixels, at \(\S+, \S+, \S+\) m\)", repr(camera))

@@ -22,6 +22,8 @@ def test_captures_are_taken_together(mocap):
     assert seen == [path.name for path in paths]
     assert session.strides == tuple(s for t in trials for s in t.strides)
     assert session.person == (trials[0].person or trials[0].name)
+    assert repr(session) == f"Session({session.person!r}, 2 captures, {len(session.strides)} strides)"
+    assert repr(trials[0]).endswith(f"{trials[0].seconds:.1f} s, {len(trials[0].strides)} strides)")
     leg = float(np.mean([t.leg_length for t in trials]))
     np.testing.assert_equal([*map(astuple, session.parameters)], [*map(astuple, summarise(session.strides, leg))])
     curves = np.concatenate([t.curves("left") for t in trials])

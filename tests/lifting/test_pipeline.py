@@ -34,6 +34,7 @@ def test_an_unknown_view_is_found_and_the_walk_with_it(walk, degrees):
     points = project_markers(walk, np.radians(degrees))
     lifted = lift(points)
     found = lifted.posterior
+    assert repr(lifted) == f"Lifted(120 frames of a steady walk, seen at {np.degrees(found.alpha):.0f}°)"
     assert distance(found.alpha, np.radians(degrees)) < 4
     assert pelvis_mpjpe(found.positions, points.truth.positions).mean() < 0.035
     given = lift(points, np.radians(degrees), prior=load("walk/prior"))
