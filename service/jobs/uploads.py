@@ -12,11 +12,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from starlette.datastructures import FormData, UploadFile
-from starlette.exceptions import HTTPException
+from starlette.formparsers import MultiPartException, MultiPartParser
 from starlette.requests import ClientDisconnect, Request
 
 from service.errors import Problem
 from service.jobs.file_store import FileStore, Incoming
+from service.jobs.store import full_disk_errors
 
 #: Suffixes of capture, and of the skeletons that AMC files need.
 CAPTURE = (".amc", ".bvh", ".c3d", ".npz", ".trc")
@@ -74,14 +75,30 @@ async def received(request: Request, file_store: FileStore) -> AsyncIterator[Upl
             file.discard()
 
 
+class _Parser(MultiPartParser):
+    """Starlette's parser, which also tells whether the final boundary arrived: a file could be cut off without it."""
+
+    whole = False
+
+    def on_end(self) -> None:
+        self.whole = True
+
+
 async def _form(request: Request) -> FormData:
+    limits = {"max_files": _FILES, "max_fields": _FIELDS, "max_part_size": _FIELD_BYTES}
+    parser = _Parser(request.headers, request.stream(), **limits)
     try:
-        return await request.form(max_files=_FILES, max_fields=_FIELDS, max_part_size=_FIELD_BYTES)
+        with full_disk_errors():
+            form = await parser.parse()
     except ClientDisconnect:
         raise Problem(400, "the client disconnected") from None
-    except HTTPException:
-        limits = f"at most {_FILES} files, {_FIELDS} fields and {_FIELD_BYTES} bytes in a field"
-        raise Problem(400, f"the body must be multipart/form-data with {limits}") from None
+    except MultiPartException:
+        told = f"at most {_FILES} files, {_FIELDS} fields and {_FIELD_BYTES} bytes in a field"
+        raise Problem(400, f"the body must be multipart/form-data with {told}") from None
+    if not parser.whole:
+        await form.close()
+        raise Problem(400, "the body ends before its final boundary: send it again")
+    return form
 
 
 def _stored(sent: UploadFile, upload: Upload, file_store: FileStore, opened: list[Incoming]) -> Received:

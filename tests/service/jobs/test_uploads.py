@@ -20,6 +20,7 @@ from tests.service.jobs.handing import as_file, ended, uploads
 from tests.service.waiting import requests_running, until
 
 HALF = b"--x\r\nContent-Disposition: form-data; name=files; filename=a.bvh\r\n\r\nhalf"
+WHOLE = HALF.replace(b"a.bvh", b"b.bvh") + b"\r\n"
 
 
 @pytest.mark.parametrize(
@@ -59,9 +60,10 @@ def test_uploads_that_can_not_be_are_refused_at_once(job_server, files, data, st
     [
         (b"{}", "application/json", 415),
         (b"--x\r\n", "multipart/form-data", 400),
-        (b"", "multipart/form-data; boundary=x", 422),
+        (b"", "multipart/form-data; boundary=x", 400),
         (b"nonsense", "multipart/form-data; boundary=x", 400),
-        (HALF, "multipart/form-data; boundary=x", 422),
+        (HALF, "multipart/form-data; boundary=x", 400),
+        (WHOLE + HALF, "multipart/form-data; boundary=x", 400),
         (b"--x\r\n\r\nno name\r\n--x--\r\n", "multipart/form-data; boundary=x", 400),
     ],
 )  # fmt: skip
