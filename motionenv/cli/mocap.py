@@ -1,7 +1,7 @@
 """The `mocap` commands: list, download, info, map, convert."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -103,7 +103,7 @@ def convert(
     from motionenv.models import filling
 
     check_suffix(out)
-    how = {"fps": fps, "unit": unit, "body_model": body_model}
+    how: dict[str, Any] = {"fps": fps, "unit": unit, "body_model": body_model}
     chosen = marker_map(map_)
     if points:
         _convert_points(path, out, chosen, static, how)
