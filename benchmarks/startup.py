@@ -1,10 +1,14 @@
-"""CPU time of the first commands after installation, and time of `import motionenv`.
+"""The first run of each task on an empty cache and the second one, and time of `import motionenv`.
 
-The first run of a command compiles its kernels into an empty cache; the second one loads them. Goals for the first
-demo, environment step and lift: 20, 10 and 10 s; for the import: under 0.03 s. Run: motionenv bench startup
+The first run compiles kernels, in as many processes as there are cores; the second one loads them. Goals for the wall
+time on two idle cores: 14, 9, 7 and 35 s for the first demo, environment step, lift and tracked film, 2.5 s for the
+second demo, 0.4 s for `motionenv --help`, 0.03 s for the import. Run: motionenv bench startup
+
+After a change of kernels, `--record` writes again what each task compiles (`motionenv/_core/kernels.json`).
 """
 
 import argparse
+import json
 import os
 import resource
 import statistics
@@ -12,58 +16,131 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 ROUNDS = 15
-IMPORTS = {"an empty script": "pass", "import numpy": "import numpy", "import motionenv": "import motionenv"}
-STEP = """
-import gymnasium, motionenv.envs
-env = gymnasium.make("motionenv/WalkerTracking-v1")
-env.reset(seed=0)
-env.step(env.action_space.sample())
-"""
-POINTS = """
+IMPORTS = {
+    "an empty script": "pass", "import numpy": "import numpy", "import motionenv": "import motionenv",
+    "motionenv --help": "from motionenv.cli import app; app(['--help'], standalone_mode=False)",
+}  # fmt: skip
+RECORD = Path(__file__).parents[1] / "motionenv" / "_core" / "kernels.json"
+
+#: Makes the files that the tasks read.
+PREPARE = """
 import numpy as np, motionenv
 from motionenv.lifting import project_markers
 from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.types import MARKERS, Markers
-walk = motionenv.synthesize("walk/fpca", seconds=4, fps=30, seed=7)
+walk = motionenv.synthesize("walk/fpca", seconds=4, fps=30, seed=7, speed=1.2)
+motionenv.write(walk, "walk.npz")
 points = motionenv.markers(walk.poses, walk.skeleton)
 write_points(project_markers(Markers(MARKERS, points, walk.fps), alpha=np.radians(40)), "points.csv")
+motionenv.write_video("film.mp4", motionenv.film(walk, 0.3, width=320, height=240, follow=False), walk.fps)
 """
-MOTIONENV = [sys.executable, "-m", "motionenv"]
-COMMANDS = {
-    "`motionenv demo`": [*MOTIONENV, "demo"],
-    "one step of WalkerTracking": [sys.executable, "-c", STEP],
-    "`motionenv lift`, unknown view": [*MOTIONENV, "lift", "points.csv", "--view", "unknown", "--out", "walk.npz"],
+
+
+def _command(text: str) -> str:
+    """The script of a command line."""
+    return f"from motionenv.cli import app; app({text.split()!r}, standalone_mode=False)"
+
+
+#: Scripts that are whole tasks, by the name under which `motionenv._core.precompilation` knows their kernels.
+TASKS = {
+    "demo": _command("demo"),
+    "env": """
+import gymnasium, motionenv.envs
+env = gymnasium.make("motionenv/WalkerTracking-v1")
+env.reset(seed=0)
+env.step(env.action_space.sample())
+""",
+    "lift": _command("lift points.csv --view unknown --out lifted.npz"),
+    "film": _command("track --video film.mp4 --out track.mp4"),
+    "render": _command("render walk.npz --out rendered.mp4"),
+    "report": _command("report walk.npz --out report.html"),
 }
+MAKE = "import sys; from benchmarks.startup import record_task; record_task(*sys.argv[1:])"
 
 
-def cpu_and_wall(command: list[str], folder: Path, kernels: Path) -> tuple[float, float]:
-    """CPU and wall time of `command`, run in `folder` on one thread with its kernels cached in `kernels`."""
+def prepare(folder: Path) -> None:
+    """Write the files that the tasks read to `folder`."""
+    subprocess.run([sys.executable, "-c", PREPARE], cwd=folder, check=True, capture_output=True)
+
+
+def cpu_and_wall(task: str, folder: Path, kernels: Path) -> tuple[float, float]:
+    """CPU time of all processes, and wall time, of a task that is run in `folder` with its kernels in `kernels`."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     environment = os.environ | {"NUMBA_CACHE_DIR": str(kernels), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, time.perf_counter() - start
+    subprocess.run([sys.executable, "-c", TASKS[task]], cwd=folder, env=environment, check=True, capture_output=True)
+    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
 
 
-def first_and_second_runs() -> None:
-    """Print a row for each command, each with an empty cache of its own."""
-    print("| command | first run, CPU s | wall s | second run, CPU s | wall s |\n|-|-|-|-|-|")
+def first_and_second_runs(tasks: Iterable[str]) -> None:
+    """Print a row for each task, each with an empty cache of its own."""
+    print("| task | first run, wall s | CPU s | second run, wall s | CPU s |\n|-|-|-|-|-|")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        subprocess.run([sys.executable, "-c", POINTS], cwd=folder, check=True, capture_output=True)
-        for number, (title, command) in enumerate(COMMANDS.items()):
-            kernels = folder / f"kernels-{number}"
-            cold, warm = (cpu_and_wall(command, folder, kernels) for _ in range(2))
-            print(f"| {title} | {cold[0]:.1f} | {cold[1]:.1f} | {warm[0]:.1f} | {warm[1]:.1f} |", flush=True)
+        prepare(folder)
+        for task in tasks:
+            (cpu, wall), (cpu_2, wall_2) = (cpu_and_wall(task, folder, folder / f"kernels-{task}") for _ in range(2))
+            print(f"| {task} | {wall:.1f} | {cpu:.1f} | {wall_2:.1f} | {cpu_2:.1f} |", flush=True)
+
+
+def record_all() -> None:
+    """Run each task on an empty cache, and write what it compiled to `RECORD`."""
+    rows: dict[str, list] = {}
+    path = os.pathsep.join(filter(None, (str(RECORD.parents[2]), os.environ.get("PYTHONPATH"))))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepare(folder)
+        for task in TASKS:
+            environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}"), "PYTHONPATH": path}
+            subprocess.run([sys.executable, "-c", MAKE, task, "made.json"], cwd=folder, env=environment, check=True)
+            for kernel, types, seconds in json.loads((folder / "made.json").read_text()):
+                rows.setdefault(f"{kernel}{types}", [kernel, types, seconds, []])[3].append(task)
+    lines = [json.dumps(row) for _, row in sorted(rows.items())]
+    RECORD.write_text("[\n" + ",\n".join(lines) + "\n]\n")
+
+
+def record_task(task: str, out: str) -> None:
+    """Run a task in this process, and write to `out` which kernels it calls, with types and CPU times [s]."""
+    from numba.core import event
+
+    from motionenv._core import precompilation
+
+    class Listener(event.Listener):
+        """Notes what is compiled, but not what is compiled as a part of it."""
+
+        def __init__(self) -> None:
+            self.depth, self.made = 0, []
+
+        def on_start(self, event) -> None:
+            """Begin, perhaps within another."""
+            if not self.depth:
+                self.start = time.process_time()
+            self.depth += 1
+
+        def on_end(self, event) -> None:
+            """End."""
+            self.depth -= 1
+            if not self.depth:
+                function, types = event.data["dispatcher"].py_func, event.data["args"]
+                seconds = round(time.process_time() - self.start, 2)
+                code = [precompilation.encoded(each) for each in types]
+                self.made.append((f"{function.__module__}:{function.__qualname__}", code, seconds))
+
+    precompilation.cores = lambda: 1
+    listener = Listener()
+    event.register("numba:compile", listener)
+    exec(TASKS[task], {"__name__": "__main__"})
+    Path(out).write_text(json.dumps(listener.made))
 
 
 def wall(statement: str) -> float:
     """Wall time of a fresh interpreter that runs `statement`."""
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", statement], check=True)
+    subprocess.run([sys.executable, "-c", statement], check=True, stdout=subprocess.DEVNULL)
     return time.perf_counter() - start
 
 
@@ -83,14 +160,19 @@ def imports() -> None:
 
 
 def main() -> None:
-    """Print both tables, or that of imports only."""
+    """Print both tables, or that of imports only; or record what the tasks compile."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--imports", action="store_true", help="time only the imports")
+    parser.add_argument("--tasks", nargs="+", choices=TASKS, default=list(TASKS), help="time only these first runs")
+    parser.add_argument("--record", action="store_true", help="record the kernels of all tasks instead")
     asked = parser.parse_args()
+    if asked.record:
+        record_all()
+        return
     imports()
     if not asked.imports:
         print()
-        first_and_second_runs()
+        first_and_second_runs(asked.tasks)
 
 
 if __name__ == "__main__":

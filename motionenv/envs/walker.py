@@ -3,6 +3,7 @@
 from functools import partial
 from typing import Any
 
+from motionenv._core.precompilation import precompile
 from motionenv.envs.base import SimulatedTracking
 from motionenv.envs.pictures import picture_world
 from motionenv.envs.simulation.motion_sources import Source
@@ -18,6 +19,7 @@ def walker_world(
 
     The other `arguments`, and errors, are those of `picture_world`.
     """
+    precompile("env")
 
     def direct(source: Source, camera: str | float) -> tuple[Source, WalkingView]:
         return source, WalkingView(camera, source.fps, (source.frames - 1) / source.fps, start, path)

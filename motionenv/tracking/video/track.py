@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.precompilation import precompile
 from motionenv._core.validation import checked_fps, checked_number, checked_whole, random_generator
 from motionenv.body import from_height
 from motionenv.errors import MotionError
@@ -141,6 +142,7 @@ def track_video(
     check_options(particles, layers=layers)
     _check_choice(person, box, point, at, region)
     fps = None if fps is None else checked_fps(fps)
+    precompile("film")
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
     seen = _surveyed(path, detections, fps=fps, seconds=seconds, background=background, region=region)
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
