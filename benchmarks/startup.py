@@ -59,7 +59,6 @@ env.step(env.action_space.sample())
     "render": _command("render walk.npz --out rendered.mp4"),
     "report": _command("report walk.npz --out report.html"),
 }
-MAKE = "import sys; from benchmarks.startup import record_task; record_task(*sys.argv[1:])"
 
 
 def prepare(folder: Path) -> None:
@@ -90,51 +89,17 @@ def first_and_second_runs(tasks: Iterable[str]) -> None:
 def record_all() -> None:
     """Run each task on an empty cache, and write what it compiled to `RECORD`."""
     rows: dict[str, list] = {}
-    path = os.pathsep.join(filter(None, (str(RECORD.parents[2]), os.environ.get("PYTHONPATH"))))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         prepare(folder)
-        for task in TASKS:
-            environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}"), "PYTHONPATH": path}
-            subprocess.run([sys.executable, "-c", MAKE, task, "made.json"], cwd=folder, env=environment, check=True)
+        for task, script in TASKS.items():
+            environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}")}
+            command = [sys.executable, "-m", "motionenv._core.precompilation", "--record", "made.json", script]
+            subprocess.run(command, cwd=folder, env=environment, check=True)
             for kernel, types, seconds in json.loads((folder / "made.json").read_text()):
                 rows.setdefault(f"{kernel}{types}", [kernel, types, seconds, []])[3].append(task)
     lines = [json.dumps(row) for _, row in sorted(rows.items())]
     RECORD.write_text("[\n" + ",\n".join(lines) + "\n]\n")
-
-
-def record_task(task: str, out: str) -> None:
-    """Run a task in this process, and write to `out` which kernels it calls, with types and CPU times [s]."""
-    from numba.core import event
-
-    from motionenv._core import precompilation
-
-    class Listener(event.Listener):
-        """Notes what is compiled, but not what is compiled as a part of it."""
-
-        def __init__(self) -> None:
-            self.depth, self.made = 0, []
-
-        def on_start(self, event) -> None:
-            """Begin, perhaps within another."""
-            if not self.depth:
-                self.start = time.process_time()
-            self.depth += 1
-
-        def on_end(self, event) -> None:
-            """End."""
-            self.depth -= 1
-            if not self.depth:
-                function, types = event.data["dispatcher"].py_func, event.data["args"]
-                seconds = round(time.process_time() - self.start, 2)
-                code = [precompilation.encoded(each) for each in types]
-                self.made.append((f"{function.__module__}:{function.__qualname__}", code, seconds))
-
-    precompilation.cores = lambda: 1
-    listener = Listener()
-    event.register("numba:compile", listener)
-    exec(TASKS[task], {"__name__": "__main__"})
-    Path(out).write_text(json.dumps(listener.made))
 
 
 def wall(statement: str) -> float:

@@ -175,8 +175,36 @@ def _end_with_parent() -> None:
     os._exit(0)
 
 
+def record(script: str, out: str) -> None:
+    """Run a script, and write to `out` which kernels are compiled for its calls, with types and CPU times [s]."""
+    from numba.core import event
+
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # on one core there are no helpers
+    stack: list[float] = []
+    found: list[tuple[str, list, float]] = []
+
+    class Listener(event.Listener):
+        """Notes what is compiled, but not what is compiled as a part of it."""
+
+        def on_start(self, event: Any) -> None:
+            stack.append(time.process_time())
+
+        def on_end(self, event: Any) -> None:
+            seconds = round(time.process_time() - stack.pop(), 2)
+            if not stack:
+                function, types = event.data["dispatcher"].py_func, event.data["args"]
+                found.append((f"{function.__module__}:{function.__qualname__}", list(map(encoded, types)), seconds))
+
+    event.register("numba:compile", Listener())
+    exec(script, {})
+    Path(out).write_text(json.dumps(found))
+
+
 def main() -> None:
-    """Compile kernels of the tasks that the arguments name."""
+    """Compile kernels of the tasks that the arguments name; or `record`, with --record OUT SCRIPT."""
+    if sys.argv[1] == "--record":
+        record(sys.argv[3], sys.argv[2])
+        return
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
     threading.Thread(target=_end_with_parent, daemon=True).start()
     compilation.logger.setLevel(logging.ERROR)  # the parent says what is compiled

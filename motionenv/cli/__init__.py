@@ -17,7 +17,6 @@ from motionenv import __version__
 from motionenv.cli import (
     batch,
     bench,
-    compiling,
     dataset,
     evaluate,
     gait,
@@ -52,7 +51,7 @@ app.command()(stimuli.stimuli)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command(context_settings=_passed_on, add_help_option=False)(serve.work)
-app.command("compile")(compiling.compile_kernels)
+app.command("compile")(bench.compile_kernels)
 app.command(context_settings=_passed_on)(bench.bench)
 app.command(context_settings=_passed_on)(batch.batch)
 
