@@ -71,4 +71,4 @@ def compile_kernels(
         made = compile_tasks(
             tasks or known, processes or cores(), lambda done, total: bar.update(row, completed=done, total=total)
         )
-    note(f"{made} kernels compiled")
+    note(f"kernels compiled: {made}")
