@@ -1,11 +1,15 @@
-"""CPU time of the first commands after installation, and time of `import motionenv`.
+"""The first run of each task on an empty cache and the second one, and time of `import motionenv`.
 
-The first run of a command compiles its kernels into an empty cache; the second one loads them. Goals for the first
-demo, environment step and lift: 20, 10 and 10 s; for the import: under 0.03 s.
+The first run compiles kernels, in as many processes as there are cores; the second one loads them. Goals for the wall
+time on two idle cores: 14, 9, 7 and 35 s for the first demo, environment step, lift and tracked film, 2.5 s for the
+second demo, 0.4 s for `motionenv --help`, 0.03 s for the import. Run:
 
-    motionenv bench startup [--imports]
+    motionenv bench startup [--tasks demo env]
+
+After a change of kernels, `--record` writes again what each task compiles (`motionenv/_core/kernels.json`).
 """
 
+import json
 import os
 import resource
 import statistics
@@ -13,65 +17,106 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 from benchmarks import Arguments
 
-IMPORTS = {"an empty script": "pass", "import numpy": "import numpy", "import motionenv": "import motionenv"}
-STEP = """
-import gymnasium, motionenv.envs
-env = gymnasium.make("motionenv/WalkerTracking-v1")
-env.reset(seed=0)
-env.step(env.action_space.sample())
-"""
-POINTS = """
+IMPORTS = {
+    "an empty script": "pass", "import numpy": "import numpy", "import motionenv": "import motionenv",
+    "motionenv --help": "from motionenv.cli import app; app(['--help'], standalone_mode=False)",
+}  # fmt: skip
+RECORD = Path(__file__).parents[1] / "motionenv" / "_core" / "kernels.json"
+
+#: Makes the files that the tasks read.
+PREPARE = """
 import numpy as np, motionenv
 from motionenv.lifting import project_markers
 from motionenv.mocap.keypoints.points2d import write_points
 from motionenv.types import MARKERS, Markers
-walk = motionenv.synthesize("walk/fpca", seconds=4, fps=30, seed=7)
+walk = motionenv.synthesize("walk/fpca", seconds=4, fps=30, seed=7, speed=1.2)
+motionenv.write(walk, "walk.npz")
 points = motionenv.markers(walk.poses, walk.skeleton)
 write_points(project_markers(Markers(MARKERS, points, walk.fps), alpha=np.radians(40)), "points.csv")
+motionenv.write_video("film.mp4", motionenv.film(walk, 0.3, width=320, height=240, follow=False), walk.fps)
 """
-MOTIONENV = [sys.executable, "-m", "motionenv"]
-COMMANDS = {
-    "`motionenv demo`": [*MOTIONENV, "demo"],
-    "one step of WalkerTracking": [sys.executable, "-c", STEP],
-    "`motionenv lift`, unknown view": [*MOTIONENV, "lift", "points.csv", "--view", "unknown", "--out", "walk.npz"],
+
+
+def _command(text: str) -> str:
+    """The script of a command line."""
+    return f"from motionenv.cli import app; app({text.split()!r}, standalone_mode=False)"
+
+
+#: Scripts that are whole tasks, by the name under which `motionenv._core.precompilation` knows their kernels.
+TASKS = {
+    "demo": _command("demo"),
+    "env": """
+import gymnasium, motionenv.envs
+env = gymnasium.make("motionenv/WalkerTracking-v1")
+env.reset(seed=0)
+env.step(env.action_space.sample())
+""",
+    "lift": _command("lift points.csv --view unknown --out lifted.npz"),
+    "film": _command("track --video film.mp4 --out track.mp4"),
+    "render": _command("render walk.npz --out rendered.mp4"),
+    "report": _command("report walk.npz --out report.html"),
 }
 
 
-def cpu_and_wall(command: list[str], folder: Path, kernels: dict[str, str]) -> tuple[float, float]:
-    """CPU and wall time of `command`, run in `folder` on one thread; `kernels` says where these are cached."""
+def prepare(folder: Path) -> None:
+    """Write the files that the tasks read to `folder`."""
+    subprocess.run([sys.executable, "-c", PREPARE], cwd=folder, check=True, capture_output=True)
+
+
+def cpu_and_wall(task: str, folder: Path, kernels: dict[str, str]) -> tuple[float, float]:
+    """CPU time of all processes, and wall time, of a task that is run in `folder`; `kernels` says where these are."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     environment = os.environ | kernels | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, time.perf_counter() - start
+    subprocess.run([sys.executable, "-c", TASKS[task]], cwd=folder, env=environment, check=True, capture_output=True)
+    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
 
 
-def first_and_second_runs(quick: bool) -> None:
-    """Print a row for each command, each with an empty cache of its own; if `quick`, with the usual one, and once."""
-    print("| command | first run, CPU s | wall s | second run, CPU s | wall s |\n|-|-|-|-|-|")
+def first_and_second_runs(tasks: Iterable[str], quick: bool) -> None:
+    """Print a row for each task, each with an empty cache of its own, or if `quick` with the usual one."""
+    print("| task | first run, wall s | CPU s | second run, wall s | CPU s |\n|-|-|-|-|-|")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        subprocess.run([sys.executable, "-c", POINTS], cwd=folder, check=True, capture_output=True)
-        for number, (title, command) in enumerate(COMMANDS.items()):
-            kernels = {} if quick else {"NUMBA_CACHE_DIR": str(folder / f"kernels-{number}")}
-            cold = cpu_and_wall(command, folder, kernels)
-            warm = cold if quick else cpu_and_wall(command, folder, kernels)
-            print(f"| {title} | {cold[0]:.1f} | {cold[1]:.1f} | {warm[0]:.1f} | {warm[1]:.1f} |", flush=True)
+        prepare(folder)
+        for task in tasks:
+            kernels = {} if quick else {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}")}
+            (cpu, wall), (cpu_2, wall_2) = (cpu_and_wall(task, folder, kernels) for _ in range(2))
+            print(f"| {task} | {wall:.1f} | {cpu:.1f} | {wall_2:.1f} | {cpu_2:.1f} |", flush=True)
+
+
+def record_all() -> None:
+    """Run each task on an empty cache, and write what it compiled to `RECORD`."""
+    rows: dict[str, list] = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepare(folder)
+        for task, script in TASKS.items():
+            environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}")}
+            command = [sys.executable, "-m", "motionenv._core.precompilation", "--record", "made.json", script]
+            subprocess.run(command, cwd=folder, env=environment, check=True)
+            for kernel, types, seconds in json.loads((folder / "made.json").read_text()):
+                rows.setdefault(f"{kernel}{types}", [kernel, types, seconds, []])[3].append(task)
+    lines = [json.dumps(row) for _, row in sorted(rows.items())]
+    RECORD.write_text("[\n" + ",\n".join(lines) + "\n]\n")
 
 
 def wall(statement: str) -> float:
     """Wall time of a fresh interpreter that runs `statement`."""
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", statement], check=True)
+    subprocess.run([sys.executable, "-c", statement], check=True, stdout=subprocess.DEVNULL)
     return time.perf_counter() - start
 
 
 def imports(rounds: int) -> None:
-    """Print the median time of each import, less that of an empty script. Statements take turns, so noise hits all."""
+    """Print the median time of each import in `rounds` processes, less that of an empty script.
+
+    Statements take turns, so that noise hits all.
+    """
     times: dict[str, list[float]] = {name: [] for name in IMPORTS}
     for statement in IMPORTS.values():  # warm up bytecode and page cache
         wall(statement)
@@ -86,14 +131,20 @@ def imports(rounds: int) -> None:
 
 
 def main() -> None:
-    """Print both tables, or that of imports only."""
+    """Print both tables, or that of imports only; or record what the tasks compile."""
     parser = Arguments(__doc__)
+    parser.add_argument("--rounds", type=int, default=15, quick=1, help="processes that import")
     parser.add_argument("--imports", action="store_true", help="time only the imports")
+    parser.add_argument("--tasks", nargs="+", choices=TASKS, default=list(TASKS), quick=["env"], help="time only these")
+    parser.add_argument("--record", action="store_true", help="record the kernels of all tasks instead")
     asked = parser.parse_args()
-    imports(1 if asked.quick else 15)
+    if asked.record:
+        record_all()
+        return
+    imports(asked.rounds)
     if not asked.imports:
         print()
-        first_and_second_runs(asked.quick)
+        first_and_second_runs(asked.tasks, asked.quick)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ a part is optimised and turned into machine code inside each kernel that it belo
 that kernel's file in the cache.
 """
 
-import fcntl
 import gc
 import hashlib
 import logging
@@ -20,10 +19,11 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from subprocess import Popen
 from typing import Any
 
 import platformdirs
@@ -36,11 +36,19 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
+from motionenv._core.locks import lock
+
 LIMIT = 400 * 2**20  # bytes of kernels on disk; one version of this library takes about 40 MB
 _IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE)
 
 _REPORT = 5.0  # [s] between reports
 _began = _said = 0.0  # [s] of `time.monotonic()`: the first report and the last
+
+#: Kernels, with types of arguments, that this process compiles while it would wait for one that another compiles.
+waiting: list[tuple["_Kernel", tuple]] = []
+
+#: Processes that compile for this one.
+helpers: list[Popen] = []
 
 logger = logging.getLogger(__name__)
 
@@ -124,6 +132,7 @@ class _Locator(_CacheLocator):
     def __init__(self, function: Callable, file: str):
         self._name = function.__module__
         self._key = content_key(Path(file))
+        self._py_file = file  # numba names it where it warns of what can't be kept
         self._line = function.__code__.co_firstlineno
 
     @classmethod
@@ -151,9 +160,14 @@ class _Files(FunctionCache):
 
     _impl_class = _Impl
 
+    def has(self, sig: Any, codegen: Any) -> bool:
+        return self._index_key(sig, codegen) in self._cache_file._load_index()
+
 
 class _KernelCache(_Cache):
     """The cache of one kernel, opened when the kernel is first called; reports what has to be compiled."""
+
+    held = 0  # locks that this process holds, in all threads: those compile in turn
 
     def __init__(self, dispatcher: Dispatcher):
         self._dispatcher = dispatcher
@@ -169,6 +183,12 @@ class _KernelCache(_Cache):
     @property
     def cache_path(self) -> str:
         return self._files().cache_path
+
+    def has(self, sig: Any, codegen: Any) -> bool:
+        """Whether the kernel is there for these types and this processor."""
+        with suppress(OSError):
+            return not isinstance(self._opened, NullCache) and self._files().has(sig, codegen)
+        return False
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
@@ -192,21 +212,24 @@ class _KernelCache(_Cache):
             _warn_unwritable(folder.parent, error.strerror)
 
     @contextmanager
-    def alone(self) -> Iterator[None]:
-        """While no other process compiles this kernel: the second one waits, and then loads what the first has made."""
+    def alone(self, *, wait: bool = True) -> Iterator[bool]:
+        """While no other process compiles this kernel; yields whether that is so, which it always is after `wait`.
+
+        A process that waited then loads what the other has made.
+        """
         function = self._dispatcher.py_func
         name = f"{function.__module__}.{function.__qualname__}.lock".replace("<locals>", "")
-        try:
-            folder = cache_folder() / "locks"
-            folder.mkdir(parents=True, exist_ok=True)
-            file = open(folder / name, "w")
-        except OSError:  # nothing can be kept there either, as `save_overload` says
-            yield
-            return
-        with file:
-            with suppress(OSError):  # file systems of networks that know no locks
-                fcntl.flock(file, fcntl.LOCK_EX)
-            yield
+        mine = True
+        with ExitStack() as stack:
+            with suppress(OSError):  # no locks here, or no right to write, as `save_overload` says
+                folder = cache_folder() / "locks"
+                folder.mkdir(parents=True, exist_ok=True)
+                mine = lock(stack.enter_context(open(folder / name, "w")), wait=wait)
+            _KernelCache.held += mine
+            try:
+                yield mine
+            finally:
+                _KernelCache.held -= mine
 
     def enable(self) -> None:
         self._files().enable()
@@ -232,12 +255,27 @@ class _Kernel(_Compiled):
     """A function that Python may call."""
 
     def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
-        super().__init__(py_func, locals, targetoptions)
+        super().__init__(py_func, locals or {}, targetoptions)
         self._cache = _KernelCache(self)
 
+    def is_compiled(self, sig: Any) -> bool:
+        """Whether there is code for arguments of these types, in this process or in the cache."""
+        return sig in self.overloads or self._cache.has(sig, self.targetctx.codegen())
+
     def compile(self, sig: Any) -> Any:
-        with global_compiler_lock, _uncollected(), self._cache.alone():
-            return super().compile(sig)
+        with global_compiler_lock, _uncollected():
+            while waiting and not _KernelCache.held and not self.compile_unless_taken(sig):
+                other, types = waiting.pop()  # rather than wait for the process that compiles this one
+                other.compile_unless_taken(types)
+            with self._cache.alone():
+                return super().compile(sig)
+
+    def compile_unless_taken(self, sig: Any) -> bool:
+        """Compile, or load, unless another process compiles this kernel now; returns whether it's done."""
+        with global_compiler_lock, _uncollected(), self._cache.alone(wait=False) as mine:
+            if mine:
+                super().compile(sig)
+        return mine
 
 
 @contextmanager
@@ -281,7 +319,7 @@ class _Part(_Compiled):
     """A function that only kernels call."""
 
     def __init__(self, py_func: Callable, locals: dict | None = None, targetoptions: dict | None = None):
-        super().__init__(py_func, locals, targetoptions, pipeline_class=_PartCompiler)
+        super().__init__(py_func, locals or {}, targetoptions, pipeline_class=_PartCompiler)
 
     def add_overload(self, cres: Any) -> None:
         """Make a part known to those that call it, which numba does in the step that `_PartCompiler` leaves out.
@@ -332,11 +370,21 @@ def _size(folder: Path) -> int:
     return sum(file.stat().st_size for file in folder.iterdir())
 
 
-def _report(name: str) -> None:
-    """Say which kernel is being compiled: the first at once, and then one every few seconds."""
+def announce(what: str, how_far: str = "") -> None:
+    """Say what is being compiled."""
     global _began, _said
+    _said = time.monotonic()
+    _began = _began or _said
+    logger.warning("compiling %s, once for this version and machine%s", what, how_far)
+
+
+def _report(name: str) -> None:
+    """Say which kernel is being compiled, at first and then every few seconds, and whether a helper failed."""
+    for failed in [helper for helper in helpers if helper.poll()]:
+        helpers.remove(failed)
+        logger.warning(
+            "a process that compiled kernels ended with exit code %d: %s is compiled here", failed.returncode, name
+        )
     now = time.monotonic()
-    if now - _said < _REPORT:
-        return
-    _began, _said = _began or now, now
-    logger.warning("compiling kernels, once for this version and machine: %s, %.0f s", name, now - _began)
+    if now - _said >= _REPORT:
+        announce("kernels", f": {name}, {now - (_began or now):.0f} s")

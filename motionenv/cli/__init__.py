@@ -1,7 +1,7 @@
 """The command line.
 
 `motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | stimuli | serve | work |
-bench | mocap | dataset | batch`.
+bench | mocap | dataset | batch | compile`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -51,6 +51,7 @@ app.command()(stimuli.stimuli)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command(context_settings=_passed_on, add_help_option=False)(serve.work)
+app.command("compile")(bench.compile_kernels)
 app.command(context_settings=_passed_on)(bench.bench)
 app.command(context_settings=_passed_on)(batch.batch)
 

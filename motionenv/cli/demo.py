@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.precompilation import precompile
 from motionenv.errors import MotionError
 from motionenv.mocap import write
 from motionenv.models.synthesis import synthesize
@@ -31,6 +32,7 @@ def make_demo(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MotionError(f"can't create the folder {out}: {error.strerror}; choose another with --out") from None
+    precompile("demo")
     motion = synthesize("walk/fpca", SECONDS, FPS, seed=seed, speed=1.25)
     kept: list[np.ndarray] = []
     wanted = np.linspace(0, len(motion.poses) - 1, _STRIP).round().astype(int)

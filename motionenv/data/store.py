@@ -9,11 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-try:
-    import fcntl
-except ImportError:  # on Windows, which can't delete files in use; what was killed there leaves its folder behind
-    fcntl = None  # type: ignore[assignment]
-
+from motionenv._core.locks import lock
 from motionenv.errors import MotionError
 
 # Stores in which an object appears whole or not at all when its upload ends; renaming there is copying.
@@ -168,10 +164,9 @@ def _sync(path: Path) -> None:
 def _in_use(folder: Path) -> Iterator[None]:
     """Hold a lock in a scratch folder, which the system lets go when this process ends, however it ends."""
     with open(folder / "locking", "wb") as file:
-        if fcntl is not None:
-            with suppress(OSError):  # a file system without locks: nobody will sweep this folder
-                fcntl.flock(file, fcntl.LOCK_EX)
-                os.rename(folder / "locking", folder / "lock")  # only now: who finds it must find it locked
+        with suppress(OSError):  # no locks here: nobody will sweep this folder
+            lock(file)
+            os.rename(folder / "locking", folder / "lock")  # only now: who finds it must find it locked
         yield
 
 
@@ -179,7 +174,6 @@ def _is_in_use(folder: Path) -> bool:
     """Whether a process works in a scratch folder, as far as can be told."""
     try:
         with open(folder / "lock", "r+b") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (OSError, AttributeError):
+            return not lock(file, wait=False)
+    except OSError:
         return True
-    return False

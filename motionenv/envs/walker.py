@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
+from motionenv._core.precompilation import precompile
 from motionenv.envs.base import SimulatedTracking, taking
 from motionenv.envs.simulation.motion_sources import Source
-from motionenv.envs.simulation.picture_world import PictureArguments
+from motionenv.envs.simulation.picture_world import PictureArguments, PictureWorld
 from motionenv.envs.simulation.views import WalkingView
 from motionenv.envs.vector import SimulatedTrackingVector, VectorArguments
 
@@ -16,6 +17,10 @@ class WalkerArguments(PictureArguments):
     motion: str = "walk/fpca"
     start: str = "near"
     path: str = "straight"
+
+    def world(self, n: int) -> PictureWorld:
+        precompile("env")
+        return super().world(n)
 
     def staged(self, source: Source) -> tuple[Source, WalkingView]:
         """The walkers of a `source`, and their cameras."""

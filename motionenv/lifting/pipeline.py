@@ -9,6 +9,7 @@ from numbers import Real
 import numpy as np
 from scipy.stats import chi
 
+from motionenv._core.precompilation import precompile
 from motionenv._core.representation import OneLine
 from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
@@ -212,19 +213,22 @@ def lift(
         MotionError: incompatible units, arguments or points; for a steady walk, a motion that is not periodic.
         GapError: too few points, or for a steady walk fewer than 1.5 strides.
     """
+    parallel = points.unit == "m" or alpha is not None or scale is not None
+    steady = method == "steady" or (method == "auto" and parallel)
+    if steady:
+        precompile("lift")
     model = load(prior) if isinstance(prior, str) else prior
     if not isinstance(model, WalkerPrior):
         raise MotionError(f"prior must be a WalkerPrior such as walk/prior, got {type(model).__name__}")
     if method not in ("auto", "steady", "free"):
         raise MotionError(f'method must be "auto", "steady" or "free", got {method!r}')
     _check(points, alpha, elevation, scale, camera)
-    parallel = points.unit == "m" or alpha is not None or scale is not None
     if method == "free" and parallel:
         raise MotionError("free motion needs points in pixels, without alpha and scale: omit them, or method")
     if camera is not None and (method == "steady" or parallel):
         raise MotionError("a steady walk is lifted orthographically: omit camera, or method, alpha and scale")
     check_points(points, scale)
-    if method == "steady" or (method == "auto" and parallel):
+    if steady:
         return _steady(model, points, alpha, elevation, scale, robust)
     free = fit_freely(points, camera, distortion=distortion, elevation=elevation, on_progress=on_progress)
     return Lifted(swapped_back(points, free.swapped), free.swapped, free=free)

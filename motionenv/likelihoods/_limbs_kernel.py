@@ -5,14 +5,13 @@ constants, so that each loop over bodies becomes SIMD instructions (`motionenv.b
 """
 
 import numpy as np
-from numba import njit
 
 from motionenv._core.compilation import kernel, part
 from motionenv.body.kinematics import HINGE_SIGN
 from motionenv.body.simd import foot_rotation, hinged, placed, root_rotation, sine_cosine, turned
 from motionenv.body.skeleton import LIMBS
 
-_inline = njit(inline="always", error_model="numpy")
+_inline = part(forceinline=True)
 
 #: Bodies in a block.
 LANES = 32

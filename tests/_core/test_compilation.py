@@ -128,6 +128,13 @@ def test_a_cache_that_can_not_be_written_is_said_and_the_kernel_works(package, t
     assert said.count("NUMBA_CACHE_DIR") == 1
 
 
+def test_without_optimisation_kernels_work_and_are_not_kept(package, tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_OPT", "0")
+    value, hits, said = ask(package, tmp_path / "cache")
+    assert (value, hits) == (20.0, 0)
+    assert "Cannot cache compiled function" in said
+
+
 def test_the_oldest_kernels_go_when_there_are_too_many(tmp_path, monkeypatch):
     monkeypatch.setattr(compilation, "LIMIT", 250)
     for age, name in enumerate(("newest", "older", "oldest")):

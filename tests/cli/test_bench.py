@@ -1,4 +1,4 @@
-"""`motionenv bench` in a checkout and outside of one."""
+"""`motionenv bench` in a checkout and outside of one, and `motionenv compile`."""
 
 import os
 import shutil
@@ -39,3 +39,16 @@ def test_bench_outside_a_checkout_says_where_benchmarks_are(tmp_path):
     )  # fmt: skip
     assert done.returncode == 2
     assert "clone the repository" in done.stderr
+
+
+def test_compile_compiles_what_a_task_needs(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "motionenv", "compile", "report"]
+    for _ in range(2):
+        done = subprocess.run(command, capture_output=True, text=True, env=environment)
+        assert (done.returncode, done.stderr) == (0, "kernels compiled: 1\n")
+    assert len(list(tmp_path.rglob("*.nbc"))) == 1
+
+
+def test_compile_suggests_a_task(run):
+    refused(run("compile", "lfit"), "did you mean lift?")

@@ -51,5 +51,7 @@ def test_what_runs_is_neither_root_nor_able_to_write_its_root():
     lines = (DEPLOY / "Containerfile").read_text().replace("\\\n", " ").splitlines()
     told = {line.split()[0]: line for line in lines if line and line[0].isupper()}
     assert told["USER"] == "USER 10001"
+    made = lines.index("RUN motionenv compile")  # by the user who runs it, into what a new volume begins with
+    assert lines.index(told["USER"]) < made < lines.index(told["VOLUME"])
     assert shlex.split(told["ENTRYPOINT"].split(maxsplit=1)[1].strip("[]")) == ["motionenv"]
     assert "/health/ready" in (DEPLOY / "Containerfile").read_text()

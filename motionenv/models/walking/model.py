@@ -392,10 +392,11 @@ class WalkingModel(GaitModel):
 
         finer = math.ceil(_RATE / fps)
         rate = float(fps * finer)
-        scores = np.ascontiguousarray(stride.scores, dtype=np.float64)
-        seconds = np.ascontiguousarray(stride.seconds, dtype=np.float64)
+        scores, seconds, speeds = (
+            np.ascontiguousarray(values, dtype=np.float64) for values in (stride.scores, stride.seconds, speeds)
+        )
         clock = rate, math.ceil(_PADDING * rate), finer, float(phase), shortest
-        terms, floors = self._tables.terms, floors_of(self._tables, scores)
+        terms, floors = self._tables.terms, np.ascontiguousarray(floors_of(self._tables, scores))
 
         n = len(poses)
 

@@ -11,6 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from motionenv._core.precompilation import precompile
 from motionenv._core.threads import Workers
 from motionenv.body import limb_segments
 from motionenv.body.gaps import known_limbs
@@ -58,6 +59,7 @@ class Raycaster:
         Raises:
             MotionError: see `motionenv.render.request.batch`; or `out` has a wrong shape.
         """
+        precompile("render")
         work = batch(poses, skeleton, cameras)
         frame = out or work.empty(rgb)
         if (frame.rgb is not None) != rgb:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motionenv._core.precompilation import precompile
 from motionenv._core.validation import checked_number, checked_whole, random_generator
 from motionenv.body import from_height
 from motionenv.errors import MotionError
@@ -125,6 +126,7 @@ def track_video(
     attempts = checked_whole(attempts, "attempts", 1)
     check_filter(particles, layers=layers)
     _check_choice(person, box, point, at)
+    precompile("film")
     skeleton, rng = from_height(_USUAL if height is None else height), random_generator(seed)
     seen = _surveyed(film)
     who, size = chosen(seen.found, person=person, box=box, point=point, at=at), (seen.info.width, seen.info.height)
