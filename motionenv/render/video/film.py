@@ -7,8 +7,7 @@ from typing import cast
 import numpy as np
 
 from motionenv._core.validation import checked_choice
-from motionenv.body import markers
-from motionenv.body.gaps import known_markers
+from motionenv.body.kinematics import shown_markers
 from motionenv.errors import GapError, MotionError
 from motionenv.render.api import ENGINES, render
 from motionenv.render.cameras import fit_view
@@ -80,7 +79,7 @@ def cameras_for(
 
     It looks down by the angle `elevation` [rad] and has images of `width` and `height` [pixels].
     """
-    seen = _markers(motion.poses, motion)
+    seen = shown_markers(motion.poses, motion.skeleton)
     margin = 0.14  # head, hands and feet extend beyond the markers
     if not follow:
         return [fit_view(seen, alpha, width=width, height=height, margin=margin, elevation=elevation)] * len(seen)
@@ -115,16 +114,11 @@ def _prepared(
     return cameras, _of_body(motion, engine, scene)
 
 
-def _markers(poses: np.ndarray, motion: Motion) -> np.ndarray:
-    """Markers (frames, 15, 3) [m] of poses (frames, 25), NaN where unknown."""
-    return np.where(known_markers(poses)[..., None], markers(poses, motion.skeleton), np.nan)
-
-
 def _of_points(motion: Motion, colour: Colour, background: Colour, radius: float) -> Draw:
     """Renders dots of `radius` [pixels]."""
     dots, behind = (np.round(np.multiply(c, 255)) for c in (colour, background))
     return lambda poses, cameras: render_points(
-        _markers(poses, motion), cameras, radius=radius, colour=dots, background=behind
+        shown_markers(poses, motion.skeleton), cameras, radius=radius, colour=dots, background=behind
     )
 
 
