@@ -11,6 +11,7 @@ from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 
 from service.errors import KINDS
+from service.schemas.stream import StreamSettings
 from service.transport.access import FREE
 
 router = APIRouter(include_in_schema=False)
@@ -22,13 +23,14 @@ _SCHEMES = {
     "basic": {"type": "http", "scheme": "basic", "description": "Any user name; the key is the password."},
 }
 _PROBLEMS = "\n".join(f"| `{kind}` | {status} | {title} |" for kind, (status, title) in KINDS.items())
+_SETTINGS = ", ".join(f"`{name}`" for name in StreamSettings.model_fields)
 #: Introduction of the OpenAPI document: what applies to all operations, and the stream, which OpenAPI can't describe.
 DESCRIPTION = f"""Human motion from models, 3D motion from 2D points, and jobs on motion capture.
 
 **Stream.** `WS /v1/stream` sends poses without end. The client sends settings as JSON objects, first all that differ
-from the defaults, later those that change: `model`, `seed`, `fps`, `deviations`, `speed`, `height`, `variation`,
-`paused`, and for trees `temperature`, `activity`, `heading`. The service answers each with `{{"type": "settings",
-"fps", "height", "pose"}}` or `{{"type": "problem", "detail", "errors"}}`, and sends each pose as a binary message of 25
+from the defaults, later those that change: {_SETTINGS};
+`temperature`, `activity` and `heading` are for trees. The service answers each with `{{"type": "settings", "fps",
+"height", "pose"}}` or `{{"type": "problem", "detail", "errors"}}`, and sends each pose as a binary message of 25
 little-endian float32.
 
 **Problems.** Errors are problem details (RFC 9457), whose `type` is `/docs#` and one of these kinds:
