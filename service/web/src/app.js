@@ -287,6 +287,7 @@ export class App {
 
   /** Pause at a share of the cycle or of the motion. */
   scrub(share) {
+    if (!this.shown) return; // nobody walks yet
     this.cycles = this.cycles.fill(this.shown.moment(share));
     this.pause(true);
     this.stage.changed = true;
