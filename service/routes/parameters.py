@@ -53,9 +53,18 @@ async def get_parameters(request: Request, group: Group, name: Name) -> Response
 
 
 def prepare(model_registry: Any) -> None:
-    """Work out, in a thread of its own, what the page asks for first: it takes some tenths of a second."""
+    """Work out, in a thread of its own, what the page asks for first: parameters and a stride.
+
+    It takes some tenths of a second, or several where the kernel that walks in place isn't compiled yet.
+    """
     models = [model_registry.get(name, EVERYTHING) for name in ("walk/fpca", "walk/eigenwalkers")]
-    threading.Thread(target=lambda: list(map(_packed, models)), name="parameters", daemon=True).start()
+
+    def work() -> None:
+        for model in models:
+            _packed(model)
+            motionenv.models.cycle(model)
+
+    threading.Thread(target=work, name="prepare", daemon=True).start()
 
 
 @lru_cache(maxsize=_KEPT)
