@@ -1,6 +1,5 @@
 """The raycast engine as users call it: batches, cameras, threads, shadows, refusals."""
 
-
 import numpy as np
 import pytest
 
