@@ -32,7 +32,8 @@ def page(session: Session) -> str:
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head><body>'
         f"<header><h1>{title}</h1>{_overview(session)}</header>"
-        f"<main>{_notes(session)}{_angles(session)}{_table(session)}{_trials(session)}</main>"
+        f"<main>{_notes(session)}{_angles(session)}{_table(session)}"
+        f"<section><h2>Captures</h2>{''.join(map(_trial, session.trials))}</section></main>"
         f"<footer>{_methods(session)}<p>Made with motionenv {__version__}.</p></footer></body></html>\n"
     )
 
@@ -122,10 +123,6 @@ def _figures(parameter: Parameter) -> str:
     if np.isfinite(parameter.low):
         text += f"<br><small>{parameter.low:.{digits}f} to {parameter.high:.{digits}f}</small>"
     return text
-
-
-def _trials(session: Session) -> str:
-    return f"<section><h2>Captures</h2>{''.join(_trial(t) for t in session.trials)}</section>"
 
 
 def _trial(trial: Trial) -> str:
