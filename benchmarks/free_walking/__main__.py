@@ -24,8 +24,7 @@ from benchmarks import Arguments, headline
 from benchmarks.free_walking import bandai, baselines, left_out
 from motionenv.body import markers
 from motionenv.lifting.free.lifter import FreeFit, fit_freely
-from motionenv.lifting.free.posture_network import PostureNetwork
-from motionenv.lifting.free.proposal import BODY_UNIT, propose, shipped_network
+from motionenv.lifting.free.posture_network import BODY_UNIT, PostureNetwork, propose, shipped_network
 from motionenv.lifting.free.rays import rays_of
 from motionenv.metrics import aligned_mpjpe, pelvis_mpjpe
 from motionenv.mocap.keypoints import DetectorErrors

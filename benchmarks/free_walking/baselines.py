@@ -10,7 +10,7 @@ benchmark's column "network alone".
 import numpy as np
 from scipy.spatial import cKDTree
 
-from motionenv.lifting.free.proposal import BODY_UNIT
+from motionenv.lifting.free.posture_network import BODY_UNIT
 from motionenv.lifting.free.rays import rays_of
 from motionenv.types import MARKERS, Camera, Points
 

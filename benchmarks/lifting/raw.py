@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.captured_walks import cmu_markers
 from benchmarks.lifting.walks import CURVED, cmu_folds, options, our_models
 from motionenv.lifting import Lifted, lift, project_markers
-from motionenv.lifting.projection import turned_to_x
+from motionenv.lifting.view_geometry import turned_to_x
 from motionenv.metrics import pelvis_mpjpe
 from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior

@@ -24,9 +24,8 @@ from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
 from motionenv.gait import Feet, feet_of
-from motionenv.gait.kinematic_events import candidates, directions, kinematic_events
-from motionenv.gait.plate_events import plate_events
-from motionenv.gait.signals import smoothed
+from motionenv.gait.events import candidates, directions, kinematic_events, plate_events
+from motionenv.gait.feet import smoothed
 from motionenv.mocap import read, retarget
 from motionenv.types import Event, Motion
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks import Arguments
 from motionenv.gait import Trial, analyse, normalised
-from motionenv.gait.normalised import mean_and_sd
+from motionenv.gait.strides import mean_and_sd
 from motionenv.mocap import person_label, read, retarget
 from motionenv.mocap.retargeting import find_nodes
 from motionenv.models.walking.preprocessing import STRAIGHT, straightness

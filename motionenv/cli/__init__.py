@@ -14,20 +14,7 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import (
-    batch,
-    bench,
-    dataset,
-    evaluate,
-    gait,
-    lifting,
-    mocap,
-    models,
-    serve,
-    stimuli,
-    synthesis,
-    tracking,
-)
+from motionenv.cli import batch, bench, dataset, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err, note
 from motionenv.errors import MotionError
 
@@ -47,7 +34,7 @@ app.command()(evaluate.evaluate)
 app.command()(gait.report)
 app.command()(models.fit)
 app.command()(models.models)
-app.command()(stimuli.stimuli)
+app.command()(dataset.stimuli)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command(context_settings=_passed_on, add_help_option=False)(serve.work)

@@ -1,4 +1,4 @@
-"""The `dataset` commands: presets, schema, preview, make, verify."""
+"""The `dataset` commands, and `stimuli`: point-light walkers for experiments on perception."""
 
 import json
 from contextlib import ExitStack
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motionenv.cli._shared import check_folder, err, made_progress, note
+from motionenv.cli._shared import check_folder, err, made_progress, note, progress
 from motionenv.errors import MotionError
 
 if TYPE_CHECKING:
@@ -189,3 +189,19 @@ def _tell(made: "Made", spec: "Specification", out: str) -> None:
     if made.failed:
         note("run the same command again to make the failed shards")
         raise typer.Exit(3)
+
+
+def stimuli(
+    source: Annotated[Path, typer.Argument(help="What to show: .toml or .json, also the stimuli.json of a set.")],
+    out: Annotated[Path, typer.Option(help="Folder that is new or empty.")],
+) -> None:
+    """Make a set of point-light stimuli: films or frames, tables of the dots, and stimuli.json, which makes it again.
+
+    Example: motionenv stimuli masked.toml --out masked
+    """
+    from motionenv.data.stimuli import StimulusSet, write_stimuli
+
+    asked = StimulusSet.read(source)
+    with progress("drawing", asked.stimuli * asked.frames) as step:
+        told = write_stimuli(asked, out, step=step)
+    typer.echo(f"{told.parent}  {asked.stimuli} stimuli of {asked.frames} frames")

@@ -23,9 +23,6 @@ def make_demo(
     """Write walk.mp4, strip.png and walk.bvh of a random person to the folder `out`; return each file's description.
 
     `on_frame` is called with the number of frames rendered so far.
-
-    Raises:
-        MotionError: the folder can't be created or written.
     """
     out = Path(out)
     try:

@@ -100,7 +100,7 @@ def _check_gaps(gone: np.ndarray, fps: float, out: Path) -> None:
 
 def _camera(path: Path | None, which: str | None) -> dict:
     """The arguments `camera` and `distortion` of `lift`."""
-    from motionenv.render.camera_files import read_camera, read_distortion
+    from motionenv.render.cameras import read_camera, read_distortion
 
     if path is None:
         if which is not None:

@@ -200,7 +200,7 @@ def _made(tracker: str, model: str | None, *, arm: bool = False) -> Callable[...
 
 def _track_video(film: "Film", camera, which, prior, options: dict[str, Any], out: Path, motion_out) -> bool:
     """Track a person in a film, with the given `options` of `track_video`; returns whether the track was lost."""
-    from motionenv.render.camera_files import read_camera
+    from motionenv.render.cameras import read_camera
     from motionenv.render.video.encode import write_video
     from motionenv.render.video.tracking_film import marked, track_film
     from motionenv.tracking import track_video

@@ -22,13 +22,7 @@ _GREY = 60
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a data set takes, from a small part of it that was made.
-
-    Attributes:
-        frames, samples, shards: of the set.
-        bytes: of its files.
-        core_hours: of processor cores like this one.
-    """
+    """What a data set takes, extrapolated from a small part of it; `core_hours` are of cores like this machine's."""
 
     frames: int
     samples: int
@@ -50,11 +44,7 @@ class Estimate:
 
 
 def estimate(spec: Specification, form: str = "webdataset") -> Estimate:
-    """Make a group of `spec`'s samples in the format `form` in a folder that is then deleted, and extrapolate.
-
-    Raises:
-        MotionError: the format can't hold it.
-    """
+    """Make a group of `spec`'s samples in the format `form` in a folder that is then deleted, and extrapolate."""
     written = format_of(form)
     written.check(spec)
     sampler = Sampler(spec)
@@ -75,12 +65,9 @@ def estimate(spec: Specification, form: str = "webdataset") -> Estimate:
 
 
 def contact_sheet(spec: Specification, samples: int = 16) -> np.ndarray:
-    """A picture (height, width, 3) uint8 of the first `samples` of `spec`, each with its joints.
+    """A picture (height, width, 3) uint8 of the first `samples` (1 to 256) of `spec`, each with its joints.
 
     Of a clip it shows the frame in the middle, and below it the first and the last one.
-
-    Raises:
-        MotionError: `samples` isn't from 1 to 256.
     """
     count = min(checked_whole(samples, "samples", 1, 256), spec.samples)
     pictures = () if spec.pictures.background == "black" and "rgb" not in spec.output.fields else ("rgb",)

@@ -39,11 +39,7 @@ class Record(BaseModel):
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
-        """The record of a `content` as a file holds it.
-
-        Raises:
-            MotionError: a field that is unknown, missing or out of range; names it.
-        """
+        """The record of a `content` as a file holds it; a MotionError names a field that is wrong."""
         try:
             return cls.model_validate(content)
         except ValidationError as error:
@@ -58,15 +54,7 @@ class Record(BaseModel):
 
 
 def read_content(source: str | Path, expected: str) -> dict[str, Any]:
-    """What a TOML or JSON file holds.
-
-    Args:
-        source: its path.
-        expected: words for an error about another suffix.
-
-    Raises:
-        MotionError: no such file, another suffix, or not TOML or JSON.
-    """
+    """The content of the TOML or JSON file `source`; a MotionError, with the words `expected` for another suffix."""
     path = Path(source)
     if path.suffix.lower() not in (".toml", ".json"):
         raise MotionError(f"{expected}; got {str(source)!r}")

@@ -3,11 +3,10 @@
 from motionenv.gait.bands import Band, band_of, load_band, shipped_band
 from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
-from motionenv.gait.normalised import normalised
 from motionenv.gait.report import write_report
 from motionenv.gait.session import Session, read_group, read_session
 from motionenv.gait.stretches import Stretch, find_stretches
-from motionenv.gait.strides import Stride, find_strides
+from motionenv.gait.strides import Stride, find_strides, normalised
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import Trial, analyse, read_trial
 

@@ -12,7 +12,7 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv._core.representation import OneLine
 from motionenv.errors import FormatError, MotionError
-from motionenv.gait.normalised import SAMPLES, mean_and_sd
+from motionenv.gait.strides import SAMPLES, mean_and_sd
 from motionenv.gait.trial import ANGLES, Trial
 
 _FORMAT = "motionenv gait band"

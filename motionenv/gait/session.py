@@ -10,8 +10,7 @@ import numpy as np
 from motionenv._core.representation import OneLine, counted
 from motionenv.errors import MotionError
 from motionenv.gait.bands import Band, band_of
-from motionenv.gait.normalised import mean_and_sd
-from motionenv.gait.strides import Stride
+from motionenv.gait.strides import Stride, mean_and_sd
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, Trial, read_trial
 from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_static

@@ -6,8 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from motionenv._core.representation import OneLine
-from motionenv.gait.feet import Feet
-from motionenv.gait.signals import bridged, smoothed
+from motionenv.gait.feet import Feet, bridged, smoothed
 
 _CUTOFF = 0.8  # [Hz] below the rhythm of strides
 _STANDS = 0.2  # [m/s] of who stands

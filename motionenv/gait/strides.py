@@ -7,9 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from motionenv._core.representation import OneLine
-from motionenv.gait.events import Events
+from motionenv.gait.events import Events, walks_backwards
 from motionenv.gait.feet import Feet
-from motionenv.gait.kinematic_events import walks_backwards
 from motionenv.gait.stretches import Stretch, on_treadmill
 
 _STRIDE = (0.4, 3.0)  # [s] plausible duration
@@ -68,7 +67,6 @@ def _steady(start: float, end: float, stretches: Sequence[Stretch]) -> bool:
 
 
 def _timed(events: Events, side: str, start: float, end: float) -> Stride:
-    """One stride with its events."""
     other = _OTHER[side]
     within = lambda kind, whose: [t for t in events.times(kind, whose) if start < t < end]
     offs, opposite_offs, contacts = within("toe_off", side), within("toe_off", other), within("initial_contact", other)
@@ -97,7 +95,6 @@ def _placed(stride: Stride, feet: Feet, towards: float) -> Stride:
 
 
 def _ordered(times: Sequence[float]) -> bool:
-    """Whether the times that are known increase."""
     known = [t for t in times if np.isfinite(t)]
     return all(a < b for a, b in pairwise(known))
 
@@ -109,3 +106,34 @@ def _at(path: np.ndarray, time: float, fps: float) -> np.ndarray:
     share = frame - i
     after = path[min(i + 1, len(path) - 1), :2]
     return (1 - share) * path[i, :2] + share * after
+
+
+#: Samples of a normalised curve: 0 to 100 % of the cycle.
+SAMPLES = 101
+
+
+def normalised(values: np.ndarray, fps: float, strides: Sequence[Stride]) -> np.ndarray:
+    """Cut curves `values` (frames, n), NaN in gaps, into `strides` and resample each at 0, 1, ..., 100 % of its cycle.
+
+    At the frame rate `fps` [Hz]. The result (strides, 101, n) is linearly interpolated; NaN beside unknown frames.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    out = np.full((len(strides), SAMPLES, values.shape[1]), np.nan)
+    for cut, stride in zip(out, strides, strict=True):
+        frames = (stride.start + share * stride.seconds) * fps
+        inside = (frames >= 0) & (frames <= len(values) - 1)
+        before = np.minimum(frames[inside].astype(int), max(len(values) - 2, 0))
+        weight = (frames[inside] - before)[:, None]
+        after = np.minimum(before + 1, len(values) - 1)
+        cut[inside] = np.where(weight > 0, (1 - weight) * values[before] + weight * values[after], values[before])
+    return out
+
+
+def mean_and_sd(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation of `curves` (n, ...) at each sample; NaN where fewer than one or two are known."""
+    known = np.isfinite(curves)
+    count = known.sum(0)
+    mean = np.where(known, curves, 0.0).sum(0) / np.where(count > 0, count, np.nan)
+    squares = np.where(known, (curves - mean) ** 2, 0.0).sum(0)
+    return mean, np.sqrt(squares / np.where(count > 1, count - 1, np.nan))

@@ -7,12 +7,10 @@ import numpy as np
 
 from motionenv._core.representation import OneLine, counted
 from motionenv.errors import GapError
-from motionenv.gait.events import Events, find_events
+from motionenv.gait.events import Events, find_events, walks_backwards
 from motionenv.gait.feet import Feet, feet_of
-from motionenv.gait.kinematic_events import walks_backwards
-from motionenv.gait.normalised import normalised
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
-from motionenv.gait.strides import Stride, find_strides
+from motionenv.gait.strides import Stride, find_strides, normalised
 from motionenv.mocap import MarkerMap, read, retarget
 from motionenv.mocap.clinical import CLINICAL_ANGLES, ClinicalAngles, clinical_angles, measurements_of
 from motionenv.types import Markers, Motion

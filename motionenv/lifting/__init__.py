@@ -19,8 +19,8 @@ from motionenv.lifting.fourier_fit import Series, fourier_points
 from motionenv.lifting.free.lifter import FreeFit, OtherMotion, fit_freely
 from motionenv.lifting.pipeline import Lifted, OtherView, lift
 from motionenv.lifting.posterior import MISFIT_LIMIT, WalkPosterior
-from motionenv.lifting.projection import project_markers
 from motionenv.lifting.refinement import InitialEstimate, refine
+from motionenv.lifting.view_geometry import project_markers
 from motionenv.lifting.views.known_view import Reconstruction, least_squares, maximum_a_posteriori
 from motionenv.lifting.views.unknown_view import Views, find_view
 

@@ -192,7 +192,6 @@ class _Normal:
         self.path = path - path.mean(axis=0)
 
     def variance(self, frequency: float) -> float:
-        """Weighted sum of squared residuals."""
         return self.solve(frequency)[2]
 
     def solve(self, frequency: float) -> tuple[np.ndarray, np.ndarray, float]:

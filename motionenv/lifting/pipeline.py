@@ -15,7 +15,7 @@ from motionenv.body.fitting import fit_poses, fit_skeleton
 from motionenv.errors import MotionError
 from motionenv.lifting.fourier_fit import Series, fourier_points
 from motionenv.lifting.free.lifter import SURPRISE, FreeFit, fit_freely, heading_of, limb_lengths
-from motionenv.lifting.free.proposal import BODY_UNIT
+from motionenv.lifting.free.posture_network import BODY_UNIT
 from motionenv.lifting.free.smoother import contacts
 from motionenv.lifting.posterior import BAND, WalkPosterior
 from motionenv.lifting.refinement import InitialEstimate, refine

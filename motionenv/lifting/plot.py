@@ -42,7 +42,9 @@ def lifted_walk(lifted: Lifted) -> "Figure":
             if true is not None:
                 _stick(panel, true[frame][:, plane], ORANGE, "--")
             panel.set(aspect="equal", xlim=(-0.8, 0.8), xlabel=("across [m]", "depth [m]")[row])
-        _points(axes[0, column], lifted.points.upward[frame] / scale[frame], own[frame])
+        points = lifted.points.upward[frame] / scale[frame]
+        points = points - np.nanmedian(points - own[frame][:, :2], axis=0)  # where the estimate is on average
+        axes[0, column].plot(*points.T, ".", color="black", markersize=3)
         axes[0, column].set_title(f"{frame / lifted.points.fps:.2f} s", fontsize="medium")
     axes[0, 0].set_ylabel("as seen: up [m]")
     axes[1, 0].set_ylabel("as not seen: up [m]")
@@ -91,18 +93,11 @@ def _about_pelvis(positions: np.ndarray) -> np.ndarray:
 
 
 def _stick(panel, points: np.ndarray, colour: str, style: str) -> None:
-    """Draw one posture (15, 2)."""
     for a, b in EDGES:
         panel.plot(*points[[a, b]].T, style, color=colour, linewidth=1.2)
 
 
-def _points(panel, points: np.ndarray, own: np.ndarray) -> None:
-    """One frame's points (15, 2) [m], moved to where the estimate's (15, 3) are on average."""
-    panel.plot(*(points - np.nanmedian(points - own[:, :2], axis=0)).T, ".", color="black", markersize=3)
-
-
 def _over_time(panels, lifted: Lifted, own: np.ndarray, true, view: np.ndarray) -> None:
-    """Depth of single markers over time."""
     t = np.arange(len(own)) / lifted.points.fps
     band = np.sqrt((lifted.band**2) @ (view[2] ** 2))
     for panel, name in zip(panels, _SHOWN, strict=True):

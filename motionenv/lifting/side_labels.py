@@ -109,20 +109,26 @@ def _viterbi(off: np.ndarray, correlation: float, variance: float) -> tuple[np.n
 
     Residuals are autoregressive of order 1 with coefficient `correlation` and innovation `variance`.
     """
-    frames = off.shape[1]
     before = np.nan_to_num(off[:, None, :-1])  # after a gap, predict 0
     variances = np.where(np.isnan(off[0, :-1]).any(axis=-1), 1.0, variance)
-    step = _cost(off[None, :, 1:] - correlation * before, variances)  # (from, to, frames - 1)
-    cost = _cost(off[:, 0], np.ones(off.shape[2])) + np.array([0.0, _SWITCH])
-    back = np.zeros((frames, 2), dtype=np.intp)
-    change = _SWITCH * (1 - np.eye(2))
-    for i in range(1, frames):
-        ways = cost[:, None] + step[:, :, i - 1] + change
-        back[i] = ways.argmin(axis=0)
-        cost = ways.min(axis=0)
-    path = np.empty(frames, dtype=np.intp)
+    steps = _cost(off[None, :, 1:] - correlation * before, variances)  # (from, to, frames - 1)
+    return _cheapest_path(_cost(off[:, 0], np.ones(off.shape[2])), steps, _SWITCH)
+
+
+def _cheapest_path(first: np.ndarray, steps: np.ndarray, switch: float) -> tuple[np.ndarray, float]:
+    """The path (frames,) of least cost through two states by the Viterbi algorithm, and its cost.
+
+    Costs are `first` (2,) of the first frame, `steps` (from, to, frames - 1), and `switch` of each change to the other
+    state, a start in state 1 included.
+    """
+    cost, change = first + np.array([0.0, switch]), switch * (1 - np.eye(2))
+    back = np.zeros((steps.shape[2] + 1, 2), dtype=np.intp)
+    for i in range(1, len(back)):
+        ways = cost[:, None] + steps[:, :, i - 1] + change
+        back[i], cost = ways.argmin(axis=0), ways.min(axis=0)
+    path = np.empty(len(back), dtype=np.intp)
     path[-1] = cost.argmin()
-    for i in range(frames - 1, 0, -1):
+    for i in range(len(back) - 1, 0, -1):
         path[i - 1] = back[i, path[i]]
     return path == 1, float(cost.min())
 
@@ -133,7 +139,6 @@ def _cost(off: np.ndarray, variance) -> np.ndarray:
 
 
 def _between(positions: np.ndarray, pair: np.ndarray) -> np.ndarray:
-    """Left minus right (frames, 3, 2) of the markers of a `pair` of limbs (2, 3)."""
     return positions[:, pair[0]] - positions[:, pair[1]]
 
 
@@ -151,9 +156,9 @@ def find_swaps(rays: np.ndarray, places: np.ndarray, noise: float) -> np.ndarray
     out = np.zeros((len(rays), len(GROUPS)), dtype=bool)
     for column, (left, right) in enumerate(PAIRS.values()):
         pair, crossed = np.concatenate([left, right]), np.concatenate([right, left])
-        straight = _ray_cost(rays[:, pair] - towards[:, pair], scale)
-        mixed = _ray_cost(rays[:, pair] - towards[:, crossed], scale)
-        out[:, column] = _most_probable(np.stack([straight, mixed], axis=1))
+        cost = np.stack([_ray_cost(rays[:, pair] - towards[:, shown], scale) for shown in (pair, crossed)])
+        steps = np.broadcast_to(cost[:, 1:], (2, 2, len(rays) - 1))
+        out[:, column] = _cheapest_path(cost[:, 0], steps, _RAY_SWITCH)[0]
     return out
 
 
@@ -170,18 +175,3 @@ def _ray_cost(off: np.ndarray, scale: float) -> np.ndarray:
     """Negative log-likelihood (frames,) of directions' errors (frames, markers, 3), capped, 0 where not seen."""
     square = (off**2).sum(axis=-1) / (2 * scale**2)
     return np.minimum(np.nan_to_num(square, nan=0.0), _RAY_CAP).sum(axis=1)
-
-
-def _most_probable(cost: np.ndarray) -> np.ndarray:
-    """The path (frames,) of least cost (frames, 2) through two states, by the Viterbi algorithm."""
-    total, back = cost[0] + [0.0, _RAY_SWITCH], np.zeros((len(cost), 2), dtype=int)
-    for i in range(1, len(cost)):
-        ways = total[:, None] + _RAY_SWITCH * (1 - np.eye(2))
-        back[i] = ways.argmin(axis=0)
-        total = ways.min(axis=0) + cost[i]
-    path = np.empty(len(cost), dtype=bool)
-    state = int(total.argmin())
-    for i in range(len(cost) - 1, -1, -1):
-        path[i] = state
-        state = back[i, state]
-    return path

@@ -25,12 +25,8 @@ _ALTERNATION = 0.7  # least fraction of alternating power; see `alternation`
 def check_points(points: Points, scale: float | None = None) -> None:
     """Reject image `points` that can't be lifted, before any expensive work; `scale` is pixels per metre, if known.
 
-    The unit is checked by regressing the markers' mean heights on those of a standing body.
-
-    Raises:
-        GapError: too few frames or markers, or less than `LEAST_SECONDS`.
-        MotionError: fewer than `LEAST_RATE` frames per second, a wrong unit, an inverted vertical axis, or a scale that
-            implies an impossible body height.
+    The unit is checked by regressing the markers' mean heights on those of a standing body. A GapError means too little
+    data, a MotionError a wrong rate, unit, axis or scale.
     """
     who = points.name or "this sequence"
     if points.fps < LEAST_RATE:

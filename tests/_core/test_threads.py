@@ -1,6 +1,9 @@
 """Work that threads share: each piece done once, errors come out."""
 
+import os
+import pickle
 import threading
+import time
 from itertools import pairwise
 
 import pytest
@@ -44,6 +47,23 @@ def test_work_that_shares_work_itself_ends():
 
     workers.share(lambda start, stop: [workers.share(inner, 10) for _ in range(start, stop)], 20)
     assert sorted(done) == sorted([*range(10)] * 20)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system doesn't fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")  # about forking with threads: the case at hand
+def test_a_fork_and_a_copy_start_threads_of_their_own():
+    """The child has none of the pool's threads, and doesn't wait for them for ever."""
+    workers = Workers(3, "test")
+    work = lambda start, stop: time.sleep(0.01)
+    workers.share(work, 24)
+    child = os.fork()
+    if child == 0:
+        workers.share(work, 24)
+        os._exit(7)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    copy = pickle.loads(pickle.dumps(workers))
+    copy.share(work, 24)
+    assert copy.threads == 3
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, True, "two"])

@@ -1,4 +1,4 @@
-"""Who may import whom: stages import earlier stages only, and each library has its place (read from the source)."""
+"""Imports, read from the source: earlier stages only, each library in its place, and private names in their folder."""
 
 import ast
 import importlib
@@ -82,6 +82,10 @@ DISTRIBUTION = {
     "stable_baselines3": "stable-baselines3",
 }
 
+FOLDERS = ("motionenv", "service", "benchmarks", "renders", "tests")
+HIDDEN = {"node_modules", "dist"}  # what npm makes
+PRIVATE_TO_ALL = "motionenv._core"  # private to motionenv, whose parts all build on it
+
 
 def part_of(module: str) -> str:
     """`motionenv.body.skeleton` → `body`; `motionenv` itself → the empty name."""
@@ -92,15 +96,14 @@ def module_of(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def imports(path: Path) -> Iterator[str]:
-    """Every module named in an import, at any depth; `from motionenv import x` counts as `motionenv.x`."""
+def imported_names(path: Path) -> Iterator[str]:
+    """Dotted names of everything that a file imports, at any depth; `from a import b` is `a.b`."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: relative import; name the module in full"
-            split = node.module == "motionenv"
-            yield from (f"motionenv.{alias.name}" for alias in node.names) if split else [node.module]
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def complaint(importer: str, imported: str) -> str | None:
@@ -124,7 +127,7 @@ def test_every_part_imports_only_what_it_may():
     importers = {path: part_of(module_of(path)) for path in sorted((ROOT / "motionenv").rglob("*.py"))}
     assert len(importers) > 200
     assert set(importers.values()) <= set(RANK), "give each part its place in RANK"
-    named = [(path, importer, name) for path, importer in importers.items() for name in imports(path)]
+    named = [(path, importer, name) for path, importer in importers.items() for name in imported_names(path)]
     assert not {(path, name): why for path, importer, name in named if (why := complaint(importer, name))}
 
 
@@ -164,7 +167,7 @@ def declared(*extras: str) -> set[str]:
 )
 def test_every_library_that_is_imported_is_declared(folder, extras):
     paths = list((ROOT / folder).rglob("*.py"))
-    tops = {name.split(".")[0] for path in paths for name in imports(path)} - {path.stem for path in paths}
+    tops = {name.split(".")[0] for path in paths for name in imported_names(path)} - {path.stem for path in paths}
     used = {DISTRIBUTION.get(top, top) for top in tops - sys.stdlib_module_names}
     assert used <= declared(*extras) | {"motionenv", "service", "benchmarks", "renders", folder}
 
@@ -189,3 +192,56 @@ def test_every_library_that_is_imported_is_declared(folder, extras):
 )
 def test_the_rule_itself(importer, imported, fine):
     assert (complaint(importer, imported) is None) == fine
+
+
+def is_private(part: str) -> bool:
+    return part.startswith("_") and not part.startswith("__")
+
+
+def holders(name: str) -> list[str]:
+    """The packages that hold a private part of a dotted name: of `a.b.c._x`, with a module `c`, `a.b`."""
+    parts = name.split(".")
+    owners = [parts[:i] for i, part in enumerate(parts) if is_private(part)]
+    return [".".join(owner if ROOT.joinpath(*owner).is_dir() else owner[:-1]) for owner in owners]
+
+
+def package_of(path: Path) -> str:
+    """The package whose private names a file may use: its own, and for a test the one that it mirrors."""
+    own = path.relative_to(ROOT).parent.parts
+    if own[0] != "tests":
+        return ".".join(own)
+    mirrored = own[1:] if own[1:2] == ("service",) else ("motionenv", *own[1:])
+    return ".".join(mirrored)
+
+
+def trespasses(name: str, package: str) -> bool:
+    """Whether a file of `package` imports a `name` that is private to another folder."""
+    if name.startswith(f"{PRIVATE_TO_ALL}.") and package.split(".")[0] == "motionenv":
+        name = name.replace("._core", ".core", 1)
+    return any(not f"{package}.".startswith(f"{holder}.") for holder in holders(name))
+
+
+def test_private_names_are_imported_in_their_own_folder_only():
+    paths = [p for name in FOLDERS for p in sorted((ROOT / name).rglob("*.py")) if not HIDDEN & set(p.parts)]
+    assert len(paths) > 500
+    ours = ("motionenv.", "service.", "benchmarks.", "renders.")
+    named = [(path, name) for path in paths for name in imported_names(path) if name.startswith(ours)]
+    assert not [(path, name) for path, name in named if trespasses(name, package_of(path))]
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "wrong"),
+    [
+        ("motionenv.body.kinematics._hinge", "motionenv.body", False),
+        ("motionenv.body.kinematics._hinge", "motionenv.render.raycast", True),
+        ("motionenv.models.fpca._gap_kernels.fill", "motionenv.models.fpca", False),
+        ("motionenv.models.fpca._gap_kernels.fill", "motionenv.models", True),
+        ("motionenv.render._x", "motionenv.render.raycast", False),
+        ("motionenv._core.files.atomic_write", "motionenv.render.video", False),
+        ("motionenv._core.files._umask", "motionenv.render.video", True),
+        ("motionenv._core.files.atomic_write", "service.jobs", True),
+        ("motionenv.__version__", "service", False),
+    ],
+)
+def test_the_rule_of_private_names_itself(name, package, wrong):
+    assert trespasses(name, package) == wrong

@@ -1,10 +1,14 @@
+"""Specifications, and the records that they are."""
+
 import json
 import tomllib
 
 import pytest
 
 from motionenv.data import PRESETS, Specification
+from motionenv.data.record import Record
 from motionenv.data.specification import preset
+from motionenv.data.stimuli import StimulusSet
 from motionenv.errors import MotionError
 
 
@@ -79,3 +83,11 @@ def test_the_schema_accepts_what_it_describes():
     for name in PRESETS:
         checks.validate(json.loads(Specification.read(name).json()))
     assert not checks.is_valid({"frames": "many"})
+
+
+@pytest.mark.parametrize("kind", [Specification, StimulusSet])
+def test_every_field_of_a_schema_is_described(kind: type[Record]):
+    schema = kind.model_json_schema()
+    for part in (schema, *schema["$defs"].values()):
+        for name, field in part["properties"].items():
+            assert "$ref" in field or len(field["description"]) > 5, name

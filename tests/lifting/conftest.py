@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motionenv.lifting.projection import project_markers
+from motionenv.lifting.view_geometry import project_markers
 from motionenv.mocap import read, to_markers
 from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.types import Points

@@ -8,8 +8,7 @@ from scipy.signal import lfilter
 
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting.fourier_fit import fourier_points
-from motionenv.lifting.projection import project_markers, turned_to_x
-from motionenv.lifting.view_geometry import project
+from motionenv.lifting.view_geometry import project, project_markers, turned_to_x
 from motionenv.mocap import read, to_markers
 from motionenv.models.eigenwalkers.extraction import fourier_walker, steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import columns, later

@@ -1,12 +1,15 @@
-"""Refining from raw points: derivatives by differences, a dense linear solve, exact walks, outliers."""
+"""Refining from raw points, and what the result says of itself: against differences, dense solves and draws."""
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting import view_geometry as geometry
 from motionenv.lifting._parallel_projection import Parallel
+from motionenv.lifting.posterior import BAND
 from motionenv.lifting.refinement import _BY_MARKER, InitialEstimate, _precision, _Problem, _State, refine
+from motionenv.lifting.view_geometry import axes
 from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import columns, positions_at
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
@@ -190,3 +193,51 @@ def in_place(markers, walker):
     lead = w[1:3, MARKERS.index("left_ankle"), 0] - w[1:3, MARKERS.index("right_ankle"), 0]
     phase = 2 * np.pi * walker.frequency * time[0] - np.arctan2(lead[0], lead[1])
     return (still + (walker.coefficients[0] - w[0]).mean(axis=0))[::4], phase
+
+
+@pytest.fixture(scope="module")
+def lifted(model, walker):
+    """Lifted from an orthographic picture with noise of 1 cm."""
+    places = positions_at(walker, phases()) @ axes(0.6)[:2].T
+    noisy = places + 0.01 * np.random.default_rng(2).standard_normal(places.shape)
+    return refine(model, Points(noisy, FPS, "m"), InitialEstimate(model.mean_, 0.7, 0.91, 0.35))
+
+
+def test_a_band_holds_nine_tenths():
+    assert norm.cdf(BAND) - norm.cdf(-BAND) == pytest.approx(0.9)
+
+
+def test_positions_are_the_series_in_place(lifted):
+    np.testing.assert_allclose(lifted.positions, positions_at(lifted.coefficients, lifted.phases), atol=1e-12)
+    assert np.diff(lifted.phases).mean() * FPS / (2 * np.pi) == pytest.approx(lifted.frequency)
+    assert lifted.phases[0] == pytest.approx(lifted.phase)
+
+
+def test_parameters_are_told_by_name(lifted):
+    assert lifted.names[:3] == ("alpha", "phase", "turns")
+    for i, name in enumerate(lifted.names):
+        assert lifted.standard_deviation(name) == pytest.approx(np.sqrt(lifted.parameter_covariance[i, i]))
+    with pytest.raises(ValueError, match="not in tuple"):
+        lifted.standard_deviation("weather")
+
+
+def test_deviations_are_those_of_drawn_posteriors(lifted):
+    rng = np.random.default_rng(0)
+    order = len(lifted._joint)
+    draws = np.linalg.cholesky(lifted._joint + 1e-15 * np.eye(order)) @ rng.standard_normal((order, 4000))
+    time = np.linspace(-1, 1, FRAMES)[::30]
+    middle, turns = lifted.phases.mean(), np.ptp(lifted.phases) / 2
+    moved = [
+        positions_at(lifted.coefficients + d[:225].reshape(5, 15, 3), middle + d[226] + time * (turns + d[227]))
+        for d in draws.T
+    ]
+    variance = np.var(moved, axis=0) * lifted.inflation[:, None] + lifted.deviation[:, None] ** 2
+    np.testing.assert_allclose(lifted.deviations[::30], np.sqrt(variance), rtol=0.1)
+
+
+def test_depth_is_less_sure_than_what_the_picture_shows(lifted):
+    across, _, away = axes(lifted.alpha)
+    assert lifted.deviations.shape == (FRAMES, 15, 3)
+    assert (lifted.deviations >= lifted.deviation[:, None]).all()
+    variance = lifted.deviations**2
+    assert np.median(variance @ away**2) > 1.1 * np.median(variance @ across**2)

@@ -5,8 +5,8 @@ import pytest
 
 from motionenv.errors import GapError, MotionError
 from motionenv.lifting.fourier_fit import fourier_points
-from motionenv.lifting.projection import project_markers
 from motionenv.lifting.validation import alternation, check_points, check_series, check_strides
+from motionenv.lifting.view_geometry import project_markers
 from motionenv.mocap import read, to_markers
 from motionenv.types import MARKERS, Markers, Points
 

@@ -15,7 +15,7 @@ import numpy as np
 import orjson
 
 from motionenv.body import EDGES
-from motionenv.data.formats.pictures import SUFFIX, encoded, while_drawing
+from motionenv.data.formats.encoding import SUFFIX, encoded, while_drawing
 from motionenv.data.samples import Sample
 from motionenv.data.specification import Specification
 from motionenv.data.store import Store

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 import orjson
 
-from motionenv.data.formats.table import column
+from motionenv.data.formats.encoding import column
 from motionenv.data.samples import Sample
 from motionenv.data.specification import PICTURES, Specification
 from motionenv.data.store import Store

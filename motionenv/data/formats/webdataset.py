@@ -14,8 +14,7 @@ from typing import ClassVar
 import numpy as np
 import orjson
 
-from motionenv.data.formats.pictures import SUFFIX, encoded, packed, while_drawing
-from motionenv.data.formats.table import Table
+from motionenv.data.formats.encoding import SUFFIX, Table, encoded, packed, while_drawing
 from motionenv.data.samples import Sample
 from motionenv.data.specification import PICTURES, Specification
 from motionenv.data.store import Store

@@ -2,18 +2,22 @@
 
 Tasks are whole numbers or texts, and the work on one doesn't depend on the others. What a task has to show for itself
 is written by the work itself, so that it may be done twice, and nothing large passes through the executor.
+`ray_executor` spreads it over several machines.
 """
 
 import multiprocessing
 import os
 import signal
+import sys
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 from motionenv._core.validation import checked_whole
+from motionenv.errors import MotionError
 
 _ATTEMPTS = 3  # at a task, after which it has failed
 _EACH = 2  # tasks per worker that wait or run
@@ -23,12 +27,9 @@ _UNKNOWN = 64  # tasks given at a time to an executor that doesn't say how many 
 
 @dataclass
 class Outcome:
-    """What became of some tasks.
+    """Results by task, reasons of those that failed, and whether the user stopped it (Ctrl-C).
 
-    Attributes:
-        done: results by task.
-        failed: reasons by task.
-        interrupted: whether the user stopped it (Ctrl-C); tasks in neither dict weren't done.
+    Tasks in neither dict weren't done.
     """
 
     done: dict[Any, Any] = field(default_factory=dict)
@@ -45,21 +46,15 @@ def run(
     patience: float = 3600.0,
     on_done: Callable[[Any], object] | None = None,
 ) -> Outcome:
-    """Do `work(task)` for all tasks.
+    """Do `work(task)` for all tasks; one that fails is tried three times, and Ctrl-C ends the work.
 
     Args:
         work: can be pickled, unless the executor has threads; may be done twice for a task.
         tasks: hashable, all different.
-        executor: any `concurrent.futures.Executor`; None starts `workers` processes, or works in this one if that is 1.
+        executor: None starts `workers` processes, or works in this one if that is 1.
         workers: number of processes; None is one for each core.
-        patience: after so many seconds in which no task ended, the executor is given up, and what it holds has failed.
+        patience: seconds without any finished task after which the executor is given up, and what it holds has failed.
         on_done: called with each result.
-
-    Returns:
-        The outcome. A task that fails is tried three times. Ctrl-C ends the work, too, and says so.
-
-    Raises:
-        MotionError: `workers` isn't a whole number from 1.
     """
     count = os.cpu_count() or 1 if workers is None else checked_whole(workers, "workers", 1)
     hands = _Given(executor) if executor is not None else _Own(min(count, max(1, len(tasks))))
@@ -117,7 +112,6 @@ class _Given:
         self._given: list[Future] = []
 
     def submit(self, work, task) -> Future:
-        """The future of a task; an executor that takes none makes it fail."""
         try:
             future = self._executor.submit(work, task)
         except Exception as error:  # noqa: BLE001  an executor may raise anything, and the task has then failed
@@ -130,7 +124,6 @@ class _Given:
         """Nothing: only its owner can mend it."""
 
     def end(self, at_once: bool) -> None:
-        """Take back what hasn't begun."""
         for future in self._given:
             future.cancel()
 
@@ -194,11 +187,7 @@ def _done_here(work, task) -> Future:
 def _begin_worker() -> None:
     """Leave Ctrl-C to the parent, which ends its workers; end by an exception, so that they clean up."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
-
-
-def _leave(number, frame) -> None:
-    raise SystemExit(128 + number)
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
 
 
 def _worked(work, task):
@@ -207,3 +196,51 @@ def _worked(work, task):
         return work(task)
     except SystemExit as end:
         os._exit(end.code if isinstance(end.code, int) else 1)
+
+
+class RayTasks(Executor):
+    """Runs each call as a Ray task of one core; only its arguments and its result travel."""
+
+    def __init__(self) -> None:
+        import ray
+
+        self._max_workers = max(1, int(ray.cluster_resources().get("CPU", 1)))
+        self._call = ray.remote(num_cpus=1, max_retries=3)(_call)
+
+    def submit(self, fn: Callable, /, *args, **kwargs) -> Future:
+        """The future of `fn(*args, **kwargs)`."""
+        return self._call.remote(fn, args, kwargs).future()
+
+
+def _call(fn: Callable, args: tuple, kwargs: dict):
+    return fn(*args, **kwargs)
+
+
+@contextmanager
+def ray_executor(address: str | None = None, **options) -> Iterator[Executor]:
+    """An executor of Ray tasks, on a cluster or on this machine.
+
+    Args:
+        address: of the cluster's head, as `ray.init` takes it; None starts Ray on this machine, and ends it afterwards.
+        options: of `ray.init`, such as `num_cpus`.
+
+    Raises:
+        MotionError: Ray isn't installed, or there is no cluster.
+
+    Example:
+        >>> with ray_executor("auto") as executor:  # doctest: +SKIP
+        ...     generate(spec, "s3://bucket/walkers", executor=executor)
+    """
+    try:
+        import ray
+    except ImportError:
+        raise MotionError("Ray isn't installed: pip install 'motionenv[ray]'") from None
+    try:
+        local: dict[str, Any] = {"include_dashboard": False} if address is None else {}
+        ray.init(address=address, log_to_driver=False, **local, **options)
+    except (ConnectionError, ValueError) as error:
+        raise MotionError(f"there is no Ray cluster at {address!r}: {error}") from None
+    try:
+        yield RayTasks()
+    finally:
+        ray.shutdown()

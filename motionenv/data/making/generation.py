@@ -138,11 +138,7 @@ def finish(store: Store, spec: Specification, form: str) -> None:
 
 
 def make_shard(job: _Job, shard: int) -> dict[str, Any]:
-    """Make a `shard` of a `job` unless it is there; returns its row.
-
-    Raises:
-        OSError: the store can't be written.
-    """
+    """Make a `shard` of a `job` unless it is there; returns its row of the manifest."""
     sampler = _sampler(job.content)
     spec, store, form = sampler.spec, Store(job.url, dict(job.options)), format_of(job.form)
     row = manifest.read_row(store, spec, shard)

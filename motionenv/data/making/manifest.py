@@ -21,16 +21,10 @@ _AT_ONCE = 1000  # rows that are read together
 
 
 def begin(store: Store, spec: Specification, form: str, resume: str) -> None:
-    """Begin a data set, or go on with one.
+    """Begin the data set of `spec` in a `store`, or go on with one; a MotionError says which part differs.
 
-    Args:
-        store: where.
-        spec: its specification; one that is there may have fewer frames, but nothing else may differ.
-        form: name of the format.
-        resume: "never" refuses what is there, "always" a store without a data set; "if-possible" takes both.
-
-    Raises:
-        MotionError: refused; says which part differs.
+    The one that is there may have fewer frames, but nothing else may differ. `resume`: "never" refuses what is there,
+    "always" a store without a data set; "if-possible" takes both.
     """
     if resume not in RESUME:
         raise MotionError(f"resume must be one of {', '.join(RESUME)}, got {resume!r}")
@@ -56,11 +50,7 @@ def begin(store: Store, spec: Specification, form: str, resume: str) -> None:
 
 
 def read_head(store: Store) -> tuple[Specification, str]:
-    """The specification and the format of the data set in a `store`.
-
-    Raises:
-        MotionError: there is none.
-    """
+    """The specification and the format of the data set in a `store`; a MotionError if there is none."""
     content = store.read(_HEAD)
     if content is None:
         raise MotionError(f"there is no data set in {store.url}: it would have a {_HEAD}")
@@ -69,19 +59,16 @@ def read_head(store: Store) -> tuple[Specification, str]:
 
 
 def done(store: Store, spec: Specification) -> set[int]:
-    """Numbers of the shards of `spec` that are done in a `store`."""
     there = set(store.names(_ROWS))
     return {shard for shard in range(spec.shards) if row_name(spec, shard) in there}
 
 
 def row_name(spec: Specification, shard: int) -> str:
-    """Name of the row's file of a `shard` of `spec`."""
     whole = spec.range_of(shard)
     return f"{shard:06d}-{whole.start}-{whole.stop}.json"
 
 
 def read_row(store: Store, spec: Specification, shard: int) -> dict[str, Any] | None:
-    """The row of a `shard` of `spec` in a `store`; None if it isn't done."""
     content = store.read(f"{_ROWS}/{row_name(spec, shard)}")
     return None if content is None else orjson.loads(content)
 
@@ -141,7 +128,6 @@ def _differences(there: dict[str, Any], here: dict[str, Any]) -> set[str]:
 
 
 def _versions() -> dict[str, str]:
-    """Versions of what a shard's bytes depend on."""
     from importlib.metadata import version
 
     return {name: version(name) for name in ("motionenv", "numpy", "scipy", "numba", "pillow", "pyarrow")}

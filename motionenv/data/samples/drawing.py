@@ -67,14 +67,12 @@ class Drawing:
         return self._lit(group.number).render(shown, offsets, radii, heights, colours, K, R, t, rgb=self.rgb)
 
     def _lit(self, number: int) -> MultiBodyRaycaster:
-        """A raycaster with the light of the group `number`."""
         if self._raycaster is None or (self._raycaster[0] != number and self.spec.pictures.light == "varied"):
             look = self.spec.pictures
             self._raycaster = number, MultiBodyRaycaster(look.width, look.height, scene=self._light(number))
         return self._raycaster[1]
 
     def _surround(self, group: Group, which: np.ndarray, frame: Frame) -> None:
-        """Put scenery around the bodies, in place."""
         if self._scenery is None:
             np.minimum(frame.depth, np.float32(FAR), out=frame.depth)
             return
@@ -90,7 +88,6 @@ class Drawing:
         scenery.compose(frame, np.tile(np.arange(frames), n), pan.reshape(-1), np.repeat(np.arange(n), frames))
 
     def _light(self, number: int) -> Scene:
-        """The light of a group."""
         if self.spec.pictures.light == "fixed":
             return Scene()
         rng = generator(self.spec.seed, number, LIGHT)
@@ -119,7 +116,6 @@ class Drawing:
 
 
 def _put(other: Frame, number: int, there: np.ndarray, frame: Frame, people: np.ndarray) -> None:
-    """Put the person `number` of the pictures `other` into pictures `there` of `frame`, wherever it is nearer."""
     nothing = np.empty((0, 0, 0, 3), np.uint8)
     seen, whole = (nothing if one.rgb is None else one.rgb for one in (other, frame))
     put_person(np.uint8(number), there, (other.depth, other.limbs, seen), (frame.depth, frame.limbs, whole, people))

@@ -1,10 +1,12 @@
-"""All samples of one group of walkers: their motion, their cameras and who passes by."""
+"""The samples of one group of walkers: their motion, their cameras and who passes by."""
 
 import numpy as np
 
-from motionenv.data.samples.passers import Passers
-from motionenv.data.samples.views import place
+from motionenv.body import LIMBS
+from motionenv.data.samples.views import Views, place, visibility
 from motionenv.data.samples.walkers import (
+    PASSERS,
+    PELVIS,
     VIEW,
     WALKERS,
     frames_of,
@@ -42,3 +44,73 @@ class Group:
         self.joints = joints_in(self.poses, self.offsets)
         self.views = place(spec, self.joints, self.heights, rng)
         self.passers = Passers(spec, number, self.joints, self.views)
+
+
+_DEPTHS = (0.45, 2.2)  # of the walker's, between which they pass in the middle of the clip
+_WIDE = 0.55  # picture widths from the middle at which they pass
+_APART = 0.6  # [m] least distance between two people's pelves
+_NEAREST = 0.6  # [m] least depth of a passer-by's joints
+
+
+class Passers:
+    """Up to m passers-by in each of a group's n samples.
+
+    Attributes:
+        poses, joints: (m, n, frames, 25) and (m, n, frames, 15, 3) [m, rad].
+        offsets, radii, heights: of the bodies, (m, n, 16, 3), (m, n, limbs, 2) and (m, n) [m].
+        present: (m, n) whether there is one.
+    """
+
+    def __init__(self, spec: Specification, number: int, joints: np.ndarray, views: Views) -> None:
+        self.views, most = views, spec.people.passers_by[1]
+        n, frames = joints.shape[:2]
+        self.present = np.zeros((most, n), bool)
+        self.poses, self.joints = np.full((most, n, frames, 25), np.nan), np.full((most, n, frames, 15, 3), np.nan)
+        self.offsets, self.radii = np.zeros((most, n, 16, 3)), np.zeros((most, n, len(LIMBS), 2))
+        self.heights = np.ones((most, n))
+        if not most:
+            return
+        rng, recordings = generator(spec.seed, number, PASSERS), record(spec, number, PASSERS)
+        least, limit = (int(count) for count in spec.people.passers_by)
+        counts = rng.integers(least, limit, n, endpoint=True)
+        taken = [joints[:, :, PELVIS, :2]]
+        for k in range(most):
+            who, start = rng.integers(WALKERS, size=n), rng.integers(*frames_of(spec)[1:], n, endpoint=True)
+            poses, *body = shown(recordings, np.asarray(who), start[:, None] + np.arange(frames))
+            self._lead(poses, joints, rng, spec.pictures.width)
+            self.joints[k] = joints_in(poses, body[0])
+            free = (views.project(self.joints[k])[1] > _NEAREST).all(axis=(1, 2))
+            for other in taken:
+                apart = np.linalg.norm(poses[..., :2] - other, axis=-1)
+                free &= ~(apart < _APART).any(axis=1)
+            self.present[k] = (k < counts) & free
+            self.poses[k], self.offsets[k], self.radii[k], self.heights[k] = poses, *body
+            self.poses[k, ~self.present[k]] = np.nan
+            self.joints[k, ~self.present[k]] = np.nan
+            taken.append(self.poses[k, ..., :2])
+
+    def _lead(self, poses: np.ndarray, joints: np.ndarray, rng: np.random.Generator, width: int) -> None:
+        """Move walks (n, frames, 25) in place so that they pass the camera's view in the middle of the clip."""
+        views, n, middle = self.views, len(poses), poses.shape[1] // 2
+        turned(poses, rng.uniform(-np.pi, np.pi, n) - mean_heading(poses))
+        centre = -np.einsum("nji,nj->ni", views.R, views.t[:, middle])[:, :2]
+        away = np.linalg.norm(joints[:, middle, PELVIS, :2] - centre, axis=-1)
+        forward = views.R[:, 2, :2] / np.linalg.norm(views.R[:, 2, :2], axis=-1, keepdims=True)
+        depth = away * np.exp(rng.uniform(np.log(_DEPTHS[0]), np.log(_DEPTHS[1]), n))
+        aside = depth * width / views.K[:, 0, 0] * rng.uniform(-_WIDE, _WIDE, n)
+        place = centre + depth[:, None] * forward + aside[:, None] * views.R[:, 0, :2]
+        poses[..., :2] += (place - poses[:, middle, :2])[:, None]
+
+    def truth(self, which: np.ndarray, drawn: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """`others_...` of samples `which` (k,), whose pictures are `drawn`."""
+        most, _, frames = self.poses.shape[:3]
+        pixels, seen = np.zeros((len(which), most, frames, 15, 2)), np.zeros((len(which), most, frames, 15), np.uint8)
+        for k in range(most):
+            pixels[:, k], depth = self.views.project(self.joints[k, which], which)
+            seen[:, k] = visibility(pixels[:, k], depth, drawn, k + 2)
+        return {
+            "others_poses": self.poses[:, which].swapaxes(0, 1),
+            "others_joints": self.joints[:, which].swapaxes(0, 1),
+            "others_pixels": pixels,
+            "others_visibility": seen,
+        }

@@ -31,7 +31,7 @@ import numpy as np
 
 from motionenv.data.samples.drawing import Drawing
 from motionenv.data.samples.groups import Group
-from motionenv.data.samples.visibility import visibility
+from motionenv.data.samples.views import visibility
 from motionenv.data.samples.walkers import DETECTOR, WALKERS, generator
 from motionenv.data.specification import PICTURES, Specification
 from motionenv.mocap.keypoints.detector_errors import DetectorErrors
@@ -84,7 +84,6 @@ class Sampler:
         return self._groups[number]
 
     def _made(self, group: Group, which: np.ndarray) -> Iterator[Sample]:
-        """The samples `which` (k,) of a group, drawn together."""
         found = self._truth(group, which)
         if self._drawing is not None:
             found |= self._seen(group, which, self._drawing.draw(group, which))

@@ -1,12 +1,14 @@
-"""Cameras of a group of samples, computed together."""
+"""Cameras of a group's samples, and which joints their pictures show."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from motionenv.body import LIMBS
 from motionenv.data.samples.walkers import PELVIS
 from motionenv.data.specification import Specification
+from motionenv.types import MARKERS
 
 _BESIDE = 0.09  # body heights by which head, hands and toes reach beyond the markers
 _NEAREST = 0.5  # [m] least depth of a marker
@@ -39,13 +41,9 @@ class Views:
 
 
 def place(spec: Specification, joints: np.ndarray, heights: np.ndarray, rng: np.random.Generator) -> Views:
-    """Draw a camera for each of n clips.
+    """Draw a camera for each of n clips, whose walkers have `joints` (n, frames, 15, 3) [m] and `heights` (n,) [m].
 
-    Args:
-        spec: the specification.
-        joints: (n, frames, 15, 3) [m] of the walkers, who head for +x on average.
-        heights: (n,) [m] of the walkers.
-        rng: random generator.
+    The walkers head for +x on average.
     """
     n = len(joints)
     wanted, size = spec.cameras, (spec.pictures.width, spec.pictures.height)
@@ -85,7 +83,6 @@ def _intrinsics(opening: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 
 
 def _rotations(alpha: np.ndarray, elevation: np.ndarray) -> np.ndarray:
-    """R (n, 3, 3) world → camera at view angles α [rad], looking down by `elevation` [rad]."""
     zero, level = np.zeros_like(alpha), np.cos(elevation)
     right = np.stack([np.cos(alpha), np.sin(alpha), zero], axis=-1)
     forward = np.stack([-np.sin(alpha) * level, np.cos(alpha) * level, -np.sin(elevation)], axis=-1)
@@ -100,3 +97,42 @@ def _ways(ground: np.ndarray, fps: float) -> np.ndarray:
     line = ground.mean(axis=1)[:, None] + time[:, None] * slope[:, None]
     way = line + gaussian_filter1d(ground - line, _SMOOTH * fps, axis=1, mode="nearest")
     return np.concatenate([way, np.zeros((*way.shape[:2], 1))], axis=-1)
+
+
+#: Values of visibility, as in COCO.
+OUTSIDE, HIDDEN, SEEN = 0, 1, 2
+
+# Limbs that meet at a joint, and so don't hide it; {} is the joint's side.
+_MEET = {
+    "head": ("head", "neck"), "sternum": ("torso", "shoulders", "neck"),
+    "pelvis": ("torso", "pelvis", "left_thigh", "right_thigh"), "hip": ("torso", "pelvis", "{}_thigh"),
+    "knee": ("{}_thigh", "{}_shin"), "ankle": ("{}_shin", "{}_foot"),
+    "shoulder": ("torso", "shoulders", "{}_upper_arm"), "elbow": ("{}_upper_arm", "{}_forearm"),
+    "wrist": ("{}_forearm", "{}_hand"),
+}  # fmt: skip
+_MEETS = np.zeros((len(MARKERS), 1 + len(LIMBS)), bool)  # at joints (rows), the limbs with these ids
+for _row, _name in zip(_MEETS, MARKERS, strict=True):
+    _side, _, _part = _name.rpartition("_")
+    _row[[1 + LIMBS.index(_limb.format(_side)) for _limb in _MEET[_part]]] = True
+
+
+def visibility(pixels: np.ndarray, depth: np.ndarray, drawn: dict[str, np.ndarray], number: int) -> np.ndarray:
+    """Whether joints are outside the picture (0), hidden (1) or seen (2), (n, frames, 15) uint8.
+
+    A joint is seen if its pixel shows one of the limbs that meet there, or nothing nearer than the joint.
+
+    Args:
+        pixels, depth: (n, frames, 15, 2) and (n, frames, 15) [m] of the joints; not above 0 is behind the camera.
+        drawn: `depth`, `limbs` and `people` (n, frames, height, width) of the pictures.
+        number: of the person in `people`.
+    """
+    rows, columns = drawn["depth"].shape[-2:]
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels > -0.5) & (pixels < np.array([columns, rows]) - 0.5)).all(-1) & (depth > 0)
+    at = np.where(inside[..., None], pixels, 0)
+    column, row = np.rint(at[..., 0]).astype(np.intp), np.rint(at[..., 1]).astype(np.intp)
+    n, frame = np.ogrid[: len(pixels), : pixels.shape[1]]
+    place = n[..., None], frame[..., None], row, column
+    own = (drawn["people"][place] == number) & _MEETS[np.arange(len(MARKERS)), drawn["limbs"][place]]
+    shown = own | (drawn["depth"][place] >= depth)
+    return np.where(inside, np.where(shown, SEEN, HIDDEN), OUTSIDE).astype(np.uint8)

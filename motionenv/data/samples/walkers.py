@@ -64,12 +64,7 @@ def frames_of(spec: Specification) -> tuple[int, int, int]:
 
 
 def record(spec: Specification, group: int, stream: int = MOTION) -> list[RecordedWalk]:
-    """The recordings of a group.
-
-    Args:
-        spec: the specification.
-        group: its number, from 0.
-        stream: `MOTION`, or `PASSERS` for the people who pass by.
+    """The recordings of a group, by its number; `stream` is `MOTION`, or `PASSERS` for the people who pass by.
 
     Raises:
         ModelError: no such model.
@@ -112,13 +107,10 @@ def _recording(motion: Motion, radius: float | None, course: int) -> RecordedWal
 
 
 def phases(motion: Motion) -> np.ndarray:
-    """Phase (frames,) [cycles] of a straight walk along x, from 0 to 1.
+    """Phase (frames,) [cycles] of a straight walk along x, from 0 to 1; a MotionError for less than a stride.
 
     It is 0 where the left ankle is furthest ahead of the right one, to a part of a frame, and linear in between; beyond
     the first and the last such moment it goes on at the same rate.
-
-    Raises:
-        MotionError: the `motion` has fewer than two such moments.
     """
     ankles = feet(motion.poses, motion.skeleton)[0][..., 0]
     ahead = ankles[:, 0] - ankles[:, 1]

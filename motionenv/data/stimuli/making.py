@@ -28,11 +28,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # of files in an archive, so that its bytes depe
 
 
 def ring(person: PointLightWalker, models: Callable[[str], GaitModel] = gait_model) -> Ring:
-    """One cycle of a person's walk.
-
-    Args:
-        person: who walks.
-        models: gives the fitted model of a name; by default those that ship, and files.
+    """One cycle of a person's walk; `models` gives the fitted model of a name, by default those that ship, and files.
 
     Raises:
         MotionError: there is no such model, it makes no cycles in place, or it has fewer components.
@@ -80,16 +76,7 @@ def _drawn(asked: StimulusSet, display: Display, pixels: np.ndarray, depth: np.n
 def files_of(
     asked: StimulusSet, step: Callable[[int], None] | None = None, models: Callable[[str], GaitModel] = gait_model
 ) -> Iterator[tuple[str, bytes]]:
-    """Names and contents of all files of a set, `stimuli.json` last.
-
-    Args:
-        asked: the set.
-        step: called with the number of frames done.
-        models: as of `ring`.
-
-    Raises:
-        MotionError: as `frames_of`.
-    """
+    """Names and contents of all files of a set, `stimuli.json` last; `step` gets the number of frames done."""
     made: list[dict[str, Any]] = []
     walks = [ring(person, models) for person in asked.people]
     for i, walk in enumerate(walks):

@@ -9,7 +9,7 @@ from html import escape
 
 import numpy as np
 
-from motionenv.gait.normalised import mean_and_sd
+from motionenv.gait.strides import mean_and_sd
 
 #: Colours of the sides; the report's style sheet uses the same.
 COLOURS = {"left": "#b42318", "right": "#175cd3"}
@@ -134,7 +134,6 @@ def _step(length: float) -> float:
 
 
 def _axes(name: str, low: float, high: float, across, down) -> str:
-    """Frame, ticks, their numbers, the title, and what the signs mean."""
     step = _step(high - low)
     parts = []
     for tick in np.arange(low, high + step / 2, step):

@@ -32,13 +32,13 @@ def page(session: Session) -> str:
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head><body>'
         f"<header><h1>{title}</h1>{_overview(session)}</header>"
-        f"<main>{_notes(session)}{_angles(session)}{_table(session)}{_trials(session)}</main>"
+        f"<main>{_notes(session)}{_angles(session)}{_table(session)}"
+        f"<section><h2>Captures</h2>{''.join(map(_trial, session.trials))}</section></main>"
         f"<footer>{_methods(session)}<p>Made with motionenv {__version__}.</p></footer></body></html>\n"
     )
 
 
 def _overview(session: Session) -> str:
-    """One line: how much was walked, and how fast."""
     counts = {side: sum(s.side == side for s in session.strides) for side in ("left", "right")}
     seconds = sum(t.seconds for t in session.trials)
     parts = [
@@ -51,14 +51,12 @@ def _overview(session: Session) -> str:
 
 
 def _notes(session: Session) -> str:
-    """What a reader must know before the figures."""
     notes = [f"{escape(t.name)}: {escape(note)}." for t in session.trials for note in t.notes]
     notes += [f"{escape(name)} was left out: {escape(why)}" for name, why in session.left_out.items()]
     return f'<div class="notes">{"".join(f"<p>{note}</p>" for note in notes)}</div>' if notes else ""
 
 
 def _angles(session: Session) -> str:
-    """The figure of joint angles, with its key."""
     panels = [angle_panel(panel) for panel in _panels(session)]
     if not panels:
         return ""
@@ -70,7 +68,6 @@ def _angles(session: Session) -> str:
 
 
 def _key(session: Session) -> str:
-    """What the colours of the figure of joint angles mean."""
     swatches = [("left", "left"), ("right", "right"), ("stance", "stance")]
     if session.band is not None:
         swatches.append(("band", f"mean ± 1 SD of {session.band.people} people"))
@@ -92,7 +89,6 @@ def _panels(session: Session) -> list[Panel]:
 
 
 def _table(session: Session) -> str:
-    """The step parameters: mean, standard deviation and 95 % interval for each side and both."""
     by_name: dict[str, dict[str, Parameter]] = defaultdict(dict)
     for parameter in session.parameters:
         by_name[parameter.name][parameter.side] = parameter
@@ -120,7 +116,6 @@ def _row(name: str, sides: dict[str, Parameter]) -> str:
 
 
 def _figures(parameter: Parameter) -> str:
-    """Mean, standard deviation and interval."""
     digits = _DECIMALS.get(parameter.unit, 2)
     text = f"{parameter.mean:.{digits}f}"
     if np.isfinite(parameter.sd):
@@ -128,11 +123,6 @@ def _figures(parameter: Parameter) -> str:
     if np.isfinite(parameter.low):
         text += f"<br><small>{parameter.low:.{digits}f} to {parameter.high:.{digits}f}</small>"
     return text
-
-
-def _trials(session: Session) -> str:
-    """Each capture: its path from above, and what of it was used."""
-    return f"<section><h2>Captures</h2>{''.join(_trial(t) for t in session.trials)}</section>"
 
 
 def _trial(trial: Trial) -> str:
@@ -152,7 +142,6 @@ def _trial(trial: Trial) -> str:
 
 
 def _methods(session: Session) -> str:
-    """How the figures were made."""
     ways = sorted({trial.angles.method for trial in session.trials})
     lines = [
         f"<p>Joint angles: {escape(way)}. Cardan angles in the order flexion, adduction, rotation.</p>" for way in ways

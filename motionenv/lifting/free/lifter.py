@@ -13,8 +13,7 @@ from threadpoolctl import ThreadpoolController
 from motionenv._core.representation import OneLine
 from motionenv.body import EDGES
 from motionenv.errors import GapError
-from motionenv.lifting.free.posture_network import RATE, PostureNetwork
-from motionenv.lifting.free.proposal import BODY_UNIT, Proposal, propose, shipped_network
+from motionenv.lifting.free.posture_network import BODY_UNIT, RATE, PostureNetwork, Proposal, propose, shipped_network
 from motionenv.lifting.free.rays import Rays, rays_of
 from motionenv.lifting.free.smoother import DEFAULTS, Fit, Settings, smooth
 from motionenv.lifting.side_labels import continuous_labels, exchanged, find_swaps, swapped_back
@@ -170,7 +169,10 @@ def _libraries() -> ThreadpoolController:
 
 
 def _fit(network, points: Points, camera, distortion, elevation: float, settings: Settings, on_progress) -> FreeFit:
-    """The fit as labelled, or as labels are continuous: the motion decides; and the mirror image if it is likely."""
+    """The fit as labelled, or as labels are continuous: the motion decides; and as `other` the mirror image, if likely.
+
+    Labels are never overruled.
+    """
     labels = continuous_labels(points)
     starts = [np.zeros_like(labels), labels] if labels.any() else [labels]
     doubt = partial(_doubt, network, camera=camera, distortion=distortion, elevation=elevation)
@@ -189,18 +191,14 @@ def _fit(network, points: Points, camera, distortion, elevation: float, settings
     best = min(fits, key=lambda fit: fit.misfit)
     if doubt(swapped_back(points, ~best.swapped)) > doubt(swapped_back(points, best.swapped)) + _SURER:
         return best
-    return _weighed(best, attempt(~best.swapped, swaps=False))
+    mirrored = attempt(~best.swapped, swaps=False)
+    probability = float(expit(_EVIDENCE * np.log(best.misfit / mirrored.misfit) + logit(_EXCHANGED)))
+    return replace(best, other=OtherMotion(mirrored.positions, probability)) if probability >= _LIKELY else best
 
 
 def _tell(on_progress: Callable[[float], None] | None, before: float, part: float, share: float) -> None:
     if on_progress is not None:
         on_progress(before + part * share)
-
-
-def _weighed(fit: FreeFit, mirrored: FreeFit) -> FreeFit:
-    """A fit with that of the points with sides exchanged as `other`, if it is likely; labels are never overruled."""
-    probability = float(expit(_EVIDENCE * np.log(fit.misfit / mirrored.misfit) + logit(_EXCHANGED)))
-    return replace(fit, other=OtherMotion(mirrored.positions, probability)) if probability >= _LIKELY else fit
 
 
 def fit_labelled(
@@ -210,13 +208,8 @@ def fit_labelled(
 ) -> FreeFit:  # fmt: skip
     """Fit all stretches, and find the size of everything; a camera that moves does so in metres, so once more then.
 
-    Args:
-        network, points, camera, distortion, elevation, settings: as in `fit_freely`; the elevation is known.
-        swaps: whether sides may have been exchanged in some frames.
-        tell: called with the share that is done.
-
-    Raises:
-        GapError, MotionError: as `fit_freely`.
+    Arguments are those of `fit_freely`, with a known elevation; `swaps` says whether sides may have been exchanged in
+    some frames, and `tell` is called with the share that is done.
     """
     rays = rays_of(points.positions, camera, distortion, elevation)
     detected = points.confidence is not None
@@ -258,11 +251,7 @@ def _doubt(network: PostureNetwork, points: Points, camera, distortion, elevatio
 
 
 def _sections(directions: np.ndarray, points: Points) -> list[slice]:
-    """Overlapping stretches of the `points` and their rays (frames, 15, 3), interrupted where nobody is seen.
-
-    Raises:
-        GapError: there is none.
-    """
+    """Overlapping stretches of the `points` and their rays (frames, 15, 3), interrupted where nobody is seen."""
     fps = points.fps
     shown = np.flatnonzero(np.isfinite(directions[..., 0]).sum(axis=1) >= _SHOWN)
     length, overlap = round(_STRETCH * fps), round(_OVERLAP * fps)
@@ -296,14 +285,11 @@ def _fitted(network, rays: Rays, points: Points, part: slice, settings: Settings
         directions, precision = exchanged(directions, found), exchanged(precision, found)
     seen = np.isfinite(directions)
     if not seen.all():  # the network sees more once the fit fills the gaps, but it is no surer than it was
-        filled = np.where(seen, directions, _normalised(fit.places - origins[:, None]))
+        ways = fit.places - origins[:, None]
+        filled = np.where(seen, directions, ways / np.linalg.norm(ways, axis=-1, keepdims=True))
         proposal = replace(proposal, posture=propose(network, filled, points.fps).posture)
         fit = smooth(directions, origins, precision, proposal.posture, proposal.spread, points.fps, settings)
     return _Stretch(fit, swapped, _surprise(fit, proposal, points.fps))
-
-
-def _normalised(ways: np.ndarray) -> np.ndarray:
-    return ways / np.linalg.norm(ways, axis=-1, keepdims=True)
 
 
 def _precision(confidence: np.ndarray | None, seen: np.ndarray, part: slice) -> np.ndarray:

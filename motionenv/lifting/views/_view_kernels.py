@@ -91,7 +91,6 @@ def copy(a, b):
 
 @fast_part
 def dot(a, b):
-    """Dot product of two vectors."""
     total = 0.0
     for i in range(len(a)):
         total += a[i] * b[i]

@@ -177,7 +177,6 @@ def _reconstruct(model: Gaussian, w2, alpha, elevation) -> Reconstruction:
 
 
 def _solve(model: Gaussian, seen, rows, w2, alpha, elevation, scores, depth) -> None:
-    """Write scores and depth of the sequences `rows`, which show the same markers, view by view."""
     from motionenv.lifting.views._view_kernels import known_views
 
     order = rows[np.lexsort((elevation[rows], alpha[rows]))]

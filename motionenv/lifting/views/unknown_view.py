@@ -29,13 +29,13 @@ from motionenv._core.threads import in_chunks
 from motionenv._core.validation import checked_number
 from motionenv.errors import ModelError, MotionError
 from motionenv.lifting.view_geometry import axes
-from motionenv.lifting.views._data_terms import data_terms
 from motionenv.lifting.views._gaussian import (
     SHAPE,
     VARIANCE,
     Gaussian,
     checked_angle,
     checked_sequences,
+    data_terms,
     gaussian,
     patterns,
 )
@@ -167,7 +167,6 @@ class _Grid:
 
 
 def _range(given, name: str) -> tuple[float, float]:
-    """(low, high) of a number or a pair."""
     if isinstance(given, str) or np.size(given) > 2:
         raise MotionError(f'{name} must be an angle [rad], a range (low, high) or "unknown"; got {given!r}')
     low, high = checked_angle(given, name, (2,))

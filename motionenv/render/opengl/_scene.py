@@ -4,7 +4,7 @@ import numpy as np
 
 from motionenv.body import LIMBS, limb_segments, rounded_cone
 from motionenv.body.gaps import known_limbs
-from motionenv.render.opengl._context import load
+from motionenv.render.opengl.engine import load
 from motionenv.render.scene import Scene, linear
 from motionenv.types import Camera, Skeleton
 
@@ -65,7 +65,6 @@ class GlScene:
 
 
 def _placed(position, rotation) -> np.ndarray:
-    """Homogeneous transformation (4, 4)."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, position
     return pose

@@ -1,13 +1,14 @@
-"""Render complete images: limbs, then background, shadows and the body's colours."""
+"""Render complete images: limbs, then background, shadows and the body's colours; or different bodies, on black."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from motionenv._core.compilation import kernel, part
-from motionenv.render.raycast._ground_kernel import draw_background
+from motionenv.body.kinematics import write_limb_segments
+from motionenv.body.skeleton import LIMB_NODES, LIMB_SEGMENT, LIMB_SHIFTS
+from motionenv.render.raycast._ground_kernel import draw_background, draw_shadows
 from motionenv.render.raycast._shade_kernel import shade_body
-from motionenv.render.raycast._shadow_kernel import draw_shadows
 from motionenv.render.raycast.limb_kernel import BOX, COLUMNS, GATHER, draw_limb, set_limb
 
 
@@ -125,7 +126,6 @@ def draw(index, ends, radii, view, samples, depth, limbs, rgb):
 
 @part
 def _shade(table, view, kinv, box, depth, limbs, rgb):
-    """Colour one body whose depth and ids are known."""
     shade_body(table, kinv, box, view.lights, view.ambient, view.colours, view.encode, depth, limbs, rgb)
 
 
@@ -148,3 +148,40 @@ def _average(limbs, fine, samples, box, rgb):
                 rgb[v, u, 0] = np.uint8(np.float32(red + free * rgb[v, u, 0]) * part + half)
                 rgb[v, u, 1] = np.uint8(np.float32(green + free * rgb[v, u, 1]) * part + half)
                 rgb[v, u, 2] = np.uint8(np.float32(blue + free * rgb[v, u, 2]) * part + half)
+
+
+@kernel
+def draw_crowd(start, stop, bodies, looks, cameras, lights, pictures):
+    """Render bodies `start` to `stop` into their images.
+
+    `bodies` are poses (n, 25) [m, rad], offsets (n, 16, 3) [m], radii (n, limbs, 2) [m] and heights (n,) [m]; `looks`
+    linear colours (n, clothes, 3) and which of them each limb wears (limbs,); `cameras` intrinsics, their inverse and
+    rotations world → camera (n, 3, 3) and translations (n, 3) [m]; `lights` those in the camera's frame (n, 2, 6),
+    ambient light (3,) and the table linear light → byte; `pictures` depth, limbs and rgb, which is skipped if of length
+    0.
+    """
+    (poses, offsets, radii, heights), (colours, worn), (k, kinv, r, t) = bodies, looks, cameras
+    (directed, ambient, encode), (depth, limbs, rgb) = lights, pictures
+    height, width = depth.shape[1:]
+    count = radii.shape[1]
+    table, box = np.empty((count, COLUMNS)), np.empty(4, np.int64)
+    scratch, where = np.empty((4, GATHER), np.float32), np.empty(GATHER, np.int64)
+    ends, dressed = np.empty((1, count, 2, 3)), np.empty((count, 3), np.float32)
+    for i in range(start, stop):
+        write_limb_segments(poses[i : i + 1], offsets[i], heights[i], LIMB_SEGMENT, LIMB_NODES, LIMB_SHIFTS, ends)
+        place_limbs(ends[0], radii[i], r[i], t[i], k[i], kinv[i], width, height, table, box)
+        clear(depth[i], limbs[i])
+        draw_limbs(table, kinv[i], scratch, where, depth[i], limbs[i])
+        if len(rgb) > 0:
+            _blacken(rgb[i])
+            for limb in range(count):
+                for c in range(3):
+                    dressed[limb, c] = colours[i, worn[limb], c]
+            shade_body(table, kinv[i], box, directed[i], ambient, dressed, encode, depth[i], limbs[i], rgb[i])
+
+
+@part
+def _blacken(rgb):
+    flat = rgb.reshape(-1)
+    for i in range(len(flat)):
+        flat[i] = 0

@@ -11,7 +11,7 @@ from motionenv._core.validation import PICTURE_SIZES, checked_whole
 from motionenv.body import LIMBS
 from motionenv.body.skeleton import CLOTHES, COLOURS
 from motionenv.errors import MotionError
-from motionenv.render.raycast._multi_body_kernel import draw_crowd
+from motionenv.render.raycast._draw_kernel import draw_crowd
 from motionenv.render.raycast._shade_kernel import encoding
 from motionenv.render.request import check_frame, empty_frame
 from motionenv.render.scene import Scene, linear
@@ -114,7 +114,6 @@ def _checked(values, name: str, shape: tuple) -> np.ndarray:
 
 
 def _inverse(K: np.ndarray) -> np.ndarray:
-    """Inverse of the intrinsics (n, 3, 3)."""
     try:
         return np.linalg.inv(K)
     except np.linalg.LinAlgError:

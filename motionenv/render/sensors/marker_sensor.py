@@ -87,6 +87,6 @@ class MarkerView:
         `walkers` (k, 15, 3) [m] are their markers, walking along x; of all bodies are `alphas` (n,), paper B's view
         angle [rad], `keys` (n,) uint64, random keys of noise and gaps, and `time` (n,), frame numbers.
         """
-        from motionenv.render.sensors._marker_kernel import look
+        from motionenv.render.sensors._sensor_kernel import look
 
         look(slots, walkers, alphas, keys, time, self._setting, self.joints, self._hidden, self.points, self.seen)

@@ -110,7 +110,6 @@ class _Sink:
         return len(data)
 
     def taken(self) -> bytes:
-        """Bytes written since the last call."""
         data = b"".join(self._parts)
         self._parts.clear()
         return data

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -75,8 +77,10 @@ def test_about_half_turn_and_nobody_leaves_the_ground():
         assert np.median(floor) < 0.08 * one.skeleton.height
 
 
-def test_models_that_do_not_walk_are_refused():
-    spec = SPEC.replace(people={"models": ["mixed/tree"]})
+def test_models_that_do_not_walk_are_refused(monkeypatch):
+    restless = SimpleNamespace(kind="tree", steady=False)  # as mixed/tree, which takes seconds to load
+    monkeypatch.setattr("motionenv.data.samples.walkers.gait_model", lambda name: restless)
+    spec = SPEC.replace(people={"models": ["restless"]})
     with pytest.raises(MotionError, match="people.models takes models that walk steadily"):
         record(spec, 0)
 

@@ -9,6 +9,7 @@ from motionenv.lifting.views.unknown_view import find_view
 from motionenv.models.eigenwalkers.fourier_series import later
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 
+pytestmark = pytest.mark.slow  # `cmu_walkers` takes a minute to read
 PEOPLE = ("07", "12", "35")
 ALPHA = np.radians(np.arange(-90, 91, 5))
 POWER = np.array([1.0, 0.5, 0.5, 0.5, 0.5])  # of the five parts, in the mean over time
@@ -27,7 +28,6 @@ def left_out(cmu_walkers) -> dict[str, tuple[WalkerPrior, np.ndarray]]:
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("person", PEOPLE)
 def test_depth_is_told_within_the_goal(left_out, person):
     """25 mm over all people, so 30 for each; and markers never seen no worse than 1.3 times as if they were seen."""

@@ -1,4 +1,4 @@
-"""Dots and stick figures against brute-force supersampling and the closed forms they should keep."""
+"""Dots, lines and stick figures against supersampling and the closed forms that they should keep."""
 
 import math
 
@@ -13,6 +13,7 @@ from motionenv.errors import MotionError
 from motionenv.render import cameras
 from motionenv.render.draw2d import shapes as drawing
 from motionenv.render.draw2d.point_lights import render_points
+from motionenv.render.draw2d.shapes import as_colours, draw_lines
 
 FLAT = cameras.Orthographic(alpha=0.0, scale=1.0, target=(0, 0, 0), width=41, height=31)
 
@@ -157,3 +158,20 @@ def test_figure_of_a_body_reads_as_one():
 def test_bad_input_says_what_is_wrong(call, match):
     with pytest.raises(MotionError, match=match):
         call()
+
+
+def test_a_line_is_as_wide_as_asked_and_has_round_ends():
+    image = np.zeros((21, 21, 3), dtype=np.uint8)
+    draw_lines(image, np.array([[5.0, 10.0, 15.0, 10.0]]), 4.0, np.array([255.0, 255.0, 255.0]))
+    assert image[:, 10, 0].sum() / 255 == pytest.approx(4.0, abs=0.02)
+    assert image[..., 0].sum() / 255 == pytest.approx(4.0 * 10 + np.pi * 2**2, rel=0.02)
+    np.testing.assert_array_equal(image, image[::-1])
+    np.testing.assert_array_equal(image, image[:, ::-1])
+
+
+def test_one_colour_serves_all_points_and_others_are_refused():
+    assert as_colours((1, 2, 3), 4).tolist() == [[1.0, 2.0, 3.0]] * 4
+    assert as_colours(np.eye(3) * 255, 3).tolist() == (np.eye(3) * 255).tolist()
+    for bad in ((0, 0, 256), (-1, 0, 0), (0, 0), np.zeros((2, 3)), (np.nan, 0, 0)):
+        with pytest.raises(MotionError, match=r"dots must be \(R, G, B\) from 0 to 255, or 4 of them, got"):
+            as_colours(bad, 4, "dots")

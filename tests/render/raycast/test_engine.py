@@ -1,7 +1,5 @@
 """The raycast engine as users call it: batches, cameras, threads, shadows, refusals."""
 
-import os
-
 import numpy as np
 import pytest
 
@@ -119,25 +117,6 @@ def test_lights_on_the_camera_side_make_the_body_brighter(walking):
     )
     body = front.limbs > 0
     assert front.rgb[body].mean() > back.rgb[body].mean() + 10
-
-
-def test_threads_must_be_a_count():
-    with pytest.raises(MotionError, match="threads"):
-        Raycaster(threads=0)
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system doesn't fork")
-@pytest.mark.filterwarnings("ignore:.*use of fork:DeprecationWarning")
-def test_threads_work_again_after_a_fork(walking):
-    """The child has none of the pool's threads: it makes its own instead of waiting for ever."""
-    caster = Raycaster(PLAIN, threads=2)
-    poses, view = walking(8), camera()
-    before = caster.render(poses, SKELETON, view)
-    child = os.fork()
-    if child == 0:
-        after = caster.render(poses, SKELETON, view)
-        os._exit(0 if np.array_equal(before.rgb, after.rgb) else 1)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
 @pytest.mark.filterwarnings("error")

@@ -1,6 +1,5 @@
 """Many different bodies at a time: what the raycaster draws of each, whatever the batch and the threads."""
 
-import os
 import pickle
 
 import numpy as np
@@ -105,19 +104,6 @@ def test_a_used_crowd_survives_pickling(walking):
     copy = pickle.loads(pickle.dumps(crowd))
     assert copy.threads == 2
     same(before, copy.render(*given))
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
-@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # about forking with threads: the case at hand
-def test_a_used_crowd_survives_a_fork(walking):
-    given = arguments(*people(walking, 6))
-    crowd = MultiBodyRaycaster(WIDTH, HEIGHT, threads=2)
-    before = crowd.render(*given)
-    child = os.fork()
-    if child == 0:
-        after = crowd.render(*given)
-        os._exit(0 if np.array_equal(before.rgb, after.rgb) else 1)
-    assert os.waitpid(child, 0)[1] == 0
 
 
 @pytest.mark.parametrize(

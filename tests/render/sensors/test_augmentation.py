@@ -1,7 +1,6 @@
 """What the camera sees besides the body: determinism, occlusion, light, noise, and that photographs look like some."""
 
 import math
-import os
 import pickle
 
 import numpy as np
@@ -247,17 +246,6 @@ def test_pickling_keeps_the_episodes(bodies):
     copy = pickle.loads(pickle.dumps(made))
     same(compose(made, bodies(3), time=11.0, pan=4.0), compose(copy, bodies(3), time=11.0, pan=4.0))
     assert len(pickle.dumps(made)) < 20_000  # the bank stays behind
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
-@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # about forking with threads: the case at hand
-def test_a_used_scenery_survives_a_fork(bodies):
-    made = scenery(n=4, threads=2)
-    before, drawn = compose(made, bodies(4)), bodies(4)
-    child = os.fork()
-    if child == 0:
-        os._exit(0 if np.array_equal(before.rgb, compose(made, drawn).rgb) else 1)
-    assert os.waitpid(child, 0)[1] == 0
 
 
 @pytest.mark.parametrize("size", [(16, 16), (16, 200), (300, 17), (97, 64)])

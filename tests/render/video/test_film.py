@@ -1,13 +1,15 @@
-"""Films: the camera sees the whole walker, in the asked style, and frames are those of a single rendering."""
+"""Films of walks and of tracks."""
 
 import numpy as np
 import pytest
 
 import motionenv
-from motionenv.body import markers
+from motionenv.body import from_height, markers
 from motionenv.errors import GapError, MotionError
 from motionenv.render import Scene, render
+from motionenv.render.cameras import view
 from motionenv.render.video.film import cameras_for, film, picture
+from motionenv.render.video.tracking_film import marked, track_film
 from motionenv.types import Motion
 
 
@@ -79,20 +81,14 @@ def test_frames_without_arms_show_the_rest_where_it_was(walk):
     assert 0 < (dots[3] > 128).sum() < (dots[2] > 128).sum()
 
 
-def test_motions_without_a_root_and_unknown_engines_are_refused_before_drawing(walk):
+def test_what_can_not_be_filmed_is_refused_before_drawing(walk):
     with pytest.raises(GapError, match="no frame with a known root"):
         film(Motion(np.full((5, 25), np.nan), walk.skeleton, 10), 0.0)
-    with pytest.raises(MotionError, match="raycast, pyrender"):
-        next(film(walk, 0.0, engine="povray"))
-
-
-def test_a_batch_and_an_unknown_engine_are_refused():
     batch = motionenv.load("walk/fpca").walks(0.2, 30, n=2, seed=1)
     with pytest.raises(MotionError, match=r"one motion \(frames, 25\), got"):
         film(batch)
-    one = motionenv.Motion(batch.poses[0], batch.skeleton, 30)
     with pytest.raises(MotionError, match="engine must be one of raycast, pyrender, got 'foo'"):
-        film(one, points=True, engine="foo")
+        film(walk, points=True, engine="foo")
 
 
 @pytest.mark.parametrize("how", [{}, {"points": True, "colour": (0, 0, 0), "background": (1, 1, 1)}, {"follow": False}])
@@ -118,3 +114,35 @@ def test_a_camera_can_look_down(walk):
     level, steep = (cameras_for(walk, 0.0, 96, 72, follow=True, elevation=e)[0] for e in (0.0, 1.0))
     assert steep.centre[2] > level.centre[2] + 1.0
     assert np.arcsin(-steep.R[2, 2]) == pytest.approx(1.0)
+
+
+def test_figure_body_and_curve_come_in_and_gaps_stay_empty():
+    poses = np.full((3, 25), np.nan)
+    poses[1:] = np.eye(25)[2] * 0.93
+    particles = np.repeat(poses[:, None], 4, axis=1)
+    pictures = np.zeros((3, 100, 120, 3), dtype=np.uint8)
+    camera = view(0.0, width=120, height=100)
+    frames = list(track_film(pictures, camera, poses, particles, from_height(), [np.nan, 0.5, 0.7], label="error"))
+    assert {f.shape for f in frames} == {(124, 120 + 4 + 100, 3)}
+    assert not frames[0][:100, :120].any()
+    assert frames[1][:100, :120].any()
+    assert np.ptp(frames[0][:100, 124:]) == 0
+    assert np.ptp(frames[1][:100, 124:]) > 100
+    assert (frames[2][100:] != frames[1][100:]).any()
+
+
+def test_shapes_that_do_not_go_together():
+    camera, body = view(0.0, width=32, height=32), from_height()
+    with pytest.raises(MotionError, match="must agree"):
+        next(track_film([], camera, np.zeros((2, 25)), np.zeros((3, 1, 25)), body, np.zeros(2)))
+    pictures = np.zeros((2, 32, 32, 3), dtype=np.uint8)
+    with pytest.raises(MotionError, match="outnumber"):
+        list(track_film(pictures, camera, np.zeros((1, 25)), np.zeros((1, 1, 25)), body, np.zeros(1)))
+
+
+def test_a_word_marks_the_pictures_that_it_is_for():
+    pictures = np.zeros((3, 60, 80, 3), dtype=np.uint8)
+    shown = list(marked(pictures, [False, True, False], "LOST"))
+    assert [bool(p.any()) for p in shown] == [False, True, False]
+    assert shown[1][:30].any()
+    assert not shown[1][40:].any()
