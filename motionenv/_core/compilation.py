@@ -260,7 +260,8 @@ class _Kernel(_Compiled):
 
     def is_compiled(self, sig: Any) -> bool:
         """Whether there is code for arguments of these types, in this process or in the cache."""
-        return sig in self.overloads or self._cache.has(sig, self.targetctx.codegen())
+        context: Any = self.targetctx
+        return sig in self.overloads or self._cache.has(sig, context.codegen())
 
     def compile(self, sig: Any) -> Any:
         with global_compiler_lock, _uncollected():

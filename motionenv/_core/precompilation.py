@@ -61,7 +61,8 @@ def encoded(numba_type: Any) -> Any:
     if isinstance(numba_type, types.BaseTuple):
         made = numba_type.instance_class if isinstance(numba_type, types.NamedTuple | types.NamedUniTuple) else None
         name = f"{made.__module__}:{made.__qualname__}" if made else ""
-        return [name, *map(encoded, numba_type)]
+        elements: Any = numba_type
+        return [name, *map(encoded, elements)]
     return str(numba_type)
 
 
@@ -152,7 +153,8 @@ def _can_keep() -> bool:
     folder = compilation.cache_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-    return not compilation.config.DISABLE_JIT and compilation.config.OPT > 0 and os.access(folder, os.W_OK)
+    settings: Any = compilation.config
+    return not settings.DISABLE_JIT and settings.OPT > 0 and os.access(folder, os.W_OK)
 
 
 def _helper(tasks: Sequence[str]) -> subprocess.Popen:
@@ -165,7 +167,8 @@ def _helper(tasks: Sequence[str]) -> subprocess.Popen:
 @atexit.register
 def _end_helpers() -> None:
     for helper in compilation.helpers:
-        helper.stdin.close()
+        if helper.stdin:
+            helper.stdin.close()
         helper.wait()
 
 
