@@ -16,7 +16,7 @@ def signs(axes: np.ndarray) -> np.ndarray:
 
 
 def numerical_rank(singular_values: np.ndarray, shape: tuple[int, ...], scale: float) -> int:
-    """How many of the `singular_values` of a matrix of `shape` exceed rounding errors.
+    """Number of `singular_values` of a matrix of `shape` that exceed rounding errors.
 
     As `numpy.linalg.matrix_rank`, except that `scale` is the size of what was rounded: the norm of the data before
     their mean was subtracted.

@@ -20,7 +20,7 @@ class OneLine:
         return f"{type(self).__name__}({self._shown()})"
 
     def _shown(self) -> str:
-        """What stands in the brackets."""
+        """The text in the brackets."""
         shown = {f.name: getattr(self, f.name) for f in fields(self) if f.repr}  # type: ignore[arg-type]
         return listed(shown, _MOST - len(type(self).__name__))
 

@@ -28,7 +28,7 @@ _COMMANDS: dict[str, tuple[tuple[str, ...], str]] = {
 
 @dataclass(frozen=True)
 class _Job:
-    """What a worker needs: the command's name, its options, the folder of results, their suffix, and of the inputs."""
+    """Arguments of a worker: a command and its options, folder and suffix of the results, folder of the inputs."""
 
     command: str
     options: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What a specification will look like and cost, before anything is made."""
+"""Contact sheet and cost of a data set, before anything is made."""
 
 import math
 import tempfile
@@ -22,7 +22,7 @@ _GREY = 60
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a data set takes, extrapolated from a small part of it; `core_hours` are of cores like this machine's."""
+    """Cost of a data set, extrapolated from a small part of it; `core_hours` are of cores like this machine's."""
 
     frames: int
     samples: int

@@ -1,4 +1,4 @@
-"""What a data set shows: who walks, what cameras see them, how pictures look, and what is written.
+"""Specifications of data sets: walkers, cameras, pictures and output.
 
 A specification is a frozen record that TOML or JSON files hold. Its `hash` names the content; two specifications with
 the same hash and seed give the same samples.

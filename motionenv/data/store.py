@@ -1,4 +1,4 @@
-"""Where data sets are written: a folder on this machine, or whatever `fsspec` reaches, such as S3."""
+"""Storage of data sets: a folder on this machine, or whatever `fsspec` reaches, such as S3."""
 
 import os
 import shutil

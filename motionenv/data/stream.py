@@ -53,7 +53,7 @@ class Walkers:
 
     @property
     def sampler(self) -> Sampler:
-        """What draws the samples in this process."""
+        """The sampler of this process."""
         if self._sampler is None:
             self._sampler = Sampler(self.spec)
         return self._sampler
@@ -119,7 +119,7 @@ class Stream:
                 waiting = []
 
     def state_dict(self) -> dict[str, int]:
-        """Where the stream is, for `load_state_dict`."""
+        """The stream's position, for `load_state_dict`."""
         return {"start": self.share.start, "stop": self.share.stop, "given": self._given}
 
     def load_state_dict(self, state: dict[str, int]) -> None:

@@ -37,7 +37,7 @@ class TorchStream(IterableDataset):
         return iter(stream)
 
     def state_dict(self) -> dict[str, int]:
-        """Where this worker is; empty before it begins."""
+        """This worker's position; empty before it begins."""
         return {} if self._stream is None else self._stream.state_dict()
 
     def load_state_dict(self, state: dict[str, int]) -> None:

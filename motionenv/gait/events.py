@@ -229,7 +229,7 @@ def walks_backwards(feet: Feet) -> bool:
 
 
 def _ahead(feet: Feet, foot: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """How far a point of the foot is ahead of the pelvis (frames,) [m]."""
+    """Distance (frames,) [m] of a point of the foot ahead of the pelvis."""
     apart = smoothed(foot, feet.fps, _SLOW) - smoothed(feet.pelvis, feet.fps, _SLOW)
     return (apart[:, :2] * ways).sum(-1)
 
@@ -289,7 +289,7 @@ def _speed(foot: np.ndarray, ways: np.ndarray, fps: float, cutoff: float, treadm
 
 
 def _summit(signal: np.ndarray, frame: int) -> float:
-    """Where the parabola through a peak and its neighbours is highest [frames]."""
+    """Vertex [frames] of the parabola through a peak and its neighbours."""
     if not 0 < frame < len(signal) - 1:
         return float(frame)
     before, at, after = signal[frame - 1 : frame + 2]

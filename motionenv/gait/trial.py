@@ -142,7 +142,6 @@ def _leg_length(capture: Markers | Motion, static: Markers | None) -> float | No
 
 
 def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
-    """What a reader of the figures should know."""
     notes = list(feet.notes)
     if len(feet.sides) < 2:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")

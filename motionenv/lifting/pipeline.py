@@ -81,7 +81,7 @@ class Lifted(OneLine):
 
     @property
     def misfit(self) -> float:
-        """How far the motion is from the people learned from: `WalkPosterior.misfit`, or `FreeFit.misfit`."""
+        """Distance of the motion from the people learned from: `WalkPosterior.misfit`, or `FreeFit.misfit`."""
         return self._fit.misfit
 
     @property

@@ -281,7 +281,6 @@ def read_distortion(path: str | Path, name: str | None = None) -> list[float] | 
 
 
 def _table(path: Path, name: str | None) -> dict:
-    """What a file says of one camera."""
     if path.suffix.lower() not in (".json", ".toml"):
         raise FormatError(path, "isn't a camera file: the suffix must be .json or .toml")
     try:

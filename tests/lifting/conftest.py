@@ -1,4 +1,4 @@
-"""Real walks as 2D points."""
+"""The prior, and real walks as 2D points."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,17 @@ import pytest
 from motionenv.lifting.view_geometry import project_markers
 from motionenv.mocap import read, to_markers
 from motionenv.models.eigenwalkers.extraction import steady_stretch
+from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
+from motionenv.models.registry import load
 from motionenv.types import Points
 
 TRIALS = ("02/02_01", "07/07_08", "12/12_02", "35/35_10", "49/49_01")
 VIEWS = np.radians([0, 30, 60, 90, 150])
+
+
+@pytest.fixture(scope="package")
+def prior() -> WalkerPrior:
+    return load("walk/prior")
 
 
 @pytest.fixture(scope="package")

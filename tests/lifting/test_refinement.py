@@ -13,22 +13,16 @@ from motionenv.lifting.view_geometry import axes
 from motionenv.models.eigenwalkers.extraction import steady_stretch
 from motionenv.models.eigenwalkers.fourier_series import columns, positions_at
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
-from motionenv.models.registry import load
 from motionenv.types import MARKERS, Points
 
 FPS, FRAMES = 30.0, 90
 
 
 @pytest.fixture(scope="module")
-def model():
-    return load("walk/prior")
-
-
-@pytest.fixture(scope="module")
-def walker(model):
+def walker(prior):
     """Somebody whom the prior finds likely, (5, 15, 3)."""
-    return model.inverse_transform(0.7 * np.sqrt(model.explained_variance_) * np.random.default_rng(3).standard_normal(
-        len(model.components_)))  # fmt: skip
+    return prior.inverse_transform(0.7 * np.sqrt(prior.explained_variance_) * np.random.default_rng(3).standard_normal(
+        len(prior.components_)))  # fmt: skip
 
 
 def phases(frequency=0.9, phase=0.4):
@@ -42,19 +36,19 @@ def flat(walker, alpha, elevation=0.0, scale=1.0):
     return scale * (places + [0.3, -0.1] + time * [1.2, 0.05] + time**2 * [0.1, 0.0])
 
 
-def near(model, alpha, **changes):
-    values = {"coefficients": model.mean_, "alpha": alpha + 0.1, "frequency": 0.91, "phase": 0.35} | changes
+def near(prior, alpha, **changes):
+    values = {"coefficients": prior.mean_, "alpha": alpha + 0.1, "frequency": 0.91, "phase": 0.35} | changes
     return InitialEstimate(**values)
 
 
 @pytest.mark.parametrize("unknown", [(), ("elevation",), ("elevation", "scale")])
-def test_derivatives_are_those_of_differences(model, unknown):
+def test_derivatives_are_those_of_differences(prior, unknown):
     rng = np.random.default_rng(0)
     time = np.linspace(-1, 1, 12)
     picture = Parallel(np.polynomial.legendre.legvander(time, 2), 0.3, 100.0, unknown)
     own = 0.1 * rng.standard_normal(len(picture.names))
-    problem = _Problem(model, rng.standard_normal((12, 15, 2)), np.ones((12, 15), bool), picture, time, True)
-    state = _State(model.mean_.reshape(-1)[_BY_MARKER], np.concatenate([[0.7, 0.3, 5.0], own]))
+    problem = _Problem(prior, rng.standard_normal((12, 15, 2)), np.ones((12, 15), bool), picture, time, True)
+    state = _State(prior.mean_.reshape(-1)[_BY_MARKER], np.concatenate([[0.7, 0.3, 5.0], own]))
     _, metres = problem.residual(state)
     jacobian = problem.jacobian(state)
     for k in range(225 + len(state.shared)):
@@ -68,35 +62,35 @@ def test_derivatives_are_those_of_differences(model, unknown):
             np.testing.assert_allclose(jacobian[..., k - 210], expected, atol=1e-7)
 
 
-def test_precision_is_the_inverse_of_the_dense_covariance(model):
-    e = model.components_.reshape(len(model.components_), -1)
-    size = 0.015 * model.mean_.reshape(-1)
-    covariance = (e.T * model.explained_variance_) @ e + np.outer(size, size)
-    covariance += np.diag(np.repeat(model.noise_.reshape(-1), 3))
-    np.testing.assert_allclose(_precision(model) @ covariance, np.eye(225), atol=1e-6)
+def test_precision_is_the_inverse_of_the_dense_covariance(prior):
+    e = prior.components_.reshape(len(prior.components_), -1)
+    size = 0.015 * prior.mean_.reshape(-1)
+    covariance = (e.T * prior.explained_variance_) @ e + np.outer(size, size)
+    covariance += np.diag(np.repeat(prior.noise_.reshape(-1), 3))
+    np.testing.assert_allclose(_precision(prior) @ covariance, np.eye(225), atol=1e-6)
 
 
-def test_a_step_of_the_linear_problem_is_the_closed_form(model, walker):
+def test_a_step_of_the_linear_problem_is_the_closed_form(prior, walker):
     """With view, phase and frequency held, the normal equations are those of Bayesian linear regression."""
     time = np.linspace(-1, 1, FRAMES)
     picture = Parallel(np.ones((FRAMES, 1)), 0.0, 1.0, ())
     places = positions_at(walker, phases()) @ geometry.axes(0.5)[:2].T
-    problem = _Problem(model, places, np.ones((FRAMES, 15), bool), picture, time, False)
+    problem = _Problem(prior, places, np.ones((FRAMES, 15), bool), picture, time, False)
     middle, turns = phases().mean(), np.ptp(phases()) / 2
-    state = _State(model.mean_.reshape(-1)[_BY_MARKER], np.array([0.5, middle, turns, 0.0, 0.0]))
+    state = _State(prior.mean_.reshape(-1)[_BY_MARKER], np.array([0.5, middle, turns, 0.0, 0.0]))
     matrix, slope, _ = problem.normal(state, np.full((FRAMES, 15), 1e4))
     found = state.walker + np.linalg.solve(matrix[:225, :225], slope[:225])
     shows = np.einsum("th,ic->tihc", columns(phases()), geometry.axes(0.5)[:2]).reshape(-1, 15)
     design = np.kron(np.eye(15), shows)
     y = places.transpose(1, 0, 2).reshape(-1)
-    prior = _precision(model)[np.ix_(_BY_MARKER, _BY_MARKER)]
-    expected = np.linalg.solve(1e4 * design.T @ design + prior, 1e4 * design.T @ y + prior @ state.walker)
+    inverse = _precision(prior)[np.ix_(_BY_MARKER, _BY_MARKER)]
+    expected = np.linalg.solve(1e4 * design.T @ design + inverse, 1e4 * design.T @ y + inverse @ state.walker)
     np.testing.assert_allclose(found, expected, atol=1e-8)
 
 
 @pytest.mark.parametrize("alpha", [-1.2, 0.3, 1.5, 2.8])
-def test_an_exact_walk_comes_back(model, walker, alpha):
-    posterior = refine(model, Points(flat(walker, alpha), FPS, "m"), near(model, alpha))
+def test_an_exact_walk_comes_back(prior, walker, alpha):
+    posterior = refine(prior, Points(flat(walker, alpha), FPS, "m"), near(prior, alpha))
     shown = geometry.project(posterior.coefficients - walker, posterior.alpha)
     assert posterior.converged
     assert posterior.alpha == pytest.approx(alpha, abs=4 * posterior.standard_deviation("alpha") + 0.01)
@@ -105,23 +99,23 @@ def test_an_exact_walk_comes_back(model, walker, alpha):
     assert np.sqrt(((posterior.positions - positions_at(walker, phases())) ** 2).mean()) < 0.02
 
 
-def test_elevation_and_scale_come_back_in_pixels(model, walker):
+def test_elevation_and_scale_come_back_in_pixels(prior, walker):
     points = Points(flat(walker, 0.6, 0.25, 180.0) * [1.0, -1.0], FPS, "px")
-    start = near(model, 0.6, elevation=0.1, scale=200.0)
-    posterior = refine(model, points, start, unknown=("alpha", "elevation", "scale"))
+    start = near(prior, 0.6, elevation=0.1, scale=200.0)
+    posterior = refine(prior, points, start, unknown=("alpha", "elevation", "scale"))
     assert posterior.elevation == pytest.approx(0.25, abs=0.05)
     assert posterior.scale == pytest.approx(180.0, rel=0.05)
     assert posterior.standard_deviation("scale") < 0.06
 
 
-def test_planted_outliers_lose_their_weight_and_their_pull(model, walker):
+def test_planted_outliers_lose_their_weight_and_their_pull(prior, walker):
     rng = np.random.default_rng(1)
     positions = flat(walker, 0.6) + 0.005 * rng.standard_normal((FRAMES, 15, 2))
-    clean = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
+    clean = refine(prior, Points(positions, FPS, "m"), near(prior, 0.6))
     planted = rng.random((FRAMES, 15)) < 0.05
     positions[planted] += 0.3 + 0.2 * rng.random((planted.sum(), 2))
-    posterior = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
-    plain = refine(model, Points(positions, FPS, "m"), near(model, 0.6), robust=False)
+    posterior = refine(prior, Points(positions, FPS, "m"), near(prior, 0.6))
+    plain = refine(prior, Points(positions, FPS, "m"), near(prior, 0.6), robust=False)
     assert posterior.weights[planted].max() < 0.1
     assert np.median(posterior.weights[~planted]) > 0.8
     away = [np.abs(r.positions - clean.positions).max() for r in (posterior, plain)]
@@ -129,31 +123,31 @@ def test_planted_outliers_lose_their_weight_and_their_pull(model, walker):
     assert away[0] < 0.3 * away[1]
 
 
-def test_markers_lost_throughout_are_filled_and_less_sure(model, walker):
+def test_markers_lost_throughout_are_filled_and_less_sure(prior, walker):
     positions = flat(walker, 0.6) + 0.003 * np.random.default_rng(0).standard_normal((FRAMES, 15, 2))
     lost = [MARKERS.index(n) for n in ("left_wrist", "right_knee", "head")]
     positions[:, lost] = np.nan
-    posterior = refine(model, Points(positions, FPS, "m"), near(model, 0.6))
+    posterior = refine(prior, Points(positions, FPS, "m"), near(prior, 0.6))
     assert np.abs(posterior.positions - positions_at(walker, phases())).max() < 0.1
     assert (posterior.weights[:, lost] == 0).all()
-    seen = refine(model, Points(flat(walker, 0.6), FPS, "m"), near(model, 0.6))
+    seen = refine(prior, Points(flat(walker, 0.6), FPS, "m"), near(prior, 0.6))
     assert (posterior.deviations[:, lost].mean(axis=0) > seen.deviations[:, lost].mean(axis=0)).all()
 
 
-def test_what_does_not_go_together_is_named(model, walker):
-    points, start = Points(flat(walker, 0.6), FPS, "m"), near(model, 0.6)
+def test_what_does_not_go_together_is_named(prior, walker):
+    points, start = Points(flat(walker, 0.6), FPS, "m"), near(prior, 0.6)
     with pytest.raises(MotionError, match="unknown must be"):
-        refine(model, points, start, unknown=("height",))
+        refine(prior, points, start, unknown=("height",))
     with pytest.raises(MotionError, match="drift"):
-        refine(model, points, start, drift=-1)
+        refine(prior, points, start, drift=-1)
     with pytest.raises(MotionError, match="InitialEstimate needs"):
-        near(model, np.nan)
+        near(prior, np.nan)
     with pytest.raises(GapError, match="strides"):
-        refine(model, Points(points.positions[:30], FPS, "m"), start)
+        refine(prior, Points(points.positions[:30], FPS, "m"), start)
     few = np.array(points.positions)
     few[:, 2:] = np.nan
     with pytest.raises(GapError, match="at least three"):
-        refine(model, Points(few, FPS, "m"), start)
+        refine(prior, Points(few, FPS, "m"), start)
 
 
 @pytest.mark.slow
@@ -196,11 +190,11 @@ def in_place(markers, walker):
 
 
 @pytest.fixture(scope="module")
-def lifted(model, walker):
+def lifted(prior, walker):
     """Lifted from an orthographic picture with noise of 1 cm."""
     places = positions_at(walker, phases()) @ axes(0.6)[:2].T
     noisy = places + 0.01 * np.random.default_rng(2).standard_normal(places.shape)
-    return refine(model, Points(noisy, FPS, "m"), InitialEstimate(model.mean_, 0.7, 0.91, 0.35))
+    return refine(prior, Points(noisy, FPS, "m"), InitialEstimate(prior.mean_, 0.7, 0.91, 0.35))
 
 
 def test_a_band_holds_nine_tenths():

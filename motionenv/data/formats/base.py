@@ -1,4 +1,4 @@
-"""What a file format of data sets defines."""
+"""The protocol of file formats of data sets."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What people and catalogues read of a data set: its card, `README.md`, and Croissant metadata, `croissant.json`.
+"""Descriptions of a data set: its card, `README.md`, and Croissant metadata, `croissant.json`.
 
 The card has the header of Hugging Face's hub. Croissant (MLCommons, version 1.0) names every file with its SHA-256, and
 the columns of the Parquet index.

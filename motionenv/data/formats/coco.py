@@ -92,7 +92,7 @@ def _part(store: Store, path: str) -> dict[str, Any]:
 
 
 def _about(spec: Specification) -> dict[str, Any]:
-    """What all annotations have in common."""
+    """Common head of all annotations."""
     return {
         "info": {"description": "Walking people, drawn by motionenv", "hash": spec.hash, "seed": spec.seed},
         "categories": [

@@ -21,7 +21,7 @@ from motionenv.errors import MotionError
 
 @dataclass(frozen=True)
 class Made:
-    """What a call of `generate` did.
+    """Result of `generate`.
 
     Attributes:
         shards: numbers of the shards that it made.
@@ -48,7 +48,7 @@ class Made:
 
 @dataclass(frozen=True)
 class _Job:
-    """What a worker needs to make a shard."""
+    """Arguments of a worker that makes shards."""
 
     content: str  # of the specification, in JSON
     url: str
@@ -113,7 +113,7 @@ def generate(
 
 
 def _concluded(store: Store, spec: Specification, form: str, wanted: list[int], before: set[int], outcome) -> Made:
-    """What was made, by the manifest alone; describes the whole set if nothing is missing."""
+    """The result by the manifest alone; describes the whole set if nothing is missing."""
     there = manifest.done(store, spec)
     failed = {shard: why for shard, why in outcome.failed.items() if shard not in there}
     for shard in outcome.done.keys() - there:

@@ -58,7 +58,7 @@ class Drawing:
         return found if frame.rgb is None else found | {"rgb": frame.rgb.reshape(*whole, 3)}
 
     def _bodies(self, group: Group, which: np.ndarray, poses: np.ndarray, body: tuple) -> Frame:
-        """Somebody on black, with one axis for samples `which` and their frames."""
+        """Pictures of a body on black, with one axis for samples `which` and their frames."""
         frames, views = poses.shape[1], group.views
         *each, K, R = (np.repeat(part[which], frames, axis=0) for part in (*body, views.K, views.R))
         t = views.t[which].reshape(-1, 3)

@@ -106,7 +106,7 @@ class Sampler:
         return found
 
     def _truth(self, group: Group, which: np.ndarray) -> dict[str, np.ndarray]:
-        """What is known without pictures of samples `which`, with an axis for them first."""
+        """Truth that needs no pictures of samples `which`, with an axis for them first."""
         views, wanted = group.views, self._wanted
         pixels, depth = views.project(group.joints[which], which)
         pixels[depth <= 0] = np.nan

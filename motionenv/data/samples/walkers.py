@@ -129,7 +129,7 @@ def phases(motion: Motion) -> np.ndarray:
 
 
 def _summit(values: np.ndarray, frame: int) -> float:
-    """Where the parabola through a maximum at `frame` and its neighbours is highest [frames]."""
+    """Vertex [frames] of the parabola through a maximum at `frame` and its neighbours."""
     before, here, after = values[frame - 1 : frame + 2]
     curved = before - 2 * here + after
     return frame + (0.5 * (before - after) / curved if curved < 0 else 0.0)

@@ -1,4 +1,4 @@
-"""Where the dots of a point-light display are at any time.
+"""Positions of the dots of a point-light display at any time.
 
 Everything random is a pure function of the display's seed and of what is drawn: numbers come from NumPy's counter-based
 Philox4x64 (Salmon et al. 2011), with the seed and a stream as its key.

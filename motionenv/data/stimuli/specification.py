@@ -1,4 +1,4 @@
-"""What a stimulus set shows: who walks, how that is displayed, and in what pictures."""
+"""Specifications of stimulus sets: walkers, displays and pictures."""
 
 from pathlib import Path
 from typing import Literal, Self
@@ -128,7 +128,7 @@ class StimulusSet(Record):
 
     @property
     def stimuli(self) -> int:
-        """How many there are."""
+        """Number of stimuli."""
         return len(self.people) * len(self.displays)
 
     @classmethod

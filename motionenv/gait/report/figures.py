@@ -49,7 +49,7 @@ _RANGE = {
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """What one panel of the figure of angles shows, for an angle without its side, such as "knee_flexion".
+    """Content of one panel of the figure of angles, for an angle without its side, such as "knee_flexion".
 
     Attributes:
         name: of the angle.

@@ -15,7 +15,7 @@ _UNDISTORTING = 20  # fixed-point iterations
 
 @dataclass(frozen=True)
 class Rays:
-    """Where the markers were seen.
+    """Rays from the camera to the markers.
 
     Attributes:
         directions: (frames, 15, 3) unit vectors in the world; NaN where a marker wasn't seen.

@@ -70,7 +70,7 @@ DEFAULTS = Settings()
 
 @dataclass
 class Fit:
-    """What the frames tell.
+    """Fit of all frames.
 
     Attributes:
         places: (frames, 15, 3) positions from the origin of the rays' frame [body units].
@@ -139,7 +139,7 @@ def smooth(
 
 
 def _strangeness(fit: Fit, posture: np.ndarray, spread: np.ndarray) -> float:
-    """How far the network is from what the rays show, relative to people unlike those that it learned from."""
+    """Distance of the network's postures from what the rays show, relative to that of people whom it didn't see."""
     others = np.arange(len(MARKERS)) != _PELVIS
     off = (fit.places - fit.places[:, [_PELVIS]] - posture)[:, others] / spread[:, others, None]
     usual = _DISTANCE / (1 + _DISTANCE_NOISE * fit.noise)
@@ -335,7 +335,7 @@ def solve(
 
 
 def _later(values: np.ndarray, k: int, few: slice) -> np.ndarray:
-    """What frame `k` depends on: the values of the next frame, and the few of the second next one."""
+    """Values on which frame `k` depends: those of the next frame, and the few of the second next one."""
     return np.concatenate([values[k + 1], values[k + 2, few]]) if k + 2 < len(values) else values[k + 1]
 
 

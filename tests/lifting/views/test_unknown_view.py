@@ -13,21 +13,7 @@ from motionenv.lifting.views.unknown_view import Views, find_view
 from motionenv.models.eigenwalkers.fourier_series import later, mirrored
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
-from motionenv.types import MARKERS
-
-HIDDEN = [MARKERS.index(m) for m in ("left_wrist", "right_knee", "head")]
-
-
-@pytest.fixture(scope="module")
-def prior() -> WalkerPrior:
-    return load("walk/prior")
-
-
-def drawn(model, n: int, seed=0, rest: float = 0.01) -> np.ndarray:
-    """Walkers (n, 5, 15, 3) of the model, and what its components leave out."""
-    rng = np.random.default_rng(seed)
-    scores = np.sqrt(model.explained_variance_) * rng.standard_normal((n, len(model.components_)))
-    return model.inverse_transform(scores) + rest * rng.standard_normal((n, 5, 15, 3))
+from tests.lifting.walkers import HIDDEN, drawn
 
 
 def apart(a, b) -> np.ndarray:
