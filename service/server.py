@@ -13,6 +13,7 @@ from service.settings import Settings
 
 _HEADER_BYTES = 65_536
 _CONNECTIONS = 1_000  # of each process; more get 503
+_IDLE_SECONDS = 15  # longer than clients (httpx: 5 s) and the proxy (10 s) keep a connection, or they lose requests
 
 
 def application() -> Any:
@@ -35,7 +36,7 @@ def serve(settings: Settings) -> None:
         loop="uvloop", http="h11", h11_max_incomplete_event_size=_HEADER_BYTES, limit_concurrency=_CONNECTIONS,
         ws="websockets-sansio", ws_max_size=65_536, access_log=False, log_config=None, server_header=False,
         proxy_headers=bool(settings.proxies), forwarded_allow_ips=settings.proxies or None,
-        timeout_graceful_shutdown=round(settings.shutdown_seconds),
+        timeout_keep_alive=_IDLE_SECONDS, timeout_graceful_shutdown=round(settings.shutdown_seconds),
     )  # fmt: skip
     if settings.workers > 1:
         with tempfile.TemporaryDirectory(prefix="motionenv-metrics-") as counts:

@@ -103,7 +103,9 @@ def precompile(task: str) -> None:
     It does nothing if that would save no time, if kernels can't be kept, and in processes of `multiprocessing`, whose
     parents have shared the cores among them.
     """
-    if multiprocessing.parent_process() or not sys.executable or getattr(sys, "frozen", False) or not _can_keep():
+    if cores() < 2 or multiprocessing.parent_process() or not sys.executable or getattr(sys, "frozen", False):
+        return
+    if not _can_keep():
         return
     if any(helper.poll() is None for helper in compilation.helpers):  # of a larger task, which this is part of
         return
@@ -182,7 +184,7 @@ def record(script: str, out: str) -> None:
     """Run a script, and write to `out` which kernels are compiled for its calls, with types and CPU times [s]."""
     from numba.core import event
 
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # on one core there are no helpers
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # on one core `precompile` does nothing
     stack: list[float] = []
     found: list[tuple[str, list, float]] = []
 

@@ -85,6 +85,7 @@ class AppearanceLikelihood(Likelihood):
 
     @property
     def camera(self) -> Camera:  # type: ignore[override]
+        """Camera of the current image."""
         return self._geometry.camera
 
     @property

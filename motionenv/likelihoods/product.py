@@ -50,14 +50,17 @@ class ProductLikelihood(ImageLikelihood):
 
     @property
     def skeleton(self) -> Skeleton | None:  # type: ignore[override]
+        """Body of the first model that has one."""
         return next((model.skeleton for model in self.models if model.skeleton is not None), None)
 
     @property
     def camera(self) -> Camera | None:  # type: ignore[override]
+        """Camera of the first model that has one."""
         return next((model.camera for model in self.models if model.camera is not None), None)
 
     @property
     def foreground(self) -> np.ndarray:
+        """Foreground (height, width) of the first model of images; MotionError without one."""
         for model in self.models:
             if isinstance(model, ImageLikelihood):
                 return model.foreground
@@ -65,6 +68,7 @@ class ProductLikelihood(ImageLikelihood):
 
     @property
     def measures_depth(self) -> bool:  # type: ignore[override]
+        """Whether any of the models measures depth."""
         return any(model.measures_depth for model in self.models)
 
     def forget(self) -> None:

@@ -209,6 +209,7 @@ class SilhouetteLikelihood(ImageLikelihood):
 
     @property
     def measures_depth(self) -> bool:  # type: ignore[override]
+        """Whether the current observation is a depth image."""
         return self._depth is not None
 
     @property

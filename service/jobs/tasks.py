@@ -42,7 +42,7 @@ def fit_model(settings: dict[str, Any], folder: Path, progress: Progress) -> Non
     options = {**_how(settings), "fill": settings.get("fill", False), "on_file": reading}
     model: Any
     if settings["kind"] == "tree":
-        from motionenv.models.motion_tree.training import fit_tree
+        from motionenv.models.motion_tree import fit_tree
 
         model = fit_tree(
             folder / "input", activity=settings["activity"] or "motion", mirrored=settings["mirrored"], command=command,

@@ -26,7 +26,8 @@ def test_an_agent_of_ones_own_is_scored(tmp_path):
     reports = []
     for agent in ("agents:Mine", "blob"):
         done = run(tmp_path, agent, "--task", task, "--episodes", "3", "--out", "r.json")
-        assert (done.returncode, done.stderr) == (0, "")
+        told = [line for line in done.stderr.splitlines() if not line.startswith("compiling kernels")]
+        assert (done.returncode, told) == (0, [])
         reports.append(json.loads((tmp_path / "r.json").read_text()))
         assert f"{1000 * reports[-1]['mean_error']:.1f} mm per joint" in done.stdout
     assert reports[0]["errors"] == reports[1]["errors"]

@@ -77,7 +77,7 @@ def test_the_command_line_lists_it_and_makes_motion(run, tmp_path):
     out = tmp_path / "bounce.npz"
     done = run("-m", "motionenv", "synth", "toy/bounce", "--seconds", "1", "--out", str(out))
     assert done.returncode == 0, done.stderr
-    assert motionenv.read(out).poses.shape == (60, 25)
+    assert motionenv.read(out).poses.shape == (30, 25)
     wrong = run("-m", "motionenv", "synth", "toy/bonce", "--out", str(out))
     assert wrong.returncode == 2
     assert "did you mean toy/bounce?" in wrong.stderr

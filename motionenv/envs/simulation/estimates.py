@@ -147,6 +147,7 @@ class Estimates:
         return self._point(actions, self._joints_of(actions, true, poses, offsets))
 
     def close(self) -> None:
+        """End the worker threads."""
         self._workers.close()
 
     def _joints_of(self, actions, true, poses, offsets) -> np.ndarray:

@@ -105,6 +105,7 @@ class Stage:
         self.time[slots] = 0
 
     def now(self) -> np.ndarray:
+        """The current pose of each walker (n, 25) [m, rad]."""
         return self.poses[self._all, self.time]
 
     def draw(self, slots: np.ndarray, *, rgb: bool = True, back: int = 0) -> Frame:
@@ -129,6 +130,7 @@ class Stage:
         return {"pose": pose, "joints": joints[0, 0], "camera": self.camera(slot), "skeleton": skeleton}
 
     def close(self) -> None:
+        """End the threads that draw."""
         self._crowd.close()
         self._scenery.close()
 

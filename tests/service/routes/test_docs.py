@@ -47,7 +47,7 @@ def test_the_document_says_what_needs_a_key(locked, server):
     assert "securitySchemes" not in server.http.get("/openapi.json").json()["components"]
     verbs = {operation["operationId"].partition("_")[0] for one in told["paths"].values() for operation in one.values()}
     known = "analyse cancel check convert describe fit get inspect lift list make remove render report sample"
-    assert verbs <= {*known.split(), "synthesize", "upload"}
+    assert verbs <= {*known.split(), "synthesize", "upload", "walk"}
 
 
 def test_there_is_one_reference_and_it_is_no_cdns(server):
