@@ -3,6 +3,7 @@
 import asyncio
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable
@@ -55,15 +56,17 @@ async def run(
     limits = {"memory": memory, "cpu": seconds * (os.cpu_count() or 1), "parent": os.getpid()}
     with full_disk_errors():
         (folder / "work").write_bytes(orjson.dumps({**work, "limits": limits}))
+    # Not a pipe: uvloop closes one's descriptor twice, and between the two another thread may have opened a file as it.
+    ours, theirs = socket.socketpair()
     # Popen uses vfork; asyncio's subprocesses fork, which deadlocks in OpenBLAS while other threads compute.
-    with (folder / "work").open("rb") as asked, (folder / "log").open("wb") as said:
+    with theirs, (folder / "work").open("rb") as asked, (folder / "log").open("wb") as said:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "service.jobs.worker"], cwd=folder, env=_environment(folder),
-            stdin=asked, stdout=subprocess.PIPE, stderr=said, start_new_session=True,
+            stdin=asked, stdout=theirs.fileno(), stderr=said, start_new_session=True,
         )  # fmt: skip
     try:
         async with asyncio.timeout(seconds):
-            done = await _read_progress(process, on_progress)
+            done = await _read_progress(ours, on_progress)
             await asyncio.to_thread(os.waitid, os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
     except TimeoutError:
         raise Failed(422, f"the job exceeded its time limit of {seconds:g} s: request less") from None
@@ -76,11 +79,8 @@ async def run(
         raise _failure(code, folder / "log", memory)
 
 
-async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float, str], Awaitable[None]]) -> bool:
-    reader = asyncio.StreamReader()
-    transport, _ = await asyncio.get_running_loop().connect_read_pipe(
-        lambda: asyncio.StreamReaderProtocol(reader), process.stdout
-    )
+async def _read_progress(output: socket.socket, on_progress: Callable[[float, str], Awaitable[None]]) -> bool:
+    reader, writer = await asyncio.open_connection(sock=output)
     done = False
     try:
         async for line in reader:
@@ -93,7 +93,7 @@ async def _read_progress(process: subprocess.Popen, on_progress: Callable[[float
     except (ValueError, KeyError, TypeError) as error:  # not written by the worker
         raise Failed(500, "the job's process sent malformed output") from error
     finally:
-        transport.close()
+        writer.close()
     return done
 
 

@@ -205,7 +205,7 @@ export class App {
     this.mark("models", this.wanted);
     this.mark("chosen", String(state.chosen));
     $("compare").setAttribute("aria-pressed", String(walkers.length > 1));
-    $("seed").value = this.one.seed;
+    if (document.activeElement !== $("seed")) $("seed").value = this.one.seed; // not what somebody is typing
     $("undo").disabled = !this.history.past.length;
     $("redo").disabled = !this.history.future.length;
     this.arrange();

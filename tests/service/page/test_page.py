@@ -167,8 +167,12 @@ def test_the_seed_says_who_comes(shown):
     shown.ask("{ motionenv.draw(18); }")
     assert shown.ask("motionenv.one.deviations") != first
     shown.page.fill("#seed", "17")
+    shown.ask("{ motionenv.refresh(); }")  # as when a stride arrives
     shown.page.press("#seed", "Enter")
     assert shown.ask("motionenv.one.deviations") == first
+    shown.page.fill("#seed", "-3.4")
+    shown.page.press("#seed", "Enter")
+    assert shown.page.input_value("#seed") == "0"
     drawn = shown.ask(
         "{ const all = [];"
         "  for (let s = 0; s < 400; s++) { motionenv.draw(s); all.push(...motionenv.one.deviations); }"

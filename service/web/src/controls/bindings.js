@@ -60,7 +60,10 @@ function bindWalkers(app) {
   });
   on("chosen", "change", ({ target }) => app.look("chosen", Number(target.value)));
   on("randomise", "click", () => app.draw(Math.floor(Math.random() * 1e6)));
-  on("seed", "change", ({ target }) => app.draw(Math.max(0, Math.round(target.valueAsNumber || 0))));
+  on("seed", "change", ({ target }) => {
+    target.value = Math.max(0, Math.round(target.valueAsNumber || 0));
+    app.draw(target.valueAsNumber);
+  });
   on("reset", "click", () => app.reset());
   on("compare", "click", () => app.compare());
   on("undo", "click", () => app.turnBack());
