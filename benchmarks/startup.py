@@ -60,6 +60,9 @@ env.step(env.action_space.sample())
     "film": _command("track --video film.mp4 --out track.mp4"),
     "render": _command("render walk.npz --out rendered.mp4"),
     "report": _command("report walk.npz --out report.html"),
+    "synth": _command("synth walk/eigenwalkers --out synth.npz"),
+    "sample": _command("sample --seconds 4 --out sampled.npz"),
+    "page": "import motionenv; [motionenv.models.cycle(f'walk/{name}') for name in ('fpca', 'eigenwalkers')]",
 }
 
 

@@ -24,6 +24,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from motionenv._core import compilation
 from motionenv.errors import MotionError
 
@@ -53,11 +55,18 @@ class Recorded(NamedTuple):
 
 
 def encoded(numba_type: Any) -> Any:
-    """A type as JSON: a name; ["array", type, dimensions, layout, writable]; or [tuple's class or "", types ...]."""
+    """A type as JSON.
+
+    It is a name; ["array", type, dimensions, layout, writable]; ["record", [field, dtype] ...]; or [tuple's class or
+    "", types ...].
+    """
     from numba import types
+    from numba.np.numpy_support import as_dtype
 
     if isinstance(numba_type, types.Array):
         return ["array", encoded(numba_type.dtype), numba_type.ndim, numba_type.layout, numba_type.mutable]
+    if isinstance(numba_type, types.Record):
+        return ["record", *map(list, as_dtype(numba_type).descr)]
     if isinstance(numba_type, types.BaseTuple):
         made = numba_type.instance_class if isinstance(numba_type, types.NamedTuple | types.NamedUniTuple) else None
         name = f"{made.__module__}:{made.__qualname__}" if made else ""
@@ -68,13 +77,15 @@ def encoded(numba_type: Any) -> Any:
 
 def decoded(code: Any) -> Any:
     """The numba type of `encoded`."""
-    from numba import types
+    from numba import from_dtype, types
 
     if isinstance(code, str):
         return types.boolean if code == "bool" else getattr(types, code)
     kind, *parts = code
     if kind == "array":
         return types.Array(decoded(parts[0]), parts[1], parts[2], readonly=not parts[3])
+    if kind == "record":
+        return from_dtype(np.dtype(list(map(tuple, parts))))
     module, _, name = kind.partition(":")
     made = getattr(import_module(module), name) if name else None
     return types.BaseTuple.from_types(tuple(map(decoded, parts)), made)

@@ -48,7 +48,8 @@ def benchmarks(root: Path) -> list[str]:
 
 def compile_kernels(
     tasks: Annotated[
-        list[str] | None, typer.Argument(help="demo, env, film, lift, render or report; by default all of them.")
+        list[str] | None,
+        typer.Argument(help="demo, env, film, lift, page, render, report, sample or synth; by default all of them."),
     ] = None,
     processes: Annotated[int | None, typer.Option(min=1, help="Processes; by default as many as cores.")] = None,
 ) -> None:

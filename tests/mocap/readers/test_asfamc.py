@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -178,10 +176,9 @@ def test_amc_and_bvh_twins_agree(mocap):
         assert np.sqrt(((a - b) ** 2).sum(-1).mean()) < 1e-3, bone
 
 
-def test_all_cmu_walks_read_fast_and_walk(mocap):
+def test_all_cmu_walkers_walk_where_they_look(mocap):
     paths = sorted(mocap.glob("cmu_asfamc/*/*.amc"))
     assert len(paths) == 59
-    began = time.perf_counter()
     for path in paths:
         got = asfamc.read(path, fps=120)
         feet = got.positions[:, [got.index("ltibia"), got.index("rtibia")], 2]
@@ -190,8 +187,7 @@ def test_all_cmu_walks_read_fast_and_walk(mocap):
         left = got.positions[:, got.index("lhipjoint")] - got.positions[:, got.index("rhipjoint")]
         ahead = np.cross(left, [0, 0, 1])[:, :2]
         path_length = np.diff(got.positions[:, 0, :2], axis=0)
-        assert (path_length * ahead[1:]).sum() > 0, path  # they walk where they look
-    assert time.perf_counter() - began < 30
+        assert (path_length * ahead[1:]).sum() > 0, path
 
 
 def test_the_frame_rate_is_asked_for(tmp_path):

@@ -12,6 +12,8 @@ from motionenv.models.eigenwalkers.locomotion import gait
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.types import MARKERS
 
+pytestmark = pytest.mark.slow  # `cmu_walkers` takes a minute to read
+
 
 @pytest.fixture(scope="module")
 def captured(cmu_walkers):

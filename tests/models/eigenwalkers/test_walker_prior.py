@@ -270,6 +270,7 @@ def test_people_it_never_saw_are_lifted_better_than_paper_b_would(nested):
     assert nested[0] < 0.0225
 
 
+@pytest.mark.slow
 def test_bands_hold_on_people_it_never_saw(nested):
     _, walks, people = nested
     assert 0.87 < walks.mean() < 0.94

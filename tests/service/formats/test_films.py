@@ -38,5 +38,4 @@ def test_a_film_begins_before_it_is_drawn(server):
             data += part
     assert len(frames(data)) == 120
     assert times[0] < 0.5 * times[-1]
-    assert times[0] < 1.5  # 0.05 s on a quiet machine
     assert len(times) >= 8
