@@ -101,7 +101,8 @@ def test_the_record_is_complete(task, tmp_path):
 
 @pytest.mark.parametrize(
     "value",
-    [1.5, 2, True, np.float32(1), np.zeros((2, 3)), np.zeros(2, np.uint8), np.ones((2, 3), order="F"), np.ones(4)[::2], np.zeros(2, [("a", "i4"), ("b", "f4")]),
+    [1.5, 2, True, np.float32(1), np.zeros((2, 3)), np.zeros(2, np.uint8), np.ones((2, 3), order="F"), np.ones(4)[::2],
+     np.zeros(2, [("a", "i4"), ("b", "f4")]),
      np.frombuffer(b"12345678"), (1, 2.0), (1.0, 2.0), (np.zeros(2), (1, 2.0)), Pair(1.0, np.zeros(3)), Pair(1.0, 2.0)],
     ids=repr,
 )  # fmt: skip
