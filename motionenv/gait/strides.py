@@ -13,7 +13,8 @@ from motionenv.gait.feet import Feet
 from motionenv.gait.stretches import Stretch, belt, heading
 
 _STRIDE = (0.4, 3.0)  # [s] plausible duration
-_PAUSE = 0.3  # [s] for which somebody may stand during a stride
+_PAUSE = 0.3  # [s] for which the pelvis may stand during a stride that is shorter than `_STEP`
+_STEP = 0.3  # [m]
 _FLAT = (0.25, 0.5)  # shares of stance between which the foot lies flat, of runners too
 _STANCE = 2.0  # [s] longest
 _STANCES = 5  # over which a belt's velocity is the median
@@ -58,7 +59,7 @@ class Stride(OneLine):
 
 
 def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
-    """The strides of the `feet` from `events`, in the order of time, in all `stretches` but standing and unseen ones.
+    """The strides of the `feet` from `events`, in the order of time, in all `stretches` but unseen ones.
 
     Of two contacts between which one was missed, there is no stride. On a treadmill, lengths are over its belt.
     """
@@ -69,11 +70,13 @@ def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tu
     found = []
     for side in feet.sides:
         for start, end in pairwise(events.times("initial_contact", side)):
-            kind = _kind(start, end, stretches)
+            kind, stands = _kind(start, end, stretches)
             if kind and _STRIDE[0] <= end - start <= _STRIDE[1] and not _several(events, side, start, end):
                 turn = np.diff(np.interp([start, end], np.arange(len(turned)) / feet.fps, turned))[0]
                 stride = replace(_timed(events, side, start, end), kind=kind, turn=float(turn))
-                found.append(_placed(stride, placed, towards))
+                stride = _placed(stride, placed, towards)
+                if stands <= _PAUSE or stride.length >= _STEP:
+                    found.append(stride)
     return tuple(sorted(found, key=lambda stride: stride.start))
 
 
@@ -106,15 +109,17 @@ def _over_belt(feet: Feet, events: Events, carried: np.ndarray) -> Feet:
     return replace(feet, pelvis=feet.pelvis - moved, heel=still(feet.heel), toe=still(feet.toe))
 
 
-def _kind(start: float, end: float, stretches: Sequence[Stretch]) -> str:
-    """What somebody does between two times; "" if that can't be a stride."""
+def _kind(start: float, end: float, stretches: Sequence[Stretch]) -> tuple[str, float]:
+    """What somebody does between two times, "" where he isn't seen, and for how long [s] he stands."""
     shared = {s.kind: 0.0 for s in stretches}
     for s in stretches:
         shared[s.kind] += max(min(end, s.end) - max(start, s.start), 0.0)
-    if shared.get("standing", 0.0) > _PAUSE or shared.get("unseen", 0.0) > 0:
-        return ""
-    unsteady = [(shared.get(kind, 0.0), kind) for kind in ("turning", "changing speed")]
-    return max(unsteady)[1] if max(unsteady)[0] > 0 else "steady"
+    stands = shared.get("standing", 0.0)
+    if shared.get("unseen", 0.0) > 0:
+        return "", stands
+    changes = (shared.get("changing speed", 0.0) + stands, "changing speed")
+    most = max((shared.get("turning", 0.0), "turning"), changes)
+    return (most[1] if most[0] > 0 else "steady"), stands
 
 
 def _several(events: Events, side: str, start: float, end: float) -> bool:
