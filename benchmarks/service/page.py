@@ -142,9 +142,7 @@ def main() -> None:
             print(f"| {name}: script per frame, median (99 %) | {median:.2f} ms ({worst:.1f} ms) | 4 ms |")
             if name == "body":
                 spent, waited = slider(page)
-                print(
-                    f"| slider: script; frames until the stride of the service is shown | {spent:.1f} ms; {waited} | 2 ms; 6 |"
-                )
+                print(f"| slider: script; frames until its stride is shown | {spent:.1f} ms; {waited} | 2 ms; 6 |")
             page.context.close()
         browser.close()
 
