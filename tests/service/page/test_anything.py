@@ -132,6 +132,13 @@ def test_a_link_to_no_model_shows_the_average_walker_and_says_so(browser, server
     shown.page.context.close()
 
 
+def test_a_link_to_somebody_impossible_shows_the_average_walker_and_says_so(browser, server):
+    shown = tab(browser, server.url).open("model=walk/prior&speed=2.6&height=1")
+    assert shown.ask("[motionenv.state.model, motionenv.one.speed]") == ["walk/fpca", None]
+    assert "m/s for a body of 1.00 m" in shown.ask("document.getElementById('note').textContent")
+    shown.page.context.close()
+
+
 def test_who_is_too_fast_for_the_body_is_told(browser, server):
     shown = tab(browser, server.url).open("model=walk/prior")
     shown.page.evaluate("() => { motionenv.one.height = 1; motionenv.one.speed = 2.6; motionenv.change(() => {}); }")
