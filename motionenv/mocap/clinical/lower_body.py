@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from motionenv._core.representation import OneLine
+from motionenv.mocap.clinical.clusters import carried
 from motionenv.mocap.clinical.functional import functional_legs
 from motionenv.mocap.clinical.gait_model import (
     SIGN,
@@ -77,12 +78,14 @@ class Calibration(OneLine):
     Attributes:
         turns: angle [rad] between the wand's plane and the joint's axis.
         distances: from the lateral marker to the joint's centre [m].
+        standing: (3,) [m] median place of each landmark, which clusters carry to the walk.
         feet: by side, the static offsets (plantar flexion, rotation) of the foot [rad].
     """
 
     turns: dict[str, float] = field(default_factory=dict)
     distances: dict[str, float] = field(default_factory=dict)
     feet: dict[str, tuple[float, float]] = field(default_factory=dict)
+    standing: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def lower_body(
@@ -102,7 +105,12 @@ def lower_body(
     """
     if wands == "ignore":
         positions = {k: v for k, v in positions.items() if k.partition("_")[2] not in ("thigh", "shank")}
+    by_clusters = carried(positions, calibration.standing) if calibration else {}
+    positions = positions | by_clusters
     body = _from_landmarks(positions, person, calibration or Calibration(), wands)
+    for joint in ("knee", "ankle"):
+        if any(joint in name for name in by_clusters):
+            body.how[joint] = f"{body.how.get(joint, 'unknown')}, of the standing trial and carried by clusters"
     hips = {side: hip for side in ("left", "right") if (hip := getattr(body, side).hip) is not None}
     found = functional_legs(positions, body.pelvis, hips)
     if not found.landmarks:
@@ -138,7 +146,7 @@ def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibra
     to the wands, and the joints' half widths. The feet, flat on the ground, give the static offsets of the foot.
     """
     body = _from_landmarks(positions, person, Calibration(), "use")
-    found = Calibration()
+    found = Calibration(standing={name: np.array([middle(v) for v in path.T]) for name, path in positions.items()})
     for side in ("left", "right"):
         leg: Leg = getattr(body, side)
         for joint, above, wand in (("knee", leg.hip, "thigh"), ("ankle", leg.knee, "shank")):
