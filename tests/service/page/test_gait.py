@@ -31,9 +31,12 @@ def test_a_walkers_gait_is_shown_beside_peoples(browser, server, size):
     label = shown.locator("svg[aria-label^='Knee flexion']").get_attribute("aria-label")
     knee = told["angles"]["left_knee_flexion"]["mean"]
     assert f"left from {round(min(knee))} to {round(max(knee))} degrees" in label
-    table = shown.locator("table").inner_text()
+    table = shown.locator("table").first.inner_text()
     cadence = next(one["mean"] for one in told["parameters"] if one["name"] == "cadence")
     assert f"{cadence:.1f}" in table
+    profile = shown.locator("table").nth(1).inner_text()
+    assert "no Gait Profile Score" in profile
+    assert f"{told['profile'][0]['value']:.1f}" in profile
     found = Axe().run(seen.page)
     assert found.violations_count == 0, found.generate_report()
     assert seen.ask("document.querySelector('dialog').scrollWidth") <= size[0]
