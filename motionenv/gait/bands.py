@@ -65,8 +65,8 @@ def band_of(groups: Mapping[str, Sequence[Trial]], who: str) -> Band:
     each = [
         {side: np.concatenate([t.curves(side) for t in trials]) for side in ("left", "right")}
         for trials in groups.values()
+        if any(len(t.both_sides()) for t in trials)
     ]
-    each = [curves for curves in each if sum(map(len, curves.values()))]
     if len(each) < _FEWEST:
         raise MotionError(f"a band needs at least {_FEWEST} people with strides, got {len(each)}")
     means = np.stack([mean_and_sd(np.concatenate([*curves.values()]))[0] for curves in each])

@@ -8,7 +8,7 @@ from motionenv.errors import MotionError
 
 SEXES = ("female", "male")
 _OLDEST = 120  # [years]
-_BOHANNON = "Bohannon & Williams Andrews 2011, Physiotherapy 97:182-189: a meta-analysis, whose means are of groups"
+_BOHANNON = "Bohannon & Williams Andrews 2011, Physiotherapy 97:182-189 (meta-analysis)"
 _OBERG = "Öberg et al. 1993, J Rehabil Res Dev 30:210-223"
 _HAUSDORFF = "Hausdorff et al. 1999, J Appl Physiol 86:1040-1047"
 _ENTROPY = "Entropy 2013, 15:753-766 (doi:10.3390/e15030753), on the children of Hausdorff et al. 1999"

@@ -43,7 +43,7 @@ _MEANS = {
 #: Range of each angle's axis [degrees], the same in every report, so that reports can be compared at a glance.
 RANGES = {
     "pelvis_tilt": (-10, 40), "pelvis_obliquity": (-20, 20), "pelvis_rotation": (-30, 30),
-    "hip_flexion": (-20, 70), "hip_adduction": (-20, 20), "hip_rotation": (-30, 30),
+    "hip_flexion": (-30, 70), "hip_adduction": (-20, 20), "hip_rotation": (-30, 30),
     "knee_flexion": (-20, 80), "knee_adduction": (-20, 20), "knee_rotation": (-30, 30),
     "ankle_dorsiflexion": (-30, 30), "ankle_adduction": (-20, 20), "ankle_rotation": (-30, 30),
     "foot_progression": (-40, 30),
@@ -115,19 +115,21 @@ def profile(scores: Sequence[Score]) -> str:
         bar = (_COLUMN - 14) / max(len(of_name), 2)
         for k, score in enumerate(of_name):
             x = _LEFT + _COLUMN * i + 7 + bar * k
-            if np.isfinite(score.median):
-                high, low, middle = (up(v) for v in (score.high, score.low, score.median))
+            group = [up(v) for v in (score.high, score.low, score.median)] if np.isfinite(score.median) else []
+            if group:
+                height = group[1] - group[0]
                 parts.append(
-                    f'<rect class="band" x="{x:.1f}" y="{high:.1f}" width="{bar:.1f}" height="{low - high:.1f}"/>'
-                    f'<path class="reference" d="M{x:.1f} {middle:.1f}h{bar:.1f}"/>'
+                    f'<rect class="band" x="{x:.1f}" y="{group[0]:.1f}" width="{bar:.1f}" height="{height:.1f}"/>'
                 )
             top, kind = up(score.value), score.side or "both"
-            more = "▲ " if score.value > _MOST else ""
+            value = f"▲{score.value:.0f}" if score.value > _MOST else f"{score.value:.1f}"
             parts.append(
                 f'<rect class="bar {kind}" x="{x + 5:.1f}" y="{top:.1f}" width="{bar - 10:.1f}" '
                 f'height="{_TALL + 16 - top:.1f}"/>'
-                f'<text class="percent" x="{x + bar / 2:.1f}" y="{top - 4:.1f}">{more}{score.value:.1f}</text>'
             )
+            if group:
+                parts.append(f'<path class="median" d="M{x:.1f} {group[2]:.1f}h{bar:.1f}"/>')
+            parts.append(f'<text class="percent value" x="{x + bar / 2:.1f}" y="{top - 4:.1f}">{value}</text>')
         words = totals.get(name, name.replace("_", " "))
         middle = _LEFT + _COLUMN * (i + 0.5)
         parts.append(f'<text class="percent" x="{middle:.1f}" y="{_TALL + 31}">{words}</text>')

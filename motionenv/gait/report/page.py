@@ -149,8 +149,9 @@ def _norms(session: Session) -> str:
     return (
         f'<section><h2>Step parameters at the age of {session.age:g}</h2><p class="soft">Norms are of healthy people '
         "who walk over ground at a comfortable speed: mean over people, ± standard deviation if it was published. A "
-        "mean alone doesn't tell how much people differ.</p><table><thead><tr><th></th><th>measured</th><th>norm</th>"
-        f"<th>unit</th><th>people</th><th>source</th></tr></thead><tbody>{rows}</tbody></table></section>"
+        "mean alone doesn't tell how much people differ.</p>"
+        '<table class="norms"><thead><tr><th></th><th>measured</th><th>norm</th><th>unit</th><th>people</th>'
+        f"<th>source</th></tr></thead><tbody>{rows}</tbody></table></section>"
     )
 
 
