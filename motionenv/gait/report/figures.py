@@ -205,8 +205,8 @@ def _axes(panel: Panel, across, down) -> str:
         parts.append(f'<text class="percent" x="{x:.1f}" y="{_HEIGHT - _BOTTOM + 16}">{tick}</text>')
     negative, positive = _MEANS[panel.name]
     title = panel.name.replace("_", " ").capitalize()
-    counts = "".join(
-        f'<tspan class="{side}" dx="6">{"one stride" if len(curves) == 1 else f"n = {len(curves)}"}</tspan>'
+    counts = "&#160; ".join(
+        f'<tspan class="{side}">{"one stride" if len(curves) == 1 else f"n = {len(curves)}"}</tspan>'
         for side, curves in panel.curves.items()
     )
     parts += [

@@ -75,6 +75,27 @@ def test_several_captures_become_one_gait(browser, server, tmp_path):
     assert seen.complaints == []
 
 
+def test_one_stride_is_no_mean(browser, server, tmp_path):
+    motionenv.write(motionenv.synthesize("walk/fpca", 2.4, 60, seed=7), tmp_path / "short.c3d")  # two left, one right
+    seen = tab(browser, server.url).open("model=walk/fpca")
+    seen.page.set_input_files("#capture input[type=file]", tmp_path / "short.c3d")
+    gait = seen.page.get_by_role("button", name="Gait analysis").last
+    seen.until("document.querySelector('.capture-actions:not([hidden]) button.strong')", 120)
+    gait.click()
+    shown = opened(seen)
+    legend = shown.locator(".legend").inner_text()
+    assert "left: mean ± SD of 2 strides" in legend
+    assert "right: one stride" in legend
+    knee = shown.locator("svg[aria-label^='Knee flexion']")
+    assert knee.locator("path.right.single").count() == knee.locator("polygon.left.spread").count() == 1
+    assert knee.locator("polygon.right.spread").count() == knee.locator("path.left.single").count() == 0
+    row = shown.locator("tr", has_text="Stride time").inner_text()
+    assert row.count("(one stride)") == 1
+    assert "the right side has one stride" in shown.locator("ul.found").inner_text()
+    seen.picture("gait-one-stride")
+    assert seen.complaints == []
+
+
 def test_a_tree_has_no_button_for_it(browser, server):
     seen = tab(browser, server.url).open("model=mixed/tree")
     assert seen.page.is_disabled("#gait")
