@@ -180,7 +180,7 @@ class FourierModel(GaitModel):
         if height is None and person is not None:
             height = person.height
         own = speed if speed is None or height is None else speed * tall / height
-        if own is not None and not SPEED_RANGE[0] <= own <= SPEED_RANGE[1]:
+        if speed and own and not SPEED_RANGE[0] <= own <= SPEED_RANGE[1]:
             low, high = (bound * speed / own for bound in SPEED_RANGE[:2])
             raise MotionError(
                 f"speed must be from {low:.2g} to {high:.2g} m/s for a body of {height or tall:.2f} m, got {speed:g}"
