@@ -93,7 +93,8 @@ class _Marked(io.TextIOBase):
         return len(text)
 
     def flush(self) -> None:
-        self.stream.flush()
+        if not self.stream.closed:  # as it may be when this object goes
+            self.stream.flush()
 
 
 def has(*modules: str) -> bool:

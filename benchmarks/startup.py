@@ -71,10 +71,15 @@ def prepare(folder: Path) -> None:
     subprocess.run([sys.executable, "-c", PREPARE], cwd=folder, check=True, capture_output=True)
 
 
-def cpu_and_wall(task: str, folder: Path, kernels: dict[str, str]) -> tuple[float, float]:
-    """CPU time of all processes, and wall time, of a task that is run in `folder`; `kernels` says where these are."""
+def empty_caches(folder: Path, task: str) -> dict[str, str]:
+    """Environment variables by which a task has caches of its own below `folder`."""
+    return {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}"), "MOTIONENV_CACHE": str(folder / f"models-{task}")}
+
+
+def cpu_and_wall(task: str, folder: Path, caches: dict[str, str]) -> tuple[float, float]:
+    """CPU time of all processes, and wall time, of a task that is run in `folder`; `caches` says where these are."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    environment = os.environ | kernels | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = os.environ | caches | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     subprocess.run([sys.executable, "-c", TASKS[task]], cwd=folder, env=environment, check=True, capture_output=True)
     wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
@@ -87,8 +92,8 @@ def first_and_second_runs(tasks: Iterable[str], quick: bool) -> None:
         folder = Path(name)
         prepare(folder)
         for task in tasks:
-            kernels = {} if quick else {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}")}
-            (cpu, wall), (cpu_2, wall_2) = (cpu_and_wall(task, folder, kernels) for _ in range(2))
+            caches = {} if quick else empty_caches(folder, task)
+            (cpu, wall), (cpu_2, wall_2) = (cpu_and_wall(task, folder, caches) for _ in range(2))
             print(f"| {task} | {wall:.1f} | {cpu:.1f} | {wall_2:.1f} | {cpu_2:.1f} |", flush=True)
 
 
@@ -99,7 +104,7 @@ def record_all() -> None:
         folder = Path(name)
         prepare(folder)
         for task, script in TASKS.items():
-            environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / f"kernels-{task}")}
+            environment = os.environ | empty_caches(folder, task)
             command = [sys.executable, "-m", "motionenv._core.precompilation", "--record", "made.json", script]
             subprocess.run(command, cwd=folder, env=environment, check=True)
             for kernel, types, seconds in json.loads((folder / "made.json").read_text()):

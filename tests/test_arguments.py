@@ -70,4 +70,6 @@ def test_the_docstring_says_what_each_argument_may_be():
             walk: how.
         """
 
-    assert "            height: Body height [m]; by default the walker's own. From 0.5 to 2.5.\n" in walk.__doc__
+    assert "\n    height: Body height [m]; by default the walker's own. From 0.5 to 2.5.\n" in inspect.cleandoc(
+        walk.__doc__
+    )

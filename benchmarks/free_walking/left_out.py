@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from motionenv.lifting.free.proposal import shipped_network
 
 from benchmarks import Arguments
 from benchmarks.free_walking import bandai, clips
 from motionenv.body import markers
-from motionenv.lifting.free.posture_network import PostureNetwork
+from motionenv.lifting.free.posture_network import PostureNetwork, shipped_network
 from motionenv.mocap.keypoints import DetectorErrors
 from motionenv.types import MARKERS, Camera, Markers, Points
 

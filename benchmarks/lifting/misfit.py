@@ -121,7 +121,8 @@ def clips(folder: Path, starts: tuple[str, ...], quick: bool) -> list[Result]:
     """Results of the Bandai-Namco clips whose activity begins with one of `starts`."""
     found = sorted(p for p in folder.rglob("*.bvh") if p.stem.split("_", 1)[1].startswith(starts))
     prior = load("walk/prior")
-    kept = [to_markers(read(path, unit="cm")) for path in (found[:1] if quick else found[::2])]
+    shortest = min(found, key=lambda path: path.stat().st_size)
+    kept = [to_markers(read(path, unit="cm")) for path in ([shortest] if quick else found[::2])]
     return [lifted(project_markers(m, 0.5 + i, heading=0.0), prior=prior) for i, m in enumerate(kept)]
 
 

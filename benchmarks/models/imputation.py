@@ -183,13 +183,13 @@ def synthetic(k, seed):
     return basis @ smooth + 0.08 * rng.standard_normal((k, 128, 19))
 
 
-def real(mocap):
-    """Complete cycles (K, 128, 19) [rad] of the straight CMU walks."""
+def real(mocap, most=None):
+    """Complete cycles (K, 128, 19) [rad] of the straight CMU walks, of `most` at most."""
     from motionenv.cycles import segment
     from motionenv.mocap import read
     from motionenv.mocap.retargeting import retarget
 
-    trials = straight_trials(mocap)
+    trials = straight_trials(mocap)[:most]
     angles = [retarget(read(mocap / "cmu_asfamc" / t[:2] / f"{t}.amc", fps=120.0)).angles for t in trials]
     cycles = segment(angles, 120.0, channels=ANGLES, subjects=[t[:2] for t in trials])
     return cycles.values[np.isfinite(cycles.values).all(axis=(1, 2))]
@@ -246,9 +246,11 @@ def main() -> None:
     else:
         print(f"skipped: {arguments.skfda_python} has no scikit-fda; --skfda-python names one that has")
     if arguments.quick:
-        methods = {name: (method, options[:2]) for name, (method, options) in methods.items()}
+        methods = {name: (method, options[:1]) for name, (method, options) in methods.items()}
     if arguments.mocap:
-        error = compare("CMU walks", real(arguments.mocap), 0.25, arguments.seed, methods)
+        error = compare(
+            "CMU walks", real(arguments.mocap, 6 if arguments.quick else None), 0.25, arguments.seed, methods
+        )
         headline(ratio=error, peers=len(methods) - 1)
     for k in (16,) if arguments.quick else (40, 400):
         compare("Synthetic", synthetic(k, arguments.seed), 0.2, arguments.seed, methods)

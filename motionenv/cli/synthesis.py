@@ -106,9 +106,11 @@ def sample(
 
     Example: motionenv sample --tree mixed/tree --start walk --seconds 10 --temperature 0.5 --out run.mp4
     """
+    from motionenv._core.precompilation import precompile
     from motionenv.models import Target, gait_model
     from motionenv.models.motion_tree import Options
 
+    precompile("sample")
     how = _checked(out, view, size)
     target = Target(activity, None if heading is None else math.radians(heading), speed)
     with err.status(f"loading {tree}; the first time mixed/tree is made"):

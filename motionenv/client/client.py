@@ -305,7 +305,7 @@ class Client:
         """Report on the gait in captured `files`: step parameters, and joint angles over the cycle.
 
         The `suffix` of the format is .html, .json or .csv; `static` is the file of a static trial, if there is one;
-        `how` is as of `inspect`.
+        `how` is as of `inspect`, and age [years] and sex, "female" or "male", for published norms.
         """
         fields = {"format": _media_type(suffix, _REPORTS), "static": None if static is None else Path(static).name}
         return self._uploaded("/v1/jobs/report", files, {**fields, **how})

@@ -3,6 +3,8 @@
 from motionenv.gait.bands import Band, band_of, load_band, shipped_band
 from motionenv.gait.events import Events, find_events
 from motionenv.gait.feet import Feet, feet_of
+from motionenv.gait.norms import Norm, norms_for
+from motionenv.gait.profile import Score, profile_of
 from motionenv.gait.report import write_report
 from motionenv.gait.session import Session, read_group, read_session
 from motionenv.gait.stretches import Stretch, find_stretches
@@ -11,7 +13,7 @@ from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import Trial, analyse, read_trial
 
 __all__ = [
-    "Band", "Events", "Feet", "Parameter", "Session", "Stretch", "Stride", "Trial", "analyse", "band_of", "feet_of",
-    "find_events", "find_stretches", "find_strides", "load_band", "normalised", "read_group", "read_session",
-    "read_trial", "shipped_band", "summarise", "write_report",
+    "Band", "Events", "Feet", "Norm", "Parameter", "Score", "Session", "Stretch", "Stride", "Trial", "analyse",
+    "band_of", "feet_of", "find_events", "find_stretches", "find_strides", "load_band", "normalised", "norms_for",
+    "profile_of", "read_group", "read_session", "read_trial", "shipped_band", "summarise", "write_report",
 ]  # fmt: skip

@@ -10,6 +10,8 @@ import numpy as np
 from motionenv._core.representation import OneLine, counted
 from motionenv.errors import MotionError
 from motionenv.gait.bands import Band, band_of
+from motionenv.gait.norms import Norm, norms_for
+from motionenv.gait.profile import Score, profile_of
 from motionenv.gait.strides import Stride, mean_and_sd
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, Trial, read_trial
@@ -21,12 +23,15 @@ class Session(OneLine):
     """The analysed walks of one person.
 
     `trials` are those of each capture, `left_out` the reasons by name of each file that couldn't be used, and `band`
-    the reference that the angles are shown against, None for none.
+    the reference that the angles are shown against, None for none. `age` [years] and `sex`, "female" or "male", choose
+    norms; None if unknown.
     """
 
     trials: tuple[Trial, ...]
     left_out: dict[str, str]
     band: Band | None = None
+    age: float | None = None
+    sex: str | None = None
 
     def _shown(self) -> str:
         captures, strides = counted(len(self.trials), "capture"), counted(len(self.strides), "stride")
@@ -59,6 +64,28 @@ class Session(OneLine):
         """By side, the angles of all strides (strides, 101, 13) [degrees], in the order of `ANGLES`."""
         return {side: np.concatenate([t.curves(side) for t in self.used]) for side in ("left", "right")}
 
+    @cached_property
+    def profile(self) -> tuple[Score, ...]:
+        """Differences of the angles from the band's over the gait cycle; none without a band or strides."""
+        return profile_of(self.curves, self.band) if self.band else ()
+
+    @property
+    def norms(self) -> tuple[Norm, ...]:
+        """Published norms for the person's age and sex of parameters that are known."""
+        known = {p.name for p in self.parameters}
+        return tuple(norm for norm in norms_for(self.age, self.sex) if norm.name in known)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader of the figures should know, beside the notes of each capture."""
+        found = [
+            f"the {side} side has one stride: its figures are those of this stride, and no means"
+            for side in ("left", "right") if len(self.curves[side]) == 1
+        ]  # fmt: skip
+        if self.age is not None and not self.norms:
+            found.append(f"no norms are at hand for what was measured at the age of {self.age:g}")
+        return tuple(found)
+
     def toe_off(self, side: str) -> float:
         """Mean toe-off of one `side` [% of its cycle]; NaN if unknown."""
         found = next((p.mean for p in self.parameters if (p.name, p.side) == ("stance", side)), np.nan)
@@ -77,6 +104,8 @@ def read_session(
     fps: float | None = None,
     unit: str | float | None = None,
     band: Band | None = None,
+    age: float | None = None,
+    sex: str | None = None,
     on_step: Callable[[str], None] = lambda name: None,
 ) -> Session:
     """Read and analyse the captures of one person.
@@ -86,11 +115,14 @@ def read_session(
         static: a standing trial of the person.
         marker_map, fps, unit: as in `motionenv.gait.trial.read_trial`.
         band: the reference to show the angles against.
+        age: the person's [years], to show the step parameters beside published norms; None for none.
+        sex: "female" or "male", for norms that part them.
         on_step: called with each file's name once it is analysed.
 
     Raises:
-        MotionError: no file, or none that can be analysed (the first reason is told).
+        MotionError: no file, or none that can be analysed (the first reason is told); `age` or `sex` out of range.
     """
+    norms_for(age, sex)
     if not paths:
         raise MotionError("a report needs at least one capture file")
     standing = None if static is None else read_static(static, fps=fps, unit=unit)
@@ -104,7 +136,7 @@ def read_session(
     if not trials:
         name, why = next(iter(left_out.items()))
         raise MotionError(f"no file can be analysed; the first, {name}: {why}")
-    return Session(tuple(trials), left_out, band)
+    return Session(tuple(trials), left_out, band, age, sex)
 
 
 def read_group(

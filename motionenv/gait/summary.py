@@ -21,7 +21,7 @@ class Parameter(OneLine):
     Attributes:
         name, unit: of the figure.
         side: "left", "right", or "" where it concerns both.
-        mean, sd: mean and standard deviation over the strides; the latter is NaN of fewer than two.
+        mean, sd: mean and standard deviation over the strides; of one stride, its value and NaN.
         low, high: ends of the 95 % interval of the mean; NaN of fewer than two strides.
         n: number of strides.
     """

@@ -28,6 +28,7 @@ class Trial(OneLine):
         feet, angles, events, stretches, strides: what was found.
         leg_length: of the person [m]; None if the file doesn't state it.
         notes: what a reader of the figures should know.
+        doubts: what in the capture isn't plausible, such as a limb whose length changes; a report begins with it.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Trial(OneLine):
     strides: tuple[Stride, ...]
     leg_length: float | None
     notes: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     def _shown(self) -> str:
         person = f" of {self.person!r}" if self.person else ""

@@ -158,7 +158,8 @@ def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     progress(0.0, f"analysing {trials[0].name}, 1 of {len(trials)}")
     standing = folder / "input" / static if static else None
-    write_report(trials, folder / "report.html", static=standing, on_step=step, **_how(settings))
+    about = {name: settings[name] for name in ("age", "sex")}
+    write_report(trials, folder / "report.html", static=standing, on_step=step, **about, **_how(settings))
     (folder / f"report{settings['suffix']}").rename(folder / "result")
 
 

@@ -124,6 +124,8 @@ class ReportFields(ReadFields):
         "isn't reported on.",
         examples=["standing.c3d"],
     )
+    age: float | None = Field(None, ge=0, le=120, description="Age [years], for published norms of step parameters.")
+    sex: Literal["female", "male"] | None = Field(None, description="For norms that part the sexes; needs age.")
 
 
 class RenderRequest(SynthesisRequest):

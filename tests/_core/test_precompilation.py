@@ -86,17 +86,18 @@ def test_every_task_is_recorded():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("task", TASKS)
-def test_the_record_is_complete(task, tmp_path):
-    """After `motionenv compile TASK`, the task compiles nothing."""
+def test_the_record_is_complete(tmp_path):
+    """After `motionenv compile`, no task compiles anything."""
     prepare(tmp_path)
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / task)}
-    subprocess.run([sys.executable, "-m", "motionenv", "compile", task], env=environment, check=True)
-    before = sorted((tmp_path / task).rglob("*.nb?"))
-    done = subprocess.run([sys.executable, "-c", TASKS[task]], cwd=tmp_path, env=environment, capture_output=True)
-    assert done.returncode == 0, done.stderr
-    assert b"compiling" not in done.stderr
-    assert sorted((tmp_path / task).rglob("*.nb?")) == before != []
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    subprocess.run([sys.executable, "-m", "motionenv", "compile"], env=environment, check=True)
+    before = sorted((tmp_path / "kernels").rglob("*.nb?"))
+    assert before
+    for task, script in TASKS.items():
+        done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True)
+        assert done.returncode == 0, (task, done.stderr)
+        assert b"compiling" not in done.stderr, task
+        assert sorted((tmp_path / "kernels").rglob("*.nb?")) == before, task
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ def test_a_report_of_two_walks_and_a_standing_trial(run, lab, tmp_path):
     assert "http" not in page.lower().replace("http-equiv", "")  # nothing is fetched
     figures = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))
     assert {capture["name"] for capture in figures["captures"]} == {"PiG_Motion3_FF", "PiG_Motion3_noFF"}
+    assert {score["side"] for score in figures["profile"]} == {"left", "right", ""}
     assert (tmp_path / "r.csv").read_text(encoding="utf-8").startswith("kind,name,side,percent,unit,mean")
 
 
@@ -37,6 +38,14 @@ def test_a_file_that_can_not_be_used_is_left_out_and_told(run, lab, tmp_path):
     assert "broken.c3d was left out" in told.err
     refused(run("report", "broken.c3d", "--out", "none.html"), "no file can be analysed")
     assert not (tmp_path / "none.html").exists()
+
+
+def test_an_age_brings_norms(run, lab, tmp_path):
+    walk = lab / "others" / "FunctionalWalk.c3d"
+    assert run("report", walk, "--age", "45", "--sex", "male", "--out", "r.html").code == 0
+    assert "Step parameters at the age of 45" in (tmp_path / "r.html").read_text(encoding="utf-8")
+    refused(run("report", walk, "--sex", "male", "--out", "s.html"), "give age=")
+    assert not (tmp_path / "s.html").exists()
 
 
 def test_a_group_of_ones_own_is_the_band_and_can_be_kept(run, tmp_path):
@@ -50,6 +59,8 @@ def test_a_group_of_ones_own_is_the_band_and_can_be_kept(run, tmp_path):
     both = [json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8"))["band"] for name in "ab"]
     assert both[0] == both[1]
     assert both[0]["people"] == 3
+    spreads = [json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8"))["profile"][0] for name in "ab"]
+    assert spreads[0]["median"] == pytest.approx(spreads[1]["median"], abs=0.01)
     refused(run("report", "her.npz", "--save-group", "c.json", "--out", "c.html"), "--group")
     assert not (tmp_path / "c.html").exists()
 

@@ -5,16 +5,8 @@ import pytest
 
 from benchmarks.mocap.band import made
 from motionenv.errors import FormatError, MotionError
-from motionenv.gait import analyse, band_of, load_band, shipped_band
+from motionenv.gait import band_of, load_band, shipped_band
 from motionenv.gait.trial import ANGLES
-from motionenv.models.synthesis import synthesize
-
-
-@pytest.fixture(scope="module")
-def people() -> dict:
-    """Three people, the first with two captures."""
-    trials = [analyse(synthesize("walk/fpca", seconds=4, fps=50, seed=seed)) for seed in range(4)]
-    return {"a": trials[:2], "b": trials[2:3], "c": trials[3:]}
 
 
 def test_every_person_counts_once(people):
@@ -35,6 +27,9 @@ def test_a_band_is_read_back(people, tmp_path):
     for name in band.mean:
         np.testing.assert_allclose(again.mean[name], band.mean[name], atol=0.005001)
         np.testing.assert_allclose(again.sd[name], band.sd[name], atol=0.005001)
+    assert again.scores.keys() == band.scores.keys() != set()
+    for key, values in band.scores.items():
+        np.testing.assert_allclose(again.scores[key], values, atol=0.005001)
     assert [p.name for p in tmp_path.iterdir()] == ["group.json"]
 
 
@@ -77,3 +72,5 @@ def test_the_shipped_band_is_what_the_command_makes(mocap):
     for name in band.mean:
         np.testing.assert_allclose(shipped.mean[name], band.mean[name], atol=0.02)
         np.testing.assert_allclose(shipped.sd[name], band.sd[name], atol=0.02)
+    for key, values in band.scores.items():
+        np.testing.assert_allclose(shipped.scores[key], values, atol=0.02)

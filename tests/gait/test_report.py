@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from motionenv.errors import MotionError
-from motionenv.gait import Session, Stride, read_trial, shipped_band, write_report
+from motionenv.gait import Session, Stride, read_session, read_trial, shipped_band, write_report
 from motionenv.gait.report import page, to_csv, to_json
-from motionenv.gait.report.figures import COLOURS, Panel, angle_panel, path_from_above
+from motionenv.gait.report.figures import COLOURS, RANGES, Panel, angle_panel, path_from_above, profile
 from motionenv.gait.trial import ANGLES
 
 
@@ -103,9 +103,91 @@ def test_csv_holds_the_same_figures(session):
 def test_unknown_figures_are_null_and_empty(session):
     walk = session.trials[0]
     one = Session((type(walk)(**{**walk.__dict__, "strides": (Stride("left", 0.7, 1.9),)}),), {})
-    assert [p["sd"] for p in json.loads(to_json(one), parse_constant=refuse)["parameters"]] == [None] * 3
+    told = json.loads(to_json(one), parse_constant=refuse)
+    assert [p["sd"] for p in told["parameters"]] == [None] * 3
     assert "nan" not in to_csv(one).lower()
-    assert json.loads(to_json(one))["band"] is None
+    assert told["band"] is None
+    assert told["profile"] == told["norms"] == []
+
+
+def cut(session: Session, left: int, right: int, **options) -> Session:
+    """The walk of the session with its first strides of each side."""
+    walk, kept = session.trials[0], {"left": left, "right": right}
+    strides = [s for side, n in kept.items() for s in [s for s in walk.strides if s.side == side][:n]]
+    trial = replace(walk, strides=tuple(sorted(strides, key=lambda s: s.start)), **options)
+    return Session((trial,), {}, shipped_band())
+
+
+def test_nothing_of_one_stride_is_shown_as_a_mean(session):
+    one = cut(session, 1, 2)
+    read = Reader(page(one))
+    assert "The left side has one stride: its figures are those of this stride, and no means." in read.text
+    assert "1 left stride and 2 right strides" in read.text
+    for name in ("step_length", "stance"):
+        of_left = next(p for p in one.parameters if (p.name, p.side) == (name, "left"))
+        digits = 2 if of_left.unit == "m" else 1
+        assert f"{of_left.mean:.{digits}f}one stride" in read.text
+    svgs = re.findall(r'<svg class="panel".*?</svg>.*?</svg>', page(one))
+    assert len(svgs) == 13
+    for svg in svgs:
+        assert 'class="mean left"' not in svg
+        assert svg.count('class="single left"') == 1
+        assert 'class="single right"' not in svg
+        assert ">one stride</tspan>" in svg
+        assert ">n = 2</tspan>" in svg
+    told = json.loads(to_json(one))
+    assert told["notes"] == list(one.notes)
+    assert (told["angles"]["left_knee_flexion"]["n"], told["angles"]["right_knee_flexion"]["n"]) == (1, 2)
+    assert set(told["angles"]["left_knee_flexion"]["sd"]) == {None}
+    assert told["captures"][0]["sides"] == {"left": 1, "right": 2}
+    assert "one stride" not in Reader(page(cut(session, 2, 2))).text
+
+
+def test_doubts_come_first(session):
+    walk = session.trials[0]
+    doubted = replace(session, trials=(replace(walk, doubts=("the <pelvis> is below the knees",)),))
+    read = Reader(page(doubted))
+    at = read.text.index("the <pelvis> is below the knees")
+    assert read.text.index("Not plausible") < at < read.text.index("Joint angles")
+    assert all(at < read.text.index(note) for note in walk.notes)
+    assert json.loads(to_json(doubted))["captures"][0]["doubts"] == ["the <pelvis> is below the knees"]
+    assert "Not plausible" not in Reader(page(session)).text
+
+
+def test_the_profile_says_what_it_is_of(session):
+    read = Reader(page(session))
+    assert "no Gait Profile Score, and can't be compared with one" in read.text
+    assert "out of 15 of both sides" in read.text
+    assert "may be tilt of the pelvis" in read.text
+    told = json.loads(to_json(session))["profile"]
+    assert [(p["name"], p["side"], p["value"]) for p in told] == [(s.name, s.side, s.value) for s in session.profile]
+    rows = [r for r in csv.DictReader(io.StringIO(to_csv(session))) if r["kind"] == "profile"]
+    assert [float(r["mean"]) for r in rows] == pytest.approx([s.value for s in session.profile], rel=1e-5)
+    svg = profile(session.profile)
+    bars = [e for e in ET.fromstring(svg).iter() if (e.get("class") or "").startswith("bar ")]
+    assert len(bars) == len(session.profile) == 4 * 2 + 3
+    heights = [float(e.get("height")) for e in bars]
+    wanted = [
+        s.value for name in dict.fromkeys(s.name for s in session.profile) for s in session.profile if s.name == name
+    ]
+    np.testing.assert_allclose(np.array(heights) / heights[0], np.array(wanted) / wanted[0], rtol=0.05)
+    wide = profile([replace(session.profile[0], value=44.0)])
+    assert "▲44" in wide
+
+
+def test_norms_stand_beside_what_was_measured(session, mocap):
+    aged = replace(session, age=8, sex="female")
+    read = Reader(page(aged))
+    stride = next(p for p in session.parameters if (p.name, p.side) == ("stride_time", ""))
+    assert "Step parameters at the age of 8" in read.text
+    assert f"{stride.mean:.2f} ± {stride.sd:.2f}" in read.text
+    assert "0.96 ± 0.06s" in read.text
+    assert "Entropy 2013" in read.text
+    assert [n["name"] for n in json.loads(to_json(aged))["norms"]] == ["stride_time"]
+    assert "no norms are at hand" in replace(session, age=104).notes[0]
+    assert "at the age" not in Reader(page(session)).text
+    with pytest.raises(MotionError, match="sex must be"):
+        read_session([mocap / WALK], age=8, sex="girl")
 
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
@@ -161,7 +243,8 @@ def test_the_page_holds_the_figures(session):
         if (p.name, p.side) in (("speed", ""), ("step_length", "left"), ("step_width", "right")):
             assert f"{p.mean:.2f} ± {p.sd:.2f}" in read.text
             assert f"{p.low:.2f} to {p.high:.2f}" in read.text
-    assert read.tags.count("svg") == 13 + len(session.trials)
+    assert page(session).count('<svg class="panel"') == 13
+    assert page(session).count('<svg class="path-view"') == len(session.trials)
     assert f"mean ± 1 SD of {session.band.people} people" in read.text
     assert session.band.who in read.text
     assert "nan" not in read.text.lower().split()
@@ -197,7 +280,7 @@ def test_curves_are_drawn_to_scale():
     """Ticks 0 and 60 and their numbers give the scale; the curve must lie on it."""
     svg = angle_panel(panel(np.linspace(0, 60, 101)))
     numbers = {float(e.text): float(e.get("y")) - 3.5 for e in of_class(svg, "number")}
-    line = points(of_class(svg, "mean left")[0])
+    line = points(of_class(svg, "single left")[0])
     assert len(line) == 101
     assert line[0, 1] == pytest.approx(numbers[0], abs=0.1)
     assert line[-1, 1] == pytest.approx(numbers[60], abs=0.1)
@@ -211,7 +294,7 @@ def test_curves_are_drawn_to_scale():
 def test_lines_break_at_gaps():
     curve = np.sin(PERCENT / 10) * 20
     curve[[0, 30, 31, 32, 60]] = np.nan
-    line = of_class(angle_panel(panel(curve)), "mean left")[0].get("d")
+    line = of_class(angle_panel(panel(curve)), "single left")[0].get("d")
     assert line.count("M") == 3
     assert len(points(ET.Element("p", d=line))) == 96
     assert "nan" not in angle_panel(panel(curve))
@@ -223,21 +306,41 @@ def test_strides_bands_and_sides():
     svg = angle_panel(panel(many, many[:1], band=band))
     assert len(of_class(svg, "stride left")) == 4
     assert not of_class(svg, "stride right")
-    assert len(of_class(svg, "toe-off left")) == len(of_class(svg, "mean right")) == 1
+    assert (
+        len(of_class(svg, "toe-off left")) == len(of_class(svg, "mean left")) == len(of_class(svg, "single right")) == 1
+    )
+    gap = many[:2].copy()
+    gap[0, 40:] = np.nan
+    assert len(points(of_class(angle_panel(panel(gap)), "mean left")[0])) == 40  # no mean of one stride
     assert len(of_class(svg, "band")[0].get("points").split()) == 202
     assert COLOURS.keys() == {"left", "right"}
     assert not of_class(angle_panel(panel(many, toe_off={"left": np.nan})), "stance")
 
 
-def test_axes_hold_what_they_show():
+def test_axes_are_the_same_whatever_they_show():
+    plain = [e.text for e in of_class(angle_panel(panel(np.full(101, 20.0))), "number")]
+    assert plain == ["-20", "0", "20", "40", "60", "80"]
     for low, high in ((-170.0, 170.0), (0.0, 0.1), (-5.0, 130.0)):
-        svg = angle_panel(panel(np.linspace(low, high, 101)))
-        ticks = [float(e.text) for e in of_class(svg, "number")]
-        assert min(ticks) <= low
-        assert max(ticks) >= high
-        assert 3 <= len(ticks) <= 10
+        assert [e.text for e in of_class(angle_panel(panel(np.linspace(low, high, 101))), "number")] == plain
     unknown = angle_panel(panel(np.full(101, np.nan)))
-    assert not of_class(unknown, "mean left")
+    assert not of_class(unknown, "single left")
+    assert not of_class(unknown, "beyond left")
+    assert RANGES.keys() == set(ANGLES)
+
+
+def test_what_leaves_the_axes_is_cut_off_and_marked():
+    steep = np.stack([np.linspace(-170, 70, 101), np.linspace(0, 95.4, 101)])
+    svg = angle_panel(panel(steep, np.full(101, 20.0), band=np.stack([np.full(101, 78.0), np.full(101, 5.0)])))
+    assert [e.text for e in of_class(svg, "beyond left")] == ["▲ 95°", "▼ −170°"]
+    assert not of_class(svg, "beyond right")
+    assert [e.text for e in of_class(svg, "beyond")] == ["▲ 83°"]
+    inner = next(e for e in ET.fromstring(svg) if e.tag == "svg")
+    assert len([e for e in inner if e.get("class") == "stride left"]) == 2
+    frame = of_class(svg, "frame")[0]
+    assert [inner.get(k) for k in ("x", "y", "width", "height")] == [
+        frame.get(k) for k in ("x", "y", "width", "height")
+    ]
+    assert inner.get("viewBox") == " ".join(frame.get(k) for k in ("x", "y", "width", "height"))
 
 
 @pytest.mark.parametrize("along", [0, 1])

@@ -1,4 +1,4 @@
-"""The figures of a gait report, as SVG: joint angles over the gait cycle, and the walk from above.
+"""The figures of a gait report, as SVG: joint angles over the gait cycle, their profile, and the walk from above.
 
 Plain SVG and no plotting library: a report is written in a fraction of a second, and its figures are sharp on paper.
 """
@@ -9,6 +9,8 @@ from html import escape
 
 import numpy as np
 
+from motionenv.gait.bands import PROFILE_ANGLES
+from motionenv.gait.profile import Score
 from motionenv.gait.strides import mean_and_sd
 
 #: Colours of the sides; the report's style sheet uses the same.
@@ -16,9 +18,10 @@ COLOURS = {"left": "#b42318", "right": "#175cd3"}
 
 _WIDTH, _HEIGHT = 300, 210  # [px] of one panel
 _LEFT, _RIGHT, _TOP, _BOTTOM = 36, 14, 26, 32  # margins
-_TICKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # distances between ticks
+_TICKS = (5.0, 10.0, 20.0)  # distances between ticks
 _MOST_TICKS = 7
 _PATH = 560.0  # [px] width of the view from above
+_COLUMN, _TALL, _MOST = 88, 170, 30.0  # [px] of the profile's columns, and [degrees] up to which its axis goes
 
 #: What negative and positive values of an angle mean.
 _MEANS = {
@@ -37,13 +40,13 @@ _MEANS = {
     "foot_progression": ("external", "internal"),
 }
 
-#: Least range [degrees] that a panel shows, so that a flat curve looks flat.
-_RANGE = {
-    "pelvis_tilt": (0, 30), "pelvis_obliquity": (-15, 15), "pelvis_rotation": (-20, 20),
-    "hip_flexion": (-20, 60), "hip_adduction": (-20, 20), "hip_rotation": (-25, 25),
-    "knee_flexion": (-10, 75), "knee_adduction": (-20, 20), "knee_rotation": (-25, 25),
-    "ankle_dorsiflexion": (-25, 25), "ankle_adduction": (-20, 20), "ankle_rotation": (-25, 25),
-    "foot_progression": (-30, 15),
+#: Range of each angle's axis [degrees], the same in every report, so that reports can be compared at a glance.
+RANGES = {
+    "pelvis_tilt": (-10, 40), "pelvis_obliquity": (-20, 20), "pelvis_rotation": (-30, 30),
+    "hip_flexion": (-30, 70), "hip_adduction": (-20, 20), "hip_rotation": (-30, 30),
+    "knee_flexion": (-20, 80), "knee_adduction": (-20, 20), "knee_rotation": (-30, 30),
+    "ankle_dorsiflexion": (-30, 30), "ankle_adduction": (-20, 20), "ankle_rotation": (-30, 30),
+    "foot_progression": (-40, 30),
 }  # fmt: skip
 
 
@@ -53,7 +56,8 @@ class Panel:
 
     Attributes:
         name: of the angle.
-        curves, toe_off: by side, (strides, 101) [degrees], and the mean toe-off [% of the cycle].
+        curves, toe_off: by side, (strides, 101) [degrees] of strides that are known at least in part, and the mean
+            toe-off [% of the cycle].
         band: mean and standard deviation (2, 101) [degrees] of a reference; None if it doesn't have this angle.
     """
 
@@ -64,25 +68,75 @@ class Panel:
 
 
 def angle_panel(panel: Panel) -> str:
-    """One panel: every stride thin, the means thick, the reference's band grey, the stance phases shaded."""
-    low, high = _limits(panel)
+    """One panel: every stride thin, means of two strides or more thick, the reference's band grey, stance shaded.
+
+    What leaves the axis is cut off, and marked by an arrow with the value that is furthest out.
+    """
+    low, high = RANGES[panel.name]
     across = lambda percent: _LEFT + (_WIDTH - _LEFT - _RIGHT) * np.asarray(percent) / 100.0
     down = lambda degrees: _TOP + (_HEIGHT - _TOP - _BOTTOM) * (high - np.asarray(degrees)) / (high - low)
     percent = np.arange(101.0)
-    parts = [_stance(panel.toe_off, across), _axes(panel.name, low, high, across, down)]
+    parts, drawn = [_stance(panel.toe_off, across), _axes(panel, across, down)], []
     if panel.band is not None:
         mean, sd = panel.band
         edge = np.concatenate([mean + sd, (mean - sd)[::-1]])
         both = np.concatenate([percent, percent[::-1]])
-        parts.append(f'<polygon class="band" points="{_points(across(both), down(edge))}"/>')
-        parts.append(_line(across(percent), down(mean), "reference"))
+        drawn.append(f'<polygon class="band" points="{_points(across(both), down(edge))}"/>')
+        drawn.append(_line(across(percent), down(mean), "reference"))
     for side, curves in panel.curves.items():
-        thin = [_line(across(percent), down(curve), f"stride {side}") for curve in curves] if len(curves) > 1 else []
-        parts += [*thin, _line(across(percent), down(mean_and_sd(curves)[0]), f"mean {side}")]
+        one = "single" if len(curves) == 1 else "stride"
+        drawn += [_line(across(percent), down(curve), f"{one} {side}") for curve in curves]
+        mean = np.where(np.isfinite(curves).sum(0) > 1, mean_and_sd(curves)[0], np.nan)
+        drawn.append(_line(across(percent), down(mean), f"mean {side}"))
+    box = f"{_LEFT} {_TOP} {_WIDTH - _LEFT - _RIGHT} {_HEIGHT - _TOP - _BOTTOM}"
+    x, y, width, height = box.split()
+    parts.append(
+        f'<svg x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{box}">{"".join(drawn)}</svg>{_beyond(panel)}'
+    )
     label = panel.name.replace("_", " ")
     return (
         f'<svg class="panel" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
         f'aria-label="{escape(label)} in percent of the gait cycle">{"".join(parts)}</svg>'
+    )
+
+
+def profile(scores: Sequence[Score]) -> str:
+    """A bar for each score up to 30 degrees, its value above, on the range and median of the reference's people."""
+    totals = {"gait_profile_score": "GPS", "deviation": "all of these"}
+    shown = [name for name in (*PROFILE_ANGLES, *totals) if any(score.name == name for score in scores)]
+    up = lambda degrees: _TALL + 16 - _TALL * min(degrees, _MOST) / _MOST
+    width = _LEFT + _COLUMN * len(shown)
+    parts = [f'<path class="grid" d="M{_LEFT} {up(tick):.1f}H{width}"/>' for tick in (10, 20, 30)]
+    parts += [
+        f'<text class="number" x="{_LEFT - 5}" y="{up(tick) + 3.5:.1f}">{tick}</text>' for tick in (0, 10, 20, 30)
+    ]
+    for i, name in enumerate(shown):
+        of_name = [score for score in scores if score.name == name]
+        bar = (_COLUMN - 14) / max(len(of_name), 2)
+        for k, score in enumerate(of_name):
+            x = _LEFT + _COLUMN * i + 7 + bar * k
+            group = [up(v) for v in (score.high, score.low, score.median)] if np.isfinite(score.median) else []
+            if group:
+                height = group[1] - group[0]
+                parts.append(
+                    f'<rect class="band" x="{x:.1f}" y="{group[0]:.1f}" width="{bar:.1f}" height="{height:.1f}"/>'
+                )
+            top, kind = up(score.value), score.side or "both"
+            value = f"▲{score.value:.0f}" if score.value > _MOST else f"{score.value:.1f}"
+            parts.append(
+                f'<rect class="bar {kind}" x="{x + 5:.1f}" y="{top:.1f}" width="{bar - 10:.1f}" '
+                f'height="{_TALL + 16 - top:.1f}"/>'
+            )
+            if group:
+                parts.append(f'<path class="median" d="M{x:.1f} {group[2]:.1f}h{bar:.1f}"/>')
+            parts.append(f'<text class="percent value" x="{x + bar / 2:.1f}" y="{top - 4:.1f}">{value}</text>')
+        words = totals.get(name, name.replace("_", " "))
+        middle = _LEFT + _COLUMN * (i + 0.5)
+        parts.append(f'<text class="percent" x="{middle:.1f}" y="{_TALL + 31}">{words}</text>')
+    parts.append(f'<path class="axis" d="M{_LEFT} {_TALL + 16}H{width}"/>')
+    return (
+        f'<svg class="profile" viewBox="0 0 {width} {_TALL + 38}" style="max-width:{width}px" role="img" '
+        f'aria-label="differences from the reference in degrees">{"".join(parts)}</svg>'
     )
 
 
@@ -114,29 +168,33 @@ def path_from_above(path: np.ndarray, fps: float, stretches: Sequence[tuple[floa
     )
 
 
-def _limits(panel: Panel) -> tuple[float, float]:
-    """Lower and upper end of the angle's axis [degrees], whole ticks."""
-    low, high = map(float, _RANGE[panel.name])
-    values = [*panel.curves.values()]
+def _beyond(panel: Panel) -> str:
+    """Arrows at the upper and lower end of the axis, one below the other, with the values that are furthest out."""
+    shown = {f"beyond {side}": curves for side, curves in panel.curves.items()}
     if panel.band is not None:
-        values += [panel.band[0] - panel.band[1], panel.band[0] + panel.band[1]]
-    for curve in values:
-        known = curve[np.isfinite(curve)]
-        if known.size:
-            low, high = min(low, float(known.min())), max(high, float(known.max()))
-    step = _step(high - low)
-    return float(np.floor(low / step) * step), float(np.ceil(high / step) * step)
+        mean, sd = panel.band
+        shown["beyond"] = np.stack([mean - sd, mean + sd])
+    low, high = RANGES[panel.name]
+    ends = {kind: (np.nanmin(v), np.nanmax(v)) for kind, v in shown.items() if np.isfinite(v).any()}
+    marks = lambda texts, first, step: "".join(
+        f'<text class="{kind}" x="{_WIDTH - _RIGHT - 4}" y="{first + step * row}">{text}</text>'
+        for row, (kind, text) in enumerate(texts)
+    )
+    above = [(kind, f"▲ {most:.0f}°") for kind, (_, most) in ends.items() if most > high]
+    below = [(kind, f"▼ {least:.0f}°".replace("-", "−")) for kind, (least, _) in ends.items() if least < low]
+    return marks(above, _TOP + 12, 12) + marks(below, _HEIGHT - _BOTTOM - 5, -12)
 
 
 def _step(length: float) -> float:
     """Distance between ticks [degrees] so that an axis of `length` has a few."""
-    return next((step for step in _TICKS if length / step <= _MOST_TICKS), _TICKS[-1])
+    return next(step for step in _TICKS if length / step <= _MOST_TICKS)
 
 
-def _axes(name: str, low: float, high: float, across, down) -> str:
+def _axes(panel: Panel, across, down) -> str:
+    low, high = RANGES[panel.name]
     step = _step(high - low)
     parts = []
-    for tick in np.arange(low, high + step / 2, step):
+    for tick in np.arange(np.ceil(low / step) * step, high + step / 100, step):
         y = float(down(tick))
         weight = "zero" if abs(tick) < step / 100 else "grid"
         parts.append(f'<path class="{weight}" d="M{_LEFT} {y:.1f}H{_WIDTH - _RIGHT}"/>')
@@ -145,14 +203,19 @@ def _axes(name: str, low: float, high: float, across, down) -> str:
         x = float(across(tick))
         parts.append(f'<path class="axis" d="M{x:.1f} {_HEIGHT - _BOTTOM}v4"/>')
         parts.append(f'<text class="percent" x="{x:.1f}" y="{_HEIGHT - _BOTTOM + 16}">{tick}</text>')
-    negative, positive = _MEANS[name]
-    title = name.replace("_", " ").capitalize()
+    negative, positive = _MEANS[panel.name]
+    title = panel.name.replace("_", " ").capitalize()
+    counts = "&#160; ".join(
+        f'<tspan class="{side}">{"one stride" if len(curves) == 1 else f"n = {len(curves)}"}</tspan>'
+        for side, curves in panel.curves.items()
+    )
     parts += [
         f'<rect class="frame" x="{_LEFT}" y="{_TOP}" width="{_WIDTH - _LEFT - _RIGHT}" '
         f'height="{_HEIGHT - _TOP - _BOTTOM}"/>',
         f'<text class="title" x="{_LEFT}" y="16">{title} [°]</text>',
         f'<text class="sign" x="{_LEFT + 4}" y="{_TOP + 11}">+ {positive}</text>',
         f'<text class="sign" x="{_LEFT + 4}" y="{_HEIGHT - _BOTTOM - 5}">− {negative}</text>',
+        f'<text class="unit" x="{_WIDTH - _RIGHT}" y="16">{counts}</text>',
         f'<text class="unit" x="{_WIDTH - _RIGHT}" y="{_HEIGHT - 3}">% of gait cycle</text>',
     ]
     return "".join(parts)

@@ -7,7 +7,8 @@ from importlib.resources import files
 import numpy as np
 
 from motionenv import __version__
-from motionenv.gait.report.figures import Panel, angle_panel, path_from_above
+from motionenv.gait.norms import Norm
+from motionenv.gait.report.figures import Panel, angle_panel, path_from_above, profile
 from motionenv.gait.session import Session
 from motionenv.gait.summary import Parameter
 from motionenv.gait.trial import ANGLES, Trial
@@ -32,7 +33,8 @@ def page(session: Session) -> str:
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head><body>'
         f"<header><h1>{title}</h1>{_overview(session)}</header>"
-        f"<main>{_notes(session)}{_angles(session)}{_table(session)}"
+        f"<main>{_doubts(session)}{_notes(session)}{_angles(session)}{_profile(session)}{_table(session)}"
+        f"{_norms(session)}"
         f"<section><h2>Captures</h2>{''.join(map(_trial, session.trials))}</section></main>"
         f"<footer>{_methods(session)}<p>Made with motionenv {__version__}.</p></footer></body></html>\n"
     )
@@ -43,15 +45,29 @@ def _overview(session: Session) -> str:
     seconds = sum(t.seconds for t in session.trials)
     parts = [
         f"{_count(len(session.trials), 'capture')}, {seconds:.1f} s",
-        f"{counts['left']} left and {counts['right']} right strides",
+        " and ".join(_count(n, f"{side} stride") for side, n in counts.items()),
     ]
-    parts += [f"{p.mean:.2f} {p.unit}" for p in session.parameters if p.name == "speed"]
-    parts += [f"{p.mean:.0f} {p.unit}" for p in session.parameters if p.name == "cadence"]
+    for name, digits in (("speed", 2), ("cadence", 0)):
+        parts += [
+            f"{p.mean:.{digits}f} {p.unit}{' (one stride)' if p.n == 1 else ''}"
+            for p in session.parameters if p.name == name
+        ]  # fmt: skip
     return f'<p class="soft">{" · ".join(parts)}</p>'
 
 
+def _doubts(session: Session) -> str:
+    doubts = [f"{escape(t.name)}: {escape(doubt)}." for t in session.trials for doubt in t.doubts]
+    head = "<p><strong>Not plausible, so doubt the figures below:</strong></p>"
+    return (
+        f'<div class="doubts" role="alert">{head}{"".join(f"<p>{doubt}</p>" for doubt in doubts)}</div>'
+        if doubts
+        else ""
+    )
+
+
 def _notes(session: Session) -> str:
-    notes = [f"{escape(t.name)}: {escape(note)}." for t in session.trials for note in t.notes]
+    notes = [f"{escape(note[0].upper() + note[1:])}." for note in session.notes]
+    notes += [f"{escape(t.name)}: {escape(note)}." for t in session.trials for note in t.notes]
     notes += [f"{escape(name)} was left out: {escape(why)}" for name, why in session.left_out.items()]
     return f'<div class="notes">{"".join(f"<p>{note}</p>" for note in notes)}</div>' if notes else ""
 
@@ -62,7 +78,8 @@ def _angles(session: Session) -> str:
         return ""
     return (
         '<section><h2>Joint angles</h2><p class="soft">From initial contact to initial contact. Thin lines are '
-        f"strides, dashed lines toe-off.</p>{_key(session)}"
+        "strides, thick ones means of at least two, dashed ones toe-off; n counts strides. The axes are the same in "
+        f"every report: an arrow tells how far something leaves them.</p>{_key(session)}"
         f'<div class="panels">{"".join(panels)}</div></section>'
     )
 
@@ -80,12 +97,69 @@ def _panels(session: Session) -> list[Panel]:
     found = []
     for i, name in enumerate(ANGLES):
         curves = {
-            side: of_side[:, :, i] for side, of_side in session.curves.items() if np.isfinite(of_side[:, :, i]).any()
+            side: of_side[known, :, i]
+            for side, of_side in session.curves.items()
+            if (known := np.isfinite(of_side[:, :, i]).any(1)).any()
         }
         if curves:
             toe_off = {side: session.toe_off(side) for side in curves}
             found.append(Panel(name, curves, toe_off, session.band.of(name) if session.band else None))
     return found
+
+
+def _profile(session: Session) -> str:
+    """The movement analysis profile, with what it is of, and what stands in the way of a gait profile score."""
+    scores, band = session.profile, session.band
+    if band is None or not scores:
+        return ""
+    counts = {side: [s.n for s in scores if s.side == side and s.angles == 1] for side in ("left", "right")}
+    strides = " and ".join(f"{_count(max(n), f'{side} stride')}" for side, n in counts.items() if n)
+    lines = [
+        f"Root mean square difference from the mean of {band.people} people over the gait cycle [°], of {strides}."
+    ]
+    if any(np.isfinite(score.median) for score in scores):
+        lines.append("Grey: range and median of these people, each against the mean of the others.")
+    whole = [score for score in scores if score.angles > 1]
+    if any(score.name == "deviation" for score in whole):
+        most = max(score.angles for score in whole)
+        of = "15 of both sides" if any(not score.side for score in whole) else "9 of a side"
+        lines.append(
+            f"The last bars are of the {most} angles that are known here and in the reference, out of {of}: they are "
+            "no Gait Profile Score, and can't be compared with one."
+        )
+    else:
+        lines.append("GPS is the Gait Profile Score of each side and of both together.")
+    pelvis = ANGLES.index("pelvis_tilt")
+    if "pelvis_tilt" not in band.mean and any(np.isfinite(c[:, :, pelvis]).any() for c in session.curves.values()):
+        lines.append(
+            "The reference doesn't know the pelvis: its hip angles are those to the trunk, so much of the hip's "
+            "difference may be tilt of the pelvis."
+        )
+    return (
+        f'<section><h2>Movement Analysis Profile</h2><p class="soft">{" ".join(lines)}</p>{profile(scores)}</section>'
+    )
+
+
+def _norms(session: Session) -> str:
+    """The step parameters beside published norms for the person's age."""
+    if not session.norms:
+        return ""
+    own = {p.name: p for p in session.parameters if not p.side}
+    rows = "".join(_norm(norm, own[norm.name]) for norm in session.norms)
+    return (
+        f'<section><h2>Step parameters at the age of {session.age:g}</h2><p class="soft">Norms are of healthy people '
+        "who walk over ground at a comfortable speed: mean over people, ± standard deviation if it was published. A "
+        "mean alone doesn't tell how much people differ.</p>"
+        '<table class="norms"><thead><tr><th></th><th>measured</th><th>norm</th><th>unit</th><th>people</th>'
+        f"<th>source</th></tr></thead><tbody>{rows}</tbody></table></section>"
+    )
+
+
+def _norm(norm: Norm, own: Parameter) -> str:
+    who = f"{ {'female': 'women', 'male': 'men', '': 'both sexes'}[norm.sex] }, {norm.youngest} to {norm.oldest} years"
+    text = f"{norm.mean:.2f}" + ("" if norm.sd is None else f" ± {norm.sd:.2f}")
+    cells = (norm.name.replace("_", " ").capitalize(), _figures(own), text, norm.unit, who, norm.source)
+    return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _table(session: Session) -> str:
@@ -100,8 +174,8 @@ def _table(session: Session) -> str:
         return ""
     return (
         '<section><h2>Step parameters</h2><p class="soft">Mean ± standard deviation over strides; below it the 95 % '
-        "interval of the mean.</p><table><thead><tr><th></th><th>left</th><th>right</th><th>both</th><th>unit</th></tr>"
-        f"</thead><tbody>{''.join(body)}</tbody></table></section>"
+        "interval of the mean and the number of strides.</p><table><thead><tr><th></th><th>left</th><th>right</th>"
+        f"<th>both</th><th>unit</th></tr></thead><tbody>{''.join(body)}</tbody></table></section>"
     )
 
 
@@ -120,9 +194,9 @@ def _figures(parameter: Parameter) -> str:
     text = f"{parameter.mean:.{digits}f}"
     if np.isfinite(parameter.sd):
         text += f" ± {parameter.sd:.{digits}f}"
-    if np.isfinite(parameter.low):
-        text += f"<br><small>{parameter.low:.{digits}f} to {parameter.high:.{digits}f}</small>"
-    return text
+    below = [f"{parameter.low:.{digits}f} to {parameter.high:.{digits}f}"] if np.isfinite(parameter.low) else []
+    below.append("one stride" if parameter.n == 1 else f"n = {parameter.n}")
+    return f"{text}<br><small>{', '.join(below)}</small>"
 
 
 def _trial(trial: Trial) -> str:
@@ -148,6 +222,12 @@ def _methods(session: Session) -> str:
     ]
     if session.band is not None:
         lines.append(f"<p>Grey band: {escape(session.band.who)}</p>")
+        lines.append(
+            "<p>Movement Analysis Profile and Gait Profile Score: Baker et al. 2009, each stride against the "
+            "reference's mean, then the mean over strides; a side's score is over its nine angles, that of both over "
+            "fifteen, with the pelvis over left strides. The least difference of a Gait Profile Score that matters in "
+            "the clinic is 1.6° (Baker et al. 2012).</p>"
+        )
     lines.append(
         "<p>Step lengths and widths are measured along the line of each stride (Huxham et al. 2006). Intervals are t "
         "intervals over strides, which depend on each other: over several sessions they would be wider.</p>"

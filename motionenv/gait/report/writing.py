@@ -11,6 +11,7 @@ import numpy as np
 from motionenv._core.files import atomic_write
 from motionenv.errors import MotionError
 from motionenv.gait.bands import Band, shipped_band
+from motionenv.gait.report.figures import RANGES
 from motionenv.gait.report.page import page
 from motionenv.gait.session import Session, read_session
 from motionenv.gait.strides import mean_and_sd
@@ -27,12 +28,14 @@ def write_report(
     fps: float | None = None,
     unit: str | float | None = None,
     band: Band | None = None,
+    age: float | None = None,
+    sex: str | None = None,
     on_step: Callable[[str], None] = lambda name: None,
 ) -> Session:
     """Write the gait report of one person to the page `out`, .html, and beside it the same figures as .json and .csv.
 
     Args:
-        paths, static, marker_map, fps, unit, on_step: as in `motionenv.gait.session.read_session`.
+        paths, static, marker_map, fps, unit, age, sex, on_step: as in `motionenv.gait.session.read_session`.
         out: the page.
         band: the reference to show angles against; None takes that of the people of the shipped models.
 
@@ -40,15 +43,16 @@ def write_report(
         What the report shows.
 
     Raises:
-        MotionError: no file can be analysed, or `out` isn't .html or can't be written.
+        MotionError: no file can be analysed, `age` or `sex` is out of range, or `out` isn't .html or can't be written.
     """
     out = Path(out)
     if out.suffix.lower() not in (".html", ".htm"):
         raise MotionError(f"a report is a page: out must end in .html, got {out.name}")
     reference = shipped_band() if band is None else band
     session = read_session(
-        paths, static=static, marker_map=marker_map, fps=fps, unit=unit, band=reference, on_step=on_step
-    )
+        paths, static=static, marker_map=marker_map, fps=fps, unit=unit, band=reference, age=age, sex=sex,
+        on_step=on_step,
+    )  # fmt: skip
     contents = {
         out: page(session),
         out.with_suffix(".json"): to_json(session),
@@ -65,14 +69,18 @@ _COLUMNS = ("kind", "name", "side", "percent", "unit", "mean", "sd", "low", "hig
 
 
 def to_json(session: Session) -> str:
-    """The step parameters, mean angles, band, events and stretches of a `session` as JSON; null where unknown."""
+    """The parameters, angles, profile, norms, band, events and stretches of a `session` as JSON, null if unknown."""
     content = {
         "person": session.person,
+        "notes": list(session.notes),
         "parameters": [p.to_dict() for p in session.parameters],
         "angles": {
-            f"{side}_{name}": {"mean": _listed(mean), "sd": _listed(sd)}
-            for side, name, mean, sd, _ in _curves(session.curves)
+            f"{side}_{name}": {"mean": _listed(mean), "sd": _listed(sd), "n": n}
+            for side, name, mean, sd, n in _curves(session.curves)
         },
+        "axes": {name: list(ends) for name, ends in RANGES.items()},
+        "profile": [score.to_dict() for score in session.profile],
+        "norms": [norm.to_dict() for norm in session.norms],
         "band": None if session.band is None else _band(session.band),
         "captures": [
             {
@@ -84,11 +92,13 @@ def to_json(session: Session) -> str:
                 "events_from": t.events.sources,
                 "stretches": [{"start": s.start, "end": s.end, "kind": s.kind} for s in t.stretches],
                 "strides": len(t.strides),
+                "sides": {side: len(t.curves(side)) for side in _SIDES},
                 "angles": {
                     f"{side}_{name}": _listed(mean)
                     for side, name, mean, _, _ in _curves({side: t.curves(side) for side in _SIDES})
                 },
                 "notes": list(t.notes),
+                "doubts": list(t.doubts),
             }
             for t in session.trials
         ],
@@ -98,7 +108,7 @@ def to_json(session: Session) -> str:
 
 
 def to_csv(session: Session) -> str:
-    """The step parameters and mean angles of a `session`, one figure per row; empty fields where unknown."""
+    """The step parameters, profile and angles of a `session`, one figure per row; empty fields where unknown."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(_COLUMNS)
@@ -106,6 +116,8 @@ def to_csv(session: Session) -> str:
         writer.writerow(
             ["parameter", p.name, p.side, "", p.unit, *(_field(v) for v in (p.mean, p.sd, p.low, p.high)), p.n]
         )
+    for score in session.profile:
+        writer.writerow(["profile", score.name, score.side, "", "degrees", _field(score.value), "", "", "", score.n])
     for side, name, mean, sd, n in _curves(session.curves):
         for percent, (m, s) in enumerate(zip(mean, sd, strict=True)):
             writer.writerow(["angle", name, side, percent, "degrees", _field(m), _field(s), "", "", n])
@@ -113,7 +125,7 @@ def to_csv(session: Session) -> str:
 
 
 def _curves(curves: Mapping[str, np.ndarray]) -> Iterator[tuple[str, str, np.ndarray, np.ndarray, int]]:
-    """Side, name, mean, standard deviation and number of strides of each angle that is known.
+    """Side, name, mean, standard deviation and number of strides, known at least in part, of each angle that is known.
 
     `curves` are those of all strides of each side, (strides, 101, 13) [degrees].
     """
@@ -121,7 +133,7 @@ def _curves(curves: Mapping[str, np.ndarray]) -> Iterator[tuple[str, str, np.nda
         for i, name in enumerate(ANGLES):
             mean, sd = mean_and_sd(curves[side][:, :, i])
             if np.isfinite(mean).any():
-                yield side, name, mean, sd, len(curves[side])
+                yield side, name, mean, sd, int(np.isfinite(curves[side][:, :, i]).any(1).sum())
 
 
 def _band(band: Band) -> dict:

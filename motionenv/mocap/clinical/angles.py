@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv._core.representation import OneLine
-from motionenv._core.rotations import to_euler, unwrap_euler
+from motionenv._core.rotations import to_euler
+from motionenv._core.validation import checked_choice
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import SEGMENTS
 from motionenv.errors import GapError, MotionError
 from motionenv.mocap.clinical.gait_model import SIGN
-from motionenv.mocap.clinical.lower_body import Calibration, Leg, LowerBody, calibrate, lower_body
+from motionenv.mocap.clinical.lower_body import WANDS, Calibration, Leg, LowerBody, calibrate, lower_body
 from motionenv.mocap.clinical.measurements import Measurements, measurements_of
 from motionenv.mocap.clinical.progression import progression
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
@@ -35,7 +36,7 @@ CLINICAL_ANGLES = tuple(f"{side}_{name}" for side in ("left", "right") for name 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ClinicalAngles(OneLine):
-    """Joint angles `values` (frames, 26), in the order of `CLINICAL_ANGLES` [degrees]; NaN where unknown.
+    """Joint angles `values` (frames, 26), in the order of `CLINICAL_ANGLES` [degrees, ±180]; NaN where unknown.
 
     `fps` is the frame rate [Hz], `method` how the joint centres were found, and `names` are `CLINICAL_ANGLES`.
     """
@@ -56,6 +57,7 @@ def clinical_angles(
     static: Markers | None = None,
     measurements: Measurements | None = None,
     marker_map: MarkerMap | str | None = None,
+    wands: str = "auto",
 ) -> ClinicalAngles:
     """Joint angles of the lower body.
 
@@ -68,16 +70,19 @@ def clinical_angles(
         static: a standing trial of the same person, with the same marker set.
         measurements: of the person; None takes them from the capture's file, or else from the standing trial's.
         marker_map: which points are which landmarks; None recognises the marker set by the names.
+        wands: "use" the markers on thighs and shanks as the model does, "ignore" them, so that the pelvis' lateral axis
+            gives the direction of the knees' and ankles', or "auto"; see `lower_body`.
 
     Raises:
         GapError: markers that show no leg with hip, knee and ankle.
-        MotionError: not one sequence, or an unknown marker set.
+        MotionError: not one sequence, an unknown marker set, or another value of `wands`.
     """
+    checked_choice(wands, "wands", WANDS)
     if isinstance(capture, Motion):
         return ClinicalAngles(_of_motion(capture), capture.fps, "joints of the body; the trunk stands for the pelvis")
     landmarks = find_landmarks(capture, marker_map)
     person, calibration = person_of(capture, static=static, measurements=measurements, marker_map=marker_map)
-    body = lower_body(landmarks.positions, person, calibration)
+    body = lower_body(landmarks.positions, person, calibration, wands=wands)
     if body.left.shank is None and body.right.shank is None:
         raise GapError(
             f"{capture.name or 'this capture'} shows no leg with hip, knee and ankle, so it has no clinical angles; "
@@ -121,13 +126,20 @@ def _of_leg(leg: Leg, base: np.ndarray | None, ways: np.ndarray | None, sign: fl
     pelvis = _relative(ways, base, frames) * [1.0, sign, -sign]
     hip = _relative(base, leg.thigh, frames) * [-1.0, -sign, -sign if leg.knee_axis else np.nan]
     frontal = -sign if leg.knee_axis else np.nan
-    knee = _relative(leg.thigh, leg.shank, frames) * [1.0, frontal, frontal]
+    c, s = np.cos(leg.torsion), np.sin(leg.torsion)
+    below_knee = None if leg.shank is None else leg.shank @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    knee = _relative(leg.thigh, below_knee, frames) * [1.0, frontal, frontal]
     # The foot's z points back along it, so that dorsiflexion is the complement of the angle about y.
     foot = _relative(leg.shank, leg.foot, frames)
     turned = -sign if leg.ankle_axis else np.nan
     ankle = np.column_stack([-90.0 - foot[:, 0], turned * foot[:, 2], turned * foot[:, 1]])
     way = -sign * _relative(ways, leg.foot, frames)[:, 1:2]
-    return np.concatenate([pelvis, hip, knee, ankle, way], axis=1)
+    return _wrapped(np.concatenate([pelvis, hip, knee, ankle, way], axis=1))
+
+
+def _wrapped(degrees: np.ndarray) -> np.ndarray:
+    """Angles [degrees] from -180 to below 180."""
+    return (degrees + 180.0) % 360.0 - 180.0
 
 
 def _of_motion(motion: Motion) -> np.ndarray:
@@ -150,4 +162,4 @@ def _relative(parent: np.ndarray | None, child: np.ndarray | None, frames: int) 
     """Cardan angles (frames, 3) [degrees] about y, x and z of one segment relative to another; NaN where unknown."""
     if parent is None or child is None:
         return np.full((frames, 3), np.nan)
-    return np.degrees(unwrap_euler(to_euler("YXZ", parent.swapaxes(-1, -2) @ child)))
+    return np.degrees(to_euler("YXZ", parent.swapaxes(-1, -2) @ child))

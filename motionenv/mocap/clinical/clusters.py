@@ -49,6 +49,27 @@ def cluster_pose(markers: np.ndarray) -> Segment | None:
     return Segment(origin, rotation)
 
 
+def carried(positions: dict[str, np.ndarray], standing: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Knees and ankles of a standing trial, carried by the clusters of thighs and shanks (CAST; Cappozzo et al. 1995).
+
+    `positions` (frames, 3) [m] are the walk's landmarks, and `standing` (3,) those of the standing trial. The result
+    has the landmarks on and in knees and ankles that the walk lacks, (frames, 3) [m].
+    """
+    found: dict[str, np.ndarray] = {}
+    for side in ("left", "right"):
+        for limb, joints in (("thigh", ("knee",)), ("shank", ("ankle", "knee"))):
+            names = [n for n in positions if n.startswith(f"{side}_{limb}_cluster_") and n in standing]
+            if len(names) < _LEAST:
+                continue
+            shape, markers = np.array([standing[n] for n in names]), np.stack([positions[n] for n in names], axis=1)
+            pose, misfit = _fitted(markers, shape)
+            origin = np.where((misfit <= _limit(misfit))[:, None], pose.origin, np.nan)
+            wanted = [f"{side}_{joint}{face}" for joint in joints for face in ("", "_lateral", "_medial")]
+            for name in [n for n in wanted if n in standing and n not in positions and n not in found]:
+                found[name] = origin + pose.rotation @ standing[name]
+    return found
+
+
 def _limit(misfit: np.ndarray) -> float:
     """Largest misfit [m] of a frame that shows the cluster as it is."""
     return _OUTLIER * max(float(np.nanmedian(misfit)), _NOISE)

@@ -13,6 +13,8 @@ from motionenv.mocap.clinical.measurements import Measurements, Side
 
 _THETA, _BETA = 0.5, 0.314  # [rad] Davis et al. (1991): hip's direction in the frontal and the sagittal plane
 
+_OFFSET_ROUNDS = 30  # an offset is at least a third of the turn: what is missing is then below 1e-5 of it
+
 #: Anterior tilt of the pelvis [rad] when the trunk is upright (Kadaba et al. 1990).
 NEUTRAL_TILT = np.radians(10.0)
 
@@ -96,14 +98,18 @@ def harrington_hip(segment: Segment, positions: dict[str, np.ndarray], side: str
 
 
 def chord(
-    proximal: np.ndarray, lateral: np.ndarray, wand: np.ndarray, distance: float, turn: float = 0.0
+    proximal: np.ndarray,
+    lateral: np.ndarray,
+    wand: np.ndarray,
+    distance: float,
+    turn: np.ndarray | float = 0.0,
 ) -> np.ndarray:
     """Joint centre (frames, 3) by the chord function, from markers and centres (frames, 3) [m].
 
     It lies in the plane of the `proximal` centre (of the joint above), the `lateral` marker on the joint's axis and the
     `wand`, `distance` [m] from the lateral marker (half the joint's width plus the marker's radius), on the side away
     from the wand, where the lines to the marker and to the proximal centre meet at a right angle. The wand's plane is
-    first turned by `turn` [rad] about the line from the marker to the proximal centre.
+    first turned by `turn` [rad], one or (frames, 1), about the line from the marker to the proximal centre.
     """
     line = proximal - lateral
     length = np.linalg.norm(line, axis=-1, keepdims=True)
@@ -113,3 +119,28 @@ def chord(
     away = np.cos(turn) * away + np.sin(turn) * np.cross(along, away)
     share = distance / length
     return lateral + distance * (share * along + np.sqrt(np.maximum(1.0 - share**2, 0.0)) * away)
+
+
+def offset_turn(
+    proximal: np.ndarray, lateral: np.ndarray, wand: np.ndarray, distance: float, offset: float
+) -> np.ndarray | float:
+    """The `turn` (frames, 1) [rad] of `chord` that puts `wand` at an `offset` [rad] from `lateral`.
+
+    The offset is the angle from the wand to the lateral marker about the limb, as seen along the line from the joint's
+    centre to the `proximal` one. The wand stands farther from the centre than from the marker, so that the offset is a
+    part of the turn, and adding what is missing converges.
+    """
+    if not offset:
+        return 0.0
+    turn = np.full((len(lateral), 1), offset)
+    for _ in range(_OFFSET_ROUNDS):
+        centre = chord(proximal, lateral, wand, distance, turn)
+        turn = turn + offset - angle_about(proximal - centre, wand - centre, lateral - centre)[:, None]
+    return turn
+
+
+def angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Signed angle (frames,) [rad] about `axis` from `start` to `end`, all (frames, 3)."""
+    z = unit(axis)
+    a, b = (unit(v - z * (v * z).sum(-1, keepdims=True)) for v in (start, end))
+    return np.arctan2((np.cross(a, b) * z).sum(-1), (a * b).sum(-1))

@@ -11,23 +11,28 @@ from functools import partial
 import numpy as np
 
 from motionenv._core.representation import OneLine
+from motionenv.mocap.clinical.clusters import carried
 from motionenv.mocap.clinical.functional import functional_legs
 from motionenv.mocap.clinical.gait_model import (
     SIGN,
     Segment,
+    angle_about,
     chord,
     davis_hip,
     frame,
     harrington_hip,
     middle,
+    offset_turn,
     pelvis,
     unit,
 )
 from motionenv.mocap.clinical.measurements import Measurements, Side, completed
 
-#: Mean varus of the knee [rad] beyond which the thigh's wand can't be in the plane of the knee's axis, as where a knee
-#: alignment device was used: legs aren't that bowed.
+#: Mean varus of the knee [rad] beyond which the thigh's wand is probably not in the plane of the knee's axis: legs
+#: aren't that bowed.
 _MOST_VARUS = np.radians(20.0)
+#: What to do with the markers on thighs and shanks.
+WANDS = ("auto", "use", "ignore")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,6 +44,7 @@ class Leg(OneLine):
         thigh, shank, foot: rotations; z points from knee to hip, from ankle to knee, and from toe to heel.
         knee_axis, ankle_axis: whether markers show the joint's axis; if not, the y of thigh or shank is borrowed from
             the segment above, and rotations about its length mean nothing.
+        torsion: of the tibia [rad] about z, by which the shank, whose y is the ankle's axis, is turned from the knee's.
     """
 
     hip: np.ndarray | None = None
@@ -49,6 +55,7 @@ class Leg(OneLine):
     foot: np.ndarray | None = None
     knee_axis: bool = False
     ankle_axis: bool = False
+    torsion: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,43 +78,64 @@ class Calibration(OneLine):
     Attributes:
         turns: angle [rad] between the wand's plane and the joint's axis.
         distances: from the lateral marker to the joint's centre [m].
+        standing: (3,) [m] median place of each landmark, which clusters carry to the walk.
         feet: by side, the static offsets (plantar flexion, rotation) of the foot [rad].
     """
 
     turns: dict[str, float] = field(default_factory=dict)
     distances: dict[str, float] = field(default_factory=dict)
     feet: dict[str, tuple[float, float]] = field(default_factory=dict)
+    standing: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def lower_body(
-    positions: dict[str, np.ndarray], person: Measurements, calibration: Calibration | None = None
+    positions: dict[str, np.ndarray],
+    person: Measurements,
+    calibration: Calibration | None = None,
+    *,
+    wands: str = "auto",
 ) -> LowerBody:
     """Segments and joint centres of the lower body by the Conventional Gait Model, from landmarks (frames, 3) [m].
 
     What measurements of the `person` lack is estimated. A `calibration` from a standing trial serves those that had
-    medial markers then. A `GapError` if a leg of `positions` has but clusters, and its joints hardly move.
+    medial markers then. `wands`, one of `WANDS`, says whether the markers on thighs and shanks tell the joints' axes as
+    in the published model ("use"), or are ignored. "auto" uses them, unless no measurements of the person are stated
+    and the thighs' are far from the plane of the knee's axis, as where a knee alignment device was used. A `GapError`
+    if a leg of `positions` has but clusters, and its joints hardly move.
     """
-    body = _from_landmarks(positions, person, calibration or Calibration())
+    if wands == "ignore":
+        positions = {k: v for k, v in positions.items() if k.partition("_")[2] not in ("thigh", "shank")}
+    by_clusters = carried(positions, calibration.standing) if calibration else {}
+    positions = positions | by_clusters
+    body = _from_landmarks(positions, person, calibration or Calibration(), wands)
+    for joint in ("knee", "ankle"):
+        if any(joint in name for name in by_clusters):
+            body.how[joint] = f"{body.how.get(joint, 'unknown')}, of the standing trial and carried by clusters"
     hips = {side: hip for side in ("left", "right") if (hip := getattr(body, side).hip) is not None}
     found = functional_legs(positions, body.pelvis, hips)
     if not found.landmarks:
         return body
     base = found.pelvis or body.pelvis
-    whole = _from_landmarks({**positions, **found.landmarks}, person, calibration or Calibration(), base)
+    whole = _from_landmarks({**positions, **found.landmarks}, person, calibration or Calibration(), wands, base)
     return replace(whole, how=whole.how | body.how | found.how)
 
 
 def _from_landmarks(
-    positions: dict[str, np.ndarray], known: Measurements, calibration: Calibration, base: Segment | None = None
+    positions: dict[str, np.ndarray],
+    known: Measurements,
+    calibration: Calibration,
+    wands: str,
+    base: Segment | None = None,
 ) -> LowerBody:
     """`lower_body` without the help of clusters; `base` is the pelvis where landmarks don't tell it."""
     person = completed(known, positions)
+    believe = wands == "use" or known.given
     base = base or pelvis(positions)
     how: dict[str, str] = {}
     legs = {}
     for side in ("left", "right"):
         hip = _hip(positions, base, person, known, side, how)
-        legs[side] = _leg(positions, base, hip, person, side, calibration, how)
+        legs[side] = _leg(positions, base, hip, person, side, calibration, how, believe)
     return LowerBody(base, legs["left"], legs["right"], how)
 
 
@@ -117,8 +145,8 @@ def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibra
     Medial markers, which are often taken off for walking, give the directions of the axes of knee and ankle relative
     to the wands, and the joints' half widths. The feet, flat on the ground, give the static offsets of the foot.
     """
-    body = _from_landmarks(positions, person, Calibration())
-    found = Calibration()
+    body = _from_landmarks(positions, person, Calibration(), "use")
+    found = Calibration(standing={name: np.array([middle(v) for v in path.T]) for name, path in positions.items()})
     for side in ("left", "right"):
         leg: Leg = getattr(body, side)
         for joint, above, wand in (("knee", leg.hip, "thigh"), ("ankle", leg.knee, "shank")):
@@ -128,7 +156,7 @@ def calibrate(positions: dict[str, np.ndarray], person: Measurements) -> Calibra
                 continue
             distance = middle(0.5 * np.linalg.norm(lateral - medial, axis=-1))
             flat = chord(above, lateral, pole, distance)
-            found.turns[f"{side}_{joint}"] = _angle_about(above - lateral, flat - lateral, medial - lateral)
+            found.turns[f"{side}_{joint}"] = middle(angle_about(above - lateral, flat - lateral, medial - lateral))
             found.distances[f"{side}_{joint}"] = distance
         offsets = _foot_offsets(positions, leg, side)
         if offsets is not None:
@@ -153,18 +181,23 @@ def _hip(positions, base, person: Measurements, known: Measurements, side: str, 
     return harrington_hip(base, positions, side, width)
 
 
-def _leg(positions, base, hip, person: Measurements, side: str, calibration: Calibration, how: dict[str, str]) -> Leg:
+def _leg(
+    positions, base, hip, person: Measurements, side: str, calibration: Calibration, how: dict[str, str], believe: bool
+) -> Leg:
     own: Side = getattr(person, side)
     sign, radius = SIGN[side], person.marker_radius
     across = None if base is None else sign * base.rotation[..., 1]
     half_widths = {"knee": 0.5 * own.knee_width + radius, "ankle": 0.5 * own.ankle_width + radius}
-    find = partial(_joint, positions, side=side, calibration=calibration, how=how)
-    knee, knee_side, knee_axis = find("knee", "thigh", hip, across, half_widths["knee"])
-    ankle, ankle_side, ankle_axis = find("ankle", "shank", knee, knee_side, half_widths["ankle"])
+    find = partial(_joint, positions, side=side, calibration=calibration, how=how, believe=believe)
+    knee, knee_side, knee_axis = find("knee", "thigh", hip, across, half_widths["knee"], -sign * own.thigh_rotation)
+    ankle, ankle_side, ankle_axis = find(
+        "ankle", "shank", knee, knee_side, half_widths["ankle"], -sign * own.shank_rotation
+    )
     knee_side = across if knee_side is None else knee_side
     ankle_side = knee_side if ankle_side is None else ankle_side
     thigh, shank = _limb(hip, knee, knee_side, sign), _limb(knee, ankle, ankle_side, sign)
-    leg = Leg(hip, knee, ankle, thigh, shank, knee_axis=knee_axis, ankle_axis=ankle_axis)
+    torsion = -sign * own.tibial_torsion
+    leg = Leg(hip, knee, ankle, thigh, shank, knee_axis=knee_axis, ankle_axis=ankle_axis, torsion=torsion)
     return replace(leg, foot=_foot(positions, leg, own, side, calibration.feet.get(side)))
 
 
@@ -176,7 +209,18 @@ def _limb(above, below, lateral, sign: float) -> np.ndarray | None:
 
 
 def _joint(
-    positions, joint: str, wand: str, above, across, distance: float, *, side: str, calibration: Calibration, how
+    positions,
+    joint: str,
+    wand: str,
+    above,
+    across,
+    distance: float,
+    offset: float,
+    *,
+    side: str,
+    calibration: Calibration,
+    how,
+    believe: bool,
 ) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
     """Centre of a knee or ankle, the direction from it to the lateral side, and whether markers show that direction.
 
@@ -187,18 +231,54 @@ def _joint(
     if key in positions:
         how[joint] = "the file's own centres"
         return positions[key], None if lateral is None else lateral - positions[key], lateral is not None
-    if lateral is None:
-        return None, None, False
-    if medial is not None:
+    if lateral is not None and medial is not None:
         how[joint] = "midway between lateral and medial markers"
         return 0.5 * (lateral + medial), lateral - medial, True
-    if above is None:
+    if lateral is None or above is None:
         return None, None, False
+    return _by_chord(
+        positions,
+        joint,
+        above,
+        across,
+        distance,
+        offset,
+        lateral,
+        pole,
+        side=side,
+        calibration=calibration,
+        how=how,
+        believe=believe,
+    )
+
+
+def _by_chord(
+    positions,
+    joint: str,
+    above,
+    across,
+    distance: float,
+    offset: float,
+    lateral,
+    pole,
+    *,
+    side: str,
+    calibration: Calibration,
+    how,
+    believe: bool,
+) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
+    """`_joint` by the chord function, with the wand `pole` if there is one and it can be believed."""
+    key = f"{side}_{joint}"
+    distance = calibration.distances.get(key, distance)
     if pole is not None:
-        turn = calibration.turns.get(key, 0.0)
-        centre = chord(above, lateral, pole, calibration.distances.get(key, distance), turn)
-        if joint == "ankle" or turn or _aligned(positions, above, centre, lateral, side):
-            how[joint] = "chord function with wands" + (", turned as the standing trial tells" if turn else "")
+        known = calibration.turns.get(key)
+        turned = ", turned as the standing trial tells" if known else ", turned as the file states" if offset else ""
+        turn = offset_turn(above, lateral, pole, distance, offset) if known is None else known
+        centre = chord(above, lateral, pole, distance, turn)
+        aligned = joint == "ankle" or _aligned(positions, above, centre, lateral, side)
+        if aligned or turned or believe:
+            doubt = "" if aligned else ", though they don't seem to be in the plane of the knee's axis"
+            how[joint] = "chord function with wands" + turned + doubt
             return centre, lateral - centre, True
         how[joint] = "chord function without wands, as these aren't in the plane of the knee's axis"
     if across is None:
@@ -248,10 +328,3 @@ def _foot_offsets(positions, leg: Leg, side: str) -> tuple[float, float] | None:
         return None
     sole = np.einsum("tji,tj->ti", raw, unit(heel - positions[f"{side}_toe"]))
     return middle(np.arctan2(-sole[:, 0], sole[:, 2])), SIGN[side] * middle(np.arcsin(np.clip(sole[:, 1], -1, 1)))
-
-
-def _angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
-    """Median signed angle [rad] about `axis` from `start` to `end`, all (frames, 3)."""
-    z = unit(axis)
-    a, b = (unit(v - z * (v * z).sum(-1, keepdims=True)) for v in (start, end))
-    return middle(np.arctan2((np.cross(a, b) * z).sum(-1), (a * b).sum(-1)))

@@ -23,7 +23,11 @@ _LENGTHS = {
     "ankle_width": "ANKLEWIDTH",
     "asis_trochanter": "ASISTROCANTERDISTANCE",
 }
-_ANGLES = {"tibial_torsion": "TIBIALTORSION", "plantar_flexion": "STATICPLANTFLEX", "foot_rotation": "STATICROTOFF"}
+_OFFSETS = {"plantar_flexion": "STATICPLANTFLEX", "foot_rotation": "STATICROTOFF"}
+_TURNS = {"tibial_torsion": "TIBIALTORSION", "thigh_rotation": "THIGHROTATION", "shank_rotation": "SHANKROTATION"}
+# Angles beyond this are in degrees [rad]: the line from toe to heel is at most 35 degrees from that to the ankle, and
+# neither legs nor wands are turned by more than 50 degrees.
+_LARGEST_OFFSET, _LARGEST_TURN = np.radians(35.0), np.radians(50.0)
 _GROUPS = ("PROCESSING", "SUBJECTS", "SUBJECT", "SUBJECT_PARAMETERS")
 
 
@@ -35,7 +39,9 @@ class Side(OneLine):
         leg_length: ASIS to medial malleolus [m].
         knee_width, ankle_width: between the epicondyles, and between the malleoli [m].
         asis_trochanter: ASIS to trochanter, perpendicular to it [m]; NaN: from the leg's length (Davis et al. 1991).
-        tibial_torsion: of the ankle's axis against the knee's, external positive [rad].
+        tibial_torsion: of the ankle's axis against the knee's, internal positive as in Plug-in Gait [rad].
+        thigh_rotation, shank_rotation: of the wand's plane against the joint's axis, about the limb, in Plug-in Gait's
+            sense [rad].
         plantar_flexion: static offset of the foot's long axis, heel to toe against ankle to toe [rad].
         foot_rotation: static offset of the foot about the shank [rad].
     """
@@ -45,6 +51,8 @@ class Side(OneLine):
     ankle_width: float = _NAN
     asis_trochanter: float = _NAN
     tibial_torsion: float = 0.0
+    thigh_rotation: float = 0.0
+    shank_rotation: float = 0.0
     plantar_flexion: float = _NAN
     foot_rotation: float = _NAN
 
@@ -70,19 +78,26 @@ class Measurements(OneLine):
 def measurements_of(recording: Recording | None) -> Measurements:
     """The measurements in the groups PROCESSING or SUBJECTS of a file's `recording`; NaN where it states none.
 
-    Plug-in Gait's static offsets are stored in radians by some versions and in degrees by others: if one exceeds a
-    quarter turn in radians, all are degrees.
+    Plug-in Gait's static offsets of the foot are stored in radians by some versions and in degrees by others, and
+    torsions may be in degrees beside offsets in radians: of each of the two kinds, all values are degrees if one would
+    be larger in radians than feet and legs allow.
     """
     if recording is None:
         return Measurements()
     stated = _stated(recording)
     lengths = lambda key: stated.get(key, _NAN) * recording.metres or _NAN
-    angles = [abs(stated.get(letter + name, 0.0)) for letter in "LR" for name in _ANGLES.values()]
-    to_radians = 1.0 if max(angles) < np.pi / 2 else np.pi / 180
     sides = {}
     for side, letter in (("left", "L"), ("right", "R")):
         values = {name: lengths(letter + key) for name, key in _LENGTHS.items()}
-        turns = {name: to_radians * stated[letter + key] for name, key in _ANGLES.items() if letter + key in stated}
+        turns = {
+            name: scale * stated[letter + key]
+            for names, scale in (
+                (_OFFSETS, _radians(stated, _OFFSETS, _LARGEST_OFFSET)),
+                (_TURNS, _radians(stated, _TURNS, _LARGEST_TURN)),
+            )
+            for name, key in names.items()
+            if letter + key in stated
+        }
         sides[side] = Side(**values, **turns)
     diameter = stated.get("MARKERDIAMETER", recording.parameters.get("SEG:MARKER_DIAMETER", _NAN))
     radius = 0.5 * diameter * recording.metres
@@ -109,6 +124,12 @@ def completed(known: Measurements, positions: dict[str, np.ndarray]) -> Measurem
         guess = {"leg_length": leg, "knee_width": stature * _KNEE_SHARE, "ankle_width": stature * _ANKLE_SHARE}
         sides[side] = replace(own, **{k: v for k, v in guess.items() if not np.isfinite(getattr(own, k))})
     return replace(known, **sides)
+
+
+def _radians(stated: dict[str, float], names: dict[str, str], largest: float) -> float:
+    """Radians per unit of the angles called `names`, which are at most `largest` [rad]."""
+    sizes = [abs(stated.get(letter + name, 0.0)) for letter in "LR" for name in names.values()]
+    return 1.0 if max(sizes) <= largest else np.pi / 180
 
 
 def _stated(recording: Recording) -> dict[str, float]:

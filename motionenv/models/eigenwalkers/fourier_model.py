@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.principal_axes import numerical_rank, signs
-from motionenv._core.validation import checked_number, checked_whole, random_generator
+from motionenv._core.validation import checked_whole, random_generator
 from motionenv.arguments import Request
 from motionenv.body.skeleton import from_height
 from motionenv.errors import GapError, ModelError, MotionError
@@ -180,8 +180,11 @@ class FourierModel(GaitModel):
         if height is None and person is not None:
             height = person.height
         own = speed if speed is None or height is None else speed * tall / height
-        if own is not None:
-            checked_number(own, "speed of the walker's own body", *SPEED_RANGE)
+        if speed and own and not SPEED_RANGE[0] <= own <= SPEED_RANGE[1]:
+            low, high = (bound * speed / own for bound in SPEED_RANGE[:2])
+            raise MotionError(
+                f"speed must be from {low:.2g} to {high:.2g} m/s for a body of {height or tall:.2f} m, got {speed:g}"
+            )
         if person is None:
             seconds = walker.stride_seconds or 1 / float(self.frequency(walker.scores))
             if own is None:

@@ -76,17 +76,19 @@ export class App {
       if (state.camera) this.stage.look(state.camera);
       if (state.stimulus) this.stimulate();
     } catch (error) {
-      if (this.wanted === name) await this.failed(error);
+      if (this.wanted === name) await this.failed(error, state);
     } finally {
       clearTimeout(slow);
     }
   }
 
-  /** Report that a model can't be loaded, and keep the current one; a first link to none shows the default one. */
-  async failed(error) {
+  /** Report that a state can't be loaded, and keep the current one; a first link to nobody shows the average walker. */
+  async failed(error, state) {
     this.wanted = this.state.model;
     if (this.parameters) this.mark("models", this.wanted);
-    else if (error.status === 404 && this.wanted !== fresh().model) await this.load(fresh().model, fresh());
+    else if ([404, 422].includes(error.status) && link(state) !== link(fresh())) {
+      await this.load(fresh().model, fresh());
+    }
     this.say(error.message);
   }
 

@@ -1,14 +1,21 @@
 """Clinical angles against those that Plug-in Gait stored in the very files, and against known poses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from motionenv.body import from_height
 from motionenv.errors import GapError
 from motionenv.mocap import read
-from motionenv.mocap.clinical import CLINICAL_ANGLES, Measurements, clinical_angles
+from motionenv.mocap.clinical import CLINICAL_ANGLES, Measurements, clinical_angles, lower_body
+from motionenv.mocap.marker_sets import MarkerMap
 from motionenv.models.synthesis import synthesize
 from motionenv.types import POSE, Markers, Motion
+from tests.mocap.clinical.test_lower_body import PERSON, STANDING, standing
+
+FLAT = replace(PERSON, **{s: replace(PERSON.left, plantar_flexion=0.2, foot_rotation=0.0) for s in ("left", "right")})
+LANDMARK_NAMES = MarkerMap({name: ({name: 1.0},) for name in STANDING})
 
 WALKS = [
     "PiG/PiG_Motion-FlatFoot-Full", "PiG/PiG_Motion-FlatFoot-Hole", "PiG/PiG_Motion-FlatFoot-One",
@@ -105,3 +112,39 @@ def test_a_synthesised_walk_bends_its_knees_as_its_poses_do():
 def test_who_shows_no_leg_has_no_angles():
     with pytest.raises(GapError, match=r"no leg with hip, knee and ankle.*recognised are left_asis"):
         clinical_angles(Markers(("LASI", "RASI"), np.ones((3, 2, 3)), 50, name="belt"))
+
+
+def turned_foot(degrees: float) -> Markers:
+    """A person who stands on a left foot that is turned up by growing angles [degrees] about the ankle's centre."""
+    points = standing()
+    centre = lower_body(points, PERSON).left.ankle[0]
+    up = np.radians(np.linspace(0, degrees, 60))
+    c, s, zero = np.cos(up), np.sin(up), np.zeros_like(up)
+    turns = np.stack([np.stack(r, -1) for r in ([c, zero, -s], [zero, zero + 1, zero], [s, zero, c])], -2)
+    frames = {name: np.repeat(path[:1], 60, axis=0) for name, path in points.items()}
+    for name in ("left_toe", "left_heel"):
+        frames[name] = centre + np.einsum("tij,tj->ti", turns, frames[name] - centre)
+    return Markers(list(frames), np.stack(list(frames.values()), axis=1), 100)
+
+
+def test_no_angle_leaves_180_degrees_however_far_the_foot_turns():
+    foot = clinical_angles(turned_foot(230.0), measurements=FLAT, marker_map=LANDMARK_NAMES)
+    found = foot["left_ankle_dorsiflexion"]
+    turned = np.degrees(np.unwrap(np.radians(found)))
+    np.testing.assert_allclose(turned - turned[0], np.linspace(0, 230, 60), atol=2.0)
+    assert np.nanmax(np.abs(foot.values)) <= 180.0
+
+
+@pytest.mark.parametrize("frame", [0, 30])
+def test_one_bad_frame_does_not_turn_the_others(frame):
+    """A foot that is mistaken in one frame: unwrapping used to carry its turn on through the trial."""
+    markers = turned_foot(20.0)
+    bad = markers.positions.copy()
+    toe, heel = markers.index("left_toe"), markers.index("left_heel")
+    bad[frame, [toe, heel]] = bad[frame, [heel, toe]]
+    angles = [
+        clinical_angles(m, measurements=FLAT, marker_map=LANDMARK_NAMES)["left_ankle_dorsiflexion"]
+        for m in (markers, Markers(markers.names, bad, markers.fps))
+    ]
+    others = np.arange(60) != frame
+    np.testing.assert_allclose(angles[1][others], angles[0][others], atol=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from motionenv.mocap.clinical.clusters import cluster_pose
+from motionenv.mocap.clinical.clusters import carried, cluster_pose
 
 SHAPE = np.array([[0.06, 0.01, 0.0], [-0.05, 0.03, 0.02], [0.0, -0.06, 0.01], [-0.01, 0.02, -0.07]])
 
@@ -54,3 +54,15 @@ def test_markers_on_a_line_or_never_together_have_no_pose(cluster):
     line = np.array([[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]]) @ turns.swapaxes(-1, -2)
     assert cluster_pose(line) is None
     assert cluster_pose(np.where(np.arange(4)[:, None] < 2, markers, np.nan)) is None
+
+
+def test_clusters_carry_the_joints_of_a_standing_trial(cluster):
+    turns, markers = cluster
+    standing = {f"left_thigh_cluster_{i}": point for i, point in enumerate(SHAPE, 1)}
+    standing |= {"left_knee_lateral": np.array([0.02, 0.05, -0.2]), "right_knee_lateral": np.zeros(3)}
+    walk = {f"left_thigh_cluster_{i}": markers[:, i - 1] for i in range(1, 5)}
+    found = carried(walk, standing)
+    assert list(found) == ["left_knee_lateral"]
+    expected = turns @ (standing["left_knee_lateral"] - SHAPE.mean(0)) + markers.mean(1)
+    np.testing.assert_allclose(found["left_knee_lateral"], expected, atol=1e-9)
+    assert carried(walk | found, standing) == {}

@@ -1,7 +1,10 @@
 """The lower body by the Conventional Gait Model: which way to a joint is taken, and what a standing trial adds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from motionenv.mocap.clinical.lower_body import calibrate, lower_body
 from motionenv.mocap.clinical.measurements import Measurements, Side
@@ -85,3 +88,48 @@ def test_a_standing_trial_with_medial_markers_locates_the_axes_of_the_walk():
         assert np.linalg.norm(getattr(walk.left, joint) - right, axis=-1).max() < 0.004
         assert np.linalg.norm(getattr(plain.left, joint) - right, axis=-1).min() > 0.008
     assert set(calibration.feet) == {"left", "right"}
+
+
+def with_turned_wands(degrees: float) -> tuple[dict[str, np.ndarray], Measurements]:
+    """Wands that are turned inwards about the limbs by an angle [degrees], and the person with that offset stated."""
+    points, true = standing(), lower_body(standing(), PERSON)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        leg = getattr(true, side)
+        for wand, above, centre in (("thigh", leg.hip, leg.knee), ("shank", leg.knee, leg.ankle)):
+            axis = (above - centre)[0]
+            turn = Rotation.from_rotvec(sign * np.radians(degrees) * axis / np.linalg.norm(axis)).as_matrix()
+            points[f"{side}_{wand}"] = centre + (points[f"{side}_{wand}"] - centre) @ turn.T
+    stated = replace(PERSON.left, thigh_rotation=np.radians(degrees), shank_rotation=np.radians(degrees))
+    return points, replace(PERSON, left=stated, right=stated)
+
+
+@pytest.mark.parametrize("degrees", [-25.0, 15.0])
+def test_stated_rotations_of_wands_are_undone(degrees):
+    """ThighRotation and ShankRotation, the angle about the limb from the wand to the lateral marker."""
+    points, stated = with_turned_wands(degrees)
+    true, found, plain = lower_body(standing(), PERSON), lower_body(points, stated), lower_body(points, PERSON)
+    for side in ("left", "right"):
+        for joint in ("hip", "knee", "ankle"):
+            right = getattr(getattr(true, side), joint)
+            np.testing.assert_allclose(getattr(getattr(found, side), joint), right, atol=1e-4)
+        assert np.linalg.norm(getattr(plain, side).knee - getattr(true, side).knee, axis=-1).min() > 0.01
+
+
+def test_wands_far_off_are_believed_where_the_person_was_measured_or_as_asked():
+    """Wands in front of thighs whose knees are bent: in the axis' plane, they would make a knee of much varus."""
+    bent = {"left_ankle_lateral": (-0.3, 0.142, 0.3), "right_ankle_lateral": (-0.3, -0.142, 0.3)}
+    points = standing(left_thigh=(0.25, 0.15, 0.7), right_thigh=(0.25, -0.15, 0.7), **bent)
+    free = lower_body(points, PERSON)
+    measured = lower_body(points, replace(PERSON, given=True))
+    assert free.how["knee"].startswith("chord function without wands")
+    assert measured.how["knee"].startswith("chord function with wands, though")
+    np.testing.assert_array_equal(lower_body(points, PERSON, wands="use").left.knee, measured.left.knee)
+    ignored = lower_body(points, replace(PERSON, given=True), wands="ignore")
+    np.testing.assert_array_equal(ignored.left.knee, lower_body(standing(**bent), PERSON, wands="ignore").left.knee)
+    assert not ignored.left.ankle_axis
+
+
+def test_tibial_torsion_turns_the_ankles_axis_outwards_from_the_knees():
+    twisted = replace(PERSON, left=replace(PERSON.left, tibial_torsion=-0.3))
+    assert lower_body(standing(), twisted).left.torsion == pytest.approx(0.3)
+    assert lower_body(standing(), twisted).right.torsion == 0

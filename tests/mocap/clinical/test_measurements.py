@@ -29,6 +29,18 @@ def test_static_offsets_in_degrees_are_recognised():
     assert degrees.right.plantar_flexion == pytest.approx(np.radians(0.1))
 
 
+def test_each_kind_of_angle_has_its_unit():
+    """Offsets of 1.2 degrees aren't 69; a torsion of 15 degrees doesn't make degrees of offsets in radians."""
+    small = STATED | {f"PROCESSING:{side}STATICPLANTFLEX": 1.2 for side in "LR"}
+    assert measurements_of(Recording(parameters=small, metres=0.001)).left.plantar_flexion == pytest.approx(
+        np.radians(1.2)
+    )
+    mixed = STATED | {"PROCESSING:LTIBIALTORSION": 15.0, "PROCESSING:RTHIGHROTATION": -8.0}
+    found = measurements_of(Recording(parameters=mixed, metres=0.001))
+    assert found.left.plantar_flexion == pytest.approx(0.1)
+    assert (found.left.tibial_torsion, found.right.thigh_rotation) == pytest.approx(np.radians((15.0, -8.0)))
+
+
 def test_a_file_without_measurements_gives_none():
     assert np.isnan(measurements_of(None).left.leg_length)
     assert not measurements_of(Recording(parameters={"TRIAL:LLEGLENGTH": 900.0})).given

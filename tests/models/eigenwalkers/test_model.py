@@ -188,7 +188,7 @@ def test_a_model_file_with_other_shapes_is_refused(model, tmp_path):
         (lambda m: m.synthesize(0.0), "seconds"),
         (lambda m: m.synthesize(1.0, fps=-3.0), "fps"),
         (lambda m: m.synthesize(1.0, speed=20.0), "speed"),
-        (lambda m: m.synthesize(1.0, speed=2.9, height=0.6), "speed of the walker's own body"),
+        (lambda m: m.synthesize(1.0, speed=2.9, height=0.6), "m/s for a body of 0.60 m, got 2.9"),
         (lambda m: m.synthesize_markers(1.0, walker=m.walker(scores=[1.0] * 9)), "scores"),
         (lambda m: m.sample(0), "n must"),
         (lambda m: m.transform(np.zeros((5, 45))), r"shape \(..., 5, 15, 3\), got \(5, 45\)"),

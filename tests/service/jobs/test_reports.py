@@ -40,6 +40,14 @@ def test_the_numbers_of_a_report_come_as_json_and_csv(job_server, walk):
     assert len(rows[0]) > 1
 
 
+def test_an_age_brings_norms(job_server, walk):
+    files = {"me_01.npz": as_file(walk, ".npz")}
+    told = reported(job_server, files, format="application/json", age="33", sex="female").json()
+    assert [(norm["name"], norm["sex"], norm["mean"]) for norm in told["norms"]] == [("speed", "female", 1.337)]
+    answer = job_server.http.post("/v1/jobs/report", files=uploads(files), data={"age": "-1"})
+    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "/age")
+
+
 def test_the_static_trial_is_not_reported_on(job_server, walk):
     still = motionenv.Motion(walk.poses[:1].repeat(60, axis=0), walk.skeleton, 60)
     files = {"me 01.c3d": as_c3d(*odd_points(walk), 60), "at rest.c3d": as_c3d(*odd_points(still), 60)}

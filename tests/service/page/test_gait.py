@@ -31,9 +31,12 @@ def test_a_walkers_gait_is_shown_beside_peoples(browser, server, size):
     label = shown.locator("svg[aria-label^='Knee flexion']").get_attribute("aria-label")
     knee = told["angles"]["left_knee_flexion"]["mean"]
     assert f"left from {round(min(knee))} to {round(max(knee))} degrees" in label
-    table = shown.locator("table").inner_text()
+    table = shown.locator("table").first.inner_text()
     cadence = next(one["mean"] for one in told["parameters"] if one["name"] == "cadence")
     assert f"{cadence:.1f}" in table
+    profile = shown.locator("table").nth(1).inner_text()
+    assert "no Gait Profile Score" in profile
+    assert f"{told['profile'][0]['value']:.1f}" in profile
     found = Axe().run(seen.page)
     assert found.violations_count == 0, found.generate_report()
     assert seen.ask("document.querySelector('dialog').scrollWidth") <= size[0]
@@ -69,6 +72,27 @@ def test_several_captures_become_one_gait(browser, server, tmp_path):
     thin = shown.locator("svg[aria-label^='Knee flexion'] path.left.walk").nth(1)
     assert thin.locator("title").text_content() == shown.locator("option").nth(2).get_attribute("value")
     assert bold.get_attribute("d") == thin.get_attribute("d")
+    assert seen.complaints == []
+
+
+def test_one_stride_is_no_mean(browser, server, tmp_path):
+    motionenv.write(motionenv.synthesize("walk/fpca", 2.4, 60, seed=7), tmp_path / "short.c3d")  # two left, one right
+    seen = tab(browser, server.url).open("model=walk/fpca")
+    seen.page.set_input_files("#capture input[type=file]", tmp_path / "short.c3d")
+    gait = seen.page.get_by_role("button", name="Gait analysis").last
+    seen.until("document.querySelector('.capture-actions:not([hidden]) button.strong')", 120)
+    gait.click()
+    shown = opened(seen)
+    legend = shown.locator(".legend").inner_text()
+    assert "left: mean ± SD of 2 strides" in legend
+    assert "right: one stride" in legend
+    knee = shown.locator("svg[aria-label^='Knee flexion']")
+    assert knee.locator("path.right.single").count() == knee.locator("polygon.left.spread").count() == 1
+    assert knee.locator("polygon.right.spread").count() == knee.locator("path.left.single").count() == 0
+    row = shown.locator("tr", has_text="Stride time").inner_text()
+    assert row.count("(one stride)") == 1
+    assert "the right side has one stride" in shown.locator("ul.found").inner_text()
+    seen.picture("gait-one-stride")
     assert seen.complaints == []
 
 
