@@ -21,7 +21,7 @@ def made(mocap: Path) -> Band:
     people: dict[str, list[Trial]] = defaultdict(list)
     for motion, person in zip(walks.motions, walks.subjects, strict=True):
         trial = analyse(motion)
-        if trial.strides:
+        if any(stride.kind == "steady" for stride in trial.strides):
             people[person].append(trial)
     who = (
         f"{len(people)} people of the CMU Graphics Lab Motion Capture Database, those of the shipped models, who "

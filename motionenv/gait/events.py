@@ -20,7 +20,7 @@ from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 from motionenv.gait.feet import Feet, bridged, smoothed
-from motionenv.gait.stretches import on_treadmill
+from motionenv.gait.stretches import belt, on_treadmill
 from motionenv.types import Event, ForcePlate, Recording
 
 #: Where events may come from.
@@ -48,7 +48,7 @@ _LANDING = (0.02, 0.25)  # [s] before and after a candidate in which the heel st
 _NEAR = 0.035  # [s] around that, in which its fall is stopped hardest
 _BELT = 5  # percentile of the velocity ahead of a foot on a treadmill: that of the belt on which it stands
 _BACKWARDS = -0.5  # cosine between foot and travel of who walks backwards
-_HIDDEN = 0.5  # most share of unknown frames within `_AROUND` of an event
+_GAP = 0.05  # [s] of unknown frames that are bridged; in longer gaps, and `_AROUND` them, there are no events
 _AROUND = 0.1  # [s]
 
 
@@ -203,11 +203,11 @@ def candidates(feet: Feet, heel: np.ndarray, ways: np.ndarray) -> np.ndarray:
 def directions(feet: Feet) -> np.ndarray:
     """Direction of progression at each frame (frames, 2): that of the path of the `feet`'s pelvis over about a stride.
 
-    On a treadmill it is the direction in which the feet point; zero if somebody stands throughout.
+    On a treadmill it is opposite to the belt's; zero if somebody stands throughout.
     """
-    pointing = [feet.toe[side] - feet.heel[side] for side in feet.sides]
-    if on_treadmill(feet) and any(np.nanmax(np.abs(foot)) > 0 for foot in pointing):
-        way = np.sum([smoothed(foot, feet.fps, _HEADING)[:, :2] for foot in pointing], axis=0)
+    carried = belt(feet)
+    if carried is not None:
+        way = np.broadcast_to(-carried, (len(feet.pelvis), 2))
     elif len(feet.pelvis) > 1:
         way = np.gradient(smoothed(feet.pelvis[:, :2], feet.fps, _HEADING), axis=0)
         way[np.linalg.norm(way, axis=-1) * feet.fps < _STANDS] = np.nan  # who stands has the direction that he had
@@ -298,7 +298,9 @@ def _summit(signal: np.ndarray, frame: int) -> float:
 
 
 def _seen(path: np.ndarray, time: float, fps: float) -> bool:
-    """Whether the point is known around an event."""
-    at, around = round(time * fps), max(round(_AROUND * fps), 1)
-    near = np.isfinite(path[max(at - around, 0) : at + around + 1]).all(-1)
-    return bool(near.size) and near.mean() >= _HIDDEN
+    """Whether an event is neither in a gap of the point's path nor at its edge."""
+    around = max(round(_AROUND * fps), 1)
+    unknown = ~np.isfinite(path).all(-1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], unknown, [False]]).astype(np.int8))).reshape(-1, 2)
+    long = edges[(edges[:, 1] - edges[:, 0]) / fps > _GAP]
+    return not any(first - around <= time * fps < last + around for first, last in long)

@@ -43,10 +43,15 @@ class Session(OneLine):
         """The person's label, or the first capture's name."""
         return next((t.person for t in self.trials if t.person), self.trials[0].name)
 
+    @cached_property
+    def used(self) -> tuple[Trial, ...]:
+        """The captures that figures are taken from: those with steady strides, or all if none has any."""
+        return tuple(t for t in self.trials if any(s.kind == "steady" for s in t.strides)) or self.trials
+
     @property
     def strides(self) -> tuple[Stride, ...]:
-        """The strides of all captures."""
-        return tuple(stride for trial in self.trials for stride in trial.strides)
+        """The strides that figures are taken from: the steady ones of all captures, or all if none is."""
+        return tuple(stride for trial in self.used for stride in trial.steady)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -57,7 +62,7 @@ class Session(OneLine):
     @cached_property
     def curves(self) -> dict[str, np.ndarray]:
         """By side, the angles of all strides (strides, 101, 13) [degrees], in the order of `ANGLES`."""
-        return {side: np.concatenate([t.curves(side) for t in self.trials]) for side in ("left", "right")}
+        return {side: np.concatenate([t.curves(side) for t in self.used]) for side in ("left", "right")}
 
     @cached_property
     def profile(self) -> tuple[Score, ...]:
@@ -163,7 +168,7 @@ def read_group(
         except MotionError as error:
             left_out[path.name] = str(error)
             continue
-        if trial.strides:
+        if any(stride.kind == "steady" for stride in trial.strides):
             people.setdefault(person_label(path), []).append(trial)
         else:
             left_out[path.name] = "no stride lies wholly in a steady stretch"

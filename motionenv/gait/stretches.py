@@ -6,16 +6,17 @@ from itertools import pairwise
 import numpy as np
 
 from motionenv._core.representation import OneLine
-from motionenv.gait.feet import Feet, bridged, smoothed
+from motionenv.gait.feet import Feet, smoothed
 
 _CUTOFF = 0.8  # [Hz] below the rhythm of strides
 _STANDS = 0.2  # [m/s] of who stands
 _SLOWER = 0.75  # share of the brisk speed below which somebody starts or stops
 _BRISK = 80  # percentile of the speed
 _TURNS = 30.0  # [degrees/s]
-_STRAIGHT = 30.0  # [degrees] by which the direction may change in one stretch
 _SHORTEST = 0.5  # [s] of a stretch; shorter ones belong to their neighbour
-_STEPS_IN_PLACE = 0.2  # [m] range of the heel about the pelvis of who walks on a treadmill
+_FEET = 7.0  # [Hz] cut-off frequency for the paths of the feet
+_LOWEST = 20  # percentile of the height of a foot that lies flat
+_CARRIED = 0.15  # [m/s] at which a belt moves the foot that stands, at least
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,41 +34,50 @@ class Stretch(OneLine):
 def find_stretches(feet: Feet) -> tuple[Stretch, ...]:
     """Divide a capture, of which the `feet` are given, by what the walker does.
 
-    Steady is who moves at three quarters of his brisk speed or faster, and turns by less than 30 degrees a second.
-    A curved path becomes several steady stretches, in each of which the direction changes by 30 degrees at most. Who
-    steps without moving ahead, as on a treadmill, is steady throughout.
+    Steady is who moves at three quarters of his brisk speed or faster, and turns by less than 30 degrees a second, on
+    however long a curve. Who steps without moving ahead, as on a treadmill, is steady throughout.
     """
     kinds = _kinds(feet)
     _absorb(kinds, feet.fps)
     edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
     names = ("steady", "standing", "turning", "changing speed", "unseen")
-    found = []
-    for first, last in pairwise(edges):
-        cuts = _straight_pieces(feet, first, last) if kinds[first] == 0 else [first, last]
-        found += [Stretch(a / feet.fps, b / feet.fps, names[kinds[first]]) for a, b in pairwise(cuts)]
-    return tuple(found)
+    return tuple(Stretch(a / feet.fps, b / feet.fps, names[kinds[a]]) for a, b in pairwise(edges))
+
+
+def belt(feet: Feet) -> np.ndarray | None:
+    """Velocity (2,) [m/s] of the treadmill on which somebody walks; None if the `feet` stand still on the floor.
+
+    Of who stays in place, it is the median velocity of the feet while they are lowest.
+    """
+    speed = _speed(feet)
+    if len(speed) < 2 or not np.isfinite(speed).any() or np.percentile(speed, _BRISK) >= _STANDS:
+        return None
+    lowest = []
+    for side in feet.sides:
+        foot = smoothed(0.5 * (feet.heel[side] + feet.toe[side]), feet.fps, _FEET)
+        velocity = np.gradient(foot[:, :2], axis=0) * feet.fps
+        lowest.append(velocity[foot[:, 2] <= np.percentile(foot[:, 2], _LOWEST)])  # none of a foot that is never seen
+    velocities = np.concatenate([np.empty((0, 2)), *lowest])
+    carried = np.median(velocities, axis=0) if len(velocities) else np.zeros(2)
+    return carried if np.linalg.norm(carried) > _CARRIED else None
 
 
 def on_treadmill(feet: Feet) -> bool:
     """Whether somebody, whose `feet` are given, steps without moving ahead."""
-    speed = _speed(feet)
-    if not np.isfinite(speed).any() or np.percentile(speed, _BRISK) >= _STANDS:
-        return False
-    ranges = [np.ptp(bridged(feet.heel[s])[:, :2] - bridged(feet.pelvis)[:, :2], axis=0).max() for s in feet.sides]
-    return bool(ranges) and max(ranges) > _STEPS_IN_PLACE
+    return belt(feet) is not None
+
+
+def heading(feet: Feet) -> np.ndarray:
+    """Direction in which the pelvis of the `feet` moves over about a stride (frames,) [degrees], continuous."""
+    path = smoothed(feet.pelvis[:, :2], feet.fps, _CUTOFF)
+    way = np.gradient(path, axis=0) if len(path) > 1 else np.ones_like(path)
+    return np.degrees(np.unwrap(np.arctan2(way[:, 1], way[:, 0])))
 
 
 def _speed(feet: Feet) -> np.ndarray:
     """Horizontal speed of the pelvis (frames,) [m/s], over about a stride."""
     path = smoothed(feet.pelvis[:, :2], feet.fps, _CUTOFF)
     return np.linalg.norm(np.gradient(path, axis=0), axis=-1) * feet.fps if len(path) > 1 else np.zeros(len(path))
-
-
-def _heading(feet: Feet) -> np.ndarray:
-    """Direction in which the pelvis moves (frames,) [degrees], continuous."""
-    path = smoothed(feet.pelvis[:, :2], feet.fps, _CUTOFF)
-    way = np.gradient(path, axis=0) if len(path) > 1 else np.ones_like(path)
-    return np.degrees(np.unwrap(np.arctan2(way[:, 1], way[:, 0])))
 
 
 def _kinds(feet: Feet) -> np.ndarray:
@@ -79,7 +89,7 @@ def _kinds(feet: Feet) -> np.ndarray:
     if not on_treadmill(feet):
         speed = _speed(feet)
         brisk = np.percentile(speed[known], _BRISK)
-        rate = np.abs(np.gradient(_heading(feet))) * feet.fps if len(known) > 1 else np.zeros(len(known))
+        rate = np.abs(np.gradient(heading(feet))) * feet.fps if len(known) > 1 else np.zeros(len(known))
         kinds[speed < _SLOWER * brisk] = 3
         kinds[(rate > _TURNS) & (speed >= _STANDS)] = 2
         kinds[speed < _STANDS] = 1
@@ -110,12 +120,3 @@ def _absorb(kinds: np.ndarray, fps: float) -> None:
             return
         beside = [run for j, run in enumerate(runs) if abs(j - i) == 1]
         kinds[runs[i]] = kinds[max(beside, key=lambda run: (kinds[run.start] != 0, run.stop - run.start)).start]
-
-
-def _straight_pieces(feet: Feet, first: int, last: int) -> list[int]:
-    """Frames at which a steady stretch is cut, so that its direction changes by `_STRAIGHT` at most in each piece."""
-    if on_treadmill(feet):
-        return [first, last]
-    turned = _heading(feet)[first:last]
-    pieces = max(int(np.ceil(np.ptp(turned) / _STRAIGHT)), 1)
-    return np.linspace(first, last, pieces + 1).round().astype(int).tolist()

@@ -5,13 +5,19 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from motionenv._core.representation import OneLine
 from motionenv.gait.events import Events, walks_backwards
 from motionenv.gait.feet import Feet
-from motionenv.gait.stretches import Stretch, on_treadmill
+from motionenv.gait.stretches import Stretch, belt, heading
 
 _STRIDE = (0.4, 3.0)  # [s] plausible duration
+_PAUSE = 0.3  # [s] for which the pelvis may stand during a stride that is shorter than `_STEP`
+_STEP = 0.3  # [m]
+_FLAT = (0.25, 0.5)  # shares of stance between which the foot lies flat, of runners too
+_STANCE = 2.0  # [s] longest
+_STANCES = 5  # over which a belt's velocity is the median
 _NAN = float("nan")
 _OTHER = {"left": "right", "right": "left"}
 
@@ -23,6 +29,8 @@ class Stride(OneLine):
     Attributes:
         side: "left" or "right".
         start, end: initial contact, and the next of this side.
+        kind: what the walker does: "steady", "turning" or "changing speed", if a part of the stride is not steady.
+        turn: by which the path of the pelvis turns to the left meanwhile [degrees]; 0 on a treadmill.
         toe_off: of this side.
         opposite_off: toe-off of the other side, which ends the first double support; NaN in running, which has none.
         opposite_contact: initial contact of the other side.
@@ -41,6 +49,8 @@ class Stride(OneLine):
     length: float = _NAN
     step_length: float = _NAN
     step_width: float = _NAN
+    kind: str = "steady"
+    turn: float = _NAN
 
     @property
     def seconds(self) -> float:
@@ -49,21 +59,76 @@ class Stride(OneLine):
 
 
 def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
-    """The strides that lie in one run of steady `stretches`, from `feet` and `events`, in the order of time."""
+    """The strides of the `feet` from `events`, in the order of time, in all `stretches` but unseen ones.
+
+    Of two contacts between which one was missed, there is no stride. On a treadmill, lengths are over its belt.
+    """
+    carried = belt(feet)
+    placed = feet if carried is None else _over_belt(feet, events, carried)
+    turned = heading(feet) if carried is None else np.zeros(len(feet.pelvis))
+    towards = -1.0 if walks_backwards(feet) else 1.0
     found = []
     for side in feet.sides:
         for start, end in pairwise(events.times("initial_contact", side)):
-            if _STRIDE[0] <= end - start <= _STRIDE[1] and _steady(start, end, stretches):
-                found.append(_timed(events, side, start, end))
-    if not on_treadmill(feet):
-        towards = -1.0 if walks_backwards(feet) else 1.0
-        found = [_placed(stride, feet, towards) for stride in found]
+            kind, stands = _kind(start, end, stretches)
+            if kind and _STRIDE[0] <= end - start <= _STRIDE[1] and not _several(events, side, start, end):
+                turn = np.diff(np.interp([start, end], np.arange(len(turned)) / feet.fps, turned))[0]
+                stride = replace(_timed(events, side, start, end), kind=kind, turn=float(turn))
+                stride = _placed(stride, placed, towards)
+                if stands <= _PAUSE or stride.length >= _STEP:
+                    found.append(stride)
     return tuple(sorted(found, key=lambda stride: stride.start))
 
 
-def _steady(start: float, end: float, stretches: Sequence[Stretch]) -> bool:
-    """Whether only steady stretches lie between two times; neighbouring pieces of a curve count as one."""
-    return all(s.kind == "steady" for s in stretches if s.start < end and s.end > start)
+def _over_belt(feet: Feet, events: Events, carried: np.ndarray) -> Feet:
+    """The feet of somebody on a treadmill as they would be on a floor.
+
+    The belt moves as the feet do that lie flat on it; where no stance is known, at the velocity `carried`.
+    """
+    times, velocities = [], []
+    for side in feet.sides:
+        foot = 0.5 * (feet.heel[side] + feet.toe[side])
+        offs = np.array(events.times("toe_off", side))
+        for contact in events.times("initial_contact", side):
+            off = min(offs[offs > contact], default=np.inf)
+            if off - contact < _STANCE:
+                first, last = (contact + share * (off - contact) for share in _FLAT)
+                times.append(0.5 * (first + last))
+                velocities.append((_at(foot, last, feet.fps) - _at(foot, first, feet.fps)) / (last - first))
+    known = np.isfinite(velocities).all(-1) if velocities else np.zeros(0, dtype=bool)
+    clock = np.arange(len(feet.pelvis)) / feet.fps
+    if known.any():
+        order = np.argsort(np.array(times)[known])
+        smooth = median_filter(np.array(velocities)[known][order], (_STANCES, 1), mode="nearest")
+        velocity = np.stack([np.interp(clock, np.array(times)[known][order], column) for column in smooth.T], -1)
+    else:
+        velocity = np.broadcast_to(carried, (len(clock), 2))
+    moved = np.zeros((len(clock), 3))
+    moved[1:, :2] = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]), axis=0) / feet.fps
+    still = lambda paths: {side: path - moved for side, path in paths.items()}
+    return replace(feet, pelvis=feet.pelvis - moved, heel=still(feet.heel), toe=still(feet.toe))
+
+
+def _kind(start: float, end: float, stretches: Sequence[Stretch]) -> tuple[str, float]:
+    """What somebody does between two times, "" where he isn't seen, and for how long [s] he stands."""
+    shared = {s.kind: 0.0 for s in stretches}
+    for s in stretches:
+        shared[s.kind] += max(min(end, s.end) - max(start, s.start), 0.0)
+    stands = shared.get("standing", 0.0)
+    if shared.get("unseen", 0.0) > 0:
+        return "", stands
+    changes = (shared.get("changing speed", 0.0) + stands, "changing speed")
+    most = max((shared.get("turning", 0.0), "turning"), changes)
+    return (most[1] if most[0] > 0 else "steady"), stands
+
+
+def _several(events: Events, side: str, start: float, end: float) -> bool:
+    """Whether most of what happens once in a stride happens more often between two times."""
+    others = [
+        (kind, s) for kind in ("initial_contact", "toe_off") for s in _OTHER if (kind, s) != ("initial_contact", side)
+    ]
+    counts = [sum(start < t < end for t in events.times(*other)) for other in others]
+    return sum(n > 1 for n in counts) > 0.5 * sum(n > 0 for n in counts)
 
 
 def _timed(events: Events, side: str, start: float, end: float) -> Stride:

@@ -70,7 +70,8 @@ def summarise(strides: Sequence[Stride], leg_length: float | None = None) -> tup
 
     Walk ratio is step length over cadence (Sekiya & Nagasaki 1998); the dimensionless speed is relative to the square
     root of leg length times gravity (Hof 1996). Symmetry is the left's excess over the right relative to their mean
-    (Robinson et al. 1987). Variability is the coefficient of variation, with its chi-square interval.
+    (Robinson et al. 1987), of sides with two strides or more. Variability is the coefficient of
+    variation, with its chi-square interval.
 
     `strides` are of both sides, from one or several captures; `leg_length` is in m, None if unknown.
     """
@@ -101,12 +102,10 @@ def _symmetry(name: str, strides: Sequence[Stride]) -> Parameter:
     """Left's excess over right [%], with Welch's interval of the difference."""
     left, right = (_known([_VALUE[name](s) for s in strides if s.side == side]) for side in ("left", "right"))
     n = min(len(left), len(right))
-    if not n:
+    if n < 2:  # of one stride, it would be the difference of two strides and not of two legs
         return Parameter(f"{name}_symmetry", "%", "", _NAN, _NAN, _NAN, _NAN, 0)
     scale = 100 / (0.5 * (left.mean() + right.mean()))
     index = float(scale * (left.mean() - right.mean()))
-    if n < 2:
-        return Parameter(f"{name}_symmetry", "%", "", index, _NAN, _NAN, _NAN, n)
     spread = [values.var(ddof=1) / len(values) for values in (left, right)]
     within = sum(v**2 / (len(values) - 1) for v, values in zip(spread, (left, right), strict=True))
     free = sum(spread) ** 2 / within if within > 0 else 1.0  # Welch-Satterthwaite

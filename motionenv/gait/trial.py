@@ -21,7 +21,7 @@ ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.st
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trial(OneLine):
-    """One analysed capture: its feet, clinical angles, gait events, stretches, and the strides in the steady ones.
+    """One analysed capture: its feet, clinical angles, gait events, stretches and strides.
 
     Attributes:
         name, person: of the capture, and the person's label, "" if the file doesn't name one.
@@ -51,14 +51,19 @@ class Trial(OneLine):
         """Duration [s]."""
         return len(self.feet.pelvis) / self.feet.fps
 
+    @property
+    def steady(self) -> tuple[Stride, ...]:
+        """The strides that figures are taken from: those of steady walking, or all if none is."""
+        return tuple(s for s in self.strides if s.kind == "steady") or self.strides
+
     def curves(self, side: str) -> np.ndarray:
-        """The angles of one `side` over its strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
-        strides = [stride for stride in self.strides if stride.side == side]
+        """The angles of one `side` over its steady strides, (strides, 101, 13) [degrees], in the order of `ANGLES`."""
+        strides = [stride for stride in self.steady if stride.side == side]
         columns = [self.angles.names.index(f"{side}_{name}") for name in ANGLES]
         return normalised(self.angles.values[:, columns], self.feet.fps, strides)
 
     def both_sides(self) -> np.ndarray:
-        """The angles of both sides over their strides, (strides, 101, 13) [degrees]."""
+        """The angles of both sides over their steady strides, (strides, 101, 13) [degrees]."""
         return np.concatenate([self.curves("left"), self.curves("right")])
 
 
@@ -148,11 +153,16 @@ def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
     if len(feet.sides) < 2:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
     if not strides:
-        notes.append("no stride lies wholly in a steady stretch, so there are no step parameters")
+        notes.append("no stride was found, so there are no step parameters")
+    elif all(stride.kind != "steady" for stride in strides):
+        notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
     if walks_backwards(feet):
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")
     if sum(stride.toe_off < stride.opposite_contact for stride in strides) > 0.5 * len(strides):
         notes.append("both feet are in the air between steps, so this is running and has no double support")
     if on_treadmill(feet):
-        notes.append("the walker stays in place, so speed and lengths can't be measured")
+        notes.append(
+            "the walker stays in place, as on a treadmill: speed and lengths are over the belt, by how it moves "
+            "the foot that stands"
+        )
     return tuple(notes)

@@ -98,7 +98,7 @@ class GaitCapture(BaseModel):
     events: list[GaitEvent]
     events_from: dict[str, int] = Field(description="Number of events by their source.")
     stretches: list[GaitStretch]
-    strides: int = Field(description="Number of strides in steady stretches.")
+    strides: int = Field(description="Number of strides, steady or not.")
     sides: dict[str, int] = Field(description="Number of strides by side that the angles are of.")
     angles: dict[str, list[float | None]] = Field(
         description="As of the report, but means over the strides of this walk alone: (101,) [degrees]."

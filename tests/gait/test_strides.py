@@ -1,5 +1,7 @@
 """Strides against walkers whose steps are known, and curves over them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,11 +78,51 @@ def test_on_a_circle_the_outer_steps_are_longer():
         np.testing.assert_allclose([s.length for s in found if s.side == side], chord, atol=2e-3)
 
 
-def test_a_treadmill_has_times_but_no_lengths():
-    found = strides_of(on_belt(walker(), STRIDE / PERIOD))
+@pytest.mark.parametrize("heading", [0.0, 2.5])
+def test_lengths_on_a_treadmill_are_over_its_belt(heading):
+    c, s = np.cos(heading), np.sin(heading)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    feet = moved(on_belt(walker(), STRIDE / PERIOD), lambda p: p @ turn.T)
+    for events in (truth(), find_events(feet)):
+        found = strides_of(feet, events)
+        assert len(found) >= 8
+        np.testing.assert_allclose([s.length for s in found], STRIDE, atol=0.02)
+        np.testing.assert_allclose([s.length / s.seconds for s in found], STRIDE / PERIOD, rtol=0.01)
+        np.testing.assert_allclose([s.step_length for s in found], STRIDE / 2, atol=0.02)
+        np.testing.assert_allclose([s.step_width for s in found], WIDTH, atol=1e-3)
+        assert {(s.kind, s.turn) for s in found} == {("steady", 0.0)}
+
+
+def test_a_belt_that_speeds_up():
+    """From 0.8 of its speed to 1.2: each stride's own speed is that of the belt then."""
+    feet = walker(13.2)
+    clock = np.arange(len(feet.pelvis)) / feet.fps
+    warped = 0.8 * clock + 0.2 * clock**2 / 13.2  # the walker's own time
+    at = np.interp(warped, clock, np.arange(len(clock)))
+    sped = moved(feet, lambda p: np.stack([np.interp(at, np.arange(len(p)), column) for column in p.T], -1))
+    events = [replace(e, time=float(np.interp(e.time, warped, clock))) for e in truth(13.2).events]
+    belted = moved(sped, lambda p: p - (STRIDE / PERIOD * warped)[:, None] * [1, 0, 0])
+    found = strides_of(belted, Events(tuple(e for e in events if e.time < 13.1), {}))
+    assert len(found) > 15
+    np.testing.assert_allclose([s.length for s in found], STRIDE, rtol=0.02)
+
+
+def test_strides_in_turns_and_starts_say_so():
+    feet = moved(walker(), around(1.2))
+    found = strides_of(feet)
     assert len(found) >= 8
-    assert np.isfinite([s.toe_off for s in found]).all()
-    assert np.isnan([[s.length, s.step_length, s.step_width] for s in found]).all()
+    assert {s.kind for s in found} == {"turning"}
+    assert [s.turn for s in found] == pytest.approx([np.degrees(STRIDE / 1.2)] * len(found), rel=0.15)
+    straight = strides_of(walker())
+    assert {s.kind for s in straight} == {"steady"}
+    assert [s.turn for s in straight] == pytest.approx([0.0] * len(straight), abs=0.5)
+
+
+def test_two_strides_whose_contact_between_was_missed_are_none():
+    events = [e for e in truth().events if not (e.kind == "initial_contact" and e.side == "left" and 2 < e.time < 3.2)]
+    found = strides_of(walker(), Events(tuple(events), {}))
+    assert max(s.seconds for s in found) < 1.2 * PERIOD
+    assert len(found) == len(strides_of(walker())) - 2
 
 
 def test_one_leg_has_strides_but_no_steps():

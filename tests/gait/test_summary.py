@@ -81,6 +81,8 @@ def test_few_strides_have_no_interval():
     assert np.isnan([p.sd, p.low, p.high]).all()
     assert not {name for name, _ in one} & {"stance", "step_length", "step_length_symmetry", "stride_time_cv"}
     assert json.loads(json.dumps(p.to_dict(), allow_nan=False))["sd"] is None
+    pair = by_name([*drawn()[:2], drawn()[2]])  # two left strides and one right
+    assert not [name for name, _ in pair if name.endswith("symmetry")]
     assert summarise([]) == ()
 
 

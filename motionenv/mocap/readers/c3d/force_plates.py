@@ -3,6 +3,9 @@
 A plate's own frame has its origin at the centre of the surface, x from the second corner to the first, y from the
 fourth to the first, and z = x × y, usually down. With the force F and the moment M about the centre of the surface, the
 centre of pressure is at x = −M_y/F_z, y = M_x/F_z.
+
+Files differ from this in three ways, which their data tell: forces are the ground's or the foot's, but feet can't pull;
+plates that nobody stands on show a load; corners are listed in another order, so that the pressure isn't below feet.
 """
 
 import re
@@ -17,6 +20,12 @@ from motionenv.types import ForcePlate
 
 _LEVEL = 0.95  # cosine between the normal of a plate in the floor and the vertical, at least
 _UNLOADED = 10.0  # [N] below which the centre of pressure is noise
+_EXTREMES, _END = (0.5, 99.5), 0.25  # percentiles of the vertical force, and share of their range at either end
+_AT_REST = 0.1  # least share of samples without a load
+_OFFSET = 50.0  # [N] of load that an empty plate may show; half the range of the force, if that is more
+_LOW = 0.2  # [m] above the plate of points on feet
+_FEW = 200  # samples that are compared with points
+_AWAY, _CLOSER = 0.1, 0.5  # [m] of such points from the centre of pressure, and the share of it in a better order
 _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
 _NEWTONS = {"kn": 1000.0, "lbf": 4.4482216, "lb": 4.4482216}
 
@@ -31,6 +40,7 @@ class Analog:
     metres: float  # per unit of length
     up: str  # the file's vertical axis
     fps: float  # frames per second
+    points: np.ndarray  # (frames, n, 3) [m], z up
 
 
 def read_plates(analog: Analog) -> tuple[ForcePlate, ...]:
@@ -79,21 +89,67 @@ def _plate(kind: int, own: dict[str, np.ndarray], analog: Analog) -> ForcePlate 
     if n is None or not {"CORNERS", "ORIGIN", "CHANNEL"} <= set(own) or (kind == 4 and "CAL_MATRIX" not in own):
         return None
     columns = own["CHANNEL"][:n].astype(int) - 1
-    axes = _axes(own["CORNERS"])
-    if len(columns) < n or columns.min() < 0 or columns.max() >= analog.channels.shape[1] or axes is None:
+    if len(columns) < n or columns.min() < 0 or columns.max() >= analog.channels.shape[1]:
+        return None
+    if _axes(own["CORNERS"]) is None:
         return None
     values = _without_baseline(analog, analog.channels[:, columns])
     units = [_unit(analog.parameters, int(column)) for column in columns]
     force, moment, at = _loads(kind, values, units, own, analog.metres)
+    if (empty := _empty(force[:, 2])).any():
+        force, moment = force - force[empty].mean(0), moment - moment[empty].mean(0)
     if at is None:
         at = _centre(force, moment)
     at[~(np.abs(force[:, 2]) >= _UNLOADED)] = np.nan
-    world = upright(force @ axes, analog.up)
-    if np.sign(world[np.abs(world[:, 2]) >= _UNLOADED, 2]).sum() < 0:  # feet can't pull: it is the force on the plate
-        world = -world
-    centre = upright(at @ axes + own["CORNERS"].mean(1) * analog.metres, analog.up)
-    corners = upright(own["CORNERS"].T * analog.metres, analog.up)
-    return ForcePlate(corners, world, centre, analog.fps * analog.layout.per_frame)
+    plates = []
+    for corners in _orders(own["CORNERS"]):
+        axes = _axes(corners)
+        world = upright(force @ axes, analog.up)
+        if (world[:, 2] * np.abs(world[:, 2])).sum() < 0:  # feet can't pull: it is the force on the plate
+            world = -world
+        centre = upright(at @ axes + corners.mean(1) * analog.metres, analog.up)
+        fps = analog.fps * analog.layout.per_frame
+        plates.append(ForcePlate(upright(corners.T * analog.metres, analog.up), world, centre, fps))
+    return _below_feet(plates, analog)
+
+
+def _empty(normal: np.ndarray) -> np.ndarray:
+    """Samples (n,) without a load, from the force [N] across the plate; none if somebody stands on it throughout.
+
+    Their level is at one end of the range of the force: the one closer to zero.
+    """
+    if not np.isfinite(normal).all():
+        return np.zeros(len(normal), dtype=bool)
+    low, high = np.percentile(normal, _EXTREMES)
+    near = _END * (high - low)
+    level = min(np.median(normal[normal <= low + near]), np.median(normal[normal >= high - near]), key=abs)
+    empty = np.abs(normal - level) < _UNLOADED
+    return empty & (empty.mean() >= _AT_REST) & (abs(level) <= max(_OFFSET, 0.5 * (high - low)))
+
+
+def _orders(corners: np.ndarray) -> list[np.ndarray]:
+    """The corners (3, 4) as they are listed, and in the seven other orders in which they follow each other around."""
+    crossing = [corners[:, order] for order in ([0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 1, 3])]
+    around = min(crossing, key=lambda c: float(np.linalg.norm(c[:, 0] + c[:, 2] - c[:, 1] - c[:, 3])))
+    return [np.roll(way, k, axis=1) for way in (around, around[:, ::-1]) for k in range(4)]
+
+
+def _below_feet(plates: list[ForcePlate], analog: Analog) -> ForcePlate:
+    """The first of the `plates`, which differ in the order of corners, or one that has its pressure below feet."""
+    up, first = plates[0].force[:, 2], plates[0]
+    loaded = np.flatnonzero((up > 0.5 * up.max()) & np.isfinite(first.centre).all(-1))
+    loaded = loaded[:: len(loaded) // _FEW + 1]
+    points = analog.points[loaded // analog.layout.per_frame]
+    high = ~(points[..., 2] - first.corners[:, 2].mean() < _LOW)
+
+    def away(plate: ForcePlate) -> float:
+        """Root mean square distance [m] of the centre of pressure from the closest point."""
+        apart = np.linalg.norm((points - plate.centre[loaded, None])[..., :2], axis=-1)
+        closest = np.where(high, np.inf, apart).min(1, initial=np.inf)
+        return float(np.sqrt((closest[np.isfinite(closest)] ** 2).mean())) if np.isfinite(closest).any() else np.inf
+
+    best = min(plates, key=away)
+    return best if away(first) > _AWAY and away(best) < _CLOSER * away(first) else first
 
 
 def _axes(corners: np.ndarray) -> np.ndarray | None:

@@ -63,13 +63,16 @@ def read(
     others = [i for i, label in enumerate(labels) if label in results]
     outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
     channels = analog_channels(parameters, layout, stored) if parameters.number("FORCE_PLATFORM:USED") > 0 else None
+    positions = upright(points[:, kept] * metres, up)
     recording = Recording(
         subject=read_subject(parameters, labels), first_frame=layout.first,
         events=read_events(parameters, layout, fps),
-        plates=() if channels is None else read_plates(Analog(parameters, layout, channels, metres, up, fps)),
+        plates=() if channels is None else read_plates(
+            Analog(parameters, layout, channels, metres, up, fps, positions)
+        ),
         parameters=read_numbers(parameters), metres=metres, outputs={name: points[:, i] for name, i in outputs},
     )  # fmt: skip
-    return Markers(names, upright(points[:, kept] * metres, up), fps, name=Path(path).stem, recording=recording)
+    return Markers(names, positions, fps, name=Path(path).stem, recording=recording)
 
 
 def _bare(label: str) -> str:
