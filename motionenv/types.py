@@ -240,6 +240,7 @@ class Markers(_Record):
         rotations: for joints of a hierarchy, (..., frames, points, 3, 3), joint → world; else None.
         name: label of the source.
         recording: what the file holds beside its points; None if nothing.
+        notes: what the reader of the file had to decide, such as which of several people it took.
     """
 
     names: tuple[str, ...]
@@ -249,6 +250,7 @@ class Markers(_Record):
     rotations: np.ndarray | None = None
     name: str = ""
     recording: Recording | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = tuple(str(n) for n in self.names)

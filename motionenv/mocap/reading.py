@@ -18,7 +18,7 @@ from motionenv.types import Markers, Motion, Recording
 
 #: The reader of each suffix, and the options of `read` that it accepts.
 _READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
-    ".amc": (asfamc.read, {"fps", "unit", "asf"}), ".bvh": (bvh.read, {"fps", "unit"}),
+    ".amc": (asfamc.read, {"fps", "unit", "up", "asf"}), ".bvh": (bvh.read, {"fps", "unit", "up"}),
     ".c3d": (c3d.read, {"fps", "unit", "up"}), ".trc": (trc.read, {"fps", "unit", "up"}), ".npz": (npz.read, set()),
 }  # fmt: skip
 
@@ -37,7 +37,7 @@ def read(
         fps: frame rate, if the file doesn't specify it (AMC never does) or is wrong.
         unit: a name in `motionenv.mocap.units_axes.METRES` or metres per file unit, if the file doesn't specify it or
             is wrong.
-        up: vertical axis of a C3D, TRC or AMASS file, "x", "y" or "z", if it isn't the usual one.
+        up: the file's vertical axis, "x", "y" or "z", if it isn't the usual one; motionenv's own has z up.
         asf: the skeleton of an AMC file, if not the one in the same folder.
         body_model: for AMASS files of poses: the NPZ file of the body model.
         override: whether `fps` and `unit` replace what the file states. False uses them only where it states nothing,
@@ -156,7 +156,7 @@ def _marker_set_lines(markers: Markers) -> list[str]:
     try:
         found = find_landmarks(markers)
     except MotionError as error:
-        return [str(error)]
+        return [*markers.notes, str(error)]
     known = f"marker set {found.marker_set}: {len(found.points)} of its {len(found.marker_map.points)} landmarks"
     return [known if found.points else "no marker set has these names: see motionenv mocap map --help", *found.notes]
 

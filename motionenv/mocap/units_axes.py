@@ -130,9 +130,14 @@ def upright(points: ArrayLike, up: str) -> np.ndarray:
     Raises:
         MotionError: `up` is none of x, y, z.
     """
+    return np.asarray(points)[..., _CYCLES[checked_up(up)]]
+
+
+def checked_up(up: str) -> str:
+    """A vertical axis `up`; a MotionError unless it is x, y or z."""
     if up not in _CYCLES:
         raise MotionError(f"up must be 'x', 'y' or 'z', got {up!r}")
-    return np.asarray(points)[..., _CYCLES[up]]
+    return up
 
 
 def forward(

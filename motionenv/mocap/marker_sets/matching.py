@@ -110,8 +110,8 @@ def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) 
     }
     if _sides_exchanged(positions):
         note = "the file's names exchange left and right, as its pelvis shows: they are exchanged back here"
-        return Landmarks(_other_sides(positions), markers.fps, chosen, _other_sides(points), (note,))
-    return Landmarks(positions, markers.fps, chosen, points)
+        return Landmarks(_other_sides(positions), markers.fps, chosen, _other_sides(points), (*markers.notes, note))
+    return Landmarks(positions, markers.fps, chosen, points, markers.notes)
 
 
 def _sides_exchanged(positions: dict[str, np.ndarray]) -> bool:

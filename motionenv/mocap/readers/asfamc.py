@@ -15,7 +15,7 @@ from motionenv._core.rotations import from_euler
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 from motionenv.mocap.readers.text import number, read_lines
-from motionenv.mocap.units_axes import forward, metres_per
+from motionenv.mocap.units_axes import checked_up, forward, metres_per
 from motionenv.types import Markers
 
 _INCH = 0.0254
@@ -43,6 +43,7 @@ def read(
     asf: str | Path | None = None,
     fps: float | None = None,
     unit: str | float | None = None,
+    up: str | None = None,
     override: bool = True,
 ) -> Markers:
     """Read the root and the end of every bone. Points are named like their bone: "lfemur" is the left knee.
@@ -56,6 +57,7 @@ def read(
             named after the subject, the first part of the AMC file's name ("01" of "01_01.amc").
         fps: frame rate, which AMC files don't specify (120 in the CMU database).
         unit, override: as of `motionenv.mocap.read`.
+        up: the files' vertical axis, "x", "y" or "z", if not "y".
 
     Raises:
         FormatError: no fps, no or several skeletons, or malformed ASF or AMC files; names the line.
@@ -72,7 +74,7 @@ def read(
     values = amc.values(lines)
     offsets, local = _locals(bones, _in_degrees(bones, values) if amc.radians else values)
     parents = tuple(b.parent for b in bones)
-    positions, rotations = forward(parents, offsets * scale, local)
+    positions, rotations = forward(parents, offsets * scale, local, checked_up(up or "y"))
     return Markers(tuple(b.name for b in bones), positions, fps, parents, rotations, Path(path).stem)
 
 

@@ -1,7 +1,8 @@
 """BVH: Biovision's hierarchies (Meredith & Maddock 2001, "Motion capture file formats explained").
 
 Joints are y up in the file. A position channel replaces that component of the joint's OFFSET. Rotation channels
-multiply in the order in which they stand: "Zrotation Xrotation Yrotation" is R_z R_x R_y.
+multiply in the order in which they stand: "Zrotation Xrotation Yrotation" is R_z R_x R_y. Scale channels, which some
+programs add, scale what a joint carries.
 """
 
 from dataclasses import dataclass, field
@@ -13,10 +14,11 @@ import numpy as np
 from motionenv._core.rotations import from_euler
 from motionenv.errors import FormatError
 from motionenv.mocap.readers.text import count, given_fps, number, read_lines, unique
-from motionenv.mocap.units_axes import box, forward, metres_per, unit_proposal
+from motionenv.mocap.units_axes import box, checked_up, forward, metres_per, unit_proposal
 from motionenv.types import Markers
 
-_CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation")}
+_CHANNELS = {f"{axis}{kind}" for axis in "xyz" for kind in ("position", "rotation", "scale")}
+_SAME = 1e-3  # tolerance of a scale of 1
 _PEOPLE = (0.5, 3.0)  # [m] plausible longest side of the bounding box of a person's pose, or of half a person's
 
 
@@ -28,11 +30,21 @@ class _Joint:
     channels: list[str] = field(default_factory=list)
 
 
-def read(path: str | Path, fps: float | None = None, unit: str | float | None = None, override: bool = True) -> Markers:
+def read(
+    path: str | Path, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
+    override: bool = True,
+) -> Markers:  # fmt: skip
     """Read the joints of a BVH file; end sites are named "<joint>_end". Rotations are relative to its OFFSETs' pose.
 
-    `fps` overrides the file's "Frame Time". The format doesn't specify the unit, a name in
-    `motionenv.mocap.units_axes.METRES` or metres; None assumes centimetres, if the first pose then has a usual size.
+    A file with one frame more or less than "Frames" says, as some programs write, is read with a note.
+
+    Args:
+        path: the file.
+        fps: frame rate; overrides the file's "Frame Time".
+        unit: a name in `motionenv.mocap.units_axes.METRES` or metres, which the format doesn't specify; None assumes
+            centimetres, if the first pose then has a usual size.
+        up: the file's vertical axis, "x", "y" or "z", if not "y".
+        override: whether `fps` replaces what the file states.
 
     Raises:
         FormatError: a malformed file, or a frame time or a unit that must be given; names the line, and the unit that
@@ -44,14 +56,15 @@ def read(path: str | Path, fps: float | None = None, unit: str | float | None = 
         raise FormatError(path, "has no MOTION section: it is truncated or isn't a BVH file", f"line {len(lines)}")
     joints = _Hierarchy(path, lines[:start]).joints
     scale = metres_per("cm" if unit is None else unit)
-    frame_time, values = _motion(path, lines, start, sum(len(j.channels) for j in joints))
+    frame_time, values, notes = _motion(path, lines, start, sum(len(j.channels) for j in joints))
     parents = [j.parent for j in joints]
     offsets, local = _locals(joints, values)
-    positions, rotations = forward(parents, offsets * scale, local)
+    positions, rotations = forward(parents, offsets * scale, local, checked_up(up or "y"))
     if unit is None:
         _check_size(path, positions[:1] / scale, scale)
     fps = given_fps(fps, override, lambda: _fps(path, frame_time))
-    return Markers(unique(j.name for j in joints), positions, fps, tuple(parents), rotations, Path(path).stem)
+    names = unique(j.name for j in joints)
+    return Markers(names, positions, fps, tuple(parents), rotations, Path(path).stem, notes=notes)
 
 
 class _Hierarchy:
@@ -124,8 +137,8 @@ class _Hierarchy:
     def _channels(self):
         joint = self._current("CHANNELS")
         n = self._number("the number of channels")
-        if n not in range(7) or joint.channels:
-            raise self._error(f"joint {joint.name!r} needs one list of 0 to 6 channels")
+        if n not in range(len(_CHANNELS) + 1) or joint.channels:
+            raise self._error(f"joint {joint.name!r} needs one list of 0 to 9 channels")
         joint.channels = [self._next("a channel").lower() for _ in range(int(n))]
         if not set(joint.channels) <= _CHANNELS or len(set(joint.channels)) != n:
             raise self._error(f"joint {joint.name!r} has unknown or repeated channels: {' '.join(joint.channels)}")
@@ -149,8 +162,8 @@ def _check_size(path, pose: np.ndarray, scale: float):
         raise FormatError(path, f"{problem}; {unit_proposal(pose)}", "MOTION")
 
 
-def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.ndarray]:
-    """The frame time as written and the values (frames, channels) of the MOTION section."""
+def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.ndarray, tuple[str, ...]]:
+    """The frame time as written, the values (frames, channels) of the MOTION section, and a note on their number."""
     head = {}
     for key, i in (("frames", start + 1), ("frame time", start + 2)):
         name, _, value = lines[i].partition(":") if i < len(lines) else ("", "", "")
@@ -162,9 +175,10 @@ def _motion(path, lines: list[str], start: int, channels: int) -> tuple[str, np.
     for i, words in rows:
         if len(words) != channels:
             raise FormatError(path, f"expected {channels} values, one per channel, got {len(words)}", f"line {i}")
-    if len(rows) != frames:
+    if not rows or abs(len(rows) - frames) > 1:
         raise FormatError(path, f"'Frames' says {frames}, but there are {len(rows)}", f"line {len(lines)}")
-    return head["frame time"], _values(path, rows)
+    notes = () if len(rows) == frames else (f"'Frames' says {frames}, but there are {len(rows)}: all are read",)
+    return head["frame time"], _values(path, rows), notes
 
 
 def _values(path, rows: list[tuple[int, list[str]]]) -> np.ndarray:
@@ -198,6 +212,7 @@ def _locals(joints: list[_Joint], values: np.ndarray) -> tuple[np.ndarray, np.nd
     frames = len(values)
     offsets = np.tile([j.offset for j in joints], (frames, 1, 1))
     local = np.tile(np.eye(3), (frames, len(joints), 1, 1))
+    scales = np.ones((frames, len(joints), 3))
     at = 0
     for j, joint in enumerate(joints):
         mine = values[:, at : at + len(joint.channels)]
@@ -206,7 +221,12 @@ def _locals(joints: list[_Joint], values: np.ndarray) -> tuple[np.ndarray, np.nd
         for channel, value in zip(joint.channels, mine.T, strict=True):
             if channel.endswith("position"):
                 offsets[:, j, "xyz".index(channel[0])] = value
+            elif channel.endswith("scale"):
+                scales[:, j, "xyz".index(channel[0])] = value
         if any(turns):
             order = "".join(c[0].upper() for c, turn in zip(joint.channels, turns, strict=True) if turn)
             local[:, j] = from_euler(order, np.radians(mine[:, turns]))
+        if joint.parent >= 0:
+            offsets[:, j] *= scales[:, joint.parent]
+            scales[:, j] *= scales[:, joint.parent]
     return offsets, local

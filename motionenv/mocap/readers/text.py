@@ -1,5 +1,7 @@
 """Parsing of text files: lines, numbers, names, with errors that name the place."""
 
+import codecs
+import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -9,24 +11,36 @@ from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 
 
-def read_lines(path: str | Path, latin: bool = False) -> list[str]:
-    """The lines of a text file, UTF-8 or, with `latin`, what Windows programs write, without line ends of any system.
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_KANA = re.compile(rb"[\x81-\x9f][\x40-\x7e\x80-\xfc]")  # of Shift-JIS: control characters in Latin-1
+_LATIN = re.compile(rb"(?<![\x80-\xff])[\x80-\xff](?![\x80-\xff])|[\xe0-\xff]")  # small, or alone between ASCII
+
+
+def read_lines(path: str | Path) -> list[str]:
+    """The lines of a text file without line ends of any system, decoded as by `decoded`.
 
     Raises:
-        FormatError: missing, unreadable, empty, binary or not UTF-8.
+        FormatError: missing, unreadable, empty or binary.
     """
     raw = read_bytes(path)
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise FormatError(path, "is UTF-16; save it as plain text (UTF-8)", "start of the file")
-    if b"\0" in raw:
+    text = raw.decode("utf-16", errors="replace") if raw.startswith(_UTF_16) else decoded(raw)
+    if "\0" in text:
         raise FormatError(path, "is binary, not a text format", f"byte {raw.index(0)}")
+    return text.splitlines()
+
+
+def decoded(raw: bytes) -> str:
+    """Text in UTF-8, with or without its mark, or in one of the encodings of Windows: Shift-JIS or Latin-1."""
     try:
-        return raw.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        if latin:
-            return raw.decode("latin-1").splitlines()
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise FormatError(path, "is not UTF-8 text; save it as UTF-8", f"line {line}") from None
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        pass
+    if _KANA.search(raw) or not _LATIN.search(raw):
+        try:
+            return raw.decode("cp932")
+        except UnicodeDecodeError:
+            pass
+    return raw.decode("latin-1")
 
 
 def given_fps(fps: float | None, override: bool, stated: Callable[[], float]) -> float:

@@ -1,5 +1,6 @@
 """TRC: Motion Analysis's tab-separated marker positions, also used by OpenSim."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from motionenv.mocap.units_axes import stated_metres, upright, vertical_axis
 from motionenv.types import Markers
 
 _CLOCK = 0.01  # relative tolerance between the Time column and the DataRate
+_AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 _EVEN = 0.1  # relative tolerance of the steps of the Time column, which is often rounded
 
 
@@ -36,7 +38,7 @@ def read(
     Raises:
         FormatError: a malformed file, or a frame rate or a unit that must be given; names the line.
     """
-    lines = read_lines(path, latin=True)
+    lines = read_lines(path)
     header = _header(path, lines)
     names = _names(path, lines)
     first = _first_row(path, lines)
@@ -87,10 +89,10 @@ def _names(path, lines: list[str]) -> list[str]:
 
 
 def _first_row(path, lines: list[str]) -> int:
-    """Index of the first line of data: the line of X1 Y1 Z1 and an empty one are optional."""
+    """Number of the first line of data: the line of X1 Y1 Z1, or X5 Y5 Z5, and an empty one are optional."""
     for i, line in enumerate(lines[4:], 5):
         words = line.split()
-        if words and words[0].upper() != "X1":
+        if words and not _AXIS.fullmatch(words[0]):
             return i
     raise FormatError(path, "has no data after its header: it is truncated", f"line {len(lines)}")
 

@@ -18,6 +18,7 @@ _BLOCK = 512
 _MOST = 255  # entries of a parameter and bytes of a text: the dimensions are bytes
 _MOST_BYTES = 32767  # of a parameter: the offset of the next has 16 bits, with a sign in some readers
 _FULL = 65535  # the header's counts have 16 bits
+_LONG = 1 << 31  # and those of the group TRIAL twice as many
 
 #: A parameter: one text, texts, or numbers, whose last axis is the fastest in the file.
 _Value = str | Sequence[str] | int | float | np.ndarray
@@ -68,7 +69,7 @@ def encode_markers(capture: Markers, events: Sequence[Event] = (), angles: Angle
     """
     recording = capture.recording or Recording(metres=0.001)
     unit = next((name for name, metres in METRES.items() if np.isclose(metres, recording.metres, rtol=1e-6)), "mm")
-    first = recording.first_frame if 1 <= recording.first_frame <= _FULL else 1
+    first = recording.first_frame if 1 <= recording.first_frame < _LONG else 1
     groups: dict[str, dict[str, _Value]] = {}
     if events := events or recording.events:
         groups["EVENT"] = _events(events, capture.fps, first, recording.subject)
@@ -108,7 +109,7 @@ def _file(
     start = 2 + len(_section(every)) // _BLOCK
     point["DATA_START"] = start
     header = struct.pack(
-        "<BB5HfHHf", 2, 0x50, count, 0, first, min(last, _FULL), 0, -1.0, start, 0, fps
+        "<BB5HfHHf", 2, 0x50, count, 0, min(first, _FULL), min(last, _FULL), 0, -1.0, start, 0, fps
     )  # the parameters' block, key, points, analogue values, frames, interpolated gaps, scale, data's block, ..., rate
     values = np.zeros((frames, count, 4), dtype="<f4")
     gap = np.isnan(points).any(-1)

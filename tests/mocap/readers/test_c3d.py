@@ -78,6 +78,57 @@ def test_subjects_are_cut_off_repeats_numbered_angles_left_out(tmp_path):
     assert got.names == ("KNEE", "KNEE_2", "unlabelled", "X")
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "cp932"])
+def test_japanese_names(tmp_path, encoding):
+    name = "右膝".encode(encoding)
+    path = save(tmp_path, ["_" * len(name), "B"])
+    path.write_bytes(path.read_bytes().replace(b"_" * len(name), name))
+    assert c3d.read(path).names == ("右膝", "B")
+
+
+FIRST = 70_148  # 4612 + 65536
+
+
+@pytest.mark.parametrize("header", [65535, FIRST & 65535])
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"ACTUAL_START_FIELD": [4612, 1], "ACTUAL_END_FIELD": [4661, 1]},
+        {"ACTUAL_START_FIELD": [4612.0, 1.0]},
+        {"ACTUAL_START_FIELD": [float(FIRST)]},
+        {"ACTUAL_END_FIELD": [float(FIRST + 49)]},
+        {"ACTUAL_END_FIELD": [4661, 1]},
+    ],
+    ids=lambda fields: str(fields),
+)
+def test_a_first_frame_above_65535(tmp_path, header, fields):
+    """The header's number stands still, or begins again; events are 20 frames after the first."""
+    times = np.array([[0.0], [(FIRST - 1 + 20) / 100]])
+    event = {"USED": [1], "CONTEXTS": ["Left"], "LABELS": ["Foot Strike"], "TIMES": times}
+    path = save(tmp_path, "A", np.ones((1, 50, 3)), others={"EVENT": event, "TRIAL": fields})
+    path.write_bytes(broken(path.read_bytes(), 6, struct.pack("<2H", header, min(header + 49, 65535))))
+    got = c3d.read(path)
+    assert (len(got.positions), got.recording.first_frame) == (50, FIRST)
+    assert got.recording.events[0].time == pytest.approx(0.2, abs=1e-4)
+    assert not got.notes
+
+
+def test_a_first_frame_that_the_header_has_stays(tmp_path):
+    """A trial that was cut keeps the frames that were recorded in TRIAL."""
+    fields = {"ACTUAL_START_FIELD": [4612, 1], "ACTUAL_END_FIELD": [4661, 1]}
+    assert (
+        c3d.read(save(tmp_path, "A", np.ones((1, 50, 3)), first=11, others={"TRIAL": fields})).recording.first_frame
+        == 11
+    )
+
+
+def test_events_that_all_lie_outside_are_told(tmp_path):
+    times = np.array([[0.0, 1.0], [99.0, 5.0]])
+    event = {"USED": [2], "CONTEXTS": ["Left"] * 2, "LABELS": ["Foot Strike"] * 2, "TIMES": times}
+    got = c3d.read(save(tmp_path, "A", np.ones((1, 50, 3)), others={"EVENT": event}))
+    assert got.notes == ("all 2 events of the file lie outside of its frames, whose first is 1: none is used",)
+
+
 def test_names_from_windows_are_latin(tmp_path):
     path = save(tmp_path, ["H__FTE", "B"])
     path.write_bytes(path.read_bytes().replace(b"H__FTE", b"H\xfcfte_"))

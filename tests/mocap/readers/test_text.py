@@ -13,14 +13,33 @@ def test_lines_are_the_same_from_every_system(tmp_path, ends):
     assert read_lines(path) == ["größe 1", "", "two"]
 
 
+JAPANESE, LATIN = ("右膝 左膝 1", "ヒザ_L", "ﾋｻﾞ"), ("größe 1", "Müller", "é", "posição", "ASCII")
+UNICODE = ("utf-8", "utf-8-sig", "utf-16")
+WRITTEN = [
+    *((text, encoding) for text in JAPANESE for encoding in (*UNICODE, "cp932")),
+    *((text, encoding) for text in LATIN for encoding in (*UNICODE, "latin-1")),
+]
+
+
+@pytest.mark.parametrize(("text", "encoding"), WRITTEN)
+def test_text_of_any_usual_encoding_is_read(tmp_path, text, encoding):
+    path = tmp_path / "a.txt"
+    path.write_bytes(f"name\t{text}\n".encode(encoding))
+    assert read_lines(path) == [f"name\t{text}"]
+
+
+def test_an_encoding_that_is_not_known_is_no_error(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_bytes("右膝\t1\n".encode("euc-jp"))
+    assert read_lines(path)[0].endswith("\t1")
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [
         (b"", "is empty"),
         (b" \n\t\n", "is empty"),
-        ("text".encode("utf-16"), "start of the file: is UTF-16; save it as plain text"),
         (b"abc\0def", "byte 3: is binary, not a text format"),
-        (b"one\ntwo\nthr\xe9e", "line 3: is not UTF-8 text; save it as UTF-8"),
     ],
 )
 def test_what_is_no_text_is_told_with_file_and_place(tmp_path, content, says):

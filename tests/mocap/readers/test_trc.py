@@ -56,6 +56,7 @@ def test_small_file_by_hand(tmp_path):
         lambda text: text.replace("\t2\t2\tmm", "\t27107\t2\tmm"),
         lambda text: re.sub("\t+", "  ", text).replace("  \n", "\n"),
         lambda text: text.replace("small.trc", "C:\\M\xfcller.trc"),
+        lambda text: re.sub(r"([XYZ])(\d)", lambda found: found[1] + str(int(found[2]) + 4), text),
     ],
     ids=[
         "windows",
@@ -75,6 +76,7 @@ def test_small_file_by_hand(tmp_path):
         "cut out of a longer trial",
         "no tabs",
         "latin",
+        "X5",
     ],
 )
 def test_ways_to_write_the_same(tmp_path, change):

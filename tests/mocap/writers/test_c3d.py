@@ -88,6 +88,20 @@ def test_more_frames_than_16_bits_count(frames, first, tmp_path):
         assert sum(1 for _ in reader.read_frames()) == frames
 
 
+@pytest.mark.parametrize("first", [65_535, 65_536, 70_148, 5_000_000])
+def test_a_first_frame_above_16_bits_is_kept_with_its_events(first, tmp_path):
+    positions = np.random.default_rng(2).normal(0, 1, (300, 1, 3))
+    recording = Recording(first_frame=first, events=(Event(0.5, "initial_contact", "left"),))
+    path = tmp_path / "a.c3d"
+    write_markers(Markers(("A",), positions, 100.0, recording=recording), path)
+    field = ezc3d.c3d(str(path))["parameters"]["TRIAL"]["ACTUAL_START_FIELD"]["value"]
+    assert [int(word) & 65535 for word in field] == [first & 65535, first >> 16]
+    found = c3d.read(path)
+    np.testing.assert_allclose(found.positions, positions, rtol=1e-6)
+    assert found.recording.first_frame == first
+    assert found.recording.events[0].time == pytest.approx(0.5, abs=0.005)
+
+
 def parameters(file, group: str) -> dict:
     return {name: p["value"] for name, p in file["parameters"][group].items() if name != "__METADATA__"}
 

@@ -40,13 +40,17 @@ def read_layout(path: str | Path, raw: bytes, encoding: Encoding, parameters: Pa
     """
     counts = encoding.counts(raw[:BLOCK]).astype(int)
     points, analog, first, last = counts[1:5]
+    start_field, end_field = (_frame(parameters, f"TRIAL:ACTUAL_{which}_FIELD") for which in ("START", "END"))
     start = (counts[8] or int(parameters.number("POINT:DATA_START", 0))) - 1
     scale, rate = encoding.reals(raw[12:16])[0], encoding.reals(raw[20:24])[0]
     if start < 1:
         raise FormatError(path, "doesn't say in which block its data start", "block 1")
     size = 4 if scale < 0 else 2
     room = len(raw) - start * BLOCK
-    frame_counts = [last - first + 1, *_frames(parameters)]
+    frame_counts = [
+        last - first + 1, end_field - start_field + 1 if start_field and end_field else 0,
+        _first(parameters, "POINT:LONG_FRAMES"), _first(parameters, "POINT:FRAMES"),
+    ]  # fmt: skip
     if last == _FULL:  # the header's count may stand still: trust it least
         frame_counts = frame_counts[1:] + frame_counts[:1]
     every = list(product(
@@ -69,8 +73,8 @@ def read_layout(path: str | Path, raw: bytes, encoding: Encoding, parameters: Pa
     channels = _first(parameters, "ANALOG:USED")
     per_frame = analog // channels if channels and analog % channels == 0 else 0
     return Layout(
-        int(first), points, analog, frames, per_frame, start * BLOCK, size == 4, abs(float(scale)), float(rate),
-        _events(raw, encoding),
+        _first_frame(int(first), start_field, end_field, frames), points, analog, frames, per_frame, start * BLOCK,
+        size == 4, abs(float(scale)), float(rate), _events(raw, encoding),
     )  # fmt: skip
 
 
@@ -91,13 +95,19 @@ def _first(parameters: Parameters, key: str) -> int:
     return int(next(iter(parameters.counts(key).ravel()), 0))
 
 
-def _frames(parameters: Parameters) -> list[int]:
-    """The numbers of frames that parameters give. TRIAL's fields are pairs of 16-bit words, the lower first."""
-    first, last = parameters.counts("TRIAL:ACTUAL_START_FIELD"), parameters.counts("TRIAL:ACTUAL_END_FIELD")
-    found = []
-    if first.shape == last.shape == (2,):
-        found.append(int(last @ [1, _FULL + 1] - first @ [1, _FULL + 1] + 1))
-    return [*found, _first(parameters, "POINT:LONG_FRAMES"), _first(parameters, "POINT:FRAMES")]
+def _frame(parameters: Parameters, key: str) -> int:
+    """The number of a frame that TRIAL gives as one number or as two 16-bit words, the lower first; 0 without."""
+    words = parameters.counts(key).ravel(order="F")[:2]
+    return int(words @ [1, _FULL + 1][: len(words)])
+
+
+def _first_frame(header: int, start: int, end: int, frames: int) -> int:
+    """Number of the first of `frames`: the header's, unless that stands still at 65535 or began again from 0.
+
+    `start` and `end` are the numbers of the first and the last that TRIAL gives, 0 without.
+    """
+    start = start or max(end - frames + 1, 0)
+    return start if start > _FULL and header in (_FULL, start & _FULL) else header
 
 
 def _analog(parameters: Parameters) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import FormatError
+from motionenv.mocap.readers.text import decoded
 
 BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86
@@ -156,9 +157,5 @@ def _value(raw: bytes, at: int, encoding: Encoding) -> np.ndarray | list[str] | 
 
 
 def _decoded(raw: bytes) -> str:
-    """Text without padding; bytes that aren't UTF-8 are Latin-1, which Windows programs write."""
-    try:
-        text = raw.decode()
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    return text.partition("\0")[0].strip()
+    """Text without padding."""
+    return decoded(raw.partition(b"\0")[0]).strip()

@@ -64,15 +64,16 @@ def read(
     outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
     channels = analog_channels(parameters, layout, stored) if parameters.number("FORCE_PLATFORM:USED") > 0 else None
     positions = upright(points[:, kept] * metres, up)
+    events, notes = read_events(parameters, layout, fps)
     recording = Recording(
         subject=read_subject(parameters, labels), first_frame=layout.first,
-        events=read_events(parameters, layout, fps),
+        events=events,
         plates=() if channels is None else read_plates(
             Analog(parameters, layout, channels, metres, up, fps, positions)
         ),
         parameters=read_numbers(parameters), metres=metres, outputs={name: points[:, i] for name, i in outputs},
     )  # fmt: skip
-    return Markers(names, positions, fps, name=Path(path).stem, recording=recording)
+    return Markers(names, positions, fps, name=Path(path).stem, recording=recording, notes=notes)
 
 
 def _bare(label: str) -> str:
@@ -145,22 +146,25 @@ def result_names(parameters: Parameters, labels: Sequence[str]) -> set[str]:
     return listed | {label for label in labels if _RESULT.fullmatch(label.rpartition(":")[2].strip())}
 
 
-def read_events(parameters: Parameters, layout: Layout, fps: float) -> tuple[Event, ...]:
-    """The contacts and toe-offs within the trial, in the order of time; the header's if the parameters have none.
+def read_events(parameters: Parameters, layout: Layout, fps: float) -> tuple[tuple[Event, ...], tuple[str, ...]]:
+    """The contacts and toe-offs within the trial, in the order of time, and a note if there are only others.
 
-    EVENT:TIMES are minutes and seconds, the header's are seconds, both since frame 1.
+    They are the header's if the parameters have none. EVENT:TIMES are minutes and seconds, the header's are seconds, both since frame 1.
     """
     times = parameters.numbers("EVENT:TIMES").ravel(order="F")
     seconds = times[: len(times) // 2 * 2].reshape(-1, 2) @ [60.0, 1.0]
     labels, contexts = parameters.texts("EVENT:LABELS"), parameters.texts("EVENT:CONTEXTS")
     named = list(zip(seconds, labels, [*contexts, *[""] * len(labels)], strict=False))
-    found = []
+    found, outside = [], 0
     for second, label, context in named or [(time, label, "") for time, label in layout.events]:
         meaning = _meaning(label, context)
         time = float(second) - (layout.first - 1) / fps
         if meaning and -0.5 < time * fps < layout.frames - 0.5:
             found.append(Event(min(max(time, 0.0), (layout.frames - 1) / fps), *meaning))
-    return tuple(sorted(found, key=lambda event: event.time))
+        elif meaning:
+            outside += 1
+    lost = f"all {outside} events of the file lie outside of its frames, whose first is {layout.first}: none is used"
+    return tuple(sorted(found, key=lambda event: event.time)), (lost,) if outside and not found else ()
 
 
 def _meaning(label: str, context: str) -> tuple[str, str] | None:
