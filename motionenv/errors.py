@@ -70,3 +70,7 @@ class ServiceError(MotionError):
 
 class ExtrapolationWarning(UserWarning):
     """A model was asked for what none of the walks that it learned from shows, such as a very fast walk."""
+
+
+class CaptureWarning(UserWarning):
+    """A capture was read otherwise than its file says, or is not plausible for a person."""

@@ -1,6 +1,7 @@
 """Read capture files, as they are or as a motion of the body, and summarise them; the suffix selects the reader."""
 
 import unicodedata
+import warnings
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -8,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from motionenv._core.representation import counted
-from motionenv.errors import FormatError, MotionError
+from motionenv.errors import CaptureWarning, FormatError, MotionError
 from motionenv.mocap import npz
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
+from motionenv.mocap.plausibility import find_doubts, mended
 from motionenv.mocap.readers import amass, asfamc, bvh, c3d, trc
 from motionenv.mocap.retargeting import retarget
 from motionenv.mocap.units_axes import METRES
@@ -44,7 +46,9 @@ def read(
             and ignores options that its format has no use for: for folders of files of all kinds.
 
     Returns:
-        `Motion` of motionenv's NPZ files, `Markers` of every other: positions [m], z up, right-handed.
+        `Motion` of motionenv's NPZ files, `Markers` of every other: positions [m], z up, right-handed. A unit or a
+        vertical axis that isn't given, and in which no person would stand, is replaced by the only one in which one
+        does; samples at which a marker sticks in space are gaps. Notes and a `CaptureWarning` say so.
 
     Raises:
         FormatError: another suffix, an option that the format doesn't support, or a malformed file; names the place.
@@ -61,7 +65,19 @@ def read(
         options = {key: value for key, value in options.items() if key in allowed}
     elif needless := set(options) - allowed:
         raise FormatError(path, f"{', '.join(sorted(needless))} can't be given for a {suffix} file")
-    return reader(path, **options) if not allowed else reader(path, override=override, **options)
+    if not allowed:
+        return reader(path, **options)
+    found = reader(path, override=override, **options)
+
+    def again(**other: str) -> Markers:
+        if "unit" not in other:
+            return reader(path, override=override, **options | other)
+        return reader(path, override=True, **options | {"fps": found.fps} | other)  # the file states another unit
+
+    found = mended(found, again, {"unit", "up"} & allowed - set(options))
+    for note in found.notes:
+        warnings.warn(f"{Path(path).name}: {note}", CaptureWarning, stacklevel=2)
+    return found
 
 
 def person_label(path: str | Path) -> str:
@@ -99,10 +115,14 @@ def read_motion(
         static: file of a standing trial of the same person.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
+    A `CaptureWarning` tells what in the capture isn't plausible for a person.
+
     Raises:
         MotionError: as in `motionenv.read` and `motionenv.retarget`.
     """
     loaded = read(path, fps=fps, unit=unit, body_model=body_model, override=override)
+    for doubt in find_doubts(loaded, marker_map):
+        warnings.warn(f"{Path(path).name} is not plausible: {doubt}", CaptureWarning, stacklevel=2)
     if isinstance(loaded, Motion):
         return loaded
     standing = None if static is None else read_static(static, unit=unit)

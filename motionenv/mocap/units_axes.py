@@ -37,6 +37,9 @@ _TALL, _PEOPLE = 1.7, (0.5, 2.4)  # [m] usual and plausible spans of the markers
 #: File axes that become the world's x, y, z (forward, left, up): a cyclic permutation, which preserves handedness.
 _CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
 
+#: The vertical axes that files may have.
+UPS = (*_CYCLES, *(f"-{axis}" for axis in _CYCLES))
+
 
 def metres_per(unit: str | float) -> float:
     """Metres per file unit: a name in `METRES` (or a usual spelling), or a number, also as text; else a MotionError."""
@@ -125,18 +128,25 @@ def upright(points: ArrayLike, up: str) -> np.ndarray:
     """Convert points (..., 3) from a right-handed frame with vertical axis `up` to one with z up.
 
     "z" is the identity; "y" maps (x, y, z) to (z, x, y), so that +z becomes +x (forward) and +x left; "x" maps it to
-    (y, z, x).
+    (y, z, x). With "-z", "-y" or "-x", for axes that point downwards, the second and third of these are negated.
 
     Raises:
-        MotionError: `up` is none of x, y, z.
+        MotionError: `up` is none of them.
     """
-    return np.asarray(points)[..., _CYCLES[checked_up(up)]]
+    cycle, signs = _axes(up)
+    return np.asarray(points)[..., cycle] * signs
+
+
+def _axes(up: str) -> tuple[list[int], np.ndarray]:
+    """The file's axes that become the world's, and their signs (3,)."""
+    sign = -1.0 if checked_up(up).startswith("-") else 1.0
+    return _CYCLES[up[-1]], np.array([1.0, sign, sign])
 
 
 def checked_up(up: str) -> str:
-    """A vertical axis `up`; a MotionError unless it is x, y or z."""
-    if up not in _CYCLES:
-        raise MotionError(f"up must be 'x', 'y' or 'z', got {up!r}")
+    """A vertical axis `up`; a MotionError unless it is x, y or z, or one of these with a minus."""
+    if up not in UPS:
+        raise MotionError(f"up must be {', '.join(UPS[:-1])} or {UPS[-1]}, got {up!r}")
     return up
 
 
@@ -156,4 +166,5 @@ def forward(
         if p >= 0:
             positions[:, j] = positions[:, p] + (rotations[:, p] @ positions[:, j, :, None])[..., 0]
             rotations[:, j] = rotations[:, p] @ rotations[:, j]
-    return positions[..., _CYCLES[up]], rotations[..., _CYCLES[up], :][..., _CYCLES["y"]]
+    cycle, signs = _axes(up)
+    return positions[..., cycle] * signs, (rotations[..., cycle, :] * signs[:, None])[..., _CYCLES["y"]]
