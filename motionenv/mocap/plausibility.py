@@ -256,7 +256,7 @@ def _exchanges(markers: Markers) -> Iterator[str]:
     frames = np.flatnonzero((np.nan_to_num(jumps) > _JUMP).sum(-1) > 1)
     for t in frames:
         moved = np.flatnonzero(np.nan_to_num(jumps[t]) > _JUMP)
-        off = np.linalg.norm(points[t + 2, moved, None] - expected[t, None, moved], axis=-1)
+        off = np.linalg.norm(points[t + 2, moved][:, None] - expected[t, moved], axis=-1)
         for a, i in enumerate(moved):
             for b, j in enumerate(moved[:a]):
                 if max(off[a, b], off[b, a]) < _MATCH * min(jumps[t, i], jumps[t, j]):
