@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
-from motionenv.cli._shared import Fps, Unit, Weights, check_folder, detected, err, parsed_size, parsed_view
+from motionenv.cli._shared import Fps, Unit, Weights, check_folder, detected, err, note, parsed_size, parsed_view
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 
@@ -125,6 +125,7 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
     from motionenv.lifting import project_markers
     from motionenv.mocap import read, to_markers
     from motionenv.mocap.keypoints.points2d import read_points
+    from motionenv.mocap.plausibility import find_doubts
     from motionenv.types import Motion
 
     if path.suffix.lower() in _POINTS or path.is_dir() or (path.suffix.lower() == ".trc" and project is None):
@@ -138,6 +139,8 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
     capture = read(path, fps=fps, unit=unit)
     if isinstance(capture, Motion):
         raise MotionError(f"{path.name} has poses of the body, not capture: use .amc, .bvh, .c3d or .trc")
+    for doubt in find_doubts(capture):
+        note(f"{path.name} is not plausible: {doubt}")
     tilt = _parsed_elevation(elevation)
     return project_markers(to_markers(capture), parsed_view(project), elevation=0.0 if tilt is None else tilt)
 

@@ -120,11 +120,14 @@ def convert(
 def _convert_points(path: Path, out: Path, chosen, static: Path | None, how: dict) -> None:
     """Write the points of a capture, with events and angles where the format holds them."""
     from motionenv.mocap import read, write_markers
+    from motionenv.mocap.plausibility import find_doubts
     from motionenv.types import Motion
 
     capture = read(path, **how)
     if isinstance(capture, Motion):
         raise MotionError(f"{path}: holds poses of the body and no points: leave out --points")
+    for doubt in find_doubts(capture, chosen):
+        note(f"{path.name} is not plausible: {doubt}")
     write_markers(capture, out, **_gait(path, out, chosen, static, how))
     typer.echo(f"{out}  {len(capture.positions)} frames, {len(capture.names)} points")
 

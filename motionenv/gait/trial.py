@@ -13,7 +13,10 @@ from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
 from motionenv.gait.strides import Stride, find_strides, normalised
 from motionenv.mocap import MarkerMap, read, retarget
 from motionenv.mocap.clinical import CLINICAL_ANGLES, ClinicalAngles, clinical_angles, measurements_of
+from motionenv.mocap.plausibility import find_doubts
 from motionenv.types import Markers, Motion
+
+_QUICKEST = 0.38  # [s] stride of a sprinter, at five steps a second
 
 #: Names of the angles without their side.
 ANGLES = tuple(name.removeprefix("left_") for name in CLINICAL_ANGLES if name.startswith("left_"))
@@ -121,8 +124,17 @@ def analyse(
     strides = find_strides(feet, events, stretches)
     angles = _angles(capture, static, marker_map)
     person = recording.subject if recording else ""
-    leg, notes = _leg_length(capture, static), (*events.notes, *_notes(feet, strides))
-    return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes)
+    doubts = (*find_doubts(capture, marker_map), *_of_pace(strides))
+    read_notes = capture.notes if isinstance(capture, Markers) else ()
+    leg, notes = _leg_length(capture, static), (*read_notes, *events.notes, *_notes(feet, strides))
+    return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
+
+
+def _of_pace(strides: tuple[Stride, ...]) -> tuple[str, ...]:
+    seconds = float(np.median([stride.seconds for stride in strides])) if strides else np.nan
+    if seconds < _QUICKEST:
+        return (f"strides of {seconds:.2f} s are shorter than a sprinter's: check the frame rate, fps= (--fps)",)
+    return ()
 
 
 def _angles(capture: Markers | Motion, static, marker_map) -> ClinicalAngles:

@@ -14,6 +14,7 @@ from motionenv._core.representation import counted
 from motionenv.body.kinematics import forward
 from motionenv.body.skeleton import NODES
 from motionenv.errors import MotionError
+from motionenv.mocap.clinical.sagittal import is_flat
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.retargeting import find_nodes
 from motionenv.types import Markers, Motion
@@ -27,7 +28,6 @@ _UNEQUAL = 0.25  # most difference between the limbs of both sides over their me
 _PROPORTION = (0.55, 1.8)  # thigh over shank
 _BACKWARDS = np.radians(25.0)  # flexion [rad] that a knee reaches backwards, and doesn't reach forwards
 _FOOT = -0.3  # least cosine between a foot and where the pelvis faces, the median over frames
-_FLAT = 0.003  # [m] least depth of a body
 _REPEATS = 4  # repeated samples that make a marker suspicious
 _OFF = 0.015  # [m] a marker that leaves the distances to its nearest companion by as much does not move with it
 _JUMP, _MATCH = 0.06, 0.35  # [m] least jump of markers that change places; most error of the exchanged places over it
@@ -62,19 +62,15 @@ def find_doubts(capture: Markers | Motion, marker_map: MarkerMap | str | None = 
     except MotionError:
         return ()
     if is_flat(capture.positions):
-        rest = [doubt for doubt in (*_of_legs(_legs(at)), *_of_limbs(nodes))]
-        return ("all points lie in one plane, so only what is seen from the side is known", *rest)
+        rest = (*_of_legs(_legs(at)), *_of_limbs(nodes))
+        return ("all points lie in one plane, so only angles seen from the side are known", *rest)
     return (*_of_nodes(nodes, capture.fps), *_of_feet(nodes, at), *_exchanges(capture))
 
 
-def is_flat(positions: np.ndarray) -> bool:
-    """Whether points (frames, points, 3) [m] lie in one plane, as those of a film from the side do."""
-    points = (positions - np.nanmean(positions, axis=(0, 1))).reshape(-1, 3)
-    points = points[np.isfinite(points).all(-1)]
-    if len(points) < 4:
-        return False
-    spread = np.sqrt(np.maximum(np.linalg.eigvalsh(points.T @ points / len(points)), 0.0))
-    return bool(spread[0] < _FLAT and spread[0] < 0.01 * spread[1])
+def check_plausible(capture: Markers | Motion, marker_map: MarkerMap | str | None = None) -> None:
+    """Raise a `MotionError` that tells the first of `find_doubts`' doubts about a `capture`, if there are any."""
+    if doubts := find_doubts(capture, marker_map):
+        raise MotionError(f"not plausible: {doubts[0]}")
 
 
 def mended(markers: Markers, again: Callable[..., Markers], free: Collection[str]) -> Markers:

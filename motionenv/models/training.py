@@ -14,6 +14,7 @@ from motionenv.body.kinematics import shown_markers
 from motionenv.cycles import estimate_period
 from motionenv.errors import MotionError
 from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read, retarget, to_markers
+from motionenv.mocap.plausibility import check_plausible
 from motionenv.mocap.sources import find_source
 from motionenv.models import filling
 from motionenv.models.base import GaitModel
@@ -148,6 +149,7 @@ def _walk(
     path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None, fill: bool
 ) -> tuple[Motion, Markers]:
     capture = read(path, fps=fps, unit=unit, override=False)
+    check_plausible(capture, marker_map)
     motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:
         raise MotionError("holds several motions: save one per file")

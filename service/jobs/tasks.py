@@ -219,6 +219,7 @@ def _heading(positions: np.ndarray) -> float | None:
 
 
 def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> dict[str, Any]:
+    from motionenv.mocap.plausibility import find_doubts
     from motionenv.models.walking.preprocessing import straightness
 
     held = motionenv.read(path, fps=fps, unit=unit, override=False)
@@ -227,7 +228,8 @@ def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: Mark
     told: dict[str, Any] = {
         "name": path.name, "format": path.suffix[1:], "points": POSE if isinstance(held, Motion) else held.names,
         "frames": values.shape[0], "fps": held.fps, "seconds": values.shape[0] / held.fps,
-        "gaps": float(np.isnan(values).mean()),
+        "gaps": float(np.isnan(values).mean()), "notes": [] if isinstance(held, Motion) else held.notes,
+        "doubts": find_doubts(held, marker_map),
     }  # fmt: skip
     try:
         if values.ndim != (2 if ours else 3):

@@ -236,6 +236,8 @@ class Inspected(BaseModel):
     fps: float | None = Field(None, description="Frames per second.")
     seconds: float | None = Field(None, description="Duration [s].")
     gaps: float | None = Field(None, description="Share of missing values.")
+    notes: list[str] = Field([], description="How the file was read where it could be misread.")
+    doubts: list[str] = Field([], description="What isn't plausible for a person.")
     motion: Preview | None = Field(None, description="The retargeted motion.")
     straightness: float | None = Field(None, description="Distance from start to end, as a share of the path's length.")
     walk: Walk | None = Field(None, description="Gait cycles, if it is a straight walk.")

@@ -19,7 +19,8 @@ from motionenv.mocap.clinical.gait_model import SIGN
 from motionenv.mocap.clinical.lower_body import WANDS, Calibration, Leg, LowerBody, calibrate, lower_body
 from motionenv.mocap.clinical.measurements import Measurements, measurements_of
 from motionenv.mocap.clinical.progression import progression
-from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
+from motionenv.mocap.clinical.sagittal import is_flat, sagittal_angles
+from motionenv.mocap.marker_sets import Landmarks, MarkerMap, find_landmarks
 from motionenv.types import Markers, Motion
 
 _EACH = (
@@ -63,7 +64,8 @@ def clinical_angles(
 
     From markers by the Conventional Gait Model, with the measurements that the file states (see `lower_body`). From a
     `Motion`, the angles of the body: its trunk stands for the pelvis, knees are hinges, and ankles are unknown. Where
-    no marker shows the axis of a knee or ankle, rotations about it and angles across it are NaN.
+    no marker shows the axis of a knee or ankle, rotations about it and angles across it are NaN. Of points in one
+    plane, as of a film from the side, only flexion is known, and the hips' is relative to the trunk.
 
     Args:
         capture: markers (frames, points, 3), or a motion (frames, 25).
@@ -81,6 +83,8 @@ def clinical_angles(
     if isinstance(capture, Motion):
         return ClinicalAngles(_of_motion(capture), capture.fps, "joints of the body; the trunk stands for the pelvis")
     landmarks = find_landmarks(capture, marker_map)
+    if is_flat(capture.positions):
+        return _of_plane(landmarks, len(capture.positions))
     person, calibration = person_of(capture, static=static, measurements=measurements, marker_map=marker_map)
     body = lower_body(landmarks.positions, person, calibration, wands=wands)
     if body.left.shank is None and body.right.shank is None:
@@ -90,6 +94,16 @@ def clinical_angles(
         )
     how = "; ".join([*(f"{joint}: {text}" for joint, text in body.how.items()), *landmarks.notes])
     return ClinicalAngles(_of_body(body, capture.fps), capture.fps, how)
+
+
+def _of_plane(landmarks: Landmarks, frames: int) -> ClinicalAngles:
+    known = sagittal_angles(landmarks.positions)
+    if not known:
+        raise GapError(f"this capture is flat and shows no leg; recognised are {', '.join(landmarks.points)}")
+    unknown = np.full(frames, np.nan)
+    values = np.stack([known.get(name, unknown) for name in CLINICAL_ANGLES], -1)
+    how = "all points lie in one plane, so flexion only, the hips' relative to the trunk"
+    return ClinicalAngles(_wrapped(values), landmarks.fps, how)
 
 
 def person_of(

@@ -7,11 +7,13 @@ from pathlib import Path
 from motionenv import __version__
 from motionenv.body.gaps import PARTS, check_shown
 from motionenv.errors import MotionError
-from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_motion
+from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read, retarget
+from motionenv.mocap.plausibility import check_plausible
 from motionenv.models import filling
 from motionenv.models.motion_tree.database import Clip, build_database
 from motionenv.models.motion_tree.features import WINDOW
 from motionenv.models.motion_tree.model import MotionTree
+from motionenv.types import Motion
 
 _BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
 
@@ -47,7 +49,9 @@ def read_clips(
     for path in paths:
         on_file(path.name)
         try:
-            motion = read_motion(path, fps=fps, unit=unit, marker_map=marker_map, override=False)
+            capture = read(path, fps=fps, unit=unit, override=False)
+            check_plausible(capture, marker_map)
+            motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
             motion = filling.fill(motion) if fill else motion
             check_shown(motion.poses, PARTS, "a clip")
         except MotionError as error:
