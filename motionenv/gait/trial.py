@@ -28,6 +28,7 @@ class Trial(OneLine):
         feet, angles, events, stretches, strides: what was found.
         leg_length: of the person [m]; None if the file doesn't state it.
         notes: what a reader of the figures should know.
+        read_notes: those of `notes` that tell what the reader of the file had to decide.
         doubts: what in the capture isn't plausible, such as a limb whose length changes; a report begins with it.
     """
 
@@ -41,6 +42,7 @@ class Trial(OneLine):
     leg_length: float | None
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+    read_notes: tuple[str, ...] = ()
 
     def _shown(self) -> str:
         person = f" of {self.person!r}" if self.person else ""
@@ -74,6 +76,8 @@ def read_trial(
     marker_map: MarkerMap | str | None = None,
     fps: float | None = None,
     unit: str | float | None = None,
+    up: str | None = None,
+    person: str | None = None,
     method: str = "auto",
 ) -> Trial:
     """Read and analyse one capture file.
@@ -82,11 +86,12 @@ def read_trial(
         path: any file that `motionenv.read` reads.
         static, marker_map, method: as in `analyse`.
         fps, unit: frame rate [Hz] and unit of length, if the file doesn't specify them.
+        up, person: vertical axis, and the one of several people, as of `motionenv.read`.
 
     Raises:
         MotionError: as in `motionenv.read` and `analyse`.
     """
-    capture = read(path, fps=fps, unit=unit, override=False)
+    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
     trial = analyse(capture, static=static, marker_map=marker_map, method=method)
     return trial if trial.name else replace(trial, name=Path(path).stem)
 
@@ -122,7 +127,7 @@ def analyse(
     angles = _angles(capture, static, marker_map)
     person = recording.subject if recording else ""
     leg, notes = _leg_length(capture, static), (*events.notes, *_notes(feet, strides))
-    return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes)
+    return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, read_notes=capture.notes)
 
 
 def _angles(capture: Markers | Motion, static, marker_map) -> ClinicalAngles:
