@@ -119,6 +119,7 @@ class Motion(_Record):
         fps: frame rate [Hz].
         name: label of the source.
         filled: (..., frames, 25) bool, True where a model and not the capture gave the value; None if nowhere.
+        notes: what the reader of the capture had to decide; files of motions don't keep them.
     """
 
     poses: np.ndarray
@@ -126,6 +127,7 @@ class Motion(_Record):
     fps: float
     name: str = ""
     filled: np.ndarray | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self._set(poses=frozen(self.poses, (..., None, 25), "Motion.poses"), fps=checked_fps(self.fps))

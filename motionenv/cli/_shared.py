@@ -27,6 +27,10 @@ Unit = Annotated[
     str | None,
     typer.Option(help="Length unit, if the file doesn't specify it: m, cm, mm, inch, cmu, or metres per unit."),
 ]
+Up = Annotated[str | None, typer.Option(help="Vertical axis of the file, if it isn't the usual one: x, y or z.")]
+Person = Annotated[
+    str | None, typer.Option(help="Which of several people: the name in front of their points. Default: the wholest.")
+]
 BodyModel = Annotated[Path | None, typer.Option(help="NPZ file of the body model, for poses of AMASS.")]
 Map = Annotated[
     str | None, typer.Option("--map", help="Marker map (file of `motionenv mocap map`), or a marker set's name.")

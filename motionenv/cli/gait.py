@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motionenv._core.representation import counted
-from motionenv.cli._shared import Fps, Map, Static, Unit, check_folder, marker_map, note, progress
+from motionenv.cli._shared import Fps, Map, Person, Static, Unit, Up, check_folder, marker_map, note, progress
 from motionenv.errors import MotionError
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ def report(
     out: Annotated[Path, typer.Option(help="Output page, .html; .json and .csv are written beside it.")],
     fps: Fps = None,
     unit: Unit = None,
+    up: Up = None,
+    person: Person = None,
     map_: Map = None,
     static: Static = None,
     group: Annotated[
@@ -48,8 +50,9 @@ def report(
         band.save(save_group)
     with progress("analysing", len(files)) as step:
         session = write_report(
-            files, out, static=static, marker_map=chosen, fps=fps, unit=unit, band=band, age=age, sex=sex, on_step=step
-        )
+            files, out, static=static, marker_map=chosen, fps=fps, unit=unit, up=up, person=person, band=band, age=age,
+            sex=sex, on_step=step,
+        )  # fmt: skip
     for trial in session.trials:
         for doubt in trial.doubts:
             note(f"{trial.name} is not plausible: {doubt}")

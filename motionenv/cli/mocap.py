@@ -5,7 +5,20 @@ from typing import Annotated, Any
 
 import typer
 
-from motionenv.cli._shared import BodyModel, Fill, Fps, Map, Static, Unit, check_folder, marker_map, note, progress
+from motionenv.cli._shared import (
+    BodyModel,
+    Fill,
+    Fps,
+    Map,
+    Person,
+    Static,
+    Unit,
+    Up,
+    check_folder,
+    marker_map,
+    note,
+    progress,
+)  # fmt: skip
 from motionenv.errors import GapError, MotionError
 
 
@@ -46,6 +59,8 @@ def info(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
     fps: Fps = None,
     unit: Unit = None,
+    up: Up = None,
+    person: Person = None,
     body_model: BodyModel = None,
 ) -> None:
     """Summarise a capture file.
@@ -54,7 +69,7 @@ def info(
     """
     from motionenv.mocap import describe
 
-    typer.echo(describe(path, fps=fps, unit=unit, body_model=body_model))
+    typer.echo(describe(path, fps=fps, unit=unit, up=up, person=person, body_model=body_model))
 
 
 def guess(
@@ -62,6 +77,8 @@ def guess(
     out: Annotated[Path, typer.Option(help="Output file, .toml.")],
     fps: Fps = None,
     unit: Unit = None,
+    up: Up = None,
+    person: Person = None,
 ) -> None:
     """Write a first guess of which points of a file are which landmarks, to be edited and passed with --map.
 
@@ -73,7 +90,7 @@ def guess(
     from motionenv.types import Motion
 
     check_folder(out)
-    capture = read(path, fps=fps, unit=unit)
+    capture = read(path, fps=fps, unit=unit, up=up, person=person)
     if isinstance(capture, Motion):
         raise MotionError(f"{path}: holds poses of the body, which need no marker map")
     text = annotated(capture)
@@ -86,8 +103,8 @@ def guess(
 def convert(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
     out: Annotated[Path, typer.Option(help="Output file: .bvh, .c3d, .csv, .glb, .mot, .npz or .trc.")],
-    fps: Fps = None, unit: Unit = None, body_model: BodyModel = None, map_: Map = None, static: Static = None,
-    fill: Fill = False,
+    fps: Fps = None, unit: Unit = None, up: Up = None, person: Person = None, body_model: BodyModel = None,
+    map_: Map = None, static: Static = None, fill: Fill = False,
     points: Annotated[bool, typer.Option("--points", help="Keep the file's own points (.c3d and .trc).")] = False,
 ) -> None:  # fmt: skip
     """Retarget capture to the 25-DOF body and write it in another format.
@@ -103,7 +120,7 @@ def convert(
     from motionenv.models import filling
 
     check_suffix(out)
-    how: dict[str, Any] = {"fps": fps, "unit": unit, "body_model": body_model}
+    how: dict[str, Any] = {"fps": fps, "unit": unit, "up": up, "person": person, "body_model": body_model}
     chosen = marker_map(map_)
     if points:
         _convert_points(path, out, chosen, static, how)
@@ -139,7 +156,7 @@ def _gait(path: Path, out: Path, chosen, static: Path | None, how: dict) -> dict
 
     if out.suffix.lower() != ".c3d":
         return {}
-    standing = None if static is None else read_static(static, unit=how["unit"])
+    standing = None if static is None else read_static(static, unit=how["unit"], up=how["up"])
     try:
         trial = analyse(read(path, **how), static=standing, marker_map=chosen)
     except GapError as error:

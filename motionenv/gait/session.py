@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -103,6 +104,8 @@ def read_session(
     marker_map: MarkerMap | str | None = None,
     fps: float | None = None,
     unit: str | float | None = None,
+    up: str | None = None,
+    person: str | None = None,
     band: Band | None = None,
     age: float | None = None,
     sex: str | None = None,
@@ -113,7 +116,7 @@ def read_session(
     Args:
         paths: capture files.
         static: a standing trial of the person.
-        marker_map, fps, unit: as in `motionenv.gait.trial.read_trial`.
+        marker_map, fps, unit, up, person: as in `motionenv.gait.trial.read_trial`.
         band: the reference to show the angles against.
         age: the person's [years], to show the step parameters beside published norms; None for none.
         sex: "female" or "male", for norms that part them.
@@ -125,11 +128,12 @@ def read_session(
     norms_for(age, sex)
     if not paths:
         raise MotionError("a report needs at least one capture file")
-    standing = None if static is None else read_static(static, fps=fps, unit=unit)
+    standing = None if static is None else read_static(static, fps=fps, unit=unit, up=up)
+    how: dict[str, Any] = {"marker_map": marker_map, "fps": fps, "unit": unit, "up": up, "person": person}
     trials, left_out = [], {}
     for path in paths:
         try:
-            trials.append(read_trial(path, static=standing, marker_map=marker_map, fps=fps, unit=unit))
+            trials.append(read_trial(path, static=standing, **how))
         except MotionError as error:
             left_out[Path(path).name] = str(error)
         on_step(Path(path).name)

@@ -77,6 +77,8 @@ def read_trial(
     marker_map: MarkerMap | str | None = None,
     fps: float | None = None,
     unit: str | float | None = None,
+    up: str | None = None,
+    person: str | None = None,
     method: str = "auto",
 ) -> Trial:
     """Read and analyse one capture file.
@@ -85,11 +87,12 @@ def read_trial(
         path: any file that `motionenv.read` reads.
         static, marker_map, method: as in `analyse`.
         fps, unit: frame rate [Hz] and unit of length, if the file doesn't specify them.
+        up, person: vertical axis, and the one of several people, as of `motionenv.read`.
 
     Raises:
         MotionError: as in `motionenv.read` and `analyse`.
     """
-    capture = read(path, fps=fps, unit=unit, override=False)
+    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
     trial = analyse(capture, static=static, marker_map=marker_map, method=method)
     return trial if trial.name else replace(trial, name=Path(path).stem)
 
@@ -125,8 +128,7 @@ def analyse(
     angles = _angles(capture, static, marker_map)
     person = recording.subject if recording else ""
     doubts = (*find_doubts(capture, marker_map), *_of_pace(strides))
-    read_notes = capture.notes if isinstance(capture, Markers) else ()
-    leg, notes = _leg_length(capture, static), (*read_notes, *events.notes, *_notes(feet, strides))
+    leg, notes = _leg_length(capture, static), (*capture.notes, *events.notes, *_notes(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
 
 

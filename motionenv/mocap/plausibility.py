@@ -274,13 +274,13 @@ def _unstuck(markers: Markers) -> Markers:
         return markers
     held = _held(points)
     stuck = np.zeros_like(held)
-    for n in np.flatnonzero(held.any(0)):
+    for n in np.flatnonzero(held.any(0)).tolist():
         for start, end in _runs(held[:, n]):
             stuck[start:end, n] = _leaves(points, held, n, slice(start, end))
     if not stuck.any():
         return markers
     told = []
-    for n in np.flatnonzero(stuck.any(0)):
+    for n in np.flatnonzero(stuck.any(0)).tolist():
         spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in _runs(stuck[:, n])]
         told.append(f"{markers.names[n]} ({', '.join(spans[:_MOST])}{', ...' if len(spans) > _MOST else ''} s)")
     more = f" and {counted(len(told) - _MOST, 'other marker')}" if len(told) > _MOST else ""

@@ -5,6 +5,7 @@ import warnings
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from motionenv._core.representation import counted
 from motionenv.errors import CaptureWarning, FormatError, MotionError
 from motionenv.mocap import npz
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
+from motionenv.mocap.people import one_person
 from motionenv.mocap.plausibility import find_doubts, mended
 from motionenv.mocap.readers import amass, asfamc, bvh, c3d, trc
 from motionenv.mocap.retargeting import retarget
@@ -19,9 +21,11 @@ from motionenv.mocap.units_axes import METRES
 from motionenv.types import Markers, Motion, Recording
 
 #: The reader of each suffix, and the options of `read` that it accepts.
-_READERS: dict[str, tuple[Callable[..., Markers | Motion], set[str]]] = {
-    ".amc": (asfamc.read, {"fps", "unit", "up", "asf"}), ".bvh": (bvh.read, {"fps", "unit", "up"}),
-    ".c3d": (c3d.read, {"fps", "unit", "up"}), ".trc": (trc.read, {"fps", "unit", "up"}), ".npz": (npz.read, set()),
+_READERS: dict[str, tuple[Callable[..., Any], set[str]]] = {
+    ".amc": (asfamc.read, {"fps", "unit", "up", "asf"}),
+    ".bvh": (bvh.read, {"fps", "unit", "up", "person"}),
+    ".c3d": (c3d.read, {"fps", "unit", "up", "person"}), ".trc": (trc.read, {"fps", "unit", "up", "person"}),
+    ".npz": (npz.read, set()),
 }  # fmt: skip
 
 #: Suffixes of the files that can be read.
@@ -30,7 +34,8 @@ SUFFIXES = frozenset(_READERS)
 
 def read(
     path: str | Path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
-    asf: str | Path | None = None, body_model: str | Path | None = None, override: bool = True,
+    person: str | None = None, asf: str | Path | None = None, body_model: str | Path | None = None,
+    override: bool = True,
 ) -> Markers | Motion:  # fmt: skip
     """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, or AMASS's.
 
@@ -40,6 +45,8 @@ def read(
         unit: a name in `motionenv.mocap.units_axes.METRES` or metres per file unit, if the file doesn't specify it or
             is wrong.
         up: the file's vertical axis, "x", "y" or "z", if it isn't the usual one; motionenv's own has z up.
+        person: of several people in the file, the one to read: what stands in front of the names of the person's
+            points and a colon. None takes the one with the most landmarks; the result's `notes` say so.
         asf: the skeleton of an AMC file, if not the one in the same folder.
         body_model: for AMASS files of poses: the NPZ file of the body model.
         override: whether `fps` and `unit` replace what the file states. False uses them only where it states nothing,
@@ -53,31 +60,46 @@ def read(
     Raises:
         FormatError: another suffix, an option that the format doesn't support, or a malformed file; names the place.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in _READERS:
-        raise FormatError(path, f"has suffix {suffix!r}; supported are {', '.join(_READERS)}")
-    reader, allowed = _READERS[suffix]
-    if suffix == ".npz" and _is_amass(path):
-        reader, allowed = amass.read, {"fps", "unit", "up", "body_model"}
-    given = {"fps": fps, "unit": unit, "up": up, "asf": asf, "body_model": body_model}
+    reader, allowed = _reader(path)
+    given: dict[str, Any] = {"fps": fps, "unit": unit, "up": up, "person": person, "asf": asf, "body_model": body_model}
     options = {key: value for key, value in given.items() if value is not None}
     if not override:
         options = {key: value for key, value in options.items() if key in allowed}
     elif needless := set(options) - allowed:
+        suffix = Path(path).suffix.lower()
         raise FormatError(path, f"{', '.join(sorted(needless))} can't be given for a {suffix} file")
     if not allowed:
-        return reader(path, **options)
-    found = reader(path, override=override, **options)
+        return reader(path)
+    found = _read_once(path, override, options)
 
     def again(**other: str) -> Markers:
         if "unit" not in other:
-            return reader(path, override=override, **options | other)
-        return reader(path, override=True, **options | {"fps": found.fps} | other)  # the file states another unit
+            return _read_once(path, override, options | other)
+        return _read_once(path, True, options | {"fps": found.fps} | other)  # the file states another unit
 
-    found = mended(found, again, {"unit", "up"} & allowed - set(options))
+    stated = {"unit"} if body_model is not None else set()  # a body model is in metres
+    found = mended(found, again, {"unit", "up"} & allowed - set(options) - stated)
     for note in found.notes:
         warnings.warn(f"{Path(path).name}: {note}", CaptureWarning, stacklevel=2)
     return found
+
+
+def _reader(path: str | Path) -> tuple[Callable[..., Any], set[str]]:
+    """The reader of a file, and the options that it takes."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in _READERS:
+        raise FormatError(path, f"has suffix {suffix!r}; supported are {', '.join(_READERS)}")
+    if suffix == ".npz" and _is_amass(path):
+        return amass.read, {"fps", "unit", "up", "body_model"}
+    return _READERS[suffix]
+
+
+def _read_once(path: str | Path, override: bool, options: dict[str, Any]) -> Markers:
+    reader, allowed = _reader(path)
+    if reader is c3d.read:  # whose events and results are the person's too
+        return c3d.read(path, override=override, **options)
+    held = reader(path, override=override, **{key: value for key, value in options.items() if key != "person"})
+    return one_person(path, held, options.get("person")) if "person" in allowed else held
 
 
 def person_label(path: str | Path) -> str:
@@ -100,14 +122,15 @@ _UNITS = {metres: f"unit {name}" for name, metres in METRES.items()}
 
 
 def read_motion(
-    path: str | Path, *, fps: float | None = None, unit: str | float | None = None,
-    marker_map: MarkerMap | str | None = None, static: str | Path | None = None, body_model: str | Path | None = None,
-    override: bool = True,
+    path: str | Path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
+    person: str | None = None, marker_map: MarkerMap | str | None = None, static: str | Path | None = None,
+    body_model: str | Path | None = None, override: bool = True,
 ) -> Motion:  # fmt: skip
     """Read the motion in a file; capture is retargeted to the body.
 
     Args:
-        path: .npz, .amc, .bvh, .c3d or .trc.
+        path: a file of one of `SUFFIXES`.
+        up, person: vertical axis, and the one of several people, as of `read`.
         fps: frame rate, if the file doesn't specify it or is wrong.
         unit: unit of length, if the file doesn't specify it or is wrong.
         body_model: for AMASS's files of poses: the NPZ file of the body model.
@@ -120,41 +143,46 @@ def read_motion(
     Raises:
         MotionError: as in `motionenv.read` and `motionenv.retarget`.
     """
-    loaded = read(path, fps=fps, unit=unit, body_model=body_model, override=override)
+    loaded = read(path, fps=fps, unit=unit, up=up, person=person, body_model=body_model, override=override)
     for doubt in find_doubts(loaded, marker_map):
         warnings.warn(f"{Path(path).name} is not plausible: {doubt}", CaptureWarning, stacklevel=2)
     if isinstance(loaded, Motion):
         return loaded
-    standing = None if static is None else read_static(static, unit=unit)
+    standing = None if static is None else read_static(static, unit=unit, up=up)
     try:
         return retarget(loaded, marker_map=marker_map, static=standing)
     except MotionError as error:
         raise type(error)(f"{path}: {error}") from error
 
 
-def read_static(path: str | Path, *, fps: float | None = None, unit: str | float | None = None) -> Markers:
-    """Read the markers of a standing trial, .c3d or .trc.
+def read_static(
+    path: str | Path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None
+) -> Markers:
+    """Read the markers of a standing trial, such as a .c3d or .trc file.
 
-    `fps` and `unit` are for files at `path` that don't specify them.
+    `fps` and `unit` are for files at `path` that don't specify them, `up` as of `read`.
 
     Raises:
         MotionError: the file can't be read, or holds no markers.
     """
-    capture = read(path, fps=fps, unit=unit, override=False)
+    capture = read(path, fps=fps, unit=unit, up=up, override=False)
     if not isinstance(capture, Markers):
         raise MotionError(f"{path}: a standing trial must hold markers (.c3d or .trc)")
     return capture
 
 
 def describe(
-    path: str | Path, *, fps: float | None = None, unit: str | float | None = None, body_model: str | Path | None = None
-) -> str:
-    """Summary of a capture file, in a few lines; takes `path`, `fps`, `unit` and `body_model` as `read_motion` does.
+    path: str | Path, *, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
+    person: str | None = None, body_model: str | Path | None = None,
+) -> str:  # fmt: skip
+    """Summary of a capture file, in a few lines.
+
+    Takes `path`, `fps`, `unit`, `up`, `person` and `body_model` as `read` does.
 
     Raises:
         MotionError: as in `motionenv.read`.
     """
-    held = read(path, fps=fps, unit=unit, body_model=body_model)
+    held = read(path, fps=fps, unit=unit, up=up, person=person, body_model=body_model)
     if isinstance(held, Motion):
         points, values = "the 25-DOF body", held.poses
     else:

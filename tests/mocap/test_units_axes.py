@@ -103,7 +103,7 @@ def test_the_vertical_axis_becomes_z_and_hands_stay_hands(up, axis):
 
 def test_of_y_up_files_z_is_forward_and_x_left():
     np.testing.assert_array_equal(upright([[0, 0, 1], [1, 0, 0]], "y"), [[1, 0, 0], [0, 1, 0]])
-    with pytest.raises(MotionError, match="up must be 'x', 'y' or 'z', got 'Y'"):
+    with pytest.raises(MotionError, match="up must be x, y, z, -x, -y or -z, got 'Y'"):
         upright(np.zeros(3), "Y")
 
 

@@ -148,11 +148,18 @@ def _resolved(marker_map: MarkerMap, names: Sequence[str], lookup: dict[str, int
     found: dict[str, Weights] = {}
     for landmark, ways in marker_map.points.items():
         for way in ways:
-            at = [exact.get(name, lookup.get(plain_name(name), -1)) for name in way]
+            at = [exact.get(name, _of_nobody_else(name, names, lookup)) for name in way]
             if min(at) >= 0:
                 found[landmark] = {names[i]: weight for i, weight in zip(at, way.values(), strict=True)}
                 break
     return found
+
+
+def _of_nobody_else(name: str, names: Sequence[str], lookup: dict[str, int]) -> int:
+    """Index of the point with the same plain name, unless both have a prefix and these differ; -1 without."""
+    found = lookup.get(plain_name(name), -1)
+    prefixes = {whole.rpartition(":")[0].casefold() for whole in (name, names[found]) if ":" in whole}
+    return found if len(prefixes) < 2 else -1
 
 
 def _views(names: Sequence[str]) -> list[list[str]]:

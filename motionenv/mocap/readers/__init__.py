@@ -1,5 +1,6 @@
-"""Readers of motion capture files, one module per format."""
+"""Readers of motion capture files, one module per format.
 
-from motionenv.mocap.readers import amass, asfamc, bvh, c3d, trc
+They are imported by whoever reads: `text` alone serves marker maps, which some of the readers need.
+"""
 
-__all__ = ["amass", "asfamc", "bvh", "c3d", "trc"]
+__all__ = ["amass", "asfamc", "bvh", "c3d", "tables", "trc"]

@@ -10,7 +10,6 @@ import numpy as np
 from motionenv._core.validation import checked_fps
 from motionenv.errors import FormatError
 
-
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _KANA = re.compile(rb"[\x81-\x9f][\x40-\x7e\x80-\xfc]")  # of Shift-JIS: control characters in Latin-1
 _LATIN = re.compile(rb"(?<![\x80-\xff])[\x80-\xff](?![\x80-\xff])|[\xe0-\xff]")  # small, or alone between ASCII

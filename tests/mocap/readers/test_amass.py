@@ -109,7 +109,7 @@ def test_parts_of_smplx_are_its_poses(tmp_path):
 def test_positions_of_joints_need_no_body_model(tmp_path, count, key):
     """HumanML3D's are y up, AMASS's z up: a person stands along the axis that is up."""
     body = np.random.default_rng(8).uniform(-0.25, 0.25, (5, count, 3))
-    body[:, :22, 2] = np.linspace(0, 1.7, 22)
+    body[:, :22, 2] = np.linspace(1.7, 0, 22)  # the pelvis comes before the feet
     path, _ = trial(tmp_path, np.random.default_rng(9), poses=None, **{key: body})
     got = files.read(path)
     n = min(count, 55)

@@ -166,7 +166,7 @@ def test_any_axis_may_be_vertical(tmp_path, up):
     turned = re.sub(r"OFFSET (.*)", roll, turned)
     got, same = bvh.read(save(tmp_path, turned), up=up), bvh.read(save(tmp_path, SMALL))
     np.testing.assert_allclose(got.positions, same.positions, atol=1e-12)
-    with pytest.raises(MotionError, match="up must be 'x', 'y' or 'z', got 'w'"):
+    with pytest.raises(MotionError, match="up must be x, y, z, -x, -y or -z, got 'w'"):
         bvh.read(save(tmp_path, SMALL), up="w")
 
 

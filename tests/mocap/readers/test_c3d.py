@@ -72,7 +72,7 @@ def test_every_kind_of_gap_is_nan(tmp_path):
 
 
 def test_subjects_are_cut_off_repeats_numbered_angles_left_out(tmp_path):
-    labels = ["Ann:KNEE", "Bob:KNEE", "KneeAngle", "Ann:Force", "", "X "]
+    labels = ["Ann:KNEE", "Ann:KNEE", "KneeAngle", "Ann:Force", "", "X "]
     parameters = (("UNITS", ["mm"]), ("ANGLES", ["KneeAngle"]), ("FORCES", ["Ann:Force"]))
     got = c3d.read(save(tmp_path, labels, np.tile(POINTS, (3, 1, 1)), parameters=parameters))
     assert got.names == ("KNEE", "KNEE_2", "unlabelled", "X")

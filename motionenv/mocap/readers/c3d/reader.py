@@ -6,11 +6,13 @@ with both.
 
 import re
 from collections.abc import Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
 
 from motionenv.errors import FormatError
+from motionenv.mocap.people import choose, prefix_of
 from motionenv.mocap.readers.c3d._data import Layout, analog_channels, read_layout, read_points
 from motionenv.mocap.readers.c3d._parameters import Parameters, read_encoding, read_parameters
 from motionenv.mocap.readers.c3d.force_plates import Analog, plates_up, read_plates
@@ -24,14 +26,15 @@ def read(
     fps: float | None = None,
     unit: str | float | None = None,
     up: str | None = None,
+    person: str | None = None,
     override: bool = True,
 ) -> Markers:
     """Read the markers and virtual points of a C3D file, and what it holds beside them.
 
     All encodings are read: integers and floats of Intel, DEC and SGI/MIPS processors. A subject's name in front of a
-    label ("Subject:NAME") is removed; repeated labels get "_2", "_3". Negative residuals and points at exactly
-    (0, 0, 0) are gaps: NaN. Where the header and the parameters disagree about the number of frames, points or analog
-    values, those that account for the file's length are used.
+    label ("Subject:NAME") is removed, that of a rigid body beside a person isn't; repeated labels get "_2", "_3".
+    Negative residuals and points at exactly (0, 0, 0) are gaps: NaN. Where the header and the parameters disagree about
+    the number of frames, points or analog values, those that account for the file's length are used.
 
     Args:
         path: the file.
@@ -39,6 +42,8 @@ def read(
         unit: a name in `motionenv.mocap.units_axes.METRES` or metres per unit; overrides the file's POINT:UNITS.
         up: the file's vertical axis, "x", "y" or "z"; None uses POINT:Y_SCREEN; without it, the axis to which the
             force plates are perpendicular; without those, "z".
+        person: of several people, whose names stand in front of their points' labels, the one to read; None takes the
+            one with the most landmarks, with a note.
         override: whether `fps` and `unit` replace what the file states; False uses them only where it states nothing.
 
     Returns:
@@ -57,23 +62,28 @@ def read(
     points, stored = read_points(path, raw, encoding, layout)
     results = result_names(parameters, labels)
     kept = [i for i, label in enumerate(labels) if label not in results]
-    names = unique(_bare(labels[i]) for i in kept)
     metres = stated_metres(path, parameters.text("POINT:UNITS"), points[:, kept], unit, override, "POINT:UNITS")
+    subjects = parameters.texts("SUBJECTS:NAMES")
+    choice = choose(path, [labels[i] for i in kept], points[:, kept] * metres, person, subjects)
+    kept = [kept[i] for i in choice.kept]
+    names = unique(name or "unlabelled" for name in choice.names)
     up, fps = _up(path, parameters, up), given_fps(fps, override, lambda: _fps(path, parameters, layout))
-    others = [i for i, label in enumerate(labels) if label in results]
+    others = [
+        i for i, label in enumerate(labels) if label in results and prefix_of(label, subjects) not in choice.others
+    ]
     outputs = zip(unique(_bare(labels[i]) for i in others), others, strict=True)
     channels = analog_channels(parameters, layout, stored) if parameters.number("FORCE_PLATFORM:USED") > 0 else None
     positions = upright(points[:, kept] * metres, up)
-    events, notes = read_events(parameters, layout, fps)
+    events, notes = read_events(parameters, layout, fps, choice.others)
     recording = Recording(
-        subject=read_subject(parameters, labels), first_frame=layout.first,
+        subject=choice.person or read_subject(parameters, labels), first_frame=layout.first,
         events=events,
         plates=() if channels is None else read_plates(
             Analog(parameters, layout, channels, metres, up, fps, positions)
         ),
         parameters=read_numbers(parameters), metres=metres, outputs={name: points[:, i] for name, i in outputs},
     )  # fmt: skip
-    return Markers(names, positions, fps, name=Path(path).stem, recording=recording, notes=notes)
+    return Markers(names, positions, fps, name=Path(path).stem, recording=recording, notes=(*choice.notes, *notes))
 
 
 def _bare(label: str) -> str:
@@ -146,17 +156,21 @@ def result_names(parameters: Parameters, labels: Sequence[str]) -> set[str]:
     return listed | {label for label in labels if _RESULT.fullmatch(label.rpartition(":")[2].strip())}
 
 
-def read_events(parameters: Parameters, layout: Layout, fps: float) -> tuple[tuple[Event, ...], tuple[str, ...]]:
+def read_events(
+    parameters: Parameters, layout: Layout, fps: float, others: Sequence[str] = ()
+) -> tuple[tuple[Event, ...], tuple[str, ...]]:
     """The contacts and toe-offs within the trial, in the order of time, and a note if there are only others.
 
-    They are the header's if the parameters have none. EVENT:TIMES are minutes and seconds, the header's are seconds, both since frame 1.
+    They are the header's if the parameters have none, and those of `others` in the file are left out. EVENT:TIMES are
+    minutes and seconds, the header's are seconds, both since frame 1.
     """
     times = parameters.numbers("EVENT:TIMES").ravel(order="F")
     seconds = times[: len(times) // 2 * 2].reshape(-1, 2) @ [60.0, 1.0]
-    labels, contexts = parameters.texts("EVENT:LABELS"), parameters.texts("EVENT:CONTEXTS")
-    named = list(zip(seconds, labels, [*contexts, *[""] * len(labels)], strict=False))
+    labels, contexts, whose = (parameters.texts(f"EVENT:{name}") for name in ("LABELS", "CONTEXTS", "SUBJECTS"))
+    every = zip_longest(seconds[: len(labels)], labels[: len(seconds)], contexts, whose, fillvalue="")
+    named = [(second, label, context) for second, label, context, who in every if label and who not in others]
     found, outside = [], 0
-    for second, label, context in named or [(time, label, "") for time, label in layout.events]:
+    for second, label, context in named if labels else [(time, label, "") for time, label in layout.events]:
         meaning = _meaning(label, context)
         time = float(second) - (layout.first - 1) / fps
         if meaning and -0.5 < time * fps < layout.frames - 0.5:
