@@ -96,8 +96,9 @@ def motive(points, *, version="1.23", unit=("Meters", 1.0), kinds=("Bone",), par
             row_cells = cells(there[:, j : j + 1] + 0.02 * unit[1] * (kind == "Bone Marker"), 1)
             for row, three in zip(data, row_cells, strict=True):
                 row += turn + three + ["0.1"] * (kind == "Rigid Body")
-    about = ["Format Version", version, "Take Name", "Take 1", "Capture Frame Rate", "120.000000", "Export Frame Rate",
-    about = ["Format Version", version, "Take Name", "Take", "Capture Frame Rate", "120.000000", "Export Frame Rate",
+    about = ["Format Version", version, "Take Name", "Take 1", "Capture Frame Rate", "120.000000"]
+    about += ["Export Frame Rate", "120.000000", "Rotation Type", "Quaternion", "Length Units", unit[0]]
+    about += ["Coordinate Space", space]
     starts = [["", "Type"], ["", "Name"], ["", "ID"], ["", "Parent"], ["", ""], ["Frame", "Time (Seconds)"]]
     lines = [start + row for start, row in zip(starts, heads, strict=True)]
     if not parent:
