@@ -1,6 +1,7 @@
 """Motion capture files, in metres and z up.
 
-BVH, C3D, TRC and NPZ are read and written; ASF/AMC and AMASS are only read; CSV, GLB and MOT are only written.
+BVH, C3D, TRC and NPZ are read and written; ASF/AMC, AMASS, and tables of Qualisys, Motive and others are only read;
+GLB and MOT are only written. CSV is written with poses, and read as a table of points.
 """
 
 from motionenv.mocap.marker_sets import LANDMARKS, MarkerMap, find_landmarks, guess_map

@@ -97,7 +97,7 @@ def _qualisys(path, lines: list[str]) -> _Table:
     columns = range(begin, begin + 3 * len(names))
     points = _values(path, rows[first:], columns, [f"column {c + 1}" for c in columns])
     said = (header.get("NO_OF_FRAMES") or [""])[0]
-    notes = ()
+    notes: tuple[str, ...] = ()
     if said.isdigit() and int(said) != len(points):
         if abs(int(said) - len(points)) > 1:
             raise FormatError(path, f"NO_OF_FRAMES says {said}, but there are {len(points)}", f"line {len(lines)}")
