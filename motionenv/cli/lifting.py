@@ -12,7 +12,7 @@ from motionenv.cli._shared import Fps, Unit, Weights, check_folder, detected, er
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 
-_POINTS = {".json", ".csv"}
+_POINTS = {".json"}
 _FILMS = {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".webm"}
 _WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
 _PELVIS = MARKERS.index("pelvis")
@@ -128,7 +128,8 @@ def _read(path: Path, project: str | None, elevation: str, fps, unit, of_detecto
     from motionenv.mocap.plausibility import find_doubts
     from motionenv.types import Motion
 
-    if path.suffix.lower() in _POINTS or path.is_dir() or (path.suffix.lower() == ".trc" and project is None):
+    table = path.suffix.lower() in (".csv", ".trc")  # of 2D points or, to be projected, of 3D ones
+    if path.suffix.lower() in _POINTS or path.is_dir() or (table and project is None):
         if project is not None:
             raise MotionError(f"--project is only for 3D capture; {path.name} has 2D points: omit it")
         return read_points(path, fps=fps, unit=unit, **of_detector)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fill, Fps, Map, Unit, check_folder, err, marker_map, note, progress
+from motionenv.cli._shared import Fill, Fps, Map, Person, Unit, Up, check_folder, err, marker_map, note, progress
 from motionenv.errors import MotionError
 
 
@@ -13,7 +13,7 @@ def fit(
     model: Annotated[str, typer.Argument(help="tree, walk/fpca, walk/eigenwalkers or walk/prior.")],
     mocap: Annotated[Path, typer.Option(help="Folder of capture files, including subfolders.")],
     out: Annotated[Path, typer.Option(help="Model file to write (.npz).")], fps: Fps = None, unit: Unit = None,
-    map_: Map = None, fill: Fill = False,
+    up: Up = None, person: Person = None, map_: Map = None, fill: Fill = False,
     mirrored: Annotated[bool, typer.Option("--mirrored", help="Tree: add mirror images of the clips.")] = False,
     group: Annotated[list[str] | None, typer.Option(
         help="Eigenwalkers: NAME=PERSON,PERSON,… twice, for the axis between two groups of people.")] = None,
@@ -32,11 +32,14 @@ def fit(
         if mirrored or activity is not None:
             raise MotionError(f"--mirrored and --activity are only for tree, not for {model}: omit them")
     check_folder(out)
-    asked = {"--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--map": map_, "--activity": activity}
+    asked = {
+        "--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--up": up, "--person": person, "--map": map_,
+        "--activity": activity,
+    }  # fmt: skip
     options = "".join(f" {key} {value}" for key, value in asked.items() if value)
     options += " --fill" * fill + " --mirrored" * mirrored + "".join(f" --group {one}" for one in group or ())
     command = f"motionenv fit {model} --mocap {mocap.name}{options} --out {out.name}"
-    reading = {"fps": fps, "unit": unit, "marker_map": marker_map(map_), "fill": fill}
+    reading = {"fps": fps, "unit": unit, "up": up, "person": person, "marker_map": marker_map(map_), "fill": fill}
     if model == "tree":
         _fit_tree(mocap, out, command, activity=activity, mirrored=mirrored, **reading)
     else:

@@ -72,7 +72,8 @@ def choose(
         path: of the file, for errors.
         labels: of the points.
         positions: (frames, points, 3) [m], NaN in gaps.
-        person: a prefix of `labels`, in any case; None is the prefix with most landmarks in most frames.
+        person: a prefix of `labels`, in any case; None is the prefix with most landmarks in most frames. Where no label
+            has a prefix, it doesn't matter.
         subjects: names of people in the file, which are prefixes also without a colon.
 
     Raises:
@@ -87,7 +88,7 @@ def choose(
         prefix: _landmarks([split[i][1] for i in g], positions[:, g]) if many else {} for prefix, g in groups.items()
     }
     best = max(shown, key=lambda prefix: _seen(shown[prefix]), default="")
-    chosen = best if person is None else _named(path, person, [*shown, *(subjects if not many else ())])
+    chosen = best if person is None or not (many or best) else _named(path, person, list(shown))
     others = tuple(p for p in shown if p != chosen and _two_places(shown[p], shown.get(chosen, {})))
     kept = tuple(i for i, (prefix, _) in enumerate(split) if prefix not in others)
     prefixes = {split[i][0] for i in kept} - {""}

@@ -15,7 +15,7 @@ from motionenv.mocap import npz
 from motionenv.mocap.marker_sets import MarkerMap, find_landmarks
 from motionenv.mocap.people import one_person
 from motionenv.mocap.plausibility import find_doubts, mended
-from motionenv.mocap.readers import amass, asfamc, bvh, c3d, trc
+from motionenv.mocap.readers import amass, asfamc, bvh, c3d, tables, trc
 from motionenv.mocap.retargeting import retarget
 from motionenv.mocap.units_axes import METRES
 from motionenv.types import Markers, Motion, Recording
@@ -25,6 +25,7 @@ _READERS: dict[str, tuple[Callable[..., Any], set[str]]] = {
     ".amc": (asfamc.read, {"fps", "unit", "up", "asf"}),
     ".bvh": (bvh.read, {"fps", "unit", "up", "person"}),
     ".c3d": (c3d.read, {"fps", "unit", "up", "person"}), ".trc": (trc.read, {"fps", "unit", "up", "person"}),
+    ".tsv": (tables.read, {"fps", "unit", "up", "person"}), ".csv": (tables.read, {"fps", "unit", "up", "person"}),
     ".npz": (npz.read, set()),
 }  # fmt: skip
 
@@ -37,7 +38,9 @@ def read(
     person: str | None = None, asf: str | Path | None = None, body_model: str | Path | None = None,
     override: bool = True,
 ) -> Markers | Motion:  # fmt: skip
-    """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, or AMASS's.
+    """Read a capture file: .amc (with its .asf), .bvh, .c3d, .trc, motionenv's own .npz, AMASS's, or a table of points.
+
+    Tables are Qualisys's .tsv, OptiTrack Motive's .csv, and plain ones with columns such as time, hip_x, hip_y, hip_z.
 
     Args:
         path: the file.

@@ -15,6 +15,9 @@ from motionenv.errors import FormatError, MotionError
 #: Metres per unit. "cmu" is the Carnegie Mellon database's: 0.45 units to the inch.
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 
+#: Plausible spans [m] of the markers on a person, or on a person's legs.
+PEOPLE = (0.5, 2.4)
+
 #: The units in which optical systems write markers.
 MARKER_UNITS = ("mm", "cm", "m", "inch")
 
@@ -32,7 +35,7 @@ _NAMED = {
 _ALIKE = 0.85  # of the letters of a long spelling, at least, for a misspelt one: "milimeters"
 _NEAR = 3.5  # factor from the usual span within which a unit is proposed, for hands, several people, stray points
 _LEGS, _SLENDER = 0.6, 1.5  # [m] least height of points on legs, and its least ratio to their length and width
-_TALL, _PEOPLE = 1.7, (0.5, 2.4)  # [m] usual and plausible spans of the markers on a person, or on a person's legs
+_TALL = 1.7  # [m] usual span of the markers on a person
 
 #: File axes that become the world's x, y, z (forward, left, up): a cyclic permutation, which preserves handedness.
 _CYCLES = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}
@@ -104,7 +107,7 @@ def unit_proposal(points: np.ndarray, units: Sequence[str] = tuple(METRES)) -> s
             f"no usual one fits a person: pass the metres per unit; unit={number} (--unit {number}) makes the points "
             f"span {_TALL} m"
         )
-    fit = "fits" if _PEOPLE[0] <= tall <= _PEOPLE[1] else "is nearest to"
+    fit = "fits" if PEOPLE[0] <= tall <= PEOPLE[1] else "is nearest to"
     return (
         f"in {_NAMED.get(name, name)} the points would span {tall:.2f} m, which {fit} a person: "
         f'pass unit="{name}" (--unit {name})'

@@ -75,6 +75,8 @@ def read_walks(
     unit: str | None = None,
     marker_map: MarkerMap | None = None,
     fill: bool = False,
+    up: str | None = None,
+    person: str | None = None,
     on_file: Callable[[str], None] = lambda name: None,
 ) -> Walks:
     """Read every straight, periodic walk among the capture files below `folder`.
@@ -83,12 +85,13 @@ def read_walks(
     SHA-256; CMU's two numbers for one person count as one label.
 
     Args:
-        folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
+        folder: searched with its subfolders for files of `motionenv.mocap.SUFFIXES`.
         fps: frames per second, for files that don't state it (AMC never does; CMU's is 120).
         unit: unit of length, for files that don't state it.
         marker_map: which points of the files are which landmarks; None recognises them by their names.
         fill: whether to fill what the capture doesn't show (`motionenv.fill`). Otherwise captures of part of the body
             give walks of that part.
+        up, person: vertical axis, and the one of several people in a file, as of `motionenv.read`.
         on_file: called with each file's name before it is read.
 
     Raises:
@@ -97,14 +100,15 @@ def read_walks(
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES)
     if not paths:
         raise MotionError(
-            f"no AMC, BVH, C3D, NPZ or TRC file below {folder}; motionenv mocap download cmu-walks --to DIR gets some"
+            f"no capture ({', '.join(sorted(SUFFIXES))}) below {folder}; "
+            "motionenv mocap download cmu-walks --to DIR gets some"
         )
     known = {file.sha256 for file in find_source("cmu-walks").files}
     used, left_out, cmu = [], {}, []
     for path in paths:
         on_file(path.name)
         try:
-            motion, markers = _walk(path, fps, unit, marker_map, fill)
+            motion, markers = _walk(path, fps, unit, marker_map, fill, up, person)
             cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
             person = person_label(path)
             used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
@@ -146,9 +150,15 @@ def check_name(name: str) -> None:
 
 
 def _walk(
-    path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None, fill: bool
+    path: Path,
+    fps: float | None,
+    unit: str | None,
+    marker_map: MarkerMap | None,
+    fill: bool,
+    up: str | None,
+    person: str | None,
 ) -> tuple[Motion, Markers]:
-    capture = read(path, fps=fps, unit=unit, override=False)
+    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
     check_plausible(capture, marker_map)
     motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:

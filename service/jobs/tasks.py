@@ -118,13 +118,14 @@ def points(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     path = _captures(folder)[0]
     progress(0.0, f"reading {path.name}")
-    held = motionenv.read(path, fps=settings["fps"], unit=settings["unit"], override=False)
+    how = _how(settings)
+    marker_map, problem = how.pop("marker_map"), None
+    held = motionenv.read(path, **how, override=False)
     if isinstance(held, Motion):
         raise MotionError(f"{path.name} holds angles of the body and no points: it needs no marker map")
     if held.positions.ndim != 3:
         raise MotionError(f"{path.name} holds several captures: save one to a file")
     progress(0.5, "recognising the points")
-    marker_map, problem = _marker_map(settings), None
     try:
         motionenv.retarget(held, marker_map=marker_map)
     except MotionError as error:
@@ -198,8 +199,9 @@ def _captures(folder: Path) -> list[Path]:
 
 
 def _how(settings: dict[str, Any]) -> dict[str, Any]:
-    """How files are read: frame rate and unit of those that don't say, and the marker map."""
-    return {"fps": settings["fps"], "unit": settings["unit"], "marker_map": _marker_map(settings)}
+    """How files are read; jobs of an older version have neither axis nor person."""
+    told = {name: settings.get(name) for name in ("fps", "unit", "up", "person")}
+    return {**told, "marker_map": _marker_map(settings)}
 
 
 def _marker_map(settings: dict[str, Any]) -> MarkerMap | None:
@@ -218,17 +220,17 @@ def _heading(positions: np.ndarray) -> float | None:
     return float(np.degrees(np.arctan2(y, x))) if np.hypot(x, y) > _MOVED else None
 
 
-def _inspected(path: Path, fps: float | None, unit: str | None, marker_map: MarkerMap | None) -> dict[str, Any]:
-    from motionenv.mocap.plausibility import find_doubts
+def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str, Any]:
+    from motionenv.mocap import find_doubts
     from motionenv.models.walking.preprocessing import straightness
 
-    held = motionenv.read(path, fps=fps, unit=unit, override=False)
+    held = motionenv.read(path, **how, override=False)
     ours = isinstance(held, Motion)
     values = held.poses if isinstance(held, Motion) else held.positions
     told: dict[str, Any] = {
         "name": path.name, "format": path.suffix[1:], "points": POSE if isinstance(held, Motion) else held.names,
         "frames": values.shape[0], "fps": held.fps, "seconds": values.shape[0] / held.fps,
-        "gaps": float(np.isnan(values).mean()), "notes": [] if isinstance(held, Motion) else held.notes,
+        "gaps": float(np.isnan(values).mean()), "notes": held.notes,
         "doubts": find_doubts(held, marker_map),
     }  # fmt: skip
     try:

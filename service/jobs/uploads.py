@@ -15,12 +15,13 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 from starlette.requests import ClientDisconnect, Request
 
+import motionenv.mocap
 from service.errors import Problem
 from service.jobs.file_store import FileStore, Incoming
 from service.jobs.store import full_disk_errors
 
 #: Suffixes of capture, and of the skeletons that AMC files need.
-CAPTURE = (".amc", ".bvh", ".c3d", ".npz", ".trc")
+CAPTURE = tuple(sorted(motionenv.mocap.SUFFIXES))
 SUFFIXES = (*CAPTURE, ".asf")
 _FILES, _FIELDS = 500, 32  # at most
 _FIELD_BYTES = 1 << 15  # a marker map takes a few thousand

@@ -53,6 +53,14 @@ class ReadFields(BaseModel):
     unit: Literal["m", "dm", "cm", "mm", "inch", "cmu"] | None = Field(
         None, description="Unit of length of files that don't contain it.", examples=["cm"]
     )
+    up: Literal["x", "y", "z"] | None = Field(
+        None, description="Vertical axis of the files, if it isn't the usual one of their format.", examples=["z"]
+    )
+    person: str | None = Field(
+        None, min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$", examples=["Anna"],
+        description="Which of several people in a file: what stands in front of the names of the person's points and a "
+        "colon. Without it, the one with the most landmarks.",
+    )  # fmt: skip
 
 
 class FillFields(ReadFields):
@@ -236,8 +244,10 @@ class Inspected(BaseModel):
     fps: float | None = Field(None, description="Frames per second.")
     seconds: float | None = Field(None, description="Duration [s].")
     gaps: float | None = Field(None, description="Share of missing values.")
-    notes: list[str] = Field([], description="How the file was read where it could be misread.")
-    doubts: list[str] = Field([], description="What isn't plausible for a person.")
+    notes: list[str] | None = Field(
+        None, description="What the reader of the file had to decide, such as which of several people it took."
+    )
+    doubts: list[str] | None = Field(None, description="What isn't plausible for a person.")
     motion: Preview | None = Field(None, description="The retargeted motion.")
     straightness: float | None = Field(None, description="Distance from start to end, as a share of the path's length.")
     walk: Walk | None = Field(None, description="Gait cycles, if it is a straight walk.")

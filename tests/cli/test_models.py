@@ -110,7 +110,7 @@ def test_fit_tree_learns_what_sample_goes_on_from(run, clips, tmp_path):
 
 
 def test_fit_tree_without_capture_leaves_nothing(run, tmp_path):
-    refused(run("fit", "tree", "--mocap", ".", "--out", "m.npz"), "no AMC, BVH, C3D, NPZ or TRC")
+    refused(run("fit", "tree", "--mocap", ".", "--out", "m.npz"), "no capture ")
     refused(run("fit", "tree", "--mocap", ".", "--out", "nowhere/m.npz"), "nowhere")
     refused(run("fit", "walk/fpca", "--mocap", ".", "--out", "m.npz", "--mirrored"), "only for tree")
     (tmp_path / "broken.bvh").write_text("HIERARCHY\n")

@@ -85,7 +85,9 @@ def test_a_persons_label_is_the_first_part_of_a_files_name(name, person):
 
 
 def test_an_unknown_suffix_lists_what_can_be_read(tmp_path):
-    with pytest.raises(FormatError, match=r"suffix '\.fbx'; supported are \.amc, \.bvh, \.c3d, \.trc, \.npz"):
+    with pytest.raises(
+        FormatError, match=r"suffix '\.fbx'; supported are \.amc, \.bvh, \.c3d, \.trc, \.tsv, \.csv, \.npz"
+    ):
         files.read(tmp_path / "a.fbx")
 
 
@@ -115,16 +117,19 @@ def test_options_for_silent_files_leave_amc_and_bvh_as_they_state(mocap):
     assert files.read(bvh, fps=30, unit="cmu").fps == 30
 
 
-SUFFIXES = ["amc", "bvh", "c3d", "trc", "npz"]
+SUFFIXES = ["amc", "bvh", "c3d", "trc", "tsv", "csv", "npz"]
 JUNK = {
     "missing": (None, "can't be read: No such file"),
     "empty": (b"", "is empty"),
     "blank": (b" \r\n\t\n", "is empty"),
     "zeros": (bytes(5000), "is binary|isn't a C3D file|isn't an NPZ file"),
     "noise": (np.random.default_rng(1).bytes(5000), "is binary|isn't a C3D file|isn't an NPZ file"),
-    "UTF-16": ("HIERARCHY\n".encode("utf-16"), "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame"),
-    "Latin-1": (b"HIERARCHY\nROOT H\xfcfte\n", "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame"),
-    "prose": (b"Once upon a time\nthere was a walk.\n", "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|'Once'"),
+    "UTF-16": ("HIERARCHY\n".encode("utf-16"), "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|no table"),
+    "Latin-1": (b"HIERARCHY\nROOT H\xfcfte\n", "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|no table"),
+    "prose": (
+        b"Once upon a time\nthere was a walk.\n",
+        "no MOTION|a C3D file|an NPZ|PathFileType|in 'a'|frame|'Once'|no table",
+    ),
 }
 
 

@@ -191,6 +191,10 @@ def _columns(path, header: list[str]) -> tuple[str, np.ndarray]:
         raise FormatError(path, f"the first column must be time_s or frame, got {header[0]!r}", "line 1")
     known = {f"{name}_{axis}": 2 * i + j for i, name in enumerate(MARKERS) for j, axis in enumerate("xy")}
     split = [name.rpartition("_") for name in header[1:]]
+    if any(coordinate.endswith("_z") for coordinate, _, _ in split) or header[-1].lower().endswith("z"):
+        raise FormatError(
+            path, "has 3D points: project them with --project, or read them with motionenv.read", "line 1"
+        )
     for coordinate, _, unit in split:
         if coordinate not in known or unit not in ("m", "px"):
             problem = f"columns must be like left_knee_x_m or left_knee_x_px, 2D, got {f'{coordinate}_{unit}'!r}"

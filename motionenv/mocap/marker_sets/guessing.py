@@ -151,6 +151,7 @@ def _without_side(name: str) -> tuple[str, str]:
 def _vocabulary() -> tuple[tuple[str, str, str], ...]:
     """Every landmark with its side and a name that some set has for it, without the side; and its own name."""
     found = set()
+    taken = {plain_name(landmark.removeprefix("left_").removeprefix("right_")) for landmark in LANDMARKS}
     for landmark in LANDMARKS:
         side, _, bare = landmark.partition("_") if landmark.startswith(("left_", "right_")) else ("", "", landmark)
         found.add((landmark, side, plain_name(bare)))
@@ -162,6 +163,6 @@ def _vocabulary() -> tuple[tuple[str, str, str], ...]:
             for way in ways:
                 if len(way) == 1:
                     own, bare = _without_side(plain_name(next(iter(way))))
-                    if own == side:
+                    if own == side and bare not in taken:  # a bone "thigh" begins at the hip, a marker doesn't
                         found.add((landmark, side, bare))
     return tuple(sorted(found))

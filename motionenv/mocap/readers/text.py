@@ -74,6 +74,11 @@ def number(path: str | Path, line: int, word: str, what: str) -> float:
     return value
 
 
+def pointed(word: str) -> str:
+    """The `word` of a number with a decimal point for a decimal comma."""
+    return word.replace(",", ".") if word.count(",") == 1 and "." not in word else word
+
+
 def count(path: str | Path, line: int, word: str, what: str) -> int:
     """`word` as a whole number above 0; otherwise a FormatError that names the line and `what`, the expected value."""
     value = number(path, line, word, what)

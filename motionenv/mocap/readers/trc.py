@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from motionenv.errors import FormatError
-from motionenv.mocap.readers.text import given_fps, number, read_lines, unique
+from motionenv.mocap.readers.text import given_fps, number, pointed, read_lines, unique
 from motionenv.mocap.units_axes import stated_metres, upright, vertical_axis
 from motionenv.types import Markers
 
@@ -109,21 +109,16 @@ def _row(path, i: int, line: str, markers: int) -> list[float]:
     except ValueError:
         values = [np.inf]
     if np.isinf(values).any():
-        words = [_pointed(word) for word in words]
+        words = [pointed(word) for word in words]
         gap = lambda word: word.lower() in ("", "nan")
         values = [np.nan if gap(word) else number(path, i, word, f"column {c}") for c, word in enumerate(words, 1)]
     return values
 
 
-def _pointed(word: str) -> str:
-    """A number with a decimal point for a decimal comma."""
-    return word.replace(",", ".") if word.count(",") == 1 and "." not in word else word
-
-
 def _stated_fps(path, written: str, times: np.ndarray) -> float:
     if not written:
         raise FormatError(path, "has no value for DataRate; pass fps= (--fps)", "line 3")
-    fps = number(path, 3, _pointed(written), "DataRate")
+    fps = number(path, 3, pointed(written), "DataRate")
     if fps <= 0:
         raise FormatError(path, f"'DataRate' must be above 0, got {written!r}; pass fps= (--fps)", "line 3")
     took, expected = times[-1] - times[0], (len(times) - 1) / fps

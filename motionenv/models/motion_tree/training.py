@@ -20,7 +20,8 @@ _BANDAI = re.compile(r"dataset-\d+_(?P<activity>[^_]+)_(?P<style>[^_]+)_\d+")
 
 def read_clips(
     folder: str | Path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
-    activity: str | None = None, fill: bool = False, on_file: Callable[[str], None] = lambda name: None,
+    activity: str | None = None, fill: bool = False, up: str | None = None, person: str | None = None,
+    on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
 ) -> Iterator[Clip]:  # fmt: skip
     """Yield every capture file below `folder` as a clip, read one at a time.
@@ -29,13 +30,14 @@ def read_clips(
     activity is the folder's name, and the person is the file's name up to the first "_", as in CMU's trials.
 
     Args:
-        folder: searched with its subfolders for AMC, BVH, C3D, NPZ and TRC files.
+        folder: searched with its subfolders for files of `motionenv.mocap.SUFFIXES`.
         fps: frames per second, for files that don't state it.
         unit: unit of length, for files that don't state it.
         marker_map: which points of the files are which landmarks; None recognises them by their names.
         activity: activity of all files; None takes it from the names.
         fill: whether to fill what the capture doesn't show (`motionenv.fill`); otherwise captures of part of the body
             are left out.
+        up, person: vertical axis, and the one of several people in a file, as of `motionenv.read`.
         on_file: called with each file's name before it is read.
         on_left_out: called with name and reason of each file that can't be read or retargeted, or doesn't show the
             whole body.
@@ -45,11 +47,11 @@ def read_clips(
     """
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES)
     if not paths:
-        raise MotionError(f"no AMC, BVH, C3D, NPZ or TRC file below {folder}: name a folder of motion capture")
+        raise MotionError(f"no capture ({', '.join(sorted(SUFFIXES))}) below {folder}: name a folder of motion capture")
     for path in paths:
         on_file(path.name)
         try:
-            capture = read(path, fps=fps, unit=unit, override=False)
+            capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
             check_plausible(capture, marker_map)
             motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
             motion = filling.fill(motion) if fill else motion
@@ -65,14 +67,16 @@ def read_clips(
 
 def fit_tree(
     folder: Path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
-    activity: str | None = None, mirrored: bool = False, fill: bool = False, command: str = "",
+    activity: str | None = None, mirrored: bool = False, fill: bool = False, up: str | None = None,
+    person: str | None = None, command: str = "",
     on_file: Callable[[str], None] = lambda name: None,
     on_left_out: Callable[[str, str], None] = lambda name, why: None,
 ) -> MotionTree:  # fmt: skip
     """Fit a tree to all capture below a folder.
 
     Args:
-        folder, fps, unit, marker_map, activity, fill, on_file: as of `motionenv.models.motion_tree.read_clips`.
+        folder, fps, unit, marker_map, activity, fill, up, person, on_file: as of
+            `motionenv.models.motion_tree.read_clips`.
         mirrored: also include the left-right mirror image of every clip.
         command: the command line to record in the card.
         on_left_out: called with name and reason of each file that is not used.
@@ -87,8 +91,8 @@ def fit_tree(
         on_left_out(name, why)
 
     clips = read_clips(
-        folder, fps=fps, unit=unit, marker_map=marker_map, activity=activity, fill=fill, on_file=on_file,
-        on_left_out=leave_out,
+        folder, fps=fps, unit=unit, marker_map=marker_map, activity=activity, fill=fill, up=up, person=person,
+        on_file=on_file, on_left_out=leave_out,
     )  # fmt: skip
     short = f"has no {WINDOW + 1} contiguous frames at 30 frames/s"
     try:

@@ -132,7 +132,7 @@ WRONG = {
     "empty": ("", "empty"),
     "no column": ("a,b\n1,2\n", "first column"),
     "typo": ("time_s,haed_x_m,haed_y_m\n0,1,2\n1,1,2\n", "haed_x_m"),
-    "3D": ("time_s,head_x_m,head_y_m,head_z_m\n0,1,2,3\n", "2D, got 'head_z_m'"),
+    "3D": ("time_s,head_x_m,head_y_m,head_z_m\n0,1,2,3\n", "has 3D points: project them with --project"),
     "half": ("time_s,head_x_m\n0,1\n1,2\n", "x and y of each"),
     "units": ("time_s,head_x_m,head_y_px\n0,1,2\n1,2,3\n", "all in m or all in px"),
     "nothing": ("time_s\n0\n1\n", "all in m or all in px"),

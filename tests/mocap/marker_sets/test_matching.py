@@ -15,7 +15,7 @@ PIG = [n for w in marker_set("plug-in-gait").points.values() for n in w[0]]
 
 def test_every_set_says_where_its_names_come_from():
     sets = marker_sets()
-    assert len({known.name for known in sets}) == len(sets) == 18
+    assert len({known.name for known in sets}) == len(sets) == 19
     assert all(known.title and known.source for known in sets)
 
 

@@ -31,7 +31,7 @@ def test_files_that_are_no_capture_are_left_out(tmp_path):
     (clip,) = read_clips(tmp_path, on_left_out=left_out.__setitem__)
     assert (clip.activity, clip.person) == ("walk", "bob")
     assert list(left_out) == ["ann_1.bvh"]
-    with pytest.raises(MotionError, match="no AMC, BVH, C3D, NPZ or TRC file below"):
+    with pytest.raises(MotionError, match="no capture "):
         next(read_clips(tmp_path / "nowhere"))
 
 
@@ -110,5 +110,5 @@ def test_a_folder_of_which_nothing_can_be_used_names_the_first_file_and_why(fold
     (folder / "walk" / "ann_1.npz").unlink()
     with pytest.raises(MotionError, match=r"none of 2 files .* the first, (notes\.bvh|bob_1\.npz: has no 11)"):
         fit_tree(folder)
-    with pytest.raises(MotionError, match="no AMC, BVH, C3D, NPZ or TRC file below"):
+    with pytest.raises(MotionError, match="no capture "):
         fit_tree(folder / "nowhere")

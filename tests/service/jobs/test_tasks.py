@@ -11,7 +11,7 @@ import pytest
 
 import motionenv
 from motionenv.models import training
-from motionenv.types import POSE
+from motionenv.types import MARKERS, POSE
 from tests.service.jobs.handing import as_file, ended, result, some_walks, uploads
 
 
@@ -44,6 +44,26 @@ def test_inspecting_finds_the_body_and_the_cycles(job_server, walks):
     assert broken["name"] == "b.bvh"
     assert "b.bvh" in broken["problem"]
     assert str(job_server.data) not in json.dumps(found)
+
+
+def test_one_of_two_people_is_read(job_server):
+    """A table of two walkers, of whom Ben shows the legs; the reader's note is in the answer."""
+    walk = motionenv.synthesize("walk/fpca", 2, 60, seed=0)
+    anna = motionenv.body.markers(walk.poses, walk.skeleton)
+    legs = [name for name in MARKERS if name.endswith(("hip", "knee", "ankle"))]
+    points = {f"Anna:{name}": anna[:, i] for i, name in enumerate(MARKERS)}
+    points |= {f"Ben:{name}": anna[:, MARKERS.index(name)] + 1 for name in legs}
+    lines = [",".join(["time", *(f"{name}_{axis}_m" for name in points for axis in "xyz")])]
+    for i in range(len(anna)):
+        lines.append(",".join(map(str, [i / 60, *(x for place in points.values() for x in place[i])])))
+    sent = uploads({"two.csv": "\n".join(lines).encode()})
+    for person, many in (("", len(MARKERS)), ("Ben", len(legs))):
+        data = {"person": person} if person else {}
+        asked = job_server.http.post("/v1/jobs/inspect", files=sent, data=data)
+        (found,) = result(job_server, ended(job_server, asked)).json()["files"]
+        assert len(found["points"]) == many
+        assert f"{person or 'Anna'} is taken" in found["notes"][0]
+        assert found["motion"]["height"] > 1.2
 
 
 def test_models_are_fitted_used_and_removed(job_server, walks):

@@ -169,11 +169,13 @@ def test_people_find_their_names_again(name, kept):
 
 @pytest.mark.parametrize("name", ["a.exe", "bvh", "a.bvh.zip", "", "a."])
 def test_other_files_are_refused_and_the_suffixes_named(name):
-    with pytest.raises(Problem, match=r"file names must end in one of \.amc, \.bvh, \.c3d, \.npz, \.trc, \.asf") as no:
+    with pytest.raises(
+        Problem, match=r"file names must end in one of \.amc, \.bvh, \.c3d, \.csv, \.npz, \.trc, \.tsv, \.asf"
+    ) as no:
         safe_name(name)
     (error,) = no.value.errors
     assert (no.value.status_code, error["field"]) == (422, "/files")
-    assert error["bound"] == {"expected": ".amc .bvh .c3d .npz .trc .asf"}
+    assert error["bound"] == {"expected": ".amc .bvh .c3d .csv .npz .trc .tsv .asf"}
 
 
 @pytest.mark.parametrize(("few", "most"), [(True, 2), (False, 500)])

@@ -7,6 +7,7 @@ import re
 import httpx
 import pytest
 
+from service.jobs.uploads import SUFFIXES
 from service.routes.page import FOLDER
 
 WEB = FOLDER.parent
@@ -30,6 +31,11 @@ def test_the_bundle_is_of_these_sources():
     for name in sorted(path.relative_to(WEB).as_posix() for path in built_from if path.is_file()):
         digest.update(name.encode() + b"\0" + (WEB / name).read_bytes() + b"\0")
     assert digest.hexdigest() == (FOLDER / "SOURCES").read_text().strip(), "run `npm run build` in service/web"
+
+
+def test_the_page_takes_what_the_service_takes():
+    panel = (WEB / "src" / "capture" / "panel.js").read_text(encoding="utf-8")
+    assert set(re.search(r'KINDS = "(.*?)"', panel)[1].split(",")) == set(SUFFIXES)
 
 
 def test_what_the_page_names_is_there_and_kept_for_good(server):

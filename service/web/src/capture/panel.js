@@ -3,7 +3,7 @@
 import { make } from "../controls/widgets.js";
 import { Upload } from "./upload.js";
 
-const KINDS = ".bvh,.c3d,.amc,.asf,.trc,.npz";
+const KINDS = ".amc,.asf,.bvh,.c3d,.csv,.npz,.trc,.tsv"; // those of the service's uploads, as a test checks
 const UNTOLD = "AMC files don't contain their frame rate: enter the frames per second (120 for CMU), then read the files again.";
 const UNITS = ["", "m", "dm", "cm", "mm", "inch", "cmu"];
 
@@ -11,8 +11,8 @@ const UNITS = ["", "m", "dm", "cm", "mm", "inch", "cmu"];
 export function capturePanel(element, app) {
   const input = make("input", { type: "file", multiple: true, accept: KINDS });
   input.setAttribute("aria-label", "Motion-capture files");
-  const drop = make("label", { className: "drop" }, input, "Drop BVH, C3D, AMC with its ASF, TRC or NPZ here, or click to choose");
-  const { fps, unit, fields } = details();
+  const drop = make("label", { className: "drop" }, input, "Drop BVH, C3D, AMC with its ASF, TRC, NPZ, TSV or CSV here, or click to choose");
+  const { fps, unit, up, person, fields } = details();
   const report = make("div", {});
   element.append(drop, fields, report);
 
@@ -32,7 +32,7 @@ export function capturePanel(element, app) {
       return;
     }
     input.disabled = true;
-    const upload = new Upload(report, app, kept, { fps: fps.value, unit: unit.value });
+    const upload = new Upload(report, app, kept, { fps: fps.value, unit: unit.value, up: up.value, person: person.value.trim() });
     fields.open = !(await upload.run()) || fields.open;
     input.disabled = false;
     input.value = "";
@@ -53,12 +53,16 @@ export function capturePanel(element, app) {
 function details() {
   const fps = make("input", { type: "number", min: 1, max: 10000, step: "any", placeholder: "as in the file" });
   const unit = make("select", {}, ...UNITS.map((value) => make("option", { value, textContent: value || "as in the file" })));
+  const up = make("select", {}, ...["", "x", "y", "z"].map((value) => make("option", { value, textContent: value || "as in the file" })));
+  const person = make("input", { type: "text", maxLength: 64, placeholder: "the one with most landmarks" });
   const fields = make(
     "details",
     { className: "inner" },
     make("summary", { textContent: "Missing information" }),
     make("label", { className: "field", textContent: "Frames per second" }, fps),
     make("label", { className: "field", textContent: "Unit of length" }, unit),
+    make("label", { className: "field", textContent: "Vertical axis" }, up),
+    make("label", { className: "field", textContent: "Which of several people" }, person),
   );
-  return { fps, unit, fields };
+  return { fps, unit, up, person, fields };
 }

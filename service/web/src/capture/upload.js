@@ -15,7 +15,7 @@ const NO_WALK = "Nothing to fit: the files contain no straight walk of at least 
 const NO_BODY = "The points were read, but their names are those of no known marker set: say which point is which.";
 const UNREAD = "The file couldn't be read, for the reason below. Missing information can be entered above; then read it again.";
 
-/** An upload. `files`: of the browser; `options`: frame rate and unit, where the user gave them. */
+/** An upload. `files`: of the browser; `options`: frame rate, unit, axis and person, where the user gave them. */
 export class Upload {
   constructor(element, app, files, options) {
     Object.assign(this, { element, app, files, options });
@@ -163,10 +163,11 @@ export class Upload {
 }
 
 /** The content of a file as a sentence. */
-function describe({ name, problem, points, frames, fps, motion, walk }) {
+function describe({ name, problem, points, frames, fps, notes, motion, walk }) {
   if (!points) return problem.startsWith(name) ? problem : `${name}: ${problem}`;
   const body = motion ? `, a body of ${motion.height.toFixed(2)} m` : "";
-  const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}`;
+  const noted = notes?.length ? ` (${notes.join("; ")})` : "";
+  const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}${noted}`;
   if (!walk) return `${read}. ${problem ?? ""}`;
   return `${read}; ${walk.starts.length} strides of ${walk.stride.toFixed(2)} s at ${walk.speed.toFixed(2)} m/s.`;
 }
