@@ -68,7 +68,7 @@ def find_doubts(capture: Markers | Motion, marker_map: MarkerMap | str | None = 
 
 
 def check_plausible(capture: Markers | Motion, marker_map: MarkerMap | str | None = None) -> None:
-    """Raise a `MotionError` that tells the first of `find_doubts`' doubts about a `capture`, if there are any."""
+    """Raise a `MotionError` that tells the first doubt about a `capture`; takes a `marker_map` as `find_doubts`."""
     if doubts := find_doubts(capture, marker_map):
         raise MotionError(f"not plausible: {doubts[0]}")
 

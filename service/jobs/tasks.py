@@ -221,7 +221,6 @@ def _heading(positions: np.ndarray) -> float | None:
 
 
 def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str, Any]:
-    from motionenv.mocap import find_doubts
     from motionenv.models.walking.preprocessing import straightness
 
     held = motionenv.read(path, **how, override=False)
@@ -231,7 +230,7 @@ def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str
         "name": path.name, "format": path.suffix[1:], "points": POSE if isinstance(held, Motion) else held.names,
         "frames": values.shape[0], "fps": held.fps, "seconds": values.shape[0] / held.fps,
         "gaps": float(np.isnan(values).mean()), "notes": held.notes,
-        "doubts": find_doubts(held, marker_map),
+        "doubts": motionenv.mocap.find_doubts(held, marker_map),
     }  # fmt: skip
     try:
         if values.ndim != (2 if ours else 3):
