@@ -15,7 +15,7 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 from starlette.requests import ClientDisconnect, Request
 
-import motionenv.mocap
+import motionenv
 from service.errors import Problem
 from service.jobs.file_store import FileStore, Incoming
 from service.jobs.store import full_disk_errors
