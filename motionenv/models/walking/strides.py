@@ -32,6 +32,8 @@ from motionenv.types import Cycles, Markers, Motion
 
 _HEADING = CHANNELS.index("root_heading")
 _AHEAD = np.radians(60.0)  # greatest angle between where somebody faces and where he goes, who walks ahead
+_LEGS = [CHANNELS.index(f"{side}_{angle}") for side in ("left", "right") for angle in ("hip_flexion", "knee_flexion")]
+_AROUND, _REACH = 0.1, 0.12  # [s] around the beginning of a stride, and by how much of its duration contacts may err
 _ON_THE_SPOT = 120.0  # [degrees] of turning within a stride whose chord says no longer where it goes
 
 
@@ -131,7 +133,9 @@ def _by_events(motion: Motion, capture: Markers | Motion, marker_map, no_period:
     feet = feet_of(capture, marker_map)
     stretches = find_stretches(feet)
     recording = capture.recording if isinstance(capture, Markers) else None
-    strides, found = find_strides(feet, find_events(feet, recording), stretches), "events"
+    angles = motion.poses[:, 6:]
+    strides = tuple(_recurring(s, angles, feet.fps) for s in find_strides(feet, find_events(feet, recording), stretches))
+    found = "events"
     if not strides:
         strides, found = strides_by_phase(feet, stretches), "phase"
     if not strides:
@@ -140,6 +144,32 @@ def _by_events(motion: Motion, capture: Markers | Motion, marker_map, no_period:
             f"whole, {no_period}"
         )
     return WalkStrides(strides, found, _chords(feet, strides))
+
+
+def _recurring(stride: Stride, angles: np.ndarray, fps: float) -> Stride:
+    """A stride that ends when the `angles` (frames, 19) of the legs are again as at its beginning.
+
+    Contacts of the drawn feet err by some frames, and the two ends of a stride not by the same.
+    """
+    first, length = round(stride.start * fps), stride.seconds * fps
+    around = np.arange(max(first - round(_AROUND * fps), 0), first + round(_AROUND * fps) + 1)
+    lags = np.arange(int((1 - _REACH) * length), int((1 + _REACH) * length) + 2)
+    legs = angles[:, _LEGS]
+    change = np.full(len(lags), np.inf)
+    for i, lag in enumerate(lags):
+        pairs = around[around + lag < len(legs)]
+        squares = (legs[pairs + lag] - legs[pairs]) ** 2
+        if len(pairs) >= 0.5 * len(around) and np.isfinite(squares).any():
+            change[i] = np.nanmean(squares)
+    best = int(change.argmin())
+    if not 0 < best < len(lags) - 1 or not np.isfinite(change[best - 1 : best + 2]).all():
+        return stride
+    before, at, after = change[best - 1 : best + 2]
+    seconds = (lags[best] + 0.5 * (before - after) / max(before - 2 * at + after, 1e-12)) / fps
+    ratio = min(seconds, (len(legs) - 1) / fps - stride.start) / stride.seconds
+    return replace(
+        stride, end=stride.start + ratio * stride.seconds, length=ratio * stride.length, turn=ratio * stride.turn
+    )
 
 
 def _chords(feet: Feet, strides: Sequence[Stride]) -> np.ndarray:
