@@ -1,7 +1,7 @@
 """Strides: from one initial contact of a foot to its next, or from one phase of a stride to the same of the next.
 
-A stride of `find_strides` begins and ends with contacts. A short capture may show none of them twice, but the same phase
-of a stride: `strides_by_phase` begins where a foot passes the other.
+A stride of `find_strides` begins and ends with contacts. A short capture may show no foot's contact twice, but the same
+phase of two strides: those of `strides_by_phase` begin where a foot passes the other.
 """
 
 from collections.abc import Sequence
@@ -75,7 +75,7 @@ class Stride(OneLine):
 
     @property
     def activity(self) -> str:
-        """"running" if the foot leaves the ground before the other one meets it, or else "walking"."""
+        """What is done: "running" if the foot leaves the ground before the other one meets it, or else "walking"."""
         return "running" if self.toe_off < self.opposite_contact else "walking"
 
 

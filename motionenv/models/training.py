@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,7 @@ _UNKNOWN_CARD = {
     "model licence": "not stated: it depends on the licence of the capture",
     "intended use": "{} of walking",
 }
+_OF_WALKS = ("motions", "markers", "subjects", "strides")
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
 
 
@@ -68,6 +70,11 @@ class Walks:
     strides: tuple[WalkStrides, ...]
     left_out: dict[str, str]
     cmu: bool
+
+    def straight(self) -> "Walks":
+        """Those that are long, straight and steady, and so cut by their period: the shipped models' are CMU's."""
+        kept = [walk.found == "period" for walk in self.strides]
+        return replace(self, **{name: tuple(compress(getattr(self, name), kept)) for name in _OF_WALKS})
 
     def summary(self) -> dict[str, int | str]:
         """What models learn from: numbers of people, trials and strides, and ranges of speed and curvature."""
@@ -129,8 +136,8 @@ def read_walks(
             left_out[path.name] = str(error)
     if not used:
         raise MotionError(f"none of {len(paths)} files is a walk; the first: {next(iter(left_out.values()))}")
-    motions, shown, subjects, strides = zip(*used, strict=True)
-    return Walks(motions, shown, subjects, strides, left_out, all(cmu))
+    motions, shown, subjects, found = zip(*used, strict=True)
+    return Walks(motions, shown, subjects, found, left_out, all(cmu))
 
 
 def fit(name: str, walks: Walks, command: str, groups: Mapping[str, Sequence[str]] | None = None) -> GaitModel:

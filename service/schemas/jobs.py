@@ -68,7 +68,7 @@ class FitFields(FillFields):
     """A model to be fitted to uploaded motion capture."""
 
     kind: Literal["fpca", "eigenwalkers", "tree"] = Field(
-        description="fpca and eigenwalkers learn from straight walks, a tree from any motion. Eigenwalkers need "
+        description="fpca and eigenwalkers learn from strides, a tree from any motion. Eigenwalkers need "
         "several people: the part of a file's name before the first _ identifies the person.",
         examples=["fpca"],
     )  # fmt: skip

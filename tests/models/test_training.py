@@ -97,8 +97,8 @@ def test_only_known_models_are_fitted(walks):
 
 @pytest.mark.slow
 def test_the_shipped_models_are_what_the_command_makes(mocap):
-    """motionenv fit NAME --mocap cmu_asfamc --fps 120: the same arrays, but for rounding on another CPU."""
-    walks = training.read_walks(mocap / "cmu_asfamc", fps=120)
+    """Of CMU's straight walks: the same arrays, but for rounding on another CPU."""
+    walks = training.read_walks(mocap / "cmu_asfamc", fps=120).straight()
     for name in training.MODELS:
         arrays, meta = training.fit(name, walks, "").to_arrays()
         shipped, shipped_meta = motionenv.load(name).to_arrays()

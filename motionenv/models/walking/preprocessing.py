@@ -105,7 +105,7 @@ def leading_phase(cycle: np.ndarray) -> float:
 
 
 def closed(cycles: Cycles) -> Cycles:
-    """Remove the linear drift of each channel over a cycle, so that the end of each of the `cycles` meets its beginning.
+    """Remove the linear drift of each channel of `cycles`, so that the end of each cycle meets its beginning.
 
     Without this, repeated cycles jump where they meet: hips by ten degrees within two frames. The drift is kept.
     """

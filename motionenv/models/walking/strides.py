@@ -7,7 +7,6 @@ one of the same foot (`motionenv.gait`), or from one phase to the same of the ne
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -134,7 +133,9 @@ def _by_events(motion: Motion, capture: Markers | Motion, marker_map, no_period:
     stretches = find_stretches(feet)
     recording = capture.recording if isinstance(capture, Markers) else None
     angles = motion.poses[:, 6:]
-    strides = tuple(_recurring(s, angles, feet.fps) for s in find_strides(feet, find_events(feet, recording), stretches))
+    strides = tuple(
+        _recurring(s, angles, feet.fps) for s in find_strides(feet, find_events(feet, recording), stretches)
+    )
     found = "events"
     if not strides:
         strides, found = strides_by_phase(feet, stretches), "phase"
@@ -214,8 +215,8 @@ def _cycles_of_strides(motion: Motion, walk: WalkStrides, sequence: int, subject
         values = _shifted(cycle.values[:1], leading_phase(cycle.values[0]))
         found.append(
             replace(
-                cycle, values=values, seconds=cycle.seconds[:1], sequence=[sequence], subject=(subject,),
-                drift=cycle.drift[:1],
+                cycle, values=values, seconds=cycle.seconds[:1], sequence=np.array([sequence]), subject=(subject,),
+                drift=None if cycle.drift is None else cycle.drift[:1],
             )
         )  # fmt: skip
     return found

@@ -1,4 +1,4 @@
-"""Strides that models learn from: cut from walks that are short, bent, or on a treadmill, they are those of the walk."""
+"""Strides for models, cut from walks that are short, bent, or on a treadmill, are those of the whole straight walk."""
 
 import numpy as np
 import pytest
