@@ -1,7 +1,7 @@
 """Strides: from one initial contact of a foot to its next, or from one phase of a stride to the same of the next.
 
 A stride of `find_strides` begins and ends with contacts. A short capture may show no foot's contact twice, but the same
-phase of two strides: those of `strides_by_phase` begin where a foot passes the other.
+phase of two strides: those of `strides_by_phase` begin with toe-off, or where a foot passes the other.
 """
 
 from collections.abc import Sequence
@@ -101,32 +101,41 @@ def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tu
     return tuple(sorted(found, key=lambda stride: stride.start))
 
 
-def strides_by_phase(feet: Feet, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
-    """Strides of the `feet` from where one foot passes the other to where it does so again, in the order of time.
+def strides_by_phase(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
+    """Strides of the `feet` between other phases than contacts, in the order of time, in `stretches` that are seen.
 
-    Their side is that of the foot which passes. They have a length, that of the pelvis' way (and the belt's), but no
-    events. There are none of who shows one foot only.
+    They go from toe-off to the next of the same side, by `events`; if there are none, from where a foot passes the
+    other to where it does so again. They have a length, that of the pelvis' way (and the belt's), but no events.
     """
-    if len(feet.sides) < 2 or len(feet.pelvis) < 2:
-        return ()
     carried = belt(feet)
+    turned = heading(feet) if carried is None else np.zeros(len(feet.pelvis))
+    between = [(side, *times) for side in feet.sides for times in pairwise(events.times("toe_off", side))]
+    found = []
+    for side, start, end in between or _passes(feet):
+        kind, stands = _kind(start, end, stretches)
+        if kind and stands <= _PAUSE and _STRIDE[0] <= end - start <= _STRIDE[1]:
+            way = _at(feet.pelvis, end, feet.fps) - _at(feet.pelvis, start, feet.fps)
+            way = way if carried is None else way - carried * (end - start)
+            turn = np.diff(np.interp([start, end], np.arange(len(turned)) / feet.fps, turned))[0]
+            found.append(Stride(side, start, end, length=float(np.linalg.norm(way)), kind=kind, turn=float(turn)))
+    return tuple(sorted(found, key=lambda stride: stride.start))
+
+
+def _passes(feet: Feet) -> list[tuple[str, float, float]]:
+    """The side of a foot that passes the other one, when, and when it does so again [s]."""
+    if len(feet.sides) < 2 or len(feet.pelvis) < 2:
+        return []
     middle = [smoothed(0.5 * (feet.heel[s] + feet.toe[s])[:, :2], feet.fps, _PASSES) for s in ("left", "right")]
     lead = ((middle[0] - middle[1]) * directions(feet)).sum(-1)
-    turned = heading(feet) if carried is None else np.zeros(len(lead))
     found = []
     for side, ahead in (("left", lead), ("right", -lead)):
         before = np.flatnonzero((ahead[:-1] < 0) & (ahead[1:] >= 0))
         times = (before + ahead[before] / (ahead[before] - ahead[before + 1])) / feet.fps
         for first, (start, end) in zip(before, pairwise(times.tolist()), strict=False):
             inside = ahead[first : round(end * feet.fps)]
-            swings = min(inside.max(initial=0.0), -inside.min(initial=0.0)) > _LEAD
-            kind, stands = _kind(start, end, stretches)
-            if swings and kind and stands <= _PAUSE and _STRIDE[0] <= end - start <= _STRIDE[1]:
-                way = _at(feet.pelvis, end, feet.fps) - _at(feet.pelvis, start, feet.fps)
-                way = way if carried is None else way - carried * (end - start)
-                turn = np.diff(np.interp([start, end], np.arange(len(turned)) / feet.fps, turned))[0]
-                found.append(Stride(side, start, end, length=float(np.linalg.norm(way)), kind=kind, turn=float(turn)))
-    return tuple(sorted(found, key=lambda stride: stride.start))
+            if min(inside.max(initial=0.0), -inside.min(initial=0.0)) > _LEAD:
+                found.append((side, start, end))
+    return found
 
 
 def _over_belt(feet: Feet, events: Events, carried: np.ndarray) -> Feet:

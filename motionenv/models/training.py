@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -74,7 +75,8 @@ class Walks:
     def straight(self) -> "Walks":
         """Those that are long, straight and steady, and so cut by their period: the shipped models' are CMU's."""
         kept = [walk.found == "period" for walk in self.strides]
-        return replace(self, **{name: tuple(compress(getattr(self, name), kept)) for name in _OF_WALKS})
+        some: dict[str, Any] = {name: tuple(compress(getattr(self, name), kept)) for name in _OF_WALKS}
+        return replace(self, **some)
 
     def summary(self) -> dict[str, int | str]:
         """What models learn from: numbers of people, trials and strides, and ranges of speed and curvature."""

@@ -33,6 +33,7 @@ _HEADING = CHANNELS.index("root_heading")
 _AHEAD = np.radians(60.0)  # greatest angle between where somebody faces and where he goes, who walks ahead
 _LEGS = [CHANNELS.index(f"{side}_{angle}") for side in ("left", "right") for angle in ("hip_flexion", "knee_flexion")]
 _AROUND, _REACH = 0.1, 0.12  # [s] around the beginning of a stride, and by how much of its duration contacts may err
+_IN_PLACE = 0.2  # [m/s] of who is on a treadmill, at most
 _ON_THE_SPOT = 120.0  # [degrees] of turning within a stride whose chord says no longer where it goes
 
 
@@ -116,8 +117,11 @@ def _by_period(motion: Motion) -> WalkStrides:
     straight = straightness(motion)
     if straight < STRAIGHT:
         raise MotionError(f"not straight: net displacement is {straight:.0%} of the path's length")
+    speed = forward_speed(motion)
+    if speed < _IN_PLACE:
+        raise MotionError(f"in place: the walker gets {speed:.2f} m ahead in a second")
     found = find_cycles(motion)
-    speed, seconds = forward_speed(motion), found.seconds
+    seconds = found.seconds
     last = (len(motion.poses) - 1) / motion.fps
     starts = found.starts[found.starts + seconds <= last] if last >= 2 * seconds else found.starts[:1]
     way = motion.poses[np.isfinite(motion.poses[:, :2]).all(1), :2]
@@ -132,18 +136,16 @@ def _by_events(motion: Motion, capture: Markers | Motion, marker_map, no_period:
     feet = feet_of(capture, marker_map)
     stretches = find_stretches(feet)
     recording = capture.recording if isinstance(capture, Markers) else None
-    angles = motion.poses[:, 6:]
-    strides = tuple(
-        _recurring(s, angles, feet.fps) for s in find_strides(feet, find_events(feet, recording), stretches)
-    )
-    found = "events"
+    events = find_events(feet, recording)
+    strides, found = find_strides(feet, events, stretches), "events"
     if not strides:
-        strides, found = strides_by_phase(feet, stretches), "phase"
+        strides, found = strides_by_phase(feet, events, stretches), "phase"
     if not strides:
         raise MotionError(
-            "no stride: no foot meets the ground twice, nor do the feet pass each other twice in one way; and as a "
-            f"whole, {no_period}"
+            "no stride: no foot meets or leaves the ground twice, nor do the feet pass each other twice in one way; "
+            f"and as a whole, {no_period}"
         )
+    strides = tuple(_recurring(stride, motion.poses[:, 6:], feet.fps) for stride in strides)
     return WalkStrides(strides, found, _chords(feet, strides))
 
 
