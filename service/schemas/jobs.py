@@ -218,10 +218,10 @@ class Preview(BaseModel):
 
 
 class Walk(BaseModel):
-    """The gait cycles of a straight walk."""
+    """The strides of a walk."""
 
-    stride: float = Field(description="Duration of a stride [s].")
-    starts: list[float] = Field(description="Times at which the left leg is furthest ahead, once per stride [s].")
+    stride: float = Field(description="Mean duration of a stride [s].")
+    starts: list[float] = Field(description="Times at which the left leg is about furthest ahead, once per stride [s].")
     speed: float = Field(description="Walking speed [m/s].")
 
 
@@ -229,7 +229,7 @@ class Inspected(BaseModel):
     """Content of a file."""
 
     name: str = Field(description="Name of the file.")
-    problem: str | None = Field(None, description="Why it can't be read, or isn't a straight walk.")
+    problem: str | None = Field(None, description="Why it can't be read, or shows no stride.")
     format: str | None = Field(None, examples=["bvh"])
     points: list[str] | None = Field(None, description="Names of markers or joints.")
     frames: int | None = Field(None, description="Number of frames.")
@@ -238,7 +238,7 @@ class Inspected(BaseModel):
     gaps: float | None = Field(None, description="Share of missing values.")
     motion: Preview | None = Field(None, description="The retargeted motion.")
     straightness: float | None = Field(None, description="Distance from start to end, as a share of the path's length.")
-    walk: Walk | None = Field(None, description="Gait cycles, if it is a straight walk.")
+    walk: Walk | None = Field(None, description="Strides, if it is a walk.")
 
 
 class Inspection(BaseModel):

@@ -29,6 +29,8 @@ from motionenv.models.walking.preprocessing import (
 )
 from motionenv.types import Cycles, Markers, Motion
 
+__all__ = ["WalkStrides", "captured_cycles", "walk_strides"]
+
 _HEADING = CHANNELS.index("root_heading")
 _AHEAD = np.radians(60.0)  # greatest angle between where somebody faces and where he goes, who walks ahead
 _LEGS = [CHANNELS.index(f"{side}_{angle}") for side in ("left", "right") for angle in ("hip_flexion", "knee_flexion")]
