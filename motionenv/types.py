@@ -344,6 +344,8 @@ class Cycles(_Record):
         seconds: (cycles,) duration of each cycle [s].
         sequence: (cycles,) index of the sequence of each cycle.
         subject: (cycles,) label of the person.
+        drift: (cycles, channels) by which each channel changed from the beginning of its cycle to the end, if that was
+            taken out to close the cycles; else None.
     """
 
     values: np.ndarray
@@ -351,6 +353,7 @@ class Cycles(_Record):
     seconds: np.ndarray
     sequence: np.ndarray
     subject: tuple[str, ...]
+    drift: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         channels = tuple(str(c) for c in self.channels)
@@ -363,6 +366,8 @@ class Cycles(_Record):
             sequence=frozen(self.sequence, (k,), "Cycles.sequence", dtype=np.intp),
             subject=tuple(str(s) for s in self.subject),
         )
+        if self.drift is not None:
+            self._set(drift=frozen(self.drift, (k, len(channels)), "Cycles.drift"))
         if len(self.subject) != k:
             raise MotionError(f"Cycles.subject must hold {k} labels, got {len(self.subject)}")
 

@@ -17,7 +17,7 @@ def made(mocap: Path) -> Band:
     Args:
         mocap: folder of motion capture with `cmu_asfamc`.
     """
-    walks = read_walks(mocap / "cmu_asfamc", fps=120)
+    walks = read_walks(mocap / "cmu_asfamc", fps=120).straight()
     people: dict[str, list[Trial]] = defaultdict(list)
     for motion, person in zip(walks.motions, walks.subjects, strict=True):
         trial = analyse(motion)

@@ -68,7 +68,7 @@ def captured(mocap: Path, people: str, count: int) -> Iterator[tuple[str, np.nda
         for clip in bandai.clips(mocap, "turns", count):
             yield clip.name, clip.positions[: MOST + 1]
         return
-    found = read_walks(mocap / "cmu_asfamc", fps=120.0)
+    found = read_walks(mocap / "cmu_asfamc", fps=120.0).straight()
     names = list(dict.fromkeys(found.subjects))
     for k in range(count):
         rng = np.random.default_rng([16, k])

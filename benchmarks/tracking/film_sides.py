@@ -39,7 +39,7 @@ def walks(mocap: Path, count: int) -> list[Motion]:
         mocap: the folder above cmu_asfamc.
         count: number of pieces.
     """
-    found = read_walks(mocap / "cmu_asfamc", fps=CMU_FPS)
+    found = read_walks(mocap / "cmu_asfamc", fps=CMU_FPS).straight()
     trials: dict[str, list[Motion]] = {}
     for motion, person in zip(found.motions, found.subjects, strict=True):
         poses = resample(motion, FPS)[0]

@@ -134,7 +134,7 @@ def read_people(mocap: Path, only: str | None = None, longest: int | None = None
         longest: frames of an episode at most.
     """
     folder = mocap / "cmu_asfamc"
-    found = read_walks(folder, fps=CMU_FPS)
+    found = read_walks(folder, fps=CMU_FPS).straight()
     walks = [Motion(resample(m, FPS)[0], m.skeleton, FPS, m.name) for m in found.motions]
     clips = [Clip(c.motion, c.name, c.activity, SAME_PERSON.get(c.person, c.person))
              for c in read_clips(folder, fps=CMU_FPS)]  # fmt: skip

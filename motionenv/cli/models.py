@@ -85,6 +85,10 @@ def _fit_walk(model, mocap, out, command, groups, **reading) -> None:
         fitted.save(out)
     for trait in fitted.own_traits():
         note(trait.note)
+    told = walks.summary()
+    note("learned from " + ", ".join(f"{told.pop(name)} {name}" for name in list(told) if isinstance(told[name], int)))
+    for name, what in told.items():
+        note(f"{name} of strides: {what}")
     typer.echo(f"{out}  {len(walks.motions)} walks of {len(set(walks.subjects))} people")
 
 

@@ -8,12 +8,13 @@ from motionenv.gait.profile import Score, profile_of
 from motionenv.gait.report import write_report
 from motionenv.gait.session import Session, read_group, read_session
 from motionenv.gait.stretches import Stretch, find_stretches
-from motionenv.gait.strides import Stride, find_strides, normalised
+from motionenv.gait.strides import Stride, find_strides, normalised, strides_by_phase
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import Trial, analyse, read_trial
 
 __all__ = [
     "Band", "Events", "Feet", "Norm", "Parameter", "Score", "Session", "Stretch", "Stride", "Trial", "analyse",
     "band_of", "feet_of", "find_events", "find_stretches", "find_strides", "load_band", "normalised", "norms_for",
-    "profile_of", "read_group", "read_session", "read_trial", "shipped_band", "summarise", "write_report",
+    "profile_of", "read_group", "read_session", "read_trial", "shipped_band", "strides_by_phase", "summarise",
+    "write_report",
 ]  # fmt: skip

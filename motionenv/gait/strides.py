@@ -1,4 +1,8 @@
-"""Strides: from one initial contact of a foot to its next."""
+"""Strides: from one initial contact of a foot to its next, or from one phase of a stride to the same of the next.
+
+A stride of `find_strides` begins and ends with contacts. A short capture may show no foot's contact twice, but the same
+phase of two strides: those of `strides_by_phase` begin with toe-off, or where a foot passes the other.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,8 +12,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from motionenv._core.representation import OneLine
-from motionenv.gait.events import Events, walks_backwards
-from motionenv.gait.feet import Feet
+from motionenv.gait.events import Events, directions, walks_backwards
+from motionenv.gait.feet import Feet, smoothed
 from motionenv.gait.stretches import Stretch, belt, heading
 
 _STRIDE = (0.4, 3.0)  # [s] plausible duration
@@ -17,6 +21,8 @@ _PAUSE = 0.3  # [s] for which the pelvis may stand during a stride that is short
 _STEP = 0.3  # [m]
 _FLAT = (0.25, 0.5)  # shares of stance between which the foot lies flat, of runners too
 _STANCE = 2.0  # [s] longest
+_PASSES = 7.0  # [Hz] cut-off frequency for feet that pass each other
+_LEAD = 0.08  # [m] by which each foot is ahead of the other in a stride, at least
 _STANCES = 5  # over which a belt's velocity is the median
 _NAN = float("nan")
 _OTHER = {"left": "right", "right": "left"}
@@ -57,6 +63,21 @@ class Stride(OneLine):
         """Duration [s]."""
         return self.end - self.start
 
+    @property
+    def speed(self) -> float:
+        """Length over duration [m/s]."""
+        return self.length / self.seconds
+
+    @property
+    def curvature(self) -> float:
+        """Turn to the left per length [1/m]."""
+        return float(np.radians(self.turn)) / self.length
+
+    @property
+    def activity(self) -> str:
+        """What is done: "running" if the foot leaves the ground before the other one meets it, or else "walking"."""
+        return "running" if self.toe_off < self.opposite_contact else "walking"
+
 
 def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
     """The strides of the `feet` from `events`, in the order of time, in all `stretches` but unseen ones.
@@ -78,6 +99,43 @@ def find_strides(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tu
                 if stands <= _PAUSE or stride.length >= _STEP:
                     found.append(stride)
     return tuple(sorted(found, key=lambda stride: stride.start))
+
+
+def strides_by_phase(feet: Feet, events: Events, stretches: Sequence[Stretch]) -> tuple[Stride, ...]:
+    """Strides of the `feet` between other phases than contacts, in the order of time, in `stretches` that are seen.
+
+    They go from toe-off to the next of the same side, by `events`; if there are none, from where a foot passes the
+    other to where it does so again. They have a length, that of the pelvis' way (and the belt's), but no events.
+    """
+    carried = belt(feet)
+    turned = heading(feet) if carried is None else np.zeros(len(feet.pelvis))
+    between = [(side, *times) for side in feet.sides for times in pairwise(events.times("toe_off", side))]
+    found = []
+    for side, start, end in between or _passes(feet):
+        kind, stands = _kind(start, end, stretches)
+        if kind and stands <= _PAUSE and _STRIDE[0] <= end - start <= _STRIDE[1]:
+            way = _at(feet.pelvis, end, feet.fps) - _at(feet.pelvis, start, feet.fps)
+            way = way if carried is None else way - carried * (end - start)
+            turn = np.diff(np.interp([start, end], np.arange(len(turned)) / feet.fps, turned))[0]
+            found.append(Stride(side, start, end, length=float(np.linalg.norm(way)), kind=kind, turn=float(turn)))
+    return tuple(sorted(found, key=lambda stride: stride.start))
+
+
+def _passes(feet: Feet) -> list[tuple[str, float, float]]:
+    """The side of a foot that passes the other one, when, and when it does so again [s]."""
+    if len(feet.sides) < 2 or len(feet.pelvis) < 2:
+        return []
+    middle = [smoothed(0.5 * (feet.heel[s] + feet.toe[s])[:, :2], feet.fps, _PASSES) for s in ("left", "right")]
+    lead = ((middle[0] - middle[1]) * directions(feet)).sum(-1)
+    found = []
+    for side, ahead in (("left", lead), ("right", -lead)):
+        before = np.flatnonzero((ahead[:-1] < 0) & (ahead[1:] >= 0))
+        times = (before + ahead[before] / (ahead[before] - ahead[before + 1])) / feet.fps
+        for first, (start, end) in zip(before, pairwise(times.tolist()), strict=False):
+            inside = ahead[first : round(end * feet.fps)]
+            if min(inside.max(initial=0.0), -inside.min(initial=0.0)) > _LEAD:
+                found.append((side, start, end))
+    return found
 
 
 def _over_belt(feet: Feet, events: Events, carried: np.ndarray) -> Feet:

@@ -55,7 +55,7 @@ _OF_STRIDES: tuple[tuple[str, str, Callable[[Stride], float]], ...] = (
 
 #: What concerns both sides at once.
 _OF_BOTH: tuple[tuple[str, str, Callable[[Stride], float]], ...] = (
-    ("speed", "m/s", lambda s: s.length / s.seconds),
+    ("speed", "m/s", lambda s: s.speed),
     ("cadence", "steps/min", lambda s: 120 / s.seconds),
     ("walk_ratio", "m/(steps/min)", lambda s: 0.5 * s.length * s.seconds / 120),
 )

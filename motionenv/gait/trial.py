@@ -172,7 +172,7 @@ def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
         notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
     if walks_backwards(feet):
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")
-    if sum(stride.toe_off < stride.opposite_contact for stride in strides) > 0.5 * len(strides):
+    if sum(stride.activity == "running" for stride in strides) > 0.5 * len(strides):
         notes.append("both feet are in the air between steps, so this is running and has no double support")
     if on_treadmill(feet):
         notes.append(

@@ -1,9 +1,11 @@
-"""Fit the shipped models to a folder of motion capture: select straight walks, group them by person, write the card."""
+"""Fit the shipped models to a folder of motion capture: find strides, group them by person, write the card."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,17 +13,18 @@ from motionenv import __version__
 from motionenv._core.validation import did_you_mean
 from motionenv.body.gaps import PARTS, listed, missing_parts
 from motionenv.body.kinematics import shown_markers
-from motionenv.cycles import estimate_period
-from motionenv.errors import MotionError
+from motionenv.errors import GapError, MotionError
 from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read, retarget, to_markers
 from motionenv.mocap.plausibility import check_plausible
 from motionenv.mocap.sources import find_source
 from motionenv.models import filling
 from motionenv.models.base import GaitModel
+from motionenv.models.eigenwalkers.extraction import fourier_walker, walker_of_strides
+from motionenv.models.eigenwalkers.fourier_series import FourierWalker
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.walking.model import WalkingModel
-from motionenv.models.walking.preprocessing import STRAIGHT, gait_channels, straightness
+from motionenv.models.walking.strides import WalkStrides, walk_strides
 from motionenv.types import MARKERS, Markers, Motion
 
 __all__ = ["MODELS", "Walks", "fit", "read_walks"]
@@ -36,27 +39,29 @@ MODELS: dict[str, type[GaitModel]] = {
 }
 
 _CMU_CARD = {
-    "data": "straight overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
+    "data": "overground walks of the CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu)",
     "data licence": "CMU: free to use for research and in products; the data itself may not be resold",
     "model licence": "MIT",
-    "intended use": "{} of straight walking; learned from few people",
+    "intended use": "{} of walking; learned from few people",
 }
 _UNKNOWN_CARD = {
-    "data": "straight walks from files of unknown origin",
+    "data": "walks from files of unknown origin",
     "data licence": "not stated: ask the source of the capture",
     "model licence": "not stated: it depends on the licence of the capture",
-    "intended use": "{} of straight walking",
+    "intended use": "{} of walking",
 }
+_OF_WALKS = ("motions", "markers", "subjects", "strides")
 _USES = dict.fromkeys(MODELS, "synthesis and tracking") | {"walk/prior": "3D from 2D points, and synthesis,"}
 
 
 @dataclass(frozen=True)
 class Walks:
-    """Captured straight walks.
+    """Captured walks.
 
     Attributes:
         motions, subjects: the retargeted walks, each (frames, 25), and the label of each one's person.
         markers: the 15 markers of each walk; NaN where the capture doesn't show them.
+        strides: of each walk, that models learn from.
         left_out: files that were not used, and why.
         cmu: whether every walk is a known CMU file.
     """
@@ -64,8 +69,30 @@ class Walks:
     motions: tuple[Motion, ...]
     markers: tuple[Markers, ...]
     subjects: tuple[str, ...]
+    strides: tuple[WalkStrides, ...]
     left_out: dict[str, str]
     cmu: bool
+
+    def straight(self) -> "Walks":
+        """Those that are long, straight and steady, and so cut by their period: the shipped models' are CMU's."""
+        kept = [walk.found == "period" for walk in self.strides]
+        some: dict[str, Any] = {name: tuple(compress(getattr(self, name), kept)) for name in _OF_WALKS}
+        return replace(self, **some)
+
+    def summary(self) -> dict[str, int | str]:
+        """What models learn from: numbers of people, trials and strides, and ranges of speed and curvature."""
+        strides = [stride for walk in self.strides for stride in walk.strides]
+        speeds = np.array([stride.speed for stride in strides])
+        bends = np.abs([stride.curvature for stride in strides])
+        kinds = [stride.activity for stride in strides]
+        return {
+            "people": len(set(self.subjects)),
+            "trials": len(self.motions),
+            "strides": len(strides),
+            **{f"{kind} strides": kinds.count(kind) for kind in ("running",) if kind in kinds},
+            "speeds": _range(speeds, "m/s"),
+            "curvatures": _range(bends, "1/m"),
+        }
 
 
 def read_walks(
@@ -79,7 +106,7 @@ def read_walks(
     person: str | None = None,
     on_file: Callable[[str], None] = lambda name: None,
 ) -> Walks:
-    """Read every straight, periodic walk among the capture files below `folder`.
+    """Read every walk with a stride among the capture files below `folder`.
 
     A file's name up to the first "_" is the person's label, as in CMU's trials. CMU files are recognised by their
     SHA-256; CMU's two numbers for one person count as one label.
@@ -95,7 +122,7 @@ def read_walks(
         on_file: called with each file's name before it is read.
 
     Raises:
-        MotionError: no such folder, or no capture or no straight walk in it.
+        MotionError: no such folder, or no capture or no stride in it.
     """
     paths = sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES)
     if not paths:
@@ -108,16 +135,16 @@ def read_walks(
     for path in paths:
         on_file(path.name)
         try:
-            motion, markers = _walk(path, fps, unit, marker_map, fill, up, person)
+            motion, markers, strides = _walk(path, marker_map, fill, fps=fps, unit=unit, up=up, person=person)
             cmu.append(hashlib.sha256(path.read_bytes()).hexdigest() in known)
-            person = person_label(path)
-            used.append((motion, markers, _SAME_PERSON.get(person, person) if cmu[-1] else person))
+            label = person_label(path)
+            used.append((motion, markers, _SAME_PERSON.get(label, label) if cmu[-1] else label, strides))
         except MotionError as error:
             left_out[path.name] = str(error)
     if not used:
-        raise MotionError(f"none of {len(paths)} files is a straight walk; the first: {next(iter(left_out.values()))}")
-    motions, shown, subjects = zip(*used, strict=True)
-    return Walks(motions, shown, subjects, left_out, all(cmu))
+        raise MotionError(f"none of {len(paths)} files is a walk; the first: {next(iter(left_out.values()))}")
+    motions, shown, subjects, found = zip(*used, strict=True)
+    return Walks(motions, shown, subjects, found, left_out, all(cmu))
 
 
 def fit(name: str, walks: Walks, command: str, groups: Mapping[str, Sequence[str]] | None = None) -> GaitModel:
@@ -130,13 +157,13 @@ def fit(name: str, walks: Walks, command: str, groups: Mapping[str, Sequence[str
     """
     check_name(name)
     model = MODELS[name]()
-    motions = getattr(walks, model.learns_from)
-    if groups is None:
-        model.fit(motions, walks.subjects)
-    elif isinstance(model, Eigenwalkers):
-        model.fit(motions, walks.subjects, groups=groups)
-    else:
+    if groups is not None and not isinstance(model, Eigenwalkers):
         raise MotionError(f"{name} has no axis between groups of people: fit walk/eigenwalkers")
+    if isinstance(model, WalkingModel):
+        model.fit(walks.motions, walks.subjects, walks.strides)
+    else:
+        walkers = [_walker(*walk) for walk in zip(walks.markers, walks.strides, strict=True)]
+        model.fit(walkers, walks.subjects, **({} if groups is None else {"groups": groups}))
     model.card_ = _card(name, walks, command)
     return model
 
@@ -149,41 +176,45 @@ def check_name(name: str) -> None:
         )
 
 
-def _walk(
-    path: Path,
-    fps: float | None,
-    unit: str | None,
-    marker_map: MarkerMap | None,
-    fill: bool,
-    up: str | None,
-    person: str | None,
-) -> tuple[Motion, Markers]:
-    capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
+def _walk(path: Path, marker_map: MarkerMap | None, fill: bool, **how: Any) -> tuple[Motion, Markers, WalkStrides]:
+    """One file's walk, read as `how` says. Every reason to leave a file out is raised here."""
+    capture = read(path, **how, override=False)
     check_plausible(capture, marker_map)
     motion = capture if isinstance(capture, Motion) else retarget(capture, marker_map=marker_map)
     if motion.poses.ndim != 2:
         raise MotionError("holds several motions: save one per file")
-    straight = straightness(motion)
-    if straight < STRAIGHT:
-        raise MotionError(f"not straight: net displacement is {straight:.0%} of the path's length")
-    estimate_period(gait_channels(motion)[:, :19], motion.fps)
+    strides = walk_strides(motion, capture, marker_map)
     if fill:
         motion = filling.fill(motion)
     shown = shown_markers(motion.poses, motion.skeleton)
     if isinstance(capture, Motion):
-        return motion, Markers(MARKERS, shown, motion.fps, name=path.stem)
+        return motion, Markers(MARKERS, shown, motion.fps, name=path.stem), strides
     markers = to_markers(capture, marker_map=marker_map)
     if fill:
         markers = replace(markers, positions=np.where(np.isnan(markers.positions), shown, markers.positions))
-    return motion, markers
+    return motion, markers, strides
+
+
+def _walker(markers: Markers, walk: WalkStrides) -> FourierWalker:
+    if walk.found == "period":
+        try:
+            return fourier_walker(markers)
+        except GapError:  # less than two strides of it are steady
+            pass
+    return walker_of_strides(markers, walk.strides, walk.headings)
+
+
+def _range(values: np.ndarray, unit: str) -> str:
+    """Least and greatest of some values, and their median."""
+    low, middle, high = np.nanpercentile(values, [0, 50, 100])
+    return f"{low:.2f} to {high:.2f} {unit}, median {middle:.2f}"
 
 
 def _card(name: str, walks: Walks, command: str) -> dict:
     known = _CMU_CARD if walks.cmu else _UNKNOWN_CARD
     return {
         "model": name,
-        "people": len(set(walks.subjects)),
-        "trials": len(walks.motions),
+        **walks.summary(),
         "frames": int(sum(len(m.poses) for m in walks.motions)),
         "seconds": round(sum(m.seconds for m in walks.motions), 1),
         **_parts(walks.motions),

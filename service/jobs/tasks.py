@@ -238,20 +238,20 @@ def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str
         motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
         shown = _shown(motion) | {"points": None if ours else _thinned(held.positions.round(4), motion.fps)}
         told |= {"motion": shown, "straightness": straightness(motion), "walk": None}
-        told["walk"] = _walk(motion)
+        told["walk"] = _walk(motion, held, marker_map)
     except MotionError as error:
         told["problem"] = plain(str(error))
     return told
 
 
-def _walk(motion: Motion) -> dict[str, Any]:
-    from motionenv.models.walking.preprocessing import STRAIGHT, find_cycles, forward_speed, straightness
+def _walk(motion: Motion, held: Any, marker_map: MarkerMap | None) -> dict[str, Any]:
+    from motionenv.models.walking.strides import walk_strides
 
-    straight = straightness(motion)
-    if straight < STRAIGHT:
-        raise MotionError(f"no straight walk: it gets {straight:.0%} of its path's length ahead")
-    found = find_cycles(motion)
-    return {"stride": found.seconds, "starts": found.starts, "speed": forward_speed(motion)}
+    found = walk_strides(motion, held, marker_map)
+    left = [s.start + (0.5 * s.seconds if s.side == "right" else 0.0) for s in found.strides]
+    one = np.mean([stride.seconds for stride in found.strides])
+    starts = [t for i, t in enumerate(sorted(left)) if i == 0 or t - sorted(left)[i - 1] > 0.5 * one]
+    return {"stride": float(one), "starts": starts, "speed": found.speed}
 
 
 def _shown(motion: Motion, fps: float = _SHOWN_FPS, most: int = _SHOWN_FRAMES) -> dict[str, Any]:

@@ -76,7 +76,7 @@ class FitFields(FillFields):
     """A model to be fitted to uploaded motion capture."""
 
     kind: Literal["fpca", "eigenwalkers", "tree"] = Field(
-        description="fpca and eigenwalkers learn from straight walks, a tree from any motion. Eigenwalkers need "
+        description="fpca and eigenwalkers learn from strides, a tree from any motion. Eigenwalkers need "
         "several people: the part of a file's name before the first _ identifies the person.",
         examples=["fpca"],
     )  # fmt: skip
@@ -226,10 +226,10 @@ class Preview(BaseModel):
 
 
 class Walk(BaseModel):
-    """The gait cycles of a straight walk."""
+    """The strides of a walk."""
 
-    stride: float = Field(description="Duration of a stride [s].")
-    starts: list[float] = Field(description="Times at which the left leg is furthest ahead, once per stride [s].")
+    stride: float = Field(description="Mean duration of a stride [s].")
+    starts: list[float] = Field(description="Times at which the left leg is about furthest ahead, once per stride [s].")
     speed: float = Field(description="Walking speed [m/s].")
 
 
@@ -237,7 +237,7 @@ class Inspected(BaseModel):
     """Content of a file."""
 
     name: str = Field(description="Name of the file.")
-    problem: str | None = Field(None, description="Why it can't be read, or isn't a straight walk.")
+    problem: str | None = Field(None, description="Why it can't be read, or shows no stride.")
     format: str | None = Field(None, examples=["bvh"])
     points: list[str] | None = Field(None, description="Names of markers or joints.")
     frames: int | None = Field(None, description="Number of frames.")
@@ -250,7 +250,7 @@ class Inspected(BaseModel):
     doubts: list[str] | None = Field(None, description="What isn't plausible for a person.")
     motion: Preview | None = Field(None, description="The retargeted motion.")
     straightness: float | None = Field(None, description="Distance from start to end, as a share of the path's length.")
-    walk: Walk | None = Field(None, description="Gait cycles, if it is a straight walk.")
+    walk: Walk | None = Field(None, description="Strides, if it is a walk.")
 
 
 class Inspection(BaseModel):

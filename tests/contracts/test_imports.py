@@ -19,19 +19,19 @@ RANK = {
     "body": 1,
     "mocap": 2,
     "cycles": 2,
-    "models": 3,
-    "render": 4,
-    "likelihoods": 5,
-    "lifting": 6,
-    "tracking": 7,
-    "gait": 4,
-    "metrics": 8,
-    "envs": 9,
-    "data": 10,
-    "": 11,  # motionenv/__init__.py: the public names
-    "client": 12,
-    "cli": 13,
-    "__main__": 14,
+    "gait": 3,
+    "models": 4,
+    "render": 5,
+    "likelihoods": 6,
+    "lifting": 7,
+    "tracking": 8,
+    "metrics": 9,
+    "envs": 10,
+    "data": 11,
+    "": 12,  # motionenv/__init__.py: the public names
+    "client": 13,
+    "cli": 14,
+    "__main__": 15,
 }
 STAGES = set(RANK) - {"errors", "types"}
 HOME = {

@@ -31,24 +31,26 @@ def walks(mocap, tmp_path_factory) -> training.Walks:
     return training.read_walks(folder, fps=120)
 
 
-def test_straight_walks_are_used_and_the_rest_is_told(walks):
-    assert [m.name for m in walks.motions] == sorted(TRIALS)
-    assert len(walks.markers) == len(TRIALS)
-    assert set(walks.left_out) == {"07_99.amc", "29_01.amc"}
+def test_walks_are_used_and_the_rest_is_told(walks):
+    assert [m.name for m in walks.motions] == sorted((*TRIALS, "29_01"))
+    assert len(walks.markers) == len(walks.strides) == len(TRIALS) + 1
+    assert set(walks.left_out) == {"07_99.amc"}
     assert "empty" in walks.left_out["07_99.amc"]
-    assert "not straight" in walks.left_out["29_01.amc"]
+    found = {m.name: s.found for m, s in zip(walks.motions, walks.strides, strict=True)}
+    assert found == dict.fromkeys(TRIALS, "period") | {"29_01": "events"}
 
 
 def test_two_numbers_of_one_person_are_one_person(walks):
     assert dict(zip([m.name for m in walks.motions], walks.subjects, strict=True))["38_01"] == "07"
-    assert len(set(walks.subjects)) == 3
+    assert len(set(walks.subjects)) == 4
 
 
 @pytest.mark.parametrize("name", training.MODELS)
 def test_a_fitted_model_walks_and_says_what_it_is(walks, name, tmp_path):
     model = training.fit(name, walks, "the command")
     card = model.card_
-    assert (card["model"], card["command"], card["people"], card["trials"]) == (name, "the command", 3, len(TRIALS))
+    assert (card["model"], card["command"], card["people"], card["trials"]) == (name, "the command", 4, len(TRIALS) + 1)
+    assert card["strides"] == sum(len(walk.strides) for walk in walks.strides)
     assert card["frames"] == sum(len(m.poses) for m in walks.motions)
     assert "licence" in " ".join(card)
     model.save(tmp_path / "m.npz")
@@ -61,10 +63,12 @@ def test_a_folder_without_walks_is_refused(mocap, tmp_path):
     with pytest.raises(MotionError, match=r"no capture \(\.amc, \.bvh"):
         training.read_walks(tmp_path / "nowhere")
     seen = []
-    copied(mocap, tmp_path, ("29_01",))
-    with pytest.raises(MotionError, match="none of 1 files is a straight walk.*not straight"):
-        training.read_walks(tmp_path, fps=120, on_file=seen.append)
-    assert seen == ["29_01.amc"]
+    standing = motionenv.synthesize("walk/fpca", 1.0, 30.0, seed=1)
+    still = np.repeat(standing.poses[:1], 90, axis=0)
+    motionenv.write(motionenv.Motion(still, standing.skeleton, 30.0), tmp_path / "she_01.npz")
+    with pytest.raises(MotionError, match="none of 1 files is a walk.*no stride.*not straight"):
+        training.read_walks(tmp_path, on_file=seen.append)
+    assert seen == ["she_01.npz"]
 
 
 def test_a_unit_and_a_rate_for_all_files_are_only_for_those_that_state_none(tmp_path):
@@ -93,8 +97,8 @@ def test_only_known_models_are_fitted(walks):
 
 @pytest.mark.slow
 def test_the_shipped_models_are_what_the_command_makes(mocap):
-    """motionenv fit NAME --mocap cmu_asfamc --fps 120: the same arrays, but for rounding on another CPU."""
-    walks = training.read_walks(mocap / "cmu_asfamc", fps=120)
+    """Of CMU's straight walks: the same arrays, but for rounding on another CPU."""
+    walks = training.read_walks(mocap / "cmu_asfamc", fps=120).straight()
     for name in training.MODELS:
         arrays, meta = training.fit(name, walks, "").to_arrays()
         shipped, shipped_meta = motionenv.load(name).to_arrays()

@@ -1,6 +1,9 @@
 """Fourier representations of captured walks (paper B, section 3.1), by least squares on the known samples."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -8,8 +11,11 @@ from scipy.optimize import minimize_scalar
 
 from motionenv.errors import GapError, MotionError
 from motionenv.models.eigenwalkers import fourier_series as series
-from motionenv.models.eigenwalkers.fourier_series import PARTS, PELVIS, FourierWalker
+from motionenv.models.eigenwalkers.fourier_series import LEFT_ANKLE, PARTS, PELVIS, RIGHT_ANKLE, FourierWalker
 from motionenv.types import MARKERS, Markers, Motion
+
+if TYPE_CHECKING:
+    from motionenv.gait import Stride
 
 _TRAVEL = 0.2  # [m/s] least speed at which the pelvis' velocity, and not the body's orientation, gives the heading
 _LEAST = 8  # frames in which a marker must be seen, for five coefficients
@@ -60,6 +66,75 @@ def fourier_walker(
     w = series.grounded(series.centred(series.in_phase(_turned(coefficients, way))))
     heading = float(np.arctan2(way[1], way[0]))
     return FourierWalker(w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name, heading)
+
+
+def walker_of_strides(markers: Markers, strides: Sequence[Stride], headings: np.ndarray) -> FourierWalker:
+    """The mean Fourier representation of single strides, which may lie on a curve or on a treadmill.
+
+    Each is taken along its own chord, and closed: its travel and its turn, and the drift of each marker, are taken out
+    evenly over its duration.
+
+    Args:
+        markers: the 15 markers of `motionenv.types.MARKERS`, (frames, 15, 3) [m], NaN where missing.
+        strides: as of `motionenv.gait.find_strides`.
+        headings: (n,) direction of each stride's chord [rad].
+
+    Raises:
+        MotionError: other markers, or infinite positions.
+        GapError: too few frames show the pelvis or the ankles.
+    """
+    _check(markers, (0.1, 10.0), 0.0, 1)
+    found, power = [], []
+    for stride, heading in zip(strides, headings, strict=True):
+        still, t = _closed_stride(markers, stride, float(heading))
+        gaps = _gaps(np.isfinite(still).all(axis=-1))
+        if not any(PELVIS in some and len(still[frames]) >= _LEAST for frames, some in gaps):
+            continue
+        coefficients, _, variance = _series(still, gaps, t, 1 / stride.seconds, 0)
+        if np.isfinite(coefficients[:, LEFT_ANKLE]).all() or np.isfinite(coefficients[:, RIGHT_ANKLE]).all():
+            found.append(series.centred(series.in_phase(coefficients)))
+            shares = series.harmonic_power(coefficients)
+            power.append(shares / (shares.sum() + variance))
+    if not found:
+        raise GapError(f"{markers.name or 'this walk'} shows the pelvis and an ankle in no whole stride: leave it out")
+    known = np.isfinite(found)
+    w = np.where(known, found, 0.0).sum(0) / np.where(known.any(0), known.sum(0), np.nan)
+    seconds = np.array([stride.seconds for stride in strides])
+    speed = sum(stride.length for stride in strides) / seconds.sum()
+    heading = float(np.angle(np.exp(1j * headings).sum()))
+    return FourierWalker(
+        series.grounded(series.in_phase(w)), float(np.exp(-np.log(seconds).mean())), float(speed), np.mean(power, 0),
+        len(strides), markers.name, heading,
+    )  # fmt: skip
+
+
+def _closed_stride(markers: Markers, stride: Stride, heading: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (frames, 15, 3) [m] of a stride in place, along x, and the frames' times from its middle [s]."""
+    ends = np.array([stride.start, stride.end]) * markers.fps
+    frames = np.arange(int(np.ceil(ends[0] - 1e-6)), min(int(ends[1] + 1e-6), len(markers.positions) - 1) + 1)
+    share = (frames - ends[0]) / (ends[1] - ends[0]) - 0.5
+    positions = markers.positions.copy()
+    path = _filled(positions[:, PELVIS, :2], markers.name)
+    clock = np.arange(len(path))
+    at = lambda column, times: np.interp(times, clock, column)
+    way = np.stack([at(column, ends) for column in path.T], -1)
+    turn = _turn(positions[[frames[0], frames[-1]]]) * (ends[1] - ends[0]) / max(frames[-1] - frames[0], 1)
+    own = positions[frames]
+    own[..., :2] -= (way.mean(0) + share[:, None] * (way[1] - way[0]))[:, None]
+    c, s = np.cos(heading + share * turn), np.sin(heading + share * turn)
+    x, y = own[..., 0].copy(), own[..., 1].copy()
+    own[..., 0], own[..., 1] = c[:, None] * x + s[:, None] * y, c[:, None] * y - s[:, None] * x
+    # On a curve, the way bulges to the outside of its chord.
+    own[..., 1] += (0.5 * turn * np.linalg.norm(way[1] - way[0]) * (0.25 - share**2))[:, None]
+    drift = np.nan_to_num(own[-1] - own[0]) / max(share[-1] - share[0], 1e-9)
+    return own - share[:, None, None] * drift, share * stride.seconds
+
+
+def _turn(ends: np.ndarray) -> float:
+    """By how much the body turns to the left between two frames (2, 15, 3) of one phase [rad]; 0 if it isn't seen."""
+    left, right = ([MARKERS.index(f"{side}_{joint}") for joint in ("hip", "shoulder")] for side in ("left", "right"))
+    across = np.nansum((ends[:, left] - ends[:, right])[..., :2], axis=1) @ [1, 1j]
+    return float(np.angle(across[1] * np.conj(across[0])))
 
 
 def steady_stretch(markers: Markers, share: float = 0.6) -> slice:

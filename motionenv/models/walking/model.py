@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,6 +41,9 @@ from motionenv.models.walking.tables import (
 )
 from motionenv.types import HEIGHT_RANGE, SPEED_RANGE, Cycles, Motion, Skeleton
 
+if TYPE_CHECKING:
+    from motionenv.models.walking.strides import WalkStrides
+
 _RATE = 60.0  # least frame rate [Hz] at which contact is integrated
 _PADDING = 0.2  # [s] before and after, so that smoothing has no edge effects
 _TOGETHER = 16  # walkers per thread, enough to pay for it
@@ -61,7 +64,7 @@ class WalkerScores(OneLine):
 
 
 class WalkingModel(GaitModel):
-    """Model of straight overground walks.
+    """Model of overground walks.
 
     A walker has mean scores s̄ and a stride time, jointly Gaussian over people and speeds. The scores of its cycles
     vary around s̄ as one person's cycles do. Scores change from cycle to cycle along a cubic B-spline, and components
@@ -97,27 +100,33 @@ class WalkingModel(GaitModel):
         self.n_components, self.n_harmonics = n_components, n_harmonics
         self.card_: dict = {}
 
-    def fit(self, motions: Sequence[Motion], subjects: Sequence[str] | None = None) -> WalkingModel:
-        """Fit the model to straight walks.
+    def fit(
+        self, motions: Sequence[Motion], subjects: Sequence[str] | None = None,
+        strides: Sequence[WalkStrides] | None = None,
+    ) -> WalkingModel:  # fmt: skip
+        """Fit the model to walks of one stride or more, straight or on curves, on a floor or on a treadmill.
 
         Args:
-            motions: walks (frames, 25), each of at least two strides; gaps allowed. Neck and arms may be missing: in
-                some walks, whose others then tell of them, or in all, and then they are NaN in what the model makes.
+            motions: walks (frames, 25); gaps allowed. Neck and arms may be missing: in some walks, whose others then
+                tell of them, or in all, and then they are NaN in what the model makes.
             subjects: the person's label for each walk; None takes each walk for a different person.
+            strides: of each walk; None finds them (`motionenv.models.walking.strides.walk_strides`).
 
         Raises:
-            MotionError: no walks, labels that don't match them, or a walk without a period.
+            MotionError: no walks, labels or strides that don't match them, or a walk without a stride.
             GapError: all walks lack a leg, without which feet can't stand.
         """
         # Imported here: it takes two seconds, and synthesis doesn't need it.
-        from motionenv.models.walking.preprocessing import forward_speed, gait_channels, walking_cycles
+        from motionenv.models.walking.strides import captured_cycles, walk_strides
 
         motions = list(motions)
         subjects = [str(s) for s in (range(len(motions)) if subjects is None else subjects)]
         if len(motions) != len(subjects) or not motions:
             raise MotionError(f"fit needs a subject for each motion, got {len(motions)} and {len(subjects)}")
-        channels = [gait_channels(m) for m in motions]
-        cycles = walking_cycles(channels, [m.fps for m in motions], subjects)
+        walks = [walk_strides(m) for m in motions] if strides is None else list(strides)
+        if len(walks) != len(motions):
+            raise MotionError(f"fit needs the strides of each motion, got {len(walks)} for {len(motions)} motions")
+        cycles = captured_cycles(motions, walks, subjects)
         self.__dict__.pop("_tables", None)
         rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
         fpca = FunctionalPCA(rank, self.n_harmonics).fit(cycles)
@@ -125,7 +134,7 @@ class WalkingModel(GaitModel):
         self.fpca_ = fpca
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
         self.height_ = float(np.mean([m.skeleton.height for m in motions]))
-        speeds = np.array([forward_speed(m) / m.skeleton.height for m in motions])
+        speeds = np.array([walk.speed / m.skeleton.height for m, walk in zip(motions, walks, strict=True)])
         self._fit_people(cycles, speeds)
         return self
 
@@ -138,7 +147,7 @@ class WalkingModel(GaitModel):
             weight = seen[mine] / seen[mine].sum()
             mean = weight @ scores[mine]
             whole = seen[mine] / np.isfinite(cycles.values[mine]).any((0, 1)).mean() > _WHOLE
-            rows.append([*mean, np.log(cycles.seconds[mine][0]), np.log(speeds[trial])])
+            rows.append([*mean, np.log(cycles.seconds[mine]).mean(), np.log(speeds[trial])])
             people.append(cycles.subject[np.flatnonzero(mine)[0]])
             within.append((scores[mine] - mean)[whole])
         taken = np.array(rows)
@@ -355,12 +364,12 @@ class WalkingModel(GaitModel):
         return Skeleton(self.proportions_ * height, limb_radii(height), height)
 
     def score(self, motions: Sequence[Motion]) -> float:
-        """Mean log-density of the scores of the cycles of captured `motions`, straight walks (frames, 25)."""
-        from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
+        """Mean log-density of the scores of the cycles of captured `motions`, walks (frames, 25)."""
+        from motionenv.models.walking.strides import captured_cycles, walk_strides
 
         self._check_fitted()
         motions = list(motions)
-        cycles = walking_cycles([gait_channels(m) for m in motions], [m.fps for m in motions], range(len(motions)))
+        cycles = captured_cycles(motions, [walk_strides(m) for m in motions], [""] * len(motions))
         return self.fpca_.score(cycles.values[..., [CHANNELS.index(name) for name in self.fpca_.channels_]])
 
     def _poses(self, stride: WalkerScores, request: Request, rng: np.random.Generator, bodies, speeds) -> np.ndarray:

@@ -13,8 +13,8 @@ from motionenv.models.walking.tables import CHANNELS
 from motionenv.types import Cycles, Motion
 
 __all__ = [
-    "CHANNELS", "STRAIGHT", "FoundCycles", "find_cycles", "forward_speed", "gait_channels", "straightness",
-    "walking_cycles",
+    "CHANNELS", "STRAIGHT", "FoundCycles", "closed", "find_cycles", "forward_speed", "gait_channels", "leading_phase",
+    "straightness", "walking_cycles",
 ]  # fmt: skip
 
 #: Least `straightness` of the walks that models learn from.
@@ -58,7 +58,7 @@ def walking_cycles(channels: Sequence[np.ndarray], fps: Sequence[float], subject
     angles = [c[:, :19] for c in channels]
     periods = [estimate_period(a, f).frames for a, f in zip(angles, fps, strict=True)]
     in_phase = _in_phase(align(angles, periods))
-    return _closed(to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects))
+    return closed(to_reference(channels, in_phase, fps, channels=CHANNELS, subjects=subjects))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,22 +88,31 @@ def find_cycles(motion: Motion) -> FoundCycles:
 
 def _in_phase(found: Alignment) -> Alignment:
     """The alignment shifted so that the left leg is furthest ahead of the right at phase 0."""
-    grid = np.arange(256) / 256
-    reference = periodic_basis(grid) @ found.reference
-    ahead = reference[:, CHANNELS.index("left_hip_flexion")] - reference[:, CHANNELS.index("right_hip_flexion")]
-    shift = -np.angle((ahead * np.exp(-2j * np.pi * grid)).sum()) / (2 * np.pi)
+    shift = leading_phase(periodic_basis(np.arange(256) / 256) @ found.reference)
     return replace(found, offsets=found.offsets + shift * found.periods)
 
 
-def _closed(cycles: Cycles) -> Cycles:
-    """Remove the linear drift of each channel over a cycle, so that the end meets the beginning.
+def leading_phase(cycle: np.ndarray) -> float:
+    """Phase [cycles] at which the left leg is furthest ahead of the right in a `cycle` (samples, channels).
 
-    Without this, repeated cycles jump where they meet: hips by ten degrees within two frames.
+    It is that of the fundamental of the hips' flexion. The first channels are the 19 angles.
+    """
+    hips = cycle[:, [CHANNELS.index("left_hip_flexion"), CHANNELS.index("right_hip_flexion")]]
+    known = np.isfinite(hips)
+    mean = np.where(known, hips, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+    ahead = np.where(known, hips - mean, 0.0) @ [1.0, -1.0]
+    return float(-np.angle((ahead * np.exp(-2j * np.pi * np.arange(len(cycle)) / len(cycle))).sum()) / (2 * np.pi))
+
+
+def closed(cycles: Cycles) -> Cycles:
+    """Remove the linear drift of each channel of `cycles`, so that the end of each cycle meets its beginning.
+
+    Without this, repeated cycles jump where they meet: hips by ten degrees within two frames. The drift is kept.
     """
     values = cycles.values.copy()
     drift = np.nan_to_num(2 * values[:, -1] - values[:, -2] - values[:, 0])
     share = (np.arange(values.shape[1]) + 0.5) / values.shape[1] - 0.5
-    return replace(cycles, values=values - share[:, None] * drift[:, None])
+    return replace(cycles, values=values - share[:, None] * drift[:, None], drift=drift)
 
 
 def forward_speed(motion: Motion) -> float:

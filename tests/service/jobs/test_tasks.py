@@ -104,7 +104,7 @@ def test_real_capture_is_fitted_as_the_command_does(job_server, mocap):
     asked = job_server.http.post("/v1/models", files=uploads(files), data={"kind": "fpca", "name": "cmu", "fps": "120"})
     told = result(job_server, ended(job_server, asked)).json()
     assert told["card"]["people"] == 3
-    assert told["card"]["data"].startswith("straight overground walks of the CMU")
+    assert told["card"]["data"].startswith("overground walks of the CMU")
     expected = training.fit("walk/fpca", training.read_walks(_copied(folder, trials, job_server.data), fps=120), "")
     got = motionenv.load(job_server.data / "models" / "cmu.npz")
     np.testing.assert_allclose(got.person_mean_, expected.person_mean_, rtol=1e-4, atol=1e-6)
