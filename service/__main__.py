@@ -1,6 +1,6 @@
 """`python -m service`, which `motionenv serve` runs."""
 
 from service.server import serve
-from service.settings import Settings, from_command_line
+from service.settings import from_command_line
 
-serve(from_command_line(Settings))
+serve(from_command_line())

@@ -10,7 +10,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from motionenv import __version__
 from service import errors
-from service.jobs.backend import Backend, Local
+from service.jobs.backend import Backend
 from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
 from service.observability.tracing import tracer_provider
@@ -42,21 +42,13 @@ class Service:
 
     def __init__(self, settings: Settings) -> None:
         self.settings, self.metrics = settings, Metrics()
-        self.backend = _backend(settings)
+        self.backend = Backend(settings)
         self.model_registry, self.streams = self.backend.models, self.backend.streams
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.backend)
         self.tracing = tracer_provider(settings.traces, settings.trace_share) if settings.traces else None
         self.ready = False  # whether the models are loaded
-
-
-def _backend(settings: Settings) -> Backend:
-    if not settings.database.get_secret_value():
-        return Local(settings)
-    from service.cluster.backend import Cluster  # an extra
-
-    return Cluster(settings)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:

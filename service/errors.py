@@ -16,7 +16,7 @@ from starlette.responses import Response
 
 from motionenv import MotionError
 from motionenv.models import did_you_mean
-from service.jobs.store import Full, Unreachable
+from service.jobs.store import Full
 
 MEDIA_TYPE = "application/problem+json"
 #: Kinds of problems by the last part of their `type`: status and title.
@@ -43,9 +43,6 @@ KINDS: dict[str, tuple[int, str]] = {
 _USUAL = {status: kind for kind, (status, _) in reversed(KINDS.items())}
 #: The detail of a 507.
 FULL = "the service's disk is full: remove jobs or models, or contact its operator"
-#: [s] after which a client may try again when the database is away, and the detail of that 503.
-OUTAGE = 10
-UNREACHABLE = f"the service can't reach its database or its files; retry in {OUTAGE} s"
 _NO_JSON = "the body is not valid JSON"
 #: Names of bounds in pydantic's errors that are passed on.
 _BOUNDS = ("gt", "ge", "lt", "le", "multiple_of", "min_length", "max_length", "pattern", "expected")
@@ -133,7 +130,7 @@ def install(app: Starlette) -> None:
 
     handlers = {
         Problem: _of_problem, HTTPException: _of_http, RequestValidationError: _of_validation,
-        MotionError: _of_motion, Full: _of_outage, Unreachable: _of_outage,
+        MotionError: _of_motion, Full: _of_full_disk,
     }  # fmt: skip
     for kind, handler in handlers.items():
         app.add_exception_handler(kind, handler)
@@ -173,10 +170,8 @@ async def _of_motion(request: Request, error: Any) -> Response:
     return _answer(request, 422, str(error))
 
 
-async def _of_outage(request: Request, error: Any) -> Response:
-    if isinstance(error, Full):
-        return _answer(request, 507, FULL)
-    return _answer(request, 503, UNREACHABLE, headers={"Retry-After": str(OUTAGE)})
+async def _of_full_disk(request: Request, error: Any) -> Response:
+    return _answer(request, 507, FULL)
 
 
 def invalid(error: ValidationError, kind: type[BaseModel]) -> Problem:

@@ -89,12 +89,9 @@ class ModelRegistry:
         stem = name.removeprefix("fitted/")
         return self.find_path(name) or self.folder / (f"{stem}.{owner}.npz" if owner else f"{stem}.npz")
 
-    def publish(self, file: Path, name: str, owner: str, sha: str) -> None:
-        """Move the file of a model, whose SHA-256 is `sha`, to where it is served from."""
+    def publish(self, file: Path, name: str, owner: str) -> None:
+        """Move the file of a model to where it is served from."""
         os.replace(file, self.place(name, owner))
-
-    def refresh(self) -> None:
-        """Learn of what other machines have changed; blocks."""
 
     def name_of(self, path: Path) -> str:
         """The name of the model in a file."""

@@ -4,48 +4,32 @@ import ipaddress
 import json
 import os
 import sys
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import Self
 
 from platformdirs import user_data_path
 from pydantic import Field, SecretStr, ValidationError, model_validator
 from pydantic_settings import BaseSettings, CliApp, SettingsConfigDict
 
 _MEGABYTE = 1_000_000
-T = TypeVar("T", bound="JobSettings")
 
 
-class JobSettings(BaseSettings):
-    """Settings of what runs jobs."""
+class Settings(BaseSettings):
+    """Serve the HTTP API and the web page.
+
+    Each option can also be set by the environment variable MOTIONENV_SERVICE_<OPTION>.
+    Example: motionenv serve --port 8080 --workers 2
+    """
 
     model_config = SettingsConfigDict(
-        env_prefix="MOTIONENV_SERVICE_", frozen=True, extra="forbid",
+        env_prefix="MOTIONENV_SERVICE_", frozen=True, extra="forbid", cli_prog_name="motionenv serve",
         cli_kebab_case=True, cli_implicit_flags=True, cli_hide_none_type=True,
     )  # fmt: skip
 
     data: Path = Field(
         user_data_path("motionenv") / "service",
-        description="Folder for fitted models, jobs and their results; created if missing. With a database: for copies "
-        "of them, and for what is being done.",
-    )  # fmt: skip
-    database: SecretStr = Field(
-        SecretStr(""), description="PostgreSQL database of jobs that several machines share, such as "
-        "postgresql://user@host/motionenv; needs motionenv[cluster]. Empty: jobs are in the data folder. Set one with "
-        "a password in the environment: flags are visible in process listings.",
-    )  # fmt: skip
-    store: str = Field(
-        "", description="Where several machines keep files, such as s3://bucket/prefix or file:///mnt/shared; needs a "
-        "database. Credentials come from the store's own environment, such as AWS_ACCESS_KEY_ID.",
-    )  # fmt: skip
-    lease: float = Field(
-        15.0, ge=1, description="With a database: seconds after which the jobs of a worker that is silent are given to "
-        "another.",
-    )  # fmt: skip
-    cache: int = Field(
-        4_000 * _MEGABYTE, ge=0,
-        description="With a database: size to which the copies of shared files in the data folder are trimmed [bytes].",
-    )  # fmt: skip
+        description="Folder for fitted models, jobs and their results; created if missing.",
+    )
 
     job_processes: int = Field(1, ge=1, le=64, description="Fits and films that run at the same time.")
     quick_processes: int = Field(
@@ -60,25 +44,6 @@ class JobSettings(BaseSettings):
     reserve: int = Field(
         64 * _MEGABYTE, ge=0, description="Disk space to keep free [bytes]; with less, uploads get 507."
     )
-
-    @model_validator(mode="after")
-    def _shared(self) -> Self:
-        if bool(self.database.get_secret_value()) != bool(self.store):
-            given, missing = ("store", "database") if self.store else ("database", "store")
-            raise ValueError(f"{given} needs {missing}: machines that share jobs share their files too; set both")
-        if self.store and find_spec("procrastinate") is None:
-            raise ValueError("a database needs more packages: pip install 'motionenv[cluster]'")
-        return self
-
-
-class Settings(JobSettings):
-    """Serve the HTTP API and the web page.
-
-    Each option can also be set by the environment variable MOTIONENV_SERVICE_<OPTION>.
-    Example: motionenv serve --port 8080 --workers 2
-    """
-
-    model_config = SettingsConfigDict(cli_prog_name="motionenv serve")
 
     host: str = Field("127.0.0.1", description="Address to listen on.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0: any free one.")
@@ -98,9 +63,10 @@ class Settings(JobSettings):
     cors: tuple[str, ...] = Field((), description="Origins of web pages that may use the API (CORS), a JSON list.")
     proxies: str = Field("", description="Addresses of trusted proxies, whose X-Forwarded-* headers are used.")
     rate: int = Field(
-        0, ge=0, description="Requests per minute for each key or address, counted by each process, or with a database "
-        "by all of them together; 0: unlimited.",
-    )  # fmt: skip
+        0,
+        ge=0,
+        description="Requests per minute for each key or address, counted by each process; 0: unlimited.",
+    )
 
     traces: str = Field(
         "", description="Address of an OpenTelemetry collector (OTLP over HTTP), such as "
@@ -118,9 +84,7 @@ class Settings(JobSettings):
 
     threads: int = Field(len(os.sched_getaffinity(0)), ge=1, le=256, description="Worker threads of each process.")
     waiting: int = Field(32, ge=0, description="Requests that may wait for a worker thread; more get 503.")
-    streams: int = Field(
-        32, ge=0, description="Maximum number of open streams (WebSockets) of each process; with a database, of all."
-    )
+    streams: int = Field(32, ge=0, description="Maximum number of open streams (WebSockets) of each process.")
     request_seconds: float = Field(60.0, gt=0, description="Seconds after which a request without a response gets 504.")
     shutdown_seconds: float = Field(30.0, ge=0, description="Seconds that running requests have to finish at shutdown.")
 
@@ -133,11 +97,9 @@ class Settings(JobSettings):
 
     def environment(self) -> dict[str, str]:
         """The settings as environment variables, keys included: never log them."""
-        values = (
-            self.model_dump(mode="json")
-            | {name: [key.get_secret_value() for key in getattr(self, name)] for name in ("keys", "admin_keys")}
-            | {"database": self.database.get_secret_value()}
-        )
+        values = self.model_dump(mode="json") | {
+            name: [key.get_secret_value() for key in getattr(self, name)] for name in ("keys", "admin_keys")
+        }
         return {
             f"MOTIONENV_SERVICE_{name.upper()}": value if isinstance(value, str) else json.dumps(value)
             for name, value in values.items()
@@ -158,17 +120,17 @@ class Settings(JobSettings):
         return self
 
 
-def from_command_line(kind: type[T]) -> T:
-    """Settings of a kind from flags and environment; what is wrong goes to stderr, and the process ends with 2."""
+def from_command_line() -> Settings:
+    """Settings from flags and environment; what is wrong goes to stderr, and the process ends with 2."""
     try:
-        return CliApp.run(kind, cli_exit_on_error=True)
+        return CliApp.run(Settings, cli_exit_on_error=True)
     except ValidationError as error:
         for wrong in error.errors():
             place = "".join(f"--{str(part).replace('_', '-')}: " for part in wrong["loc"][:1])
-            secret = wrong["loc"] and wrong["loc"][0] in ("keys", "admin_keys", "database")
+            secret = wrong["loc"] and wrong["loc"][0] in ("keys", "admin_keys")
             given = f", got {wrong['input']!r}" if wrong["loc"] and not secret else ""
             words = f"{place}{wrong['msg'].removeprefix('Value error, ')}{given}"
-            print(f"{kind.model_config['cli_prog_name']}: {words}", file=sys.stderr)  # noqa: T201 the command's words
+            print(f"motionenv serve: {words}", file=sys.stderr)  # noqa: T201 the command's words
         sys.exit(2)
 
 

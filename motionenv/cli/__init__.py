@@ -1,6 +1,6 @@
 """The command line.
 
-`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | stimuli | serve | work |
+`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | stimuli | serve |
 bench | mocap | dataset | batch | compile`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
@@ -37,7 +37,6 @@ app.command()(models.models)
 app.command()(dataset.stimuli)
 _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
-app.command(context_settings=_passed_on, add_help_option=False)(serve.work)
 app.command("compile")(bench.compile_kernels)
 app.command(context_settings=_passed_on)(bench.bench)
 app.command(context_settings=_passed_on)(batch.batch)

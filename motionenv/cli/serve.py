@@ -1,4 +1,4 @@
-"""The commands `serve` and `work`."""
+"""The command `serve`."""
 
 import runpy
 import sys
@@ -13,12 +13,3 @@ def serve(context: typer.Context) -> None:
     """
     sys.argv = ["motionenv serve", *context.args]
     runpy.run_module("service", run_name="__main__")
-
-
-def work(context: typer.Context) -> None:
-    """Run jobs of a service of several machines. See `motionenv work --help` for its options.
-
-    Example: motionenv work --database postgresql://motionenv@db/motionenv --store s3://motionenv
-    """
-    sys.argv = ["motionenv work", *context.args]
-    runpy.run_module("service.cluster", run_name="__main__")

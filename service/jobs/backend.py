@@ -1,78 +1,46 @@
-"""State shared by the processes of a service: the interface, and a folder on one machine.
+"""State shared by the processes of a service: a folder of jobs, files and models, and counts of each process."""
 
-`service.cluster.backend` is for several machines.
-"""
-
-from typing import Protocol
-
-from limits.aio.storage import MemoryStorage, Storage
+from limits.aio.storage import MemoryStorage
 
 from service.jobs.file_store import FileStore
 from service.jobs.sqlite import SqliteStore
-from service.jobs.store import Store
 from service.jobs.supervisor import Supervisor
 from service.model_registry import ModelRegistry
 from service.settings import Settings
 
 
-class Streams(Protocol):
-    """Counts open streams."""
-
-    async def take(self) -> bool:
-        """Count one more, unless as many as are allowed are open; returns whether it was."""
-
-    async def release(self) -> None:
-        """Count one less."""
-
-
-class Backend(Protocol):
-    """Jobs, files, models, and counts of requests and streams.
-
-    `store` and `file_store` are there while it is open.
-    """
-
-    store: Store
-    file_store: FileStore
-    models: ModelRegistry
-    counts: Storage
-    streams: Streams
-
-    async def open(self) -> None:
-        """Start, in an event loop."""
-
-    def wake(self) -> None:
-        """Look for changed jobs at once."""
-
-    async def close(self) -> None:
-        """Stop."""
-
-
-class LocalStreams(Streams):
-    """Counts those of this process, at most `most`."""
+class Streams:
+    """Counts the open streams of this process, at most `most`."""
 
     def __init__(self, most: int) -> None:
         self.most, self.open = most, 0
 
-    async def take(self) -> bool:
+    def take(self) -> bool:
+        """Count one more, unless as many as are allowed are open; returns whether it was."""
         if self.open >= self.most:
             return False
         self.open += 1
         return True
 
-    async def release(self) -> None:
+    def release(self) -> None:
+        """Count one less."""
         self.open -= 1
 
 
-class Local(Backend):
-    """Jobs in SQLite, files and models in the data folder, requests and streams counted for each process."""
+class Backend:
+    """Jobs in SQLite, files and models in the data folder, requests and streams counted for each process.
+
+    `store` and `file_store` are there while it is open.
+    """
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.models = ModelRegistry(settings.data / "models")
         self.counts = MemoryStorage()
-        self.streams = LocalStreams(settings.streams)
+        self.streams = Streams(settings.streams)
 
     async def open(self) -> None:
+        """Start, in an event loop."""
         self.models.folder.mkdir(parents=True, exist_ok=True)
         self.file_store = FileStore(self.settings.data, self.settings.reserve)
         self.store = SqliteStore(self.settings.data / "jobs.sqlite", self.file_store.drop_ballast)
@@ -80,8 +48,10 @@ class Local(Backend):
         self._supervisor.start()
 
     def wake(self) -> None:
+        """Look for changed jobs at once."""
         self._supervisor.wake()
 
     async def close(self) -> None:
+        """Stop."""
         await self._supervisor.stop()
         self.store.close()

@@ -30,7 +30,7 @@ class FileStore:
         return self.folder / "file_store" / sha[:2] / sha
 
     def fetch(self, sha: str) -> Path:
-        """Path of the file with this SHA-256, got from elsewhere if need be; FileNotFoundError if there is none."""
+        """Path of the file with this SHA-256; FileNotFoundError if there is none."""
         path = self.path(sha)
         path.stat()
         return path

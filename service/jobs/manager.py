@@ -12,7 +12,8 @@ from typing import Any
 from service.errors import Problem, busy
 from service.jobs.backend import Backend
 from service.jobs.file_store import FileStore
-from service.jobs.store import WAITING, Full, Job, Repeated, Store, Taken, Waiting, lane_of
+from service.jobs.sqlite import SqliteStore
+from service.jobs.store import WAITING, Full, Job, Repeated, Taken, Waiting, lane_of
 from service.jobs.uploads import Received
 from service.settings import Settings
 from service.transport.access import Access
@@ -25,7 +26,7 @@ class JobManager:
         self.settings, self.backend, self.model_registry = settings, backend, backend.models
 
     @property
-    def store(self) -> Store:
+    def store(self) -> SqliteStore:
         """Records of the jobs."""
         return self.backend.store
 
@@ -96,7 +97,6 @@ class JobManager:
         return busy(f"{self.settings.job_waiting} jobs are queued already", seconds=10)
 
     async def _check_model(self, name: str, access: Access, replace: bool) -> None:
-        await asyncio.to_thread(self.model_registry.refresh)
         path = self.model_registry.find_path(name)
         if path is None:
             return
@@ -163,7 +163,6 @@ class JobManager:
         path = await asyncio.to_thread(self.model_registry.find_path, name)
         if path is None or not access.to(self.model_registry.owner_of(path)):
             raise self.model_registry.missing(name, access)
-        await self.store.forget(name)
         path.unlink(missing_ok=True)
 
 

@@ -14,9 +14,10 @@ from motionenv.models import names
 from service.errors import FULL
 from service.jobs.child_process import Failed, Interrupted, run
 from service.jobs.file_store import FileStore, sha256
-from service.jobs.store import ATTEMPTS, Full, Job, Store, Unreachable, full_disk_errors
+from service.jobs.sqlite import SqliteStore
+from service.jobs.store import ATTEMPTS, Full, Job, full_disk_errors
 from service.model_registry import ModelRegistry
-from service.settings import JobSettings
+from service.settings import Settings
 
 _log = structlog.get_logger("motionenv.service")
 
@@ -25,7 +26,7 @@ class JobRunner:
     """Runs jobs of a `store`, each in a folder of its own within `folder`."""
 
     def __init__(
-        self, settings: JobSettings, store: Store, file_store: FileStore, model_registry: ModelRegistry, folder: Path
+        self, settings: Settings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry, folder: Path
     ) -> None:
         self.settings, self.store, self.file_store = settings, store, file_store
         self.model_registry, self.folder = model_registry, folder
@@ -36,7 +37,7 @@ class JobRunner:
         begun = time.monotonic()
         try:
             done = await self._done(job, folder)
-            what = "job done" if done else "job was cancelled or given to another"
+            what = "job done" if done else "job was cancelled"
             _log.info(what, job=job.id, kind=job.kind, seconds=round(time.monotonic() - begun, 3))
         except Full:
             await self._fail(job, 507, FULL)
@@ -44,8 +45,6 @@ class JobRunner:
             await self._retry(job)
         except Failed as error:
             await self._fail(job, error.status, error.detail)
-        except Unreachable as error:  # it is run again when its lease has ended
-            _log.warning("the job's database or files can't be reached", job=job.id, why=repr(error.__cause__ or error))
         except Exception:  # noqa: BLE001 the client gets the status, the log the details
             _log.exception("job failed", job=job.id)
             await self._fail(job, 500, "internal error: please report it")
@@ -64,8 +63,7 @@ class JobRunner:
 
     async def _fail(self, job: Job, status: int, detail: str) -> None:
         _log.info("job failed", job=job.id, kind=job.kind, status=status, detail=detail)
-        with contextlib.suppress(Unreachable):  # it is run again when its lease has ended
-            await self.store.fail(job, status, detail)
+        await self.store.fail(job, status, detail)
 
     async def _done(self, job: Job, folder: Path) -> bool:
         """Run a job and publish its result, unless it was cancelled or given to another meanwhile."""
@@ -80,15 +78,15 @@ class JobRunner:
         sha = await asyncio.to_thread(sha256, result)
         size = result.stat().st_size
         self.file_store.check_room()
-        model_sha = await asyncio.to_thread(sha256, model) if job.model else None
+        if job.model:
+            await asyncio.to_thread(sha256, model)  # syncs it to disk
 
-        def publish() -> None:  # may be called again if the database was cut off
-            if result.exists():
-                self.file_store.place(result, sha)
-            if job.model and model_sha and model.exists():
-                self.model_registry.publish(model, job.model, job.owner, model_sha)
+        def publish() -> None:
+            self.file_store.place(result, sha)
+            if job.model:
+                self.model_registry.publish(model, job.model, job.owner)
 
-        return await self.store.finish(job, sha, size, model_sha, publish)
+        return await self.store.finish(job, sha, size, publish)
 
     async def _model(self, job: Job) -> dict[str, str]:
         if job.kind != "render":
@@ -96,9 +94,8 @@ class JobRunner:
         name = job.settings["request"]["model"]
         if name in names():
             return {"model": name}
-        await asyncio.to_thread(self.model_registry.refresh)
         return {"model": str(await asyncio.to_thread(self.model_registry.place, name, job.owner))}
 
     async def _progress(self, job: Job, share: float, message: str) -> None:
-        with contextlib.suppress(Full, Unreachable):  # not worth failing for
+        with contextlib.suppress(Full):  # not worth failing for
             await self.store.progress(job, share, message)

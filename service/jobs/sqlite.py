@@ -18,7 +18,6 @@ from service.jobs.store import (
     Full,
     Job,
     Repeated,
-    Store,
     Taken,
     Waiting,
     full_disk_errors,
@@ -29,12 +28,12 @@ T = TypeVar("T")
 _TIMEOUT = 10.0  # [s] for other processes' transactions, which take milliseconds
 
 
-class SqliteStore(Store):
+class SqliteStore:
     """Jobs on disk. Calls take well under a millisecond, don't wait for others, and are made from one thread.
 
     Commits survive the end of any process but not a power failure, which would need a disk sync for each. On a full
-    disk, `make_room` frees some space and returns whether it did. What a runner says isn't checked for its attempt:
-    only the process that locks the data folder runs jobs.
+    disk, `make_room` frees some space and returns whether it did. What a runner says of a job that was cancelled
+    changes nothing; only the process that locks the data folder runs jobs.
     """
 
     def __init__(self, path: Path, make_room: Callable[[], bool]) -> None:
@@ -49,6 +48,14 @@ class SqliteStore(Store):
         self, job: Job, inputs: Iterable[tuple[str, str]], *, most: int, idempotency: str | None,
         place: Callable[[], None],
     ) -> None:  # fmt: skip
+        """Queue a job with its files (name, SHA-256); `place` moves them into the file store within the transaction.
+
+        Raises:
+            Full: the disk is full.
+            Repeated: there is a job with the same `idempotency`.
+            Taken: another job fits a model of that name.
+            Waiting: `most` jobs of its lane are queued.
+        """
         with full_disk_errors(), self._transaction():
             if idempotency and self._one("SELECT 1 FROM jobs WHERE idempotency = ?", idempotency):
                 raise Repeated
@@ -66,17 +73,21 @@ class SqliteStore(Store):
             self._db.executemany("INSERT INTO inputs VALUES (?, ?, ?)", [(job.id, *given) for given in inputs])
 
     async def get(self, job: str) -> Job | None:
+        """The job with an id."""
         return self._job("WHERE id = ?", job)
 
     async def same(self, idempotency: str) -> Job | None:
+        """The job of an earlier request with the same id."""
         return self._job("WHERE idempotency = ?", idempotency)
 
     async def inputs(self, job: str) -> list[tuple[str, str]]:
+        """Name and SHA-256 of a job's files, in order of upload."""
         return self._db.execute("SELECT name, sha FROM inputs WHERE job = ? ORDER BY rowid", (job,)).fetchall()
 
     async def page(
         self, most: int, status: str | None = None, before: int | None = None, owner: str | None = None
     ) -> list[Job]:
+        """At most `most` jobs, newest first: those with a status, with a number less than `before`, of an owner."""
         query = (
             f"SELECT {COLUMNS} FROM jobs WHERE (?1 IS NULL OR status = ?1) AND (?2 IS NULL OR number < ?2) "
             "AND (?3 IS NULL OR owner = ?3) ORDER BY number DESC LIMIT ?4"
@@ -84,9 +95,11 @@ class SqliteStore(Store):
         return [_job(row) for row in self._db.execute(query, (status, before, owner, most))]
 
     async def last(self) -> int:
+        """The number of the job that came last, whether it is still there or not."""
         return (self._one("SELECT seq FROM sqlite_sequence WHERE name = 'jobs'") or (0,))[0]
 
     async def queued(self, lane: str) -> int:
+        """Number of queued jobs in a lane."""
         return self._queued(lane)
 
     def _queued(self, lane: str) -> int:
@@ -94,6 +107,7 @@ class SqliteStore(Store):
         return self._one(f"SELECT count(*) FROM jobs WHERE status = 'queued' AND kind IN ({marks})", *kinds)[0]
 
     async def counts(self) -> dict[str, int]:
+        """Number of jobs by status."""
         return dict(self._db.execute("SELECT status, count(*) FROM jobs GROUP BY status"))
 
     async def claim(self, lane: str) -> Job | None:
@@ -109,16 +123,23 @@ class SqliteStore(Store):
         return _job(row[0]) if row else None
 
     async def running(self) -> set[str]:
+        """Ids of the jobs that this process has claimed and should go on with."""
         return {row[0] for row in self._db.execute("SELECT id FROM jobs WHERE status = 'running'")}
 
     async def progress(self, job: Job, progress: float, message: str) -> None:
+        """Update the progress of a running job."""
         with full_disk_errors():
             self._db.execute(
                 "UPDATE jobs SET progress = ?, message = ? WHERE id = ? AND status = 'running'",
                 (progress, message, job.id),
             )
 
-    async def finish(self, job: Job, result: str, size: int, model: str | None, publish: Callable[[], None]) -> bool:
+    async def finish(self, job: Job, result: str, size: int, publish: Callable[[], None]) -> bool:
+        """Mark a running job as done, with the SHA-256 of its result and its size; False if it doesn't run any more.
+
+        `publish` moves its result, and the model that it made, into place within the transaction.
+        """
+
         def work() -> bool:
             with self._transaction():
                 found = self._db.execute(
@@ -133,6 +154,7 @@ class SqliteStore(Store):
         return self._urgent(work)
 
     async def fail(self, job: Job, status: int, detail: str) -> bool:
+        """Mark a running job as failed, with what its client is told; False if it doesn't run any more."""
         error = json.dumps({"status": status, "detail": detail})
         query = (
             "UPDATE jobs SET status = 'failed', message = ?, error = ?, ended = ? "
@@ -141,6 +163,7 @@ class SqliteStore(Store):
         return bool(self._write(query, detail, error, time.time(), job.id))
 
     async def cancel(self, job: str) -> bool:
+        """Cancel a queued or running job; False if it had ended before."""
         query = (
             "UPDATE jobs SET status = 'cancelled', message = 'cancelled', ended = ? "
             "WHERE id = ? AND status IN (?, ?) RETURNING 1"
@@ -148,6 +171,7 @@ class SqliteStore(Store):
         return bool(self._write(query, time.time(), job, *WAITING))
 
     async def put_back(self, job: Job, *, begun: bool = False) -> None:
+        """Queue a running job again; `begun` says whether this counts as an attempt."""
         self._write(
             "UPDATE jobs SET status = 'queued', progress = 0, message = 'waiting', attempts = attempts - ? "
             "WHERE id = ? AND status = 'running'",
@@ -156,6 +180,7 @@ class SqliteStore(Store):
         )
 
     async def recover(self) -> list[str]:
+        """Queue jobs again whose runner was killed, or give them up; returns the ids of both."""
         given_up = self._write(
             "UPDATE jobs SET status = 'failed', message = ?, error = ?, ended = ? "
             "WHERE status = 'running' AND attempts >= ? RETURNING id",
@@ -167,15 +192,16 @@ class SqliteStore(Store):
         return [row[0] for row in [*given_up, *again]]
 
     async def remove(self, job: str) -> bool:
+        """Remove a job that has ended; False if there is none."""
         return bool(self._write("DELETE FROM jobs WHERE id = ? AND status NOT IN (?, ?) RETURNING 1", job, *WAITING))
 
     async def expire(self, before: float) -> int:
+        """Remove the jobs that ended before a Unix time [s]; returns their number."""
         return len(self._write("DELETE FROM jobs WHERE ended < ? RETURNING 1", before))
 
-    async def forget(self, model: str) -> None:
-        """Models are files in the data folder, of which the database knows nothing."""
-
     async def sweep(self, shas: Iterable[str], remove: Callable[[str], None]) -> None:
+        """Remove those of the files that nothing refers to, within a transaction."""
+
         def work() -> None:
             with self._transaction():
                 for sha in shas:

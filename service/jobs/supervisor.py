@@ -15,7 +15,7 @@ from service.jobs.runner import JobRunner
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import Job
 from service.model_registry import ModelRegistry
-from service.settings import JobSettings
+from service.settings import Settings
 
 _log = structlog.get_logger("motionenv.service")
 _POLL = 0.25  # [s] between checks for jobs queued or cancelled by other server processes
@@ -28,7 +28,7 @@ class Supervisor:
     """Starts and ends jobs."""
 
     def __init__(
-        self, settings: JobSettings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry
+        self, settings: Settings, store: SqliteStore, file_store: FileStore, model_registry: ModelRegistry
     ) -> None:
         self.settings, self.store, self.file_store = settings, store, file_store
         self._runner = JobRunner(settings, store, file_store, model_registry, settings.data / "work")

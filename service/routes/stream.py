@@ -17,8 +17,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from motionenv import MotionError
 from motionenv.types import POSE
-from service.errors import OUTAGE, UNREACHABLE, Problem, invalid, problem_response
-from service.jobs.store import Unreachable
+from service.errors import Problem, invalid, problem_response
 from service.responses.streaming import Stream
 from service.schemas.stream import StreamSettings
 from service.transport.access import access_of
@@ -33,12 +32,7 @@ _BEHIND = 1.0  # [s] after which frames that are late are left out
 async def stream(socket: WebSocket) -> None:
     """Send motion until the client goes."""
     service = socket.app.state.service
-    try:
-        free = await service.streams.take()
-    except Unreachable:
-        await _refuse(socket, UNREACHABLE, OUTAGE)
-        return
-    if not free:
+    if not service.streams.take():
         detail = f"{service.settings.streams} streams are open already; retry in {_COME_BACK} s"
         await _refuse(socket, detail, _COME_BACK)
         return
@@ -50,7 +44,7 @@ async def stream(socket: WebSocket) -> None:
     except _Misunderstood as error:
         await socket.close(error.code, error.reason)
     finally:
-        await service.streams.release()
+        service.streams.release()
 
 
 async def _refuse(socket: WebSocket, detail: str, seconds: int) -> None:

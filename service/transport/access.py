@@ -2,7 +2,6 @@
 
 import base64
 import binascii
-import contextlib
 import hashlib
 import hmac
 import time
@@ -15,8 +14,7 @@ from limits.aio.strategies import FixedWindowRateLimiter
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.errors import OUTAGE, UNREACHABLE, problem_response
-from service.jobs.store import Unreachable
+from service.errors import problem_response
 from service.settings import Settings
 
 #: Paths without access control, for load balancers.
@@ -94,12 +92,9 @@ class AccessMiddleware:
             return _Refusal(401, "this service doesn't know this API key: check it", unknown, "unknown-key")
         if _is_cross_site(scope, headers) and not self.origins & {headers.get(b"origin"), b"*"}:
             return _Refusal(403, "cross-site requests are allowed only from origins in cors")
-        try:
-            if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
-                wait = (await self._left(scope))[1]
-                return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
-        except Unreachable:
-            return _Refusal(503, UNREACHABLE, {"Retry-After": str(OUTAGE)})
+        if self.rate is not None and not await self.limiter.hit(self.rate, _who(scope)):
+            wait = (await self._left(scope))[1]
+            return _Refusal(429, f"rate limit exceeded: retry in {wait} s", {"Retry-After": str(wait)})
         if int(headers.get(b"content-length", b"0")) > most:
             return _Refusal(413, f"the body must have at most {most} bytes", {"Connection": "close"})
         return None
@@ -126,11 +121,10 @@ class AccessMiddleware:
 
         async def counted(message: Message) -> None:
             if message["type"] == "http.response.start":
-                with contextlib.suppress(Unreachable):
-                    remaining, seconds = await self._left(scope)
-                    policy, state = f'"minute";q={most};w=60', f'"minute";r={remaining};t={seconds}'
-                    told = [(b"ratelimit-policy", policy.encode()), (b"ratelimit", state.encode())]
-                    message["headers"] = [*message.get("headers", ()), *told]
+                remaining, seconds = await self._left(scope)
+                policy, state = f'"minute";q={most};w=60', f'"minute";r={remaining};t={seconds}'
+                told = [(b"ratelimit-policy", policy.encode()), (b"ratelimit", state.encode())]
+                message["headers"] = [*message.get("headers", ()), *told]
             await send(message)
 
         return counted

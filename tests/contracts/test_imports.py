@@ -161,9 +161,9 @@ def declared(*extras: str) -> set[str]:
     ("folder", "extras"),
     [
         ("motionenv", ("agents", "data", "detect", "plots", "ray")),
-        ("service", ("cluster", "telemetry")),
-        ("tests", ("test", "agents", "cluster", "data", "integrations", "telemetry")),
-        ("benchmarks", ("test", "bench", "cluster")),
+        ("service", ("telemetry",)),
+        ("tests", ("test", "agents", "data", "integrations", "telemetry")),
+        ("benchmarks", ("test", "bench")),
     ],
 )
 def test_every_library_that_is_imported_is_declared(folder, extras):

@@ -59,21 +59,15 @@ def test_commands_exist_with_their_options(words):
 def test_the_service_takes_the_options_that_are_shown(words, monkeypatch):
     from pydantic_settings import CliApp
 
-    from service.cluster.worker import WorkerSettings
     from service.settings import Settings
 
     monkeypatch.setenv("MOTIONENV_SERVICE_KEYS", '["a-key-that-only-tests-know"]')
-    kind = Settings
-    if words[0] == "work":
-        monkeypatch.setenv("MOTIONENV_SERVICE_DATABASE", "postgresql://motionenv@db/motionenv")
-        monkeypatch.setenv("MOTIONENV_SERVICE_STORE", "s3://motionenv")
-        kind = WorkerSettings
     if "--help" in words:
         with pytest.raises(SystemExit) as ended:
-            CliApp.run(kind, cli_args=words[1:])
+            CliApp.run(Settings, cli_args=words[1:])
         assert ended.value.code == 0
     else:
-        assert CliApp.run(kind, cli_args=words[1:]).data
+        assert CliApp.run(Settings, cli_args=words[1:]).data
 
 
 def test_every_benchmark_that_is_named_exists(run):

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import pytest
 
 from tests.data.s3 import s3_server
-from tests.service.cluster.postgres import postgres_server
 from tests.service.page.browsing import Tab, launched, tab
 from tests.service.running import Server, run_service
 
@@ -24,13 +23,6 @@ def runner() -> Iterator[asyncio.Runner]:
     """An event loop that stays the same."""
     with asyncio.Runner() as running:
         yield running
-
-
-@pytest.fixture(scope="session")
-def postgres():
-    """A PostgreSQL server."""
-    with postgres_server() as server:
-        yield server
 
 
 @pytest.fixture(scope="session")

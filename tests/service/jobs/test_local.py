@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from service.jobs.backend import Local
+from service.jobs.backend import Backend
 from service.settings import Settings
 from tests.service.jobs.blocking import Blocking
 from tests.service.jobs.storing import added
@@ -14,7 +14,7 @@ from tests.service.jobs.storing import added
 def test_two_processes_on_one_folder_see_the_same_jobs(tmp_path: Path):
     settings = Settings(data=tmp_path / "new", reserve=0)
     with asyncio.Runner() as runner:
-        one, two = (Blocking(Local(settings), runner) for _ in range(2))
+        one, two = (Blocking(Backend(settings), runner) for _ in range(2))
         for process in (one, two):
             process.open()
         job = added(one.store, "x")
@@ -31,7 +31,7 @@ def test_it_ends_whenever_it_was_woken(tmp_path: Path, turns: int):
     """Also if what it waits for comes in the same turn of the event loop as its end."""
 
     async def woken_and_closed() -> None:
-        local = Local(Settings(data=tmp_path, reserve=0))
+        local = Backend(Settings(data=tmp_path, reserve=0))
         await local.open()
         await asyncio.sleep(0.4)  # it has looked for jobs, and waits for more
         local.wake()
@@ -45,7 +45,7 @@ def test_it_ends_whenever_it_was_woken(tmp_path: Path, turns: int):
 
 async def _left(settings: Settings) -> dict[str, int]:
     """What the next process finds."""
-    later = Local(settings)
+    later = Backend(settings)
     await later.open()
     try:
         return await later.store.counts()

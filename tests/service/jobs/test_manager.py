@@ -11,7 +11,7 @@ import pytest
 
 import motionenv
 from service.errors import Problem
-from service.jobs.backend import Local
+from service.jobs.backend import Backend
 from service.jobs.manager import JobManager
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import Job
@@ -48,7 +48,7 @@ def managing(data: Path, **settings) -> Iterator[Blocking]:
     given = Settings(data=data, **{"reserve": 0} | settings)
     with (data / "jobs.lock").open("wb") as lock, asyncio.Runner() as runner:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        manager = Blocking(JobManager(given, Local(given)), runner)
+        manager = Blocking(JobManager(given, Backend(given)), runner)
         manager.backend.open()
         yield manager
         manager.backend.close()

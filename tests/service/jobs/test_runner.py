@@ -12,7 +12,7 @@ from service.jobs.runner import JobRunner
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import ATTEMPTS
 from service.model_registry import ModelRegistry
-from service.settings import JobSettings
+from service.settings import Settings
 from tests.service.jobs.storing import Alone, Job
 from tests.service.waiting import until
 
@@ -26,7 +26,7 @@ class Bench:
         self.folder, self.loop = folder / "work", runner
         self.files = FileStore(folder, 0)
         self.store = Alone(SqliteStore(folder / "jobs.sqlite", lambda: False), runner)
-        settings = JobSettings(data=folder, reserve=0, job_memory=3_000_000_000, job_seconds=60)
+        settings = Settings(data=folder, reserve=0, job_memory=3_000_000_000, job_seconds=60)
         self.runner = JobRunner(settings, self.store._thing, self.files, ModelRegistry(folder / "models"), self.folder)
 
     def claimed(self, content: bytes, kind: str = "convert", settings=CONVERT) -> Job:

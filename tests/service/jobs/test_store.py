@@ -7,20 +7,14 @@ import pytest
 from service.jobs.sqlite import SqliteStore
 from service.jobs.store import ATTEMPTS, Full, Job, Repeated, Taken, Waiting
 from tests.service.jobs.blocking import Blocking
-from tests.service.jobs.storing import Alone, added, shared_store
+from tests.service.jobs.storing import Alone, added
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
-def store(request, tmp_path, runner):
-    """Either store: what follows holds of both."""
-    if request.param == "sqlite":
-        store = Alone(SqliteStore(tmp_path / "jobs.sqlite", lambda: False), runner)
-        yield store
-        store.close()
-        return
-    store = shared_store(request.getfixturevalue("postgres").new(), runner)
+@pytest.fixture
+def store(tmp_path, runner):
+    store = Alone(SqliteStore(tmp_path / "jobs.sqlite", lambda: False), runner)
     yield store
-    store.database.close()
+    store.close()
 
 
 def test_what_is_put_in_comes_out(store):
@@ -44,14 +38,14 @@ def test_jobs_run_in_the_order_of_their_coming_and_end_once(store):
     assert store.running() == {job.id for job in jobs}
     store.progress(claimed[0], 0.5, "half")
     assert store.get(jobs[0].id).progress == 0.5
-    assert store.finish(claimed[0], "sha", 7, None, lambda: None)
+    assert store.finish(claimed[0], "sha", 7, lambda: None)
     assert store.fail(claimed[1], 422, "no good")
     assert store.cancel(jobs[2].id)
     done, failed, cancelled = (store.get(job.id) for job in jobs)
     assert (done.status, done.progress, done.result, done.size) == ("done", 1.0, "sha", 7)
     assert (failed.status, failed.error) == ("failed", {"status": 422, "detail": "no good"})
     assert cancelled.status == "cancelled"
-    assert not store.finish(claimed[2], "sha", 1, None, lambda: None)
+    assert not store.finish(claimed[2], "sha", 1, lambda: None)
     assert not store.fail(claimed[2], 500, "late")
     assert not store.cancel(jobs[0].id)
     store.put_back(claimed[2])
@@ -95,7 +89,7 @@ def test_what_can_not_be_published_or_placed_leaves_nothing(store):
     added(store, "x")
     job = store.claim_next()
     with pytest.raises(OSError, match="no"):
-        store.finish(job, "sha", 1, None, no)
+        store.finish(job, "sha", 1, no)
     assert (store.get(job.id).status, store.get(job.id).result) == ("running", None)
 
 
@@ -104,7 +98,7 @@ def test_files_go_with_the_last_that_needs_them(store):
     added(store, "shared")
     for _ in range(2):
         job = store.claim_next()
-        store.finish(job, f"result-{job.id}", 1, None, lambda: None)
+        store.finish(job, f"result-{job.id}", 1, lambda: None)
         time.sleep(0.05)
     assert store.expire(time.time() - 60) == 0
     assert store.expire(store.get(old.id).ended + 0.01) == 1
