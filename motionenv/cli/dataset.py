@@ -18,7 +18,7 @@ Spec = Annotated[
 ]
 Frames = Annotated[str | None, typer.Option(help="Frames, as 1e6; by default the specification's.")]
 Seed = Annotated[int | None, typer.Option(min=0, help="The same seed gives the same bytes; default: specification's.")]
-Form = Annotated[str, typer.Option(help="Format: webdataset, coco or lerobot.")]
+Form = Annotated[str, typer.Option(help="Format: webdataset or coco.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one for each core.")]
 Options = Annotated[
     str | None, typer.Option(help='Options of the file system in JSON, as \'{"endpoint_url": "http://..."}\'.')

@@ -3,7 +3,7 @@
 from limits.aio.storage import MemoryStorage
 
 from service.jobs.file_store import FileStore
-from service.jobs.sqlite import SqliteStore
+from service.jobs.store import SqliteStore
 from service.jobs.supervisor import Supervisor
 from service.model_registry import ModelRegistry
 from service.settings import Settings

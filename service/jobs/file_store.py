@@ -57,11 +57,7 @@ class FileStore:
 
     def all(self) -> list[str]:
         """SHA-256 of every file."""
-        return [path.name for path in self.paths()]
-
-    def paths(self) -> list[Path]:
-        """Paths of the files in the folder."""
-        return list(self.folder.glob("file_store/??/*"))
+        return [path.name for path in self.folder.glob("file_store/??/*")]
 
     def sweep_incoming(self) -> None:
         """Remove unfinished uploads of a service that was killed."""

@@ -12,8 +12,7 @@ from typing import Any
 from service.errors import Problem, busy
 from service.jobs.backend import Backend
 from service.jobs.file_store import FileStore
-from service.jobs.sqlite import SqliteStore
-from service.jobs.store import WAITING, Full, Job, Repeated, Taken, Waiting, lane_of
+from service.jobs.store import WAITING, Full, Job, Repeated, SqliteStore, Taken, Waiting, lane_of
 from service.jobs.uploads import Received
 from service.settings import Settings
 from service.transport.access import Access

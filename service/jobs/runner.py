@@ -14,8 +14,7 @@ from motionenv.models import names
 from service.errors import FULL
 from service.jobs.child_process import Failed, Interrupted, run
 from service.jobs.file_store import FileStore, sha256
-from service.jobs.sqlite import SqliteStore
-from service.jobs.store import ATTEMPTS, Full, Job, full_disk_errors
+from service.jobs.store import ATTEMPTS, Full, Job, SqliteStore, full_disk_errors
 from service.model_registry import ModelRegistry
 from service.settings import Settings
 

@@ -12,8 +12,7 @@ import structlog
 
 from service.jobs.file_store import FileStore
 from service.jobs.runner import JobRunner
-from service.jobs.sqlite import SqliteStore
-from service.jobs.store import Job
+from service.jobs.store import Job, SqliteStore
 from service.model_registry import ModelRegistry
 from service.settings import Settings
 

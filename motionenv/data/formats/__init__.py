@@ -2,12 +2,11 @@
 
 from motionenv.data.formats.base import Format
 from motionenv.data.formats.coco import Coco
-from motionenv.data.formats.lerobot import LeRobot
 from motionenv.data.formats.webdataset import WebDataset
 from motionenv.errors import MotionError
 
 #: Formats by name.
-FORMATS: dict[str, type[Format]] = {kind.name: kind for kind in (WebDataset, Coco, LeRobot)}
+FORMATS: dict[str, type[Format]] = {kind.name: kind for kind in (WebDataset, Coco)}
 
 
 def format_of(name: str) -> Format:

@@ -32,11 +32,6 @@ from pycocotools.coco import COCO
 
 people = COCO("annotations/person_keypoints.json")
 ```""",
-    "lerobot": """```python
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
-
-episodes = LeRobotDataset("walkers", root=".")
-```""",
 }
 _CARD = """---
 pretty_name: Walking people drawn by motionenv

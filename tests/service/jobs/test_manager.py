@@ -13,8 +13,7 @@ import motionenv
 from service.errors import Problem
 from service.jobs.backend import Backend
 from service.jobs.manager import JobManager
-from service.jobs.sqlite import SqliteStore
-from service.jobs.store import Job
+from service.jobs.store import Job, SqliteStore
 from service.jobs.uploads import Received
 from service.schemas.jobs import RenderRequest
 from service.settings import Settings

@@ -9,8 +9,7 @@ import pytest
 import motionenv
 from service.jobs.file_store import FileStore
 from service.jobs.runner import JobRunner
-from service.jobs.sqlite import SqliteStore
-from service.jobs.store import ATTEMPTS
+from service.jobs.store import ATTEMPTS, SqliteStore
 from service.model_registry import ModelRegistry
 from service.settings import Settings
 from tests.service.jobs.storing import Alone, Job

@@ -4,8 +4,7 @@ import time
 
 import pytest
 
-from service.jobs.sqlite import SqliteStore
-from service.jobs.store import ATTEMPTS, Full, Job, Repeated, Taken, Waiting
+from service.jobs.store import ATTEMPTS, Full, Job, Repeated, SqliteStore, Taken, Waiting
 from tests.service.jobs.blocking import Blocking
 from tests.service.jobs.storing import Alone, added
 
