@@ -1,5 +1,6 @@
 """The application: `create_app(settings)`."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -43,7 +44,8 @@ class Service:
     def __init__(self, settings: Settings) -> None:
         self.settings, self.metrics = settings, Metrics()
         self.backend = Backend(settings)
-        self.model_registry, self.streams = self.backend.models, self.backend.streams
+        self.model_registry = self.backend.models
+        self.streams = asyncio.Semaphore(settings.streams)  # of this process
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.backend)

@@ -16,12 +16,7 @@ if TYPE_CHECKING:
 def report(
     files: Annotated[list[Path], typer.Argument(help="Captures of one person: .c3d, .trc, .bvh, .amc or .npz.")],
     out: Annotated[Path, typer.Option(help="Output page, .html; .json and .csv are written beside it.")],
-    fps: Fps = None,
-    unit: Unit = None,
-    up: Up = None,
-    person: Person = None,
-    map_: Map = None,
-    static: Static = None,
+    fps: Fps = None, unit: Unit = None, up: Up = None, person: Person = None, map_: Map = None, static: Static = None,
     group: Annotated[
         Path | None,
         typer.Option(help="Reference: a folder of captures, or a file of --save-group; by default CMU's people."),
@@ -31,7 +26,7 @@ def report(
         float | None, typer.Option(help="Age [years], to show published norms beside step parameters.")
     ] = None,
     sex: Annotated[str | None, typer.Option(help="female or male, for norms that part them.")] = None,
-) -> None:
+) -> None:  # fmt: skip
     """Write a gait report: step parameters, and joint angles over the gait cycle against a reference.
 
     In a folder of captures a file's name up to the first "_" is the person's label.

@@ -57,12 +57,8 @@ def download(
 
 def info(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
-    fps: Fps = None,
-    unit: Unit = None,
-    up: Up = None,
-    person: Person = None,
-    body_model: BodyModel = None,
-) -> None:
+    fps: Fps = None, unit: Unit = None, up: Up = None, person: Person = None, body_model: BodyModel = None,
+) -> None:  # fmt: skip
     """Summarise a capture file.
 
     Example: motionenv mocap info walk.c3d
@@ -75,11 +71,8 @@ def info(
 def guess(
     path: Annotated[Path, typer.Argument(help="A capture file.")],
     out: Annotated[Path, typer.Option(help="Output file, .toml.")],
-    fps: Fps = None,
-    unit: Unit = None,
-    up: Up = None,
-    person: Person = None,
-) -> None:
+    fps: Fps = None, unit: Unit = None, up: Up = None, person: Person = None,
+) -> None:  # fmt: skip
     """Write a first guess of which points of a file are which landmarks, to be edited and passed with --map.
 
     Example: motionenv mocap map walk.c3d --out map.toml

@@ -1,4 +1,4 @@
-"""State shared by the processes of a service: a folder of jobs, files and models, and counts of each process."""
+"""State shared by the processes of a service: a folder of jobs, files and models, and counts of requests."""
 
 from limits.aio.storage import MemoryStorage
 
@@ -9,26 +9,8 @@ from service.model_registry import ModelRegistry
 from service.settings import Settings
 
 
-class Streams:
-    """Counts the open streams of this process, at most `most`."""
-
-    def __init__(self, most: int) -> None:
-        self.most, self.open = most, 0
-
-    def take(self) -> bool:
-        """Count one more, unless as many as are allowed are open; returns whether it was."""
-        if self.open >= self.most:
-            return False
-        self.open += 1
-        return True
-
-    def release(self) -> None:
-        """Count one less."""
-        self.open -= 1
-
-
 class Backend:
-    """Jobs in SQLite, files and models in the data folder, requests and streams counted for each process.
+    """Jobs in SQLite, files and models in the data folder, requests counted for each process.
 
     `store` and `file_store` are there while it is open.
     """
@@ -37,7 +19,6 @@ class Backend:
         self.settings = settings
         self.models = ModelRegistry(settings.data / "models")
         self.counts = MemoryStorage()
-        self.streams = Streams(settings.streams)
 
     async def open(self) -> None:
         """Start, in an event loop."""

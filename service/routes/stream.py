@@ -32,19 +32,18 @@ _BEHIND = 1.0  # [s] after which frames that are late are left out
 async def stream(socket: WebSocket) -> None:
     """Send motion until the client goes."""
     service = socket.app.state.service
-    if not service.streams.take():
+    if service.streams.locked():
         detail = f"{service.settings.streams} streams are open already; retry in {_COME_BACK} s"
         await _refuse(socket, detail, _COME_BACK)
         return
-    try:
-        await socket.accept()
-        await _Conversation(socket, service).run()
-    except WebSocketDisconnect:
-        pass
-    except _Misunderstood as error:
-        await socket.close(error.code, error.reason)
-    finally:
-        service.streams.release()
+    async with service.streams:
+        try:
+            await socket.accept()
+            await _Conversation(socket, service).run()
+        except WebSocketDisconnect:
+            pass
+        except _Misunderstood as error:
+            await socket.close(error.code, error.reason)
 
 
 async def _refuse(socket: WebSocket, detail: str, seconds: int) -> None:
