@@ -16,7 +16,7 @@ import typer
 from motionenv import __version__
 from motionenv.cli import batch, bench, dataset, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err, note
-from motionenv.errors import MotionError
+from motionenv.errors import CaptureWarning, MotionError
 
 __all__ = ["app", "main"]
 
@@ -60,6 +60,7 @@ app.add_typer(mocap_app, name="mocap")
 
 def main() -> None:
     """Run the command line; a MotionError becomes one line on stderr and exit code 2."""
+    warnings.simplefilter("always", CaptureWarning)
     warnings.showwarning = lambda message, *_: note(f"motionenv: {message}")
     try:
         app()

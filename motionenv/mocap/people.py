@@ -17,7 +17,7 @@ from motionenv.types import Markers
 _APART = 0.02  # [m] median distance from which a landmark is in two places
 _FEWEST = 3  # landmarks of a group of points whose names need no prefix beside rigid bodies
 _SEPARATORS = ":_.- "
-_UNNAMED = "unnamed"  # what to call the person whose points have no prefix
+_UNNAMED = "unnamed"
 
 
 @dataclass(frozen=True)
