@@ -36,6 +36,9 @@ Map = Annotated[
     str | None, typer.Option("--map", help="Marker map (file of `motionenv mocap map`), or a marker set's name.")
 ]
 Static = Annotated[Path | None, typer.Option(help="Standing trial of the same person (.c3d or .trc).")]
+Wands = Annotated[
+    str, typer.Option(help="Markers on thighs and shanks: use, ignore, or auto, which leaves out those that can't be.")
+]
 Fill = Annotated[bool, typer.Option("--fill", help="Fill what the capture doesn't show, such as arms, by a prior.")]
 View = Annotated[str, typer.Option(help="side, front, oblique, or a view angle in degrees.")]
 Size = Annotated[str, typer.Option(help="Image size in pixels, WIDTHxHEIGHT.")]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motionenv._core.representation import counted
-from motionenv.cli._shared import Fps, Map, Person, Static, Unit, Up, check_folder, marker_map, note, progress
+from motionenv.cli._shared import Fps, Map, Person, Static, Unit, Up, Wands, check_folder, marker_map, note, progress
 from motionenv.errors import MotionError
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ def report(
     files: Annotated[list[Path], typer.Argument(help="Captures of one person: .c3d, .trc, .bvh, .amc or .npz.")],
     out: Annotated[Path, typer.Option(help="Output page, .html; .json and .csv are written beside it.")],
     fps: Fps = None, unit: Unit = None, up: Up = None, person: Person = None, map_: Map = None, static: Static = None,
+    wands: Wands = "auto",
     group: Annotated[
         Path | None,
         typer.Option(help="Reference: a folder of captures, or a file of --save-group; by default CMU's people."),
@@ -40,13 +41,13 @@ def report(
     check_folder(out)
     norms_for(age, sex)
     chosen = marker_map(map_)
-    band = None if group is None else _band(group, marker_map=chosen, fps=fps, unit=unit)
+    band = None if group is None else _band(group, marker_map=chosen, fps=fps, unit=unit, wands=wands)
     if band is not None and save_group is not None:
         band.save(save_group)
     with progress("analysing", len(files)) as step:
         session = write_report(
-            files, out, static=static, marker_map=chosen, fps=fps, unit=unit, up=up, person=person, band=band, age=age,
-            sex=sex, on_step=step,
+            files, out, static=static, marker_map=chosen, fps=fps, unit=unit, up=up, person=person, wands=wands,
+            band=band, age=age, sex=sex, on_step=step,
         )  # fmt: skip
     for trial in session.trials:
         for doubt in trial.doubts:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from motionenv._core.representation import OneLine, counted
+from motionenv._core.validation import checked_choice
 from motionenv.errors import MotionError
 from motionenv.gait.bands import Band, band_of
 from motionenv.gait.norms import Norm, norms_for
@@ -17,6 +18,7 @@ from motionenv.gait.strides import Stride, mean_and_sd
 from motionenv.gait.summary import Parameter, summarise
 from motionenv.gait.trial import ANGLES, Trial, read_trial
 from motionenv.mocap import SUFFIXES, MarkerMap, person_label, read_static
+from motionenv.mocap.clinical.lower_body import WANDS
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,6 +108,7 @@ def read_session(
     unit: str | float | None = None,
     up: str | None = None,
     person: str | None = None,
+    wands: str = "auto",
     band: Band | None = None,
     age: float | None = None,
     sex: str | None = None,
@@ -116,7 +119,7 @@ def read_session(
     Args:
         paths: capture files.
         static: a standing trial of the person.
-        marker_map, fps, unit, up, person: as in `motionenv.gait.trial.read_trial`.
+        marker_map, fps, unit, up, person, wands: as in `motionenv.gait.trial.read_trial`.
         band: the reference to show the angles against.
         age: the person's [years], to show the step parameters beside published norms; None for none.
         sex: "female" or "male", for norms that part them.
@@ -126,10 +129,13 @@ def read_session(
         MotionError: no file, or none that can be analysed (the first reason is told); `age` or `sex` out of range.
     """
     norms_for(age, sex)
+    checked_choice(wands, "wands", WANDS)
     if not paths:
         raise MotionError("a report needs at least one capture file")
     standing = None if static is None else read_static(static, fps=fps, unit=unit, up=up)
-    how: dict[str, Any] = {"marker_map": marker_map, "fps": fps, "unit": unit, "up": up, "person": person}
+    how: dict[str, Any] = {
+        "marker_map": marker_map, "fps": fps, "unit": unit, "up": up, "person": person, "wands": wands
+    }  # fmt: skip
     trials, left_out = [], {}
     for path in paths:
         try:
@@ -149,6 +155,7 @@ def read_group(
     marker_map: MarkerMap | str | None = None,
     fps: float | None = None,
     unit: str | float | None = None,
+    wands: str = "auto",
     on_file: Callable[[str], None] = lambda name: None,
 ) -> tuple[Band, dict[str, str]]:
     """The band of the people whose walks are in a folder and its subfolders, and the reasons why files aren't in it.
@@ -157,18 +164,19 @@ def read_group(
 
     Args:
         folder: searched with its subfolders.
-        marker_map, fps, unit: as in `motionenv.gait.trial.read_trial`.
+        marker_map, fps, unit, wands: as in `motionenv.gait.trial.read_trial`.
         on_file: called with each file's name before it is read.
 
     Raises:
         MotionError: fewer than three people with strides.
     """
+    checked_choice(wands, "wands", WANDS)
     people: dict[str, list[Trial]] = {}
     left_out = {}
     for path in sorted(p for p in Path(folder).rglob("*") if p.suffix.lower() in SUFFIXES):
         on_file(path.name)
         try:
-            trial = read_trial(path, marker_map=marker_map, fps=fps, unit=unit)
+            trial = read_trial(path, marker_map=marker_map, fps=fps, unit=unit, wands=wands)
         except MotionError as error:
             left_out[path.name] = str(error)
             continue

@@ -80,12 +80,13 @@ def read_trial(
     up: str | None = None,
     person: str | None = None,
     method: str = "auto",
+    wands: str = "auto",
 ) -> Trial:
     """Read and analyse one capture file.
 
     Args:
         path: any file that `motionenv.read` reads.
-        static, marker_map, method: as in `analyse`.
+        static, marker_map, method, wands: as in `analyse`.
         fps, unit: frame rate [Hz] and unit of length, if the file doesn't specify them.
         up, person: vertical axis, and the one of several people, as of `motionenv.read`.
 
@@ -93,7 +94,7 @@ def read_trial(
         MotionError: as in `motionenv.read` and `analyse`.
     """
     capture = read(path, fps=fps, unit=unit, up=up, person=person, override=False)
-    trial = analyse(capture, static=static, marker_map=marker_map, method=method)
+    trial = analyse(capture, static=static, marker_map=marker_map, method=method, wands=wands)
     return trial if trial.name else replace(trial, name=Path(path).stem)
 
 
@@ -103,6 +104,7 @@ def analyse(
     static: Markers | None = None,
     marker_map: MarkerMap | str | None = None,
     method: str = "auto",
+    wands: str = "auto",
 ) -> Trial:
     """Analyse one capture of a walk.
 
@@ -111,6 +113,7 @@ def analyse(
         static: a standing trial of the same person.
         marker_map: which points are which landmarks; None recognises the marker set.
         method: where events come from; see `motionenv.gait.find_events`.
+        wands: what to do with the markers on thighs and shanks; see `motionenv.mocap.clinical.clinical_angles`.
 
     Raises:
         GapError: a single frame, or no foot or pelvis in it.
@@ -125,10 +128,11 @@ def analyse(
     events = find_events(feet, recording, method)
     stretches = find_stretches(feet)
     strides = find_strides(feet, events, stretches)
-    angles = _angles(capture, static, marker_map)
+    angles = _angles(capture, static, marker_map, wands)
     person = recording.subject if recording else ""
     doubts = (*find_doubts(capture, marker_map), *_of_pace(strides))
-    leg, notes = _leg_length(capture, static), (*capture.notes, *events.notes, *_notes(feet, strides))
+    leg = _leg_length(capture, static)
+    notes = (*capture.notes, *angles.notes, *events.notes, *_notes(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
 
 
@@ -139,12 +143,12 @@ def _of_pace(strides: tuple[Stride, ...]) -> tuple[str, ...]:
     return ()
 
 
-def _angles(capture: Markers | Motion, static, marker_map) -> ClinicalAngles:
+def _angles(capture: Markers | Motion, static, marker_map, wands: str) -> ClinicalAngles:
     """Clinical angles from markers, or from the fitted body where the capture shows joints only."""
     if isinstance(capture, Motion):
         return clinical_angles(capture)
     try:
-        found = clinical_angles(capture, static=static, marker_map=marker_map)
+        found = clinical_angles(capture, static=static, marker_map=marker_map, wands=wands)
     except GapError:  # joints without any marker on the skin
         return clinical_angles(retarget(capture, marker_map=marker_map))
     hips = [found[f"{side}_hip_flexion"] for side in ("left", "right")]

@@ -27,6 +27,7 @@ class Nodes:
     head_side: np.ndarray | None  # (frames, 3) direction to the left of the head in the world; None if unknown
     trunk: np.ndarray | None  # (frames, 3, 3) rotation trunk → world; None without pelvis
     how: dict[str, str]  # how the joint centres of the legs were found, by joint
+    notes: tuple[str, ...] = ()  # of the landmarks
 
 
 def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibration | None = None) -> Nodes:
@@ -49,7 +50,7 @@ def body_nodes(landmarks: Landmarks, person: Measurements, calibration: Calibrat
     if legs.pelvis is not None:
         c, s = np.cos(NEUTRAL_TILT), np.sin(NEUTRAL_TILT)
         upright = legs.pelvis.rotation @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
-    return Nodes(positions, _head_side(at), upright, legs.how)
+    return Nodes(positions, _head_side(at), upright, legs.how, landmarks.notes)
 
 
 def _legs(at: dict[str, np.ndarray], legs: LowerBody) -> dict[str, np.ndarray]:

@@ -208,8 +208,10 @@ def _marker_set_lines(markers: Markers) -> list[str]:
         found = find_landmarks(markers)
     except MotionError as error:
         return [*markers.notes, str(error)]
+    doubts = [f"not plausible: {doubt}" for doubt in find_doubts(markers)]
     known = f"marker set {found.marker_set}: {len(found.points)} of its {len(found.marker_map.points)} landmarks"
-    return [known if found.points else "no marker set has these names: see motionenv mocap map --help", *found.notes]
+    named = known if found.points else "no marker set has these names: see motionenv mocap map --help"
+    return [named, *markers.notes, *found.notes, *doubts]
 
 
 def _recording_lines(recording: Recording) -> list[str]:

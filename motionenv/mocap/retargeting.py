@@ -56,7 +56,7 @@ def retarget(
     if skeleton is None:
         skeleton = fit_skeleton(nodes.positions)
     poses = fit_poses(nodes.positions, skeleton, markers.fps, nodes.head_side, nodes.trunk)
-    return Motion(poses, skeleton, markers.fps, markers.name, notes=markers.notes)
+    return Motion(poses, skeleton, markers.fps, markers.name, notes=(*markers.notes, *nodes.notes))
 
 
 def to_markers(markers: Markers, *, marker_map: MarkerMap | str | None = None) -> Markers:

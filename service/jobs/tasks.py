@@ -159,7 +159,7 @@ def report(settings: dict[str, Any], folder: Path, progress: Progress) -> None:
 
     progress(0.0, f"analysing {trials[0].name}, 1 of {len(trials)}")
     standing = folder / "input" / static if static else None
-    about = {name: settings[name] for name in ("age", "sex")}
+    about = {name: settings[name] for name in ("age", "sex", "wands") if name in settings}  # older jobs lack wands
     write_report(trials, folder / "report.html", static=standing, on_step=step, **about, **_how(settings))
     (folder / f"report{settings['suffix']}").rename(folder / "result")
 
@@ -237,7 +237,7 @@ def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str
             raise MotionError("holds several motions: save one to a file")
         motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
         shown = _shown(motion) | {"points": None if ours else _thinned(held.positions.round(4), motion.fps)}
-        told |= {"motion": shown, "straightness": straightness(motion), "walk": None}
+        told |= {"motion": shown, "notes": motion.notes, "straightness": straightness(motion), "walk": None}
         told["walk"] = _walk(motion, held, marker_map)
     except MotionError as error:
         told["problem"] = plain(str(error))

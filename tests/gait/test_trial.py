@@ -13,6 +13,7 @@ from motionenv.mocap.clinical import CLINICAL_ANGLES
 from motionenv.models.synthesis import synthesize
 from motionenv.types import Markers
 
+WANDS = "btkdata/C3DSamples/c3d.org/sample04/sub_labels.c3d"
 PIG = "btkdata/C3DSamples/PiG/"
 
 
@@ -93,6 +94,20 @@ def test_captures_are_taken_together(mocap):
     assert (sd >= 0).all()
     stance = [100 * (s.toe_off - s.start) / s.seconds for s in session.strides if s.side == "left"]
     assert session.toe_off("left") == pytest.approx(np.mean(stance))
+
+
+def test_the_choice_about_wands_reaches_the_angles_and_the_page(mocap, tmp_path, run):
+    """In this file the wands aren't in the plane of the knee's axis; angles that are known without them are fewer."""
+    path = mocap / WANDS
+    notes = {wands: " ".join(read_trial(path, wands=wands).notes) for wands in ("auto", "use", "ignore")}
+    assert "wands: those of the thighs are left out" in notes["auto"]
+    assert "wands: used, though" in notes["use"]
+    assert "wands" not in notes["ignore"]
+    for wands in ("auto", "use"):
+        assert run("report", path, "--wands", wands, "--out", tmp_path / f"{wands}.html").code == 0
+        assert notes[wands].partition("wands: ")[2][:20] in (tmp_path / f"{wands}.html").read_text(encoding="utf-8")
+    wrong = run("report", path, "--wands", "yes", "--out", tmp_path / "a.html").err
+    assert "wands must be one of auto, use, ignore" in wrong
 
 
 def test_files_that_cant_be_used_are_told(mocap):

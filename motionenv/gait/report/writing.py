@@ -29,6 +29,7 @@ def write_report(
     unit: str | float | None = None,
     up: str | None = None,
     person: str | None = None,
+    wands: str = "auto",
     band: Band | None = None,
     age: float | None = None,
     sex: str | None = None,
@@ -37,7 +38,7 @@ def write_report(
     """Write the gait report of one person to the page `out`, .html, and beside it the same figures as .json and .csv.
 
     Args:
-        paths, static, marker_map, fps, unit, up, person, age, sex, on_step: as in
+        paths, static, marker_map, fps, unit, up, person, wands, age, sex, on_step: as in
             `motionenv.gait.session.read_session`.
         out: the page.
         band: the reference to show angles against; None takes that of the people of the shipped models.
@@ -53,8 +54,8 @@ def write_report(
         raise MotionError(f"a report is a page: out must end in .html, got {out.name}")
     reference = shipped_band() if band is None else band
     session = read_session(
-        paths, static=static, marker_map=marker_map, fps=fps, unit=unit, up=up, person=person, band=reference,
-        age=age, sex=sex, on_step=on_step,
+        paths, static=static, marker_map=marker_map, fps=fps, unit=unit, up=up, person=person, wands=wands,
+        band=reference, age=age, sex=sex, on_step=on_step,
     )  # fmt: skip
     contents = {
         out: page(session),

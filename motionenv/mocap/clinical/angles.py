@@ -39,13 +39,15 @@ CLINICAL_ANGLES = tuple(f"{side}_{name}" for side in ("left", "right") for name 
 class ClinicalAngles(OneLine):
     """Joint angles `values` (frames, 26), in the order of `CLINICAL_ANGLES` [degrees, ±180]; NaN where unknown.
 
-    `fps` is the frame rate [Hz], `method` how the joint centres were found, and `names` are `CLINICAL_ANGLES`.
+    `fps` is the frame rate [Hz], `method` how the joint centres were found, `names` are `CLINICAL_ANGLES`, and `notes`
+    tell what a reader should know, such as wands that can't be believed.
     """
 
     values: np.ndarray
     fps: float
     method: str
     names: tuple[str, ...] = CLINICAL_ANGLES
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One angle (frames,) [degrees] by its name."""
@@ -93,7 +95,8 @@ def clinical_angles(
             f"recognised are {', '.join(landmarks.points) or 'no landmarks'}"
         )
     how = "; ".join([*(f"{joint}: {text}" for joint, text in body.how.items()), *landmarks.notes])
-    return ClinicalAngles(_of_body(body, capture.fps), capture.fps, how)
+    notes = (f"wands: {body.how['wands']}; wands= (--wands) chooses",) if "wands" in body.how else ()
+    return ClinicalAngles(_of_body(body, capture.fps), capture.fps, how, notes=notes)
 
 
 def _of_plane(landmarks: Landmarks, frames: int) -> ClinicalAngles:

@@ -62,7 +62,8 @@ class Leg(OneLine):
 class LowerBody(OneLine):
     """The lower body over time; `how` tells for each kind of joint how its centre was found.
 
-    The `pelvis` is None without ASIS or sacrum; `left` and `right` are the legs.
+    The `pelvis` is None without ASIS or sacrum; `left` and `right` are the legs. `how["wands"]` tells what is
+    wrong with wands.
     """
 
     pelvis: Segment | None
@@ -89,12 +90,9 @@ class Calibration(OneLine):
 
 
 def lower_body(
-    positions: dict[str, np.ndarray],
-    person: Measurements,
-    calibration: Calibration | None = None,
-    *,
+    positions: dict[str, np.ndarray], person: Measurements, calibration: Calibration | None = None, *,
     wands: str = "auto",
-) -> LowerBody:
+) -> LowerBody:  # fmt: skip
     """Segments and joint centres of the lower body by the Conventional Gait Model, from landmarks (frames, 3) [m].
 
     What measurements of the `person` lack is estimated. A `calibration` from a standing trial serves those that had
@@ -121,12 +119,9 @@ def lower_body(
 
 
 def _from_landmarks(
-    positions: dict[str, np.ndarray],
-    known: Measurements,
-    calibration: Calibration,
-    wands: str,
+    positions: dict[str, np.ndarray], known: Measurements, calibration: Calibration, wands: str,
     base: Segment | None = None,
-) -> LowerBody:
+) -> LowerBody:  # fmt: skip
     """`lower_body` without the help of clusters; `base` is the pelvis where landmarks don't tell it."""
     person = completed(known, positions)
     believe = wands == "use" or known.given
@@ -209,19 +204,9 @@ def _limb(above, below, lateral, sign: float) -> np.ndarray | None:
 
 
 def _joint(
-    positions,
-    joint: str,
-    wand: str,
-    above,
-    across,
-    distance: float,
-    offset: float,
-    *,
-    side: str,
-    calibration: Calibration,
-    how,
-    believe: bool,
-) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
+    positions, joint: str, wand: str, above, across, distance: float, offset: float, *, side: str,
+    calibration: Calibration, how, believe: bool,
+) -> tuple[np.ndarray | None, np.ndarray | None, bool]:  # fmt: skip
     """Centre of a knee or ankle, the direction from it to the lateral side, and whether markers show that direction.
 
     What is unknown is None.
@@ -237,36 +222,15 @@ def _joint(
     if lateral is None or above is None:
         return None, None, False
     return _by_chord(
-        positions,
-        joint,
-        above,
-        across,
-        distance,
-        offset,
-        lateral,
-        pole,
-        side=side,
-        calibration=calibration,
-        how=how,
+        positions, joint, above, across, distance, offset, lateral, pole, side=side, calibration=calibration, how=how,
         believe=believe,
-    )
+    )  # fmt: skip
 
 
 def _by_chord(
-    positions,
-    joint: str,
-    above,
-    across,
-    distance: float,
-    offset: float,
-    lateral,
-    pole,
-    *,
-    side: str,
-    calibration: Calibration,
-    how,
-    believe: bool,
-) -> tuple[np.ndarray | None, np.ndarray | None, bool]:
+    positions, joint: str, above, across, distance: float, offset: float, lateral, pole, *, side: str,
+    calibration: Calibration, how, believe: bool,
+) -> tuple[np.ndarray | None, np.ndarray | None, bool]:  # fmt: skip
     """`_joint` by the chord function, with the wand `pole` if there is one and it can be believed."""
     key = f"{side}_{joint}"
     distance = calibration.distances.get(key, distance)
@@ -277,10 +241,12 @@ def _by_chord(
         centre = chord(above, lateral, pole, distance, turn)
         aligned = joint == "ankle" or _aligned(positions, above, centre, lateral, side)
         if aligned or turned or believe:
-            doubt = "" if aligned else ", though they don't seem to be in the plane of the knee's axis"
-            how[joint] = "chord function with wands" + turned + doubt
+            how[joint] = "chord function with wands" + turned
+            if not aligned:
+                how["wands"] = "used, though those of the thighs don't seem to lie in the plane of the knee's axis"
             return centre, lateral - centre, True
-        how[joint] = "chord function without wands, as these aren't in the plane of the knee's axis"
+        how[joint] = "chord function without wands"
+        how["wands"] = "those of the thighs are left out, as they don't lie in the plane of the knee's axis"
     if across is None:
         return None, None, False
     how.setdefault(joint, "chord function without wands, in the plane of the pelvis' lateral axis")

@@ -29,7 +29,7 @@ class Landmarks(OneLine):
         fps: frame rate [Hz].
         marker_map: the set or map that named them.
         points: for each landmark, the points of the file and their weights.
-        notes: what a reader of results should know.
+        notes: what a reader of results should know, beside the notes of the markers.
     """
 
     positions: dict[str, np.ndarray]
@@ -110,8 +110,8 @@ def find_landmarks(markers: Markers, marker_map: MarkerMap | str | None = None) 
     }
     if _sides_exchanged(positions):
         note = "the file's names exchange left and right, as its pelvis shows: they are exchanged back here"
-        return Landmarks(_other_sides(positions), markers.fps, chosen, _other_sides(points), (*markers.notes, note))
-    return Landmarks(positions, markers.fps, chosen, points, markers.notes)
+        return Landmarks(_other_sides(positions), markers.fps, chosen, _other_sides(points), (note,))
+    return Landmarks(positions, markers.fps, chosen, points)
 
 
 def _sides_exchanged(positions: dict[str, np.ndarray]) -> bool:

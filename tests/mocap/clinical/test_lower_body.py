@@ -122,11 +122,13 @@ def test_wands_far_off_are_believed_where_the_person_was_measured_or_as_asked():
     free = lower_body(points, PERSON)
     measured = lower_body(points, replace(PERSON, given=True))
     assert free.how["knee"].startswith("chord function without wands")
-    assert measured.how["knee"].startswith("chord function with wands, though")
+    assert free.how["wands"].startswith("those of the thighs are left out")
+    assert (measured.how["knee"], measured.how["wands"][:12]) == ("chord function with wands", "used, though")
     np.testing.assert_array_equal(lower_body(points, PERSON, wands="use").left.knee, measured.left.knee)
     ignored = lower_body(points, replace(PERSON, given=True), wands="ignore")
     np.testing.assert_array_equal(ignored.left.knee, lower_body(standing(**bent), PERSON, wands="ignore").left.knee)
     assert not ignored.left.ankle_axis
+    assert "wands" not in ignored.how
 
 
 def test_tibial_torsion_turns_the_ankles_axis_outwards_from_the_knees():

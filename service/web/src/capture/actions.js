@@ -16,6 +16,7 @@ const FORMATS = {
   NPZ: ["application/x-npz", "npz", "NumPy arrays, for Python"],
 };
 const NUMBERS = { JSON: ["application/json", "json"], CSV: ["text/csv", "csv"] };
+const WANDS = { auto: "used unless they can't be right", use: "used as the published model does", ignore: "ignored" };
 
 /** The buttons below an upload. */
 export class CaptureActions {
@@ -50,11 +51,13 @@ export class CaptureActions {
     this.element.hidden = false;
   }
 
-  /** The choice of a static trial, if there is a choice. */
+  /** The choices of a static trial, if there are several files, and of what is done with wands. */
   statics() {
     const names = this.upload.usable.map(({ name }) => name);
     this.static = make("select", {}, make("option", { value: "", textContent: "none" }), ...names.map((value) => make("option", { value, textContent: value })));
-    return names.length > 1 ? [make("label", { className: "field", textContent: "Static trial" }, this.static)] : [];
+    const chosen = names.length > 1 ? [make("label", { className: "field", textContent: "Static trial" }, this.static)] : [];
+    this.wands = make("select", {}, ...Object.entries(WANDS).map(([value, textContent]) => make("option", { value, textContent })));
+    return [...chosen, make("label", { className: "field", textContent: "Markers on thighs and shanks" }, this.wands)];
   }
 
   /** Whether a model fills what the capture doesn't show in files, if there is such. */
@@ -121,7 +124,7 @@ export class CaptureActions {
   reported(format) {
     const { upload } = this;
     this.say("Creating the report …");
-    const fields = { ...upload.fields, format, static: this.static.value };
+    const fields = { ...upload.fields, format, static: this.static.value, wands: this.wands.value };
     return upload.job("/v1/jobs/report", upload.sent(upload.usable), fields, (words) => this.say(words));
   }
 

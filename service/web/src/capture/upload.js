@@ -11,7 +11,7 @@ import { Fitting } from "./fitting.js";
 import { hashOf, remember, remembered } from "./marker_map.js";
 
 const STEPS = ["Upload", "Read", "Find gait cycles", "Fit"];
-const NO_WALK = "Nothing to fit: the files contain no straight walk of at least two strides.";
+const NO_WALK = "Nothing to fit: the files contain no stride of a walk.";
 const NO_BODY = "The points were read, but their names are those of no known marker set: say which point is which.";
 const UNREAD = "The file couldn't be read, for the reason below. Missing information can be entered above; then read it again.";
 
@@ -163,10 +163,11 @@ export class Upload {
 }
 
 /** The content of a file as a sentence. */
-function describe({ name, problem, points, frames, fps, notes, motion, walk }) {
+function describe({ name, problem, points, frames, fps, notes, doubts, motion, walk }) {
   if (!points) return problem.startsWith(name) ? problem : `${name}: ${problem}`;
   const body = motion ? `, a body of ${motion.height.toFixed(2)} m` : "";
-  const noted = notes?.length ? ` (${notes.join("; ")})` : "";
+  const said = [...(doubts ?? []).map((doubt) => `not plausible: ${doubt}`), ...(notes ?? [])];
+  const noted = said.length ? ` (${said.join("; ")})` : "";
   const read = `${name}: ${points.length} points, ${frames} frames at ${Math.round(fps)}/s${body}${noted}`;
   if (!walk) return `${read}. ${problem ?? ""}`;
   return `${read}; ${walk.starts.length} strides of ${walk.stride.toFixed(2)} s at ${walk.speed.toFixed(2)} m/s.`;
