@@ -58,7 +58,7 @@ function details() {
   const fields = make(
     "details",
     { className: "inner" },
-    make("summary", { textContent: "Missing information" }),
+    make("summary", { textContent: "How to read the files" }),
     make("label", { className: "field", textContent: "Frames per second" }, fps),
     make("label", { className: "field", textContent: "Unit of length" }, unit),
     make("label", { className: "field", textContent: "Vertical axis" }, up),

@@ -13,7 +13,7 @@ import { hashOf, remember, remembered } from "./marker_map.js";
 const STEPS = ["Upload", "Read", "Find gait cycles", "Fit"];
 const NO_WALK = "Nothing to fit: the files contain no stride of a walk.";
 const NO_BODY = "The points were read, but their names are those of no known marker set: say which point is which.";
-const UNREAD = "The file couldn't be read, for the reason below. Missing information can be entered above; then read it again.";
+const UNREAD = "The file couldn't be read, for the reason below. Say above how to read it, then read it again.";
 
 /** An upload. `files`: of the browser; `options`: frame rate, unit, axis and person, where the user gave them. */
 export class Upload {
