@@ -74,6 +74,8 @@ def of_two_people(markers: Markers) -> Markers:
 
 def stuck(markers: Markers) -> Markers | None:
     """The point that is fastest sticks for 0.3 s; None for hierarchies, whose joints can't."""
+    if len(markers.positions) < 2:
+        return None
     steps = np.nan_to_num(np.linalg.norm(np.diff(markers.positions, axis=0), axis=-1))
     frame, point = np.unravel_index(steps.argmax(), steps.shape)
     run = slice(int(frame), int(frame) + max(6, round(0.3 * markers.fps)))

@@ -37,6 +37,7 @@ class Stride(OneLine):
         start, end: initial contact, and the next of this side.
         kind: what the walker does: "steady", "turning" or "changing speed", if a part of the stride is not steady.
         turn: by which the path of the pelvis turns to the left meanwhile [degrees]; 0 on a treadmill.
+        contact: initial contact within a stride that begins and ends with another phase; NaN if it begins with one.
         toe_off: of this side.
         opposite_off: toe-off of the other side, which ends the first double support; NaN in running, which has none.
         opposite_contact: initial contact of the other side.
@@ -57,6 +58,7 @@ class Stride(OneLine):
     step_width: float = _NAN
     kind: str = "steady"
     turn: float = _NAN
+    contact: float = _NAN
 
     @property
     def seconds(self) -> float:
@@ -105,7 +107,8 @@ def strides_by_phase(feet: Feet, events: Events, stretches: Sequence[Stretch]) -
     """Strides of the `feet` between other phases than contacts, in the order of time, in `stretches` that are seen.
 
     They go from toe-off to the next of the same side, by `events`; if there are none, from where a foot passes the
-    other to where it does so again. They have a length, that of the pelvis' way (and the belt's), but no events.
+    other to where it does so again. Their length is that of the pelvis' way (and the belt's); of events, they have but
+    a contact.
     """
     carried = belt(feet)
     turned = heading(feet) if carried is None else np.zeros(len(feet.pelvis))
@@ -117,7 +120,9 @@ def strides_by_phase(feet: Feet, events: Events, stretches: Sequence[Stretch]) -
             way = _at(feet.pelvis, end, feet.fps) - _at(feet.pelvis, start, feet.fps)
             way = way if carried is None else way - carried * (end - start)
             turn = np.diff(np.interp([start, end], np.arange(len(turned)) / feet.fps, turned))[0]
-            found.append(Stride(side, start, end, length=float(np.linalg.norm(way)), kind=kind, turn=float(turn)))
+            length = float(np.linalg.norm(way))
+            contact = next((t for t in events.times("initial_contact", side) if start < t < end), _NAN)
+            found.append(Stride(side, start, end, length=length, kind=kind, turn=float(turn), contact=contact))
     return tuple(sorted(found, key=lambda stride: stride.start))
 
 
@@ -238,13 +243,15 @@ SAMPLES = 101
 def normalised(values: np.ndarray, fps: float, strides: Sequence[Stride]) -> np.ndarray:
     """Cut curves `values` (frames, n), NaN in gaps, into `strides` and resample each at 0, 1, ..., 100 % of its cycle.
 
-    At the frame rate `fps` [Hz]. The result (strides, 101, n) is linearly interpolated; NaN beside unknown frames.
+    At the frame rate `fps` [Hz]. The result (strides, 101, n) is linearly interpolated; NaN beside unknown frames. A
+    stride with a contact within it is cut there, and its parts are exchanged.
     """
     values = np.asarray(values, dtype=np.float64)
     share = np.linspace(0.0, 1.0, SAMPLES)
     out = np.full((len(strides), SAMPLES, values.shape[1]), np.nan)
     for cut, stride in zip(out, strides, strict=True):
-        frames = (stride.start + share * stride.seconds) * fps
+        late = 0.0 if np.isnan(stride.contact) else (stride.contact - stride.start) / stride.seconds
+        frames = (stride.start + np.where(late + share > 1, late + share - 1, late + share) * stride.seconds) * fps
         inside = (frames >= 0) & (frames <= len(values) - 1)
         before = np.minimum(frames[inside].astype(int), max(len(values) - 2, 0))
         weight = (frames[inside] - before)[:, None]

@@ -10,7 +10,7 @@ from motionenv.errors import GapError
 from motionenv.gait.events import Events, find_events, walks_backwards
 from motionenv.gait.feet import Feet, feet_of
 from motionenv.gait.stretches import Stretch, find_stretches, on_treadmill
-from motionenv.gait.strides import Stride, find_strides, normalised
+from motionenv.gait.strides import Stride, find_strides, normalised, strides_by_phase
 from motionenv.mocap import MarkerMap, read, retarget
 from motionenv.mocap.clinical import CLINICAL_ANGLES, ClinicalAngles, clinical_angles, measurements_of
 from motionenv.mocap.plausibility import find_doubts
@@ -71,17 +71,10 @@ class Trial(OneLine):
 
 
 def read_trial(
-    path: str | Path,
-    *,
-    static: Markers | None = None,
-    marker_map: MarkerMap | str | None = None,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    person: str | None = None,
-    method: str = "auto",
-    wands: str = "auto",
-) -> Trial:
+    path: str | Path, *, static: Markers | None = None, marker_map: MarkerMap | str | None = None,
+    fps: float | None = None, unit: str | float | None = None, up: str | None = None, person: str | None = None,
+    method: str = "auto", wands: str = "auto",
+) -> Trial:  # fmt: skip
     """Read and analyse one capture file.
 
     Args:
@@ -123,17 +116,26 @@ def analyse(
     if frames < 2:
         name = capture.name or "this capture"
         raise GapError(f"{name} has {frames} frame: a standing trial goes to --static (static=)")
-    feet = feet_of(capture, marker_map)
+    found = find_doubts(capture, marker_map)
+    try:
+        feet = feet_of(capture, marker_map)
+    except GapError as error:
+        raise GapError("; ".join([str(error), *found])) from None
     recording = capture.recording if isinstance(capture, Markers) else None
     events = find_events(feet, recording, method)
     stretches = find_stretches(feet)
-    strides = find_strides(feet, events, stretches)
+    strides = find_strides(feet, events, stretches) or _by_phase(feet, events, stretches)
     angles = _angles(capture, static, marker_map, wands)
     person = recording.subject if recording else ""
-    doubts = (*find_doubts(capture, marker_map), *_of_pace(strides))
+    doubts = (*found, *_of_pace(strides))
     leg = _leg_length(capture, static)
     notes = (*capture.notes, *angles.notes, *events.notes, *_notes(feet, strides))
     return Trial(capture.name, person, feet, angles, events, stretches, strides, leg, notes, doubts)
+
+
+def _by_phase(feet: Feet, events: Events, stretches: tuple[Stretch, ...]) -> tuple[Stride, ...]:
+    """Strides between other phases than contacts, but with one in between, at which their curves begin."""
+    return tuple(s for s in strides_by_phase(feet, events, stretches) if np.isfinite(s.contact))
 
 
 def _of_pace(strides: tuple[Stride, ...]) -> tuple[str, ...]:
@@ -172,7 +174,12 @@ def _notes(feet: Feet, strides: tuple[Stride, ...]) -> tuple[str, ...]:
         notes.append(f"only the {'/'.join(feet.sides)} leg was captured, so there are no steps")
     if not strides:
         notes.append("no stride was found, so there are no step parameters")
-    elif all(stride.kind != "steady" for stride in strides):
+    elif np.isfinite(strides[0].contact):
+        notes.append(
+            "no foot's contact is seen twice: strides are those between other phases, and their curves, which begin at "
+            "the contact in between, end with what came before it"
+        )
+    if strides and all(stride.kind != "steady" for stride in strides):
         notes.append("no stride is steady: the figures are of strides in which the walker turns or changes speed")
     if walks_backwards(feet):
         notes.append("the walker goes backwards, so initial contact is the toes' and toe-off the heel's")

@@ -57,16 +57,9 @@ class AppearanceLikelihood(Likelihood):
     """
 
     def __init__(
-        self,
-        camera: Camera,
-        skeleton: Skeleton | None = None,
-        *,
-        outliers: float = 0.1,
-        rate: float = 0.05,
-        effective: float | None = EFFECTIVE,
-        distance: float | None = None,
-        threads: int | None = None,
-    ) -> None:
+        self, camera: Camera, skeleton: Skeleton | None = None, *, outliers: float = 0.1, rate: float = 0.05,
+        effective: float | None = EFFECTIVE, distance: float | None = None, threads: int | None = None,
+    ) -> None:  # fmt: skip
         checked_number(outliers, "outliers", above=0, below=1)
         checked_number(rate, "rate", high=1, above=0)
         self._geometry = SilhouetteLikelihood(camera, skeleton, effective=effective, distance=distance, threads=1)

@@ -94,19 +94,10 @@ class SilhouetteLikelihood(ImageLikelihood):
     """
 
     def __init__(
-        self,
-        camera: Camera,
-        skeleton: Skeleton | None = None,
-        *,
-        misses: float = 0.2,
-        false_alarms: float = 0.1,
-        depth_noise: float = 0.05,
-        outliers: float = 0.05,
-        effective: float | None = EFFECTIVE,
-        distance: float | None = None,
-        still: bool = True,
-        threads: int | None = None,
-    ) -> None:
+        self, camera: Camera, skeleton: Skeleton | None = None, *, misses: float = 0.2, false_alarms: float = 0.1,
+        depth_noise: float = 0.05, outliers: float = 0.05, effective: float | None = EFFECTIVE,
+        distance: float | None = None, still: bool = True, threads: int | None = None,
+    ) -> None:  # fmt: skip
         for name, rate in (("misses", misses), ("false_alarms", false_alarms), ("outliers", outliers)):
             checked_number(rate, name, above=0, below=0.5)
         positive = {"depth_noise": depth_noise, "effective": effective, "distance": distance}
@@ -132,15 +123,9 @@ class SilhouetteLikelihood(ImageLikelihood):
         self._to_learn = False
 
     def observe(
-        self,
-        *,
-        mask: np.ndarray | None = None,
-        rgb: np.ndarray | None = None,
-        depth: np.ndarray | None = None,
-        background: np.ndarray | None = None,
-        unseen: np.ndarray | None = None,
-        camera: Camera | None = None,
-    ) -> None:
+        self, *, mask: np.ndarray | None = None, rgb: np.ndarray | None = None, depth: np.ndarray | None = None,
+        background: np.ndarray | None = None, unseen: np.ndarray | None = None, camera: Camera | None = None,
+    ) -> None:  # fmt: skip
         """Set the current image: one of `mask`, `rgb` and `depth`.
 
         Args:

@@ -1,9 +1,11 @@
 """Several people in one capture, told apart by what stands in front of the names of their points.
 
 "Anna:LASI" is a point of Anna, or of a rigid body. Two people show the same landmark in two places at the same time; a
-rigid body shows none.
+rigid body shows none. Without a colon, people are told apart by another separator if names are known only without what
+stands in front of it, and by numbers if most names occur twice.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,12 +14,14 @@ import numpy as np
 
 from motionenv.errors import FormatError
 from motionenv.mocap.marker_sets import recognise
+from motionenv.mocap.readers.text import unique
 from motionenv.types import Markers
 
 _APART = 0.02  # [m] median distance from which a landmark is in two places
 _FEWEST = 3  # landmarks of a group of points whose names need no prefix beside rigid bodies
 _SEPARATORS = ":_.- "
 _UNNAMED = "unnamed"
+_TWICE = 0.6  # share of names that occur twice from which they are those of two people, and no clusters'
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,9 @@ def choose(
     Raises:
         FormatError: there is no such person; lists who there is.
     """
-    split = [_split(label, subjects) for label in labels]
+    labels = unique(label.strip() or "unlabelled" for label in labels)
+    people = subjects or _in_front(labels)
+    split = _numbered([_split(label, people) for label in labels])
     groups: dict[str, list[int]] = {}
     for i, (prefix, _) in enumerate(split):
         groups.setdefault(prefix, []).append(i)
@@ -93,7 +99,7 @@ def choose(
     kept = tuple(i for i, (prefix, _) in enumerate(split) if prefix not in others)
     prefixes = {split[i][0] for i in kept} - {""}
     bare = prefixes if len(prefixes) < 2 else {chosen} if len(shown[chosen]) >= _FEWEST else set()
-    names = tuple(split[i][1] if split[i][0] in bare else labels[i].strip() for i in kept)
+    names = tuple(split[i][1] if split[i][0] in bare else labels[i] for i in kept)
     return Choice(kept, names, chosen if others else "", others, _notes(chosen, others, shown))
 
 
@@ -110,6 +116,27 @@ def _split(label: str, subjects: Sequence[str]) -> tuple[str, str]:
             if name and label.startswith(name) and label[len(name) : len(name) + 1] in set(_SEPARATORS):
                 return name, label[len(name) + 1 :].strip()
     return prefix.strip(), rest.strip()
+
+
+def _in_front(labels: Sequence[str]) -> tuple[str, ...]:
+    """What stands in front of separators, if there are several such and only what follows are names of points."""
+    if len(recognise([_split(label, ())[1] for label in labels])[1]) >= _FEWEST:
+        return ()
+    parts = [re.split(f"[{re.escape(_SEPARATORS)}]", label, maxsplit=1) for label in labels]
+    rests: dict[str, list[str]] = {}
+    for first, *rest in parts:
+        rests.setdefault(first, []).extend(rest)
+    return tuple(first for first, names in rests.items() if names and len(recognise(names)[1]) >= _FEWEST)
+
+
+def _numbered(split: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Prefixes and names, "LASI_2" as the point LASI of somebody "2" if so are the names of many points."""
+    plain = {rest for prefix, rest in split if not prefix}
+    found = {rest: re.fullmatch(r"(.+)_(\d)", rest) for prefix, rest in split if not prefix}
+    twice = {rest: (match[2], match[1]) for rest, match in found.items() if match and match[1] in plain}
+    if len({name for _, name in twice.values()}) < max(_TWICE * (len(plain) - len(twice)), _FEWEST):
+        return split
+    return [(prefix, rest) if prefix else twice.get(rest, ("", rest)) for prefix, rest in split]
 
 
 def _landmarks(names: Sequence[str], positions: np.ndarray) -> dict[str, np.ndarray]:

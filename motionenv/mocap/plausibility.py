@@ -27,6 +27,7 @@ _VARIES = 0.4  # most spread of a limb's length over its median: markerless capt
 _UNEQUAL = 0.25  # most difference between the limbs of both sides over their mean
 _PROPORTION = (0.55, 1.8)  # thigh over shank
 _BACKWARDS = np.radians(25.0)  # flexion [rad] that a knee reaches backwards, and doesn't reach forwards
+_CROSSED = -0.05  # [m] by which the left knee is to the left of the right one, the median over frames
 _FOOT = -0.3  # least cosine between a foot and where the pelvis faces, the median over frames
 _REPEATS = 4  # repeated samples that make a marker suspicious
 _OFF = 0.015  # [m] a marker that leaves the distances to its nearest companion by as much does not move with it
@@ -140,10 +141,10 @@ def _is_upright(legs: np.ndarray) -> bool:
 
 
 def _other_unit(legs: np.ndarray, again: Callable[..., Markers]) -> str | None:
-    """The only one of mm, cm and m in which legs of impossible length are a person's; None if there isn't one."""
+    """The only one of mm, cm, m and inch in which legs of impossible length are a person's; None if there isn't one."""
     if _has_size(legs):
         return None
-    read = {unit: _recognised_legs(again(unit=unit)) for unit in ("mm", "cm", "m")}
+    read = {unit: _recognised_legs(again(unit=unit)) for unit in ("mm", "cm", "m", "inch")}
     fits = [unit for unit, found in read.items() if found is not None and _has_size(found)]
     return fits[0] if len(fits) == 1 else None
 
@@ -214,12 +215,15 @@ def _of_trunk(at: dict[str, np.ndarray]) -> Iterator[str]:
 
 
 def _of_knees(at: dict[str, np.ndarray]) -> Iterator[str]:
-    """Knees that bend backwards: about the axis through the hips, from the right to the left one."""
+    """Knees on each other's side, and those that bend backwards about the axis from the right hip to the left one."""
     across = at["left_hip"] - at["right_hip"]
+    width = np.maximum(np.linalg.norm(across, axis=-1), 1e-12)
+    if _median(((at["left_knee"] - at["right_knee"]) * across).sum(-1) / width) < _CROSSED:
+        yield "the left knee is on the right of the right one, as if the legs' sides were exchanged"
     bend = []
     for side in ("left", "right"):
         thigh, shank = at[f"{side}_knee"] - at[f"{side}_hip"], at[f"{side}_ankle"] - at[f"{side}_knee"]
-        turn = (np.cross(thigh, shank) * across).sum(-1) / np.maximum(np.linalg.norm(across, axis=-1), 1e-12)
+        turn = (np.cross(thigh, shank) * across).sum(-1) / width
         bend.append(np.arctan2(turn, (thigh * shank).sum(-1)))
     flexion = np.concatenate(bend)
     flexion = flexion[np.isfinite(flexion)]
@@ -273,19 +277,35 @@ def _unstuck(markers: Markers) -> Markers:
     if markers.parents is not None or len(points) <= _REPEATS:
         return markers
     held = _held(points)
+    stopped = _stopped(points, held)
+    notes = [f"no point moves at {a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f} s, then all jump: gaps there"
+             for a, b in _runs(stopped)]  # fmt: skip
+    held &= ~stopped[:, None]
     stuck = np.zeros_like(held)
     for n in np.flatnonzero(held.any(0)).tolist():
         for start, end in _runs(held[:, n]):
             stuck[start:end, n] = _leaves(points, held, n, slice(start, end))
-    if not stuck.any():
-        return markers
     told = []
     for n in np.flatnonzero(stuck.any(0)).tolist():
         spans = [f"{a / markers.fps:.2f} to {(b - 1) / markers.fps:.2f}" for a, b in _runs(stuck[:, n])]
         told.append(f"{markers.names[n]} ({', '.join(spans[:_MOST])}{', ...' if len(spans) > _MOST else ''} s)")
     more = f" and {counted(len(told) - _MOST, 'other marker')}" if len(told) > _MOST else ""
-    note = f"{', '.join(told[:_MOST])}{more} stuck in space while the body moved on: gaps there"
-    return replace(markers, positions=np.where(stuck[..., None], np.nan, points), notes=(*markers.notes, note))
+    if told:
+        notes.append(f"{', '.join(told[:_MOST])}{more} stuck in space while the body moved on: gaps there")
+    gaps = (stuck | stopped[:, None])[..., None]
+    return (
+        replace(markers, positions=np.where(gaps, np.nan, points), notes=(*markers.notes, *notes)) if notes else markers
+    )
+
+
+def _stopped(points: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Frames (frames,) in which the recording stood still, all points having repeated their place before they jump."""
+    seen = np.isfinite(points).all(-1)
+    stopped = np.zeros(len(points), dtype=bool)
+    for start, end in _runs((held | ~seen).all(1) & seen.any(1)):
+        if end < len(points) and np.nanmedian(np.linalg.norm(points[end] - points[end - 1], axis=-1)) > _JUMP:
+            stopped[start + 1 : end] = True
+    return stopped
 
 
 def _held(points: np.ndarray) -> np.ndarray:

@@ -14,15 +14,10 @@ _SAMPLES = (8, 1000)
 
 
 def cycle(
-    model: str | GaitModel,
-    *,
-    walker: Walker | None = None,
-    deviations: Sequence[float] | None = None,
-    scores: Sequence[float] | None = None,
-    speed: float | None = None,
-    height: float | None = None,
+    model: str | GaitModel, *, walker: Walker | None = None, deviations: Sequence[float] | None = None,
+    scores: Sequence[float] | None = None, speed: float | None = None, height: float | None = None,
     samples: int = SAMPLES,
-) -> Cycle:
+) -> Cycle:  # fmt: skip
     """One stride of a walker in place: what `synthesize` walks over the ground without variation.
 
     Give the walker by `walker`, `deviations` or `scores`, or by none of them for the average walker.

@@ -229,15 +229,22 @@ def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str
     told: dict[str, Any] = {
         "name": path.name, "format": path.suffix[1:], "points": POSE if isinstance(held, Motion) else held.names,
         "frames": values.shape[0], "fps": held.fps, "seconds": values.shape[0] / held.fps,
-        "gaps": float(np.isnan(values).mean()), "notes": held.notes,
-        "doubts": motionenv.mocap.find_doubts(held, marker_map),
+        "gaps": float(np.isnan(values).mean()), "notes": [*map(plain, held.notes)],
+        "doubts": [*map(plain, motionenv.mocap.find_doubts(held, marker_map))],
     }  # fmt: skip
     try:
         if values.ndim != (2 if ours else 3):
             raise MotionError("holds several motions: save one to a file")
         motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
         shown = _shown(motion) | {"points": None if ours else _thinned(held.positions.round(4), motion.fps)}
-        told |= {"motion": shown, "notes": motion.notes, "straightness": straightness(motion), "walk": None}
+        told |= {
+            "motion": shown,
+            "notes": [*map(plain, motion.notes)],
+            "straightness": straightness(motion),
+            "walk": None,
+        }
+        if told["doubts"]:
+            raise MotionError("no model learns from it, as it can't be of a person as it was read")
         told["walk"] = _walk(motion, held, marker_map)
     except MotionError as error:
         told["problem"] = plain(str(error))
@@ -273,4 +280,5 @@ def _write_result(folder: Path, what: dict[str, Any]) -> None:
 def plain(problem: str) -> str:
     """A message in the words of this interface, and without paths of this machine."""
     problem = problem.replace(f"{Path.cwd()}/", "").replace("input/", "")
+    problem = re.sub(r"(\w+)= \(--[\w-]+\)", r"the field \1", problem)
     return _COMMANDS.sub(" If these points have other names, send a marker map in the field map", problem)

@@ -191,6 +191,13 @@ def test_gaps_and_what_lies_outside_are_unknown():
     assert normalised(values[:1], 100.0, [Stride("left", 0.0, 0.5)])[0, 0, 0] == 0
 
 
+def test_a_stride_with_a_contact_within_begins_there():
+    values = np.arange(100.0)[:, None]
+    cut = normalised(values, 100.0, [Stride("left", 0.2, 0.7, contact=0.35)])[0, :, 0]
+    np.testing.assert_allclose(cut[:71], np.linspace(35, 70, 71))
+    np.testing.assert_allclose(cut[71:], np.linspace(20, 35, 31)[1:])
+
+
 def test_mean_and_sd_know_what_is_missing():
     curves = np.random.default_rng(0).standard_normal((5, 101))
     curves[:4, 0], curves[:, 1] = np.nan, np.nan

@@ -96,6 +96,22 @@ def test_captures_are_taken_together(mocap):
     assert session.toe_off("left") == pytest.approx(np.mean(stance))
 
 
+@pytest.mark.parametrize("walk", ["osim/LaiArnoldSubject6/walking1", "grf/Subject4/MarkerData/walking2"])
+def test_a_trial_cut_at_two_contacts_has_the_stride_between_toe_offs(mocap, walk):
+    """As OpenSim's and OpenCap's are cut. Its curves begin at the contact, and meet where its ends do."""
+    trial = read_trial(mocap / f"nimble/{walk}.trc")
+    (stride,) = trial.strides
+    assert trial.events.times("toe_off", stride.side) == pytest.approx([stride.start, stride.end])
+    assert trial.events.times("initial_contact", stride.side) == pytest.approx([stride.contact])
+    assert "contact is seen twice" in " ".join(trial.notes)
+    knee = trial.curves(stride.side)[0, :, ANGLES.index("knee_flexion")]
+    assert np.nanargmax(knee) == pytest.approx(72, abs=5)
+    assert np.nanmax(np.abs(np.diff(knee))) < 10
+    parameters = {(p.name, p.side) for p in summarise(trial.strides, None)}
+    assert ("speed", "") in parameters
+    assert not any(name in ("stance", "step_length", "double_support") for name, _ in parameters)
+
+
 def test_the_choice_about_wands_reaches_the_angles_and_the_page(mocap, tmp_path, run):
     """In this file the wands aren't in the plane of the knee's axis; angles that are known without them are fewer."""
     path = mocap / WANDS

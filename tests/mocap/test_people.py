@@ -104,6 +104,26 @@ def test_rigid_bodies_keep_their_prefix_and_are_nobody(tmp_path, anna):
     assert find_landmarks(got, wanted).points == {"left_elbow_lateral": {"Arm:Marker1": 1.0}}
 
 
+@pytest.mark.parametrize("way", ["{who}_{name}", "{who} {name}", "{who}.{name}"])
+def test_other_separators_part_people_whose_names_are_known_only_so(anna, way):
+    points = {
+        way.format(who=who, name=name): anna[:, i] + [0, place, 0]
+        for place, who in enumerate(("Anna", "Ben")) for i, name in enumerate(MARKERS)
+    }  # fmt: skip
+    choice = choose("a.c3d", list(points), np.stack([*points.values()], axis=1), "ben")
+    assert (choice.names, choice.others) == (MARKERS, ("Anna",))
+
+
+def test_names_that_occur_twice_are_those_of_two_people(anna):
+    """But a few that do are a person's, with points that are there twice."""
+    both = np.concatenate([anna, anna + np.array([0, 1, 0])], axis=1)
+    choice = choose("a.c3d", [*MARKERS, *MARKERS], both, None)
+    assert (choice.kept, choice.others) == (tuple(range(15)), ("2",))
+    assert choose("a.c3d", [*MARKERS, *MARKERS], both, "2").kept == tuple(range(15, 30))
+    few = choose("a.c3d", [*MARKERS, *MARKERS[:2]], both[:, :17], None)
+    assert (few.others, len(few.kept)) == ((), 17)
+
+
 def test_one_person_in_two_groups_or_twice_in_one_place_is_one(anna):
     """The upper and the lower body; the same points again; a point that only replaces another's later."""
     half = len(anna) // 2

@@ -217,3 +217,30 @@ def test_captures_without_legs_say_nothing(person):
     arms = replace(person, names=[f"p{i}" for i in range(len(person.names))])
     assert find_doubts(arms) == ()
     assert to_markers(person).positions.shape == (300, 15, 3)
+
+
+def test_legs_with_exchanged_sides_are_doubted(person):
+    names = [name.replace("L", "R", 1) if name[0] == "L" else name.replace("R", "L", 1) for name in person.names]
+    legs = [n if p[1:] in ("Knee", "Ankle", "Heel", "BigToe") else p for p, n in zip(person.names, names, strict=True)]
+    assert any("legs' sides" in doubt for doubt in find_doubts(replace(person, names=tuple(legs))))
+
+
+def test_a_recording_that_stood_still_has_a_gap(person):
+    """All points repeat their place and then jump. Somebody who stands still, and then goes on, doesn't jump."""
+    points = person.positions.copy()
+    points[100:150] = points[100]
+    (note,) = mended(replace(person, positions=points), lambda **_: person, ()).notes
+    assert note == "no point moves at 1.01 to 1.49 s, then all jump: gaps there"
+    waits = np.concatenate([person.positions[:100], np.tile(person.positions[100], (50, 1, 1)), person.positions[100:]])
+    still = mended(replace(person, positions=waits), lambda **_: person, ())
+    assert still.notes == ()
+    np.testing.assert_array_equal(still.positions, waits)
+
+
+def test_a_unit_that_two_readings_explain_is_not_chosen(person):
+    """Inches called millimetres: in centimetres it would be a child. Analysis says what is wrong with the size."""
+    inches = replace(person, positions=person.positions / 25.4)
+    of = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+    again = lambda unit: replace(inches, positions=inches.positions * of[unit])
+    assert mended(inches, again, ("unit",)).notes == ()
+    assert any("not a person's" in doubt for doubt in find_doubts(inches))

@@ -93,16 +93,9 @@ class Estimates:
     """
 
     def __init__(
-        self,
-        form: str,
-        n_belief: int = 64,
-        *,
-        entries: Sequence[int] | None = None,
-        joints: Sequence[int] | None = None,
-        threads: int | None = 1,
-        actions: str = "metric",
-        reach: float = FAR,
-    ) -> None:
+        self, form: str, n_belief: int = 64, *, entries: Sequence[int] | None = None,
+        joints: Sequence[int] | None = None, threads: int | None = 1, actions: str = "metric", reach: float = FAR,
+    ) -> None:  # fmt: skip
         if form not in FORMS:
             raise MotionError(f"estimate must be one of {', '.join(FORMS)}, got {form!r}")
         n_belief = checked_whole(n_belief, "n_belief", 1, 4096, "poses")

@@ -63,16 +63,9 @@ class Stage:
     """
 
     def __init__(
-        self,
-        n: int,
-        motions: Motions,
-        view: View,
-        *,
-        size: int,
-        scenery: Augmentation,
-        clothes: bool,
+        self, n: int, motions: Motions, view: View, *, size: int, scenery: Augmentation, clothes: bool,
         threads: int | None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         n = checked_whole(n, "num_envs", 1)
         if not isinstance(clothes, bool):
             raise MotionError(f"clothes must be True or False, got {clothes!r}")

@@ -137,15 +137,9 @@ def least_squares(
 
 
 def maximum_a_posteriori(
-    model: FourierModel,
-    w2: ArrayLike,
-    alpha: ArrayLike,
-    *,
-    variance: float | None = VARIANCE,
-    elevation: float = 0.0,
-    n_components: int | None = None,
-    measurement: ArrayLike = 0.0,
-) -> Reconstruction:
+    model: FourierModel, w2: ArrayLike, alpha: ArrayLike, *, variance: float | None = VARIANCE, elevation: float = 0.0,
+    n_components: int | None = None, measurement: ArrayLike = 0.0,
+) -> Reconstruction:  # fmt: skip
     """Approach II: most probable walkers given the data (eqs. 3.15, A.5).
 
     Measured coordinates are kept (3.16), even if they are noisy.

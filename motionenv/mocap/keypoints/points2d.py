@@ -39,15 +39,9 @@ _TALLEST = 10.0  # [m] extent from which a TRC file that says metres has pixels,
 
 
 def read_points(
-    path: str | Path,
-    *,
-    format: str | None = None,
-    fps: float | None = None,
-    unit: str | None = None,
-    person: int | None = None,
-    confidence: float = CONFIDENCE,
-    size: tuple[int, int] | None = None,
-) -> Points:
+    path: str | Path, *, format: str | None = None, fps: float | None = None, unit: str | None = None,
+    person: int | None = None, confidence: float = CONFIDENCE, size: tuple[int, int] | None = None,
+) -> Points:  # fmt: skip
     """Read the 2D points of a walker: keypoints of a detector, or a table of the 15 markers (.csv).
 
     Keypoints come as JSON of COCO, OpenPose, MMPose, Ultralytics, AlphaPose or MediaPipe, in one file (.json) or a

@@ -16,6 +16,7 @@ from motionenv.mocap.marker_sets.marker_map import MarkerMap, Weights, plain_nam
 from motionenv.types import Markers
 
 _SHARED = 0.6  # share of the names that begin or end with a word for it to be a prefix or suffix of the file
+_HANDED = 0.3  # volume over that of a right-angled pelvis, from which it tells left from right
 _CLUSTER = 3  # markers of a cluster that determine a pose
 _FEWEST = 3  # letters of a prefix without a separator
 
@@ -126,9 +127,11 @@ def _sides_exchanged(positions: dict[str, np.ndarray]) -> bool:
     left, right = positions["left_asis"], positions["right_asis"]
     front = 0.5 * (left + right)
     up = front - 0.5 * (legs[0] + legs[1])
-    handed = (np.cross(front - back, left - right) * up).sum(-1)
+    edges = (front - back, left - right, up)
+    size = np.prod([np.linalg.norm(edge, axis=-1) for edge in edges], axis=0)
+    handed = (np.cross(*edges[:2]) * up).sum(-1) / np.maximum(size, 1e-12)
     known = handed[np.isfinite(handed)]
-    return bool(known.size) and float(np.median(known)) < 0
+    return bool(known.size) and float(np.median(known)) < -_HANDED
 
 
 def _other_sides(table: dict) -> dict:

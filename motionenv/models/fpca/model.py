@@ -85,15 +85,9 @@ class FunctionalPCA(StoredModel):
     kind = "fpca"
 
     def __init__(
-        self,
-        n_components: int = 5,
-        n_harmonics: int = 20,
-        centre: str = "all",
-        method: str = "ppca",
-        residual_harmonics: int = 8,
-        tol: float = 1e-6,
-        max_iter: int = 200,
-    ) -> None:
+        self, n_components: int = 5, n_harmonics: int = 20, centre: str = "all", method: str = "ppca",
+        residual_harmonics: int = 8, tol: float = 1e-6, max_iter: int = 200,
+    ) -> None:  # fmt: skip
         self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
         self.centre, self.method = centre, method
         self.tol, self.max_iter = tol, max_iter

@@ -107,15 +107,9 @@ def _draw_all(images, pixels, order, edges, colours, radius: float, width: float
 
 
 def draw_figures(
-    images: np.ndarray,
-    pixels: np.ndarray,
-    depth: np.ndarray,
-    edges: ArrayLike,
-    colours: np.ndarray,
-    *,
-    radius: float,
+    images: np.ndarray, pixels: np.ndarray, depth: np.ndarray, edges: ArrayLike, colours: np.ndarray, *, radius: float,
     width: float,
-) -> None:
+) -> None:  # fmt: skip
     """Draw one figure per image: first its lines, in the colour of their second point, then its dots, farthest first.
 
     Args:

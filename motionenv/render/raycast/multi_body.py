@@ -49,19 +49,9 @@ class MultiBodyRaycaster:
         return self._workers.threads
 
     def render(
-        self,
-        poses: np.ndarray,
-        offsets: np.ndarray,
-        radii: np.ndarray,
-        heights: np.ndarray,
-        colours: np.ndarray,
-        K: np.ndarray,
-        R: np.ndarray,
-        t: np.ndarray,
-        *,
-        rgb: bool = True,
-        out: Frame | None = None,
-    ) -> Frame:
+        self, poses: np.ndarray, offsets: np.ndarray, radii: np.ndarray, heights: np.ndarray, colours: np.ndarray,
+        K: np.ndarray, R: np.ndarray, t: np.ndarray, *, rgb: bool = True, out: Frame | None = None,
+    ) -> Frame:  # fmt: skip
         """Render n bodies, one in each image (n, height, width); background is black, infinitely deep, and limb 0.
 
         Args:

@@ -47,15 +47,9 @@ class GuidedPrior(Prior):
     """
 
     def __init__(
-        self,
-        guide: ArrayLike,
-        deviation: ArrayLike,
-        *,
-        skeleton: Skeleton,
-        fps: float = 30.0,
-        first: int = 0,
+        self, guide: ArrayLike, deviation: ArrayLike, *, skeleton: Skeleton, fps: float = 30.0, first: int = 0,
         memory: float = 0.3,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.skeleton, self.fps, self.size, self._first = skeleton, checked_fps(fps), 0.0, first
         self._guide, self._deviation = frozen(guide, (None, len(POSE)), "guide"), frozen(deviation, (25,), "deviation")
         if not ((self._deviation >= 0) & np.isfinite(self._deviation)).all():

@@ -79,16 +79,9 @@ class TreePrior(Prior):
     """
 
     def __init__(
-        self,
-        tree: MotionTree | str = "mixed/tree",
-        *,
-        temperature: float = 0.05,
-        method: str = "tree",
-        leaf: str = "kernel",
-        noise: float = 1.0,
-        skeleton: Skeleton | None = None,
-        fps: float = FPS,
-    ) -> None:
+        self, tree: MotionTree | str = "mixed/tree", *, temperature: float = 0.05, method: str = "tree",
+        leaf: str = "kernel", noise: float = 1.0, skeleton: Skeleton | None = None, fps: float = FPS,
+    ) -> None:  # fmt: skip
         tree = load(tree) if isinstance(tree, str) else tree
         if not isinstance(tree, MotionTree):
             raise MotionError(f"tree must be a MotionTree such as mixed/tree, got {type(tree).__name__}")
