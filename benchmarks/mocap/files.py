@@ -23,6 +23,7 @@ NO_WALKER = {
     "btkdata/C3DSamples/PiG/PiG_Calibration": "stands",
     "btkdata/C3DSamples/c3d.org/sample28/standing": "stands",
     "btkdata/C3DSamples/c3d.org/sample20/phasespace_sample": "forty numbered points, which nobody has named",
+    "btkdata/C3DSamples/c3d.org/sample21/sample21": "jumps down from a box",
     "btkdata/C3DSamples/c3d.org/sample24/MotionMonitor": "eight electromagnetic sensors",
     "btkdata/C3DSamples/others/Res16bits": "stands",
     "btkdata/C3DSamples/others/parameterOverflow": "angles and moments only: no frame shows any marker",

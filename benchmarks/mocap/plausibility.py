@@ -19,10 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import Arguments
+from motionenv import body
 from motionenv.errors import CaptureWarning, MotionError
-from motionenv.mocap import SUFFIXES, find_doubts, find_landmarks, read
+from motionenv.mocap import SUFFIXES, find_doubts, find_landmarks, read, retarget
 from motionenv.mocap.plausibility import mended
-from motionenv.types import Markers, Motion
+from motionenv.types import MARKERS, POSE, Markers, Motion
 
 _LEG = {f"left_{joint}{place}" for joint in ("knee", "ankle") for place in ("", "_lateral")}
 Change = Callable[[Markers], Markers | None]
@@ -90,6 +91,60 @@ def backwards(markers: Markers) -> Markers:
     return replace(markers, positions=markers.positions[::-1])
 
 
+def posed(change: Callable[[np.ndarray], None]) -> Change:
+    """Changes the poses (frames, 25) that a body takes with the capture; its 15 markers, lowest where they were."""
+
+    def changed(markers: Markers) -> Markers:
+        motion = retarget(markers)
+        before, poses = body.markers(motion.poses, motion.skeleton), motion.poses.copy()
+        change(poses)
+        after = body.markers(poses, motion.skeleton)
+        after[..., 2] += (np.nanmin(before[..., 2], axis=1) - np.nanmin(after[..., 2], axis=1))[:, None]
+        return Markers(MARKERS, after, markers.fps)
+
+    return changed
+
+
+def crouch(poses: np.ndarray) -> None:
+    for side in ("left", "right"):
+        poses[:, POSE.index(f"{side}_hip_flexion")] += 0.5
+        poses[:, POSE.index(f"{side}_knee_flexion")] += 0.8
+
+
+def swing_through(poses: np.ndarray) -> None:
+    """On crutches: both legs swing at the same time, and the arms are held before the body."""
+    for at, name in enumerate(POSE):
+        if name.startswith("right_") and ("hip" in name or "knee" in name):
+            poses[:, at] = poses[:, POSE.index(name.replace("right", "left"))]
+        elif "shoulder_flexion" in name or "elbow" in name:
+            poses[:, at] = 0.5
+    poses[:, POSE.index("root_tilt")] += 0.2
+
+
+def drop_foot(markers: Markers) -> Markers | None:
+    """The points of the left foot turned down about the ankle by up to 30°, the more the higher the ankle is."""
+    found = find_landmarks(markers).points
+    ankle = next((point for n in ("left_ankle", "left_ankle_lateral") for point in found.get(n, ())), None)
+    foot = [point for name in found if re.match("left_(toe|heel|foot)", name) for point in found[name]]
+    if ankle is None or not foot:
+        return None
+    positions = markers.positions.copy()
+    centre = positions[:, markers.index(ankle)]
+    height = centre[:, 2] - np.nanmin(centre[:, 2])
+    angle = np.radians(30) * np.clip(height / 0.1, 0, 1)
+    for name in foot:
+        arm = positions[:, markers.index(name)] - centre
+        along = np.linalg.norm(arm[:, :2], axis=1)
+        way = arm[:, :2] / along[:, None]
+        heel = "heel" in next(n for n in found if name in found[n])
+        turn = np.arctan2(arm[:, 2], along) + (angle if heel else -angle)
+        length = np.linalg.norm(arm, axis=1)
+        positions[:, markers.index(name)] = centre + np.column_stack(
+            [way * (length * np.cos(turn))[:, None], length * np.sin(turn)]
+        )
+    return replace(markers, positions=positions)
+
+
 WRONG: dict[str, Change] = {
     "another vertical axis": turned([0, 0, 1], [1, 0, 0], [0, 1, 0]),
     "upside down": turned([1, 0, 0], [0, -1, 0], [0, 0, -1]),
@@ -108,6 +163,9 @@ ODD: dict[str, Change] = {
     "children, half as tall": turned([0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]),
     "giants, 1.2 times as tall": turned([1.2, 0, 0], [0, 1.2, 0], [0, 0, 1.2]),
     "played backwards": backwards,
+    "crouched, knees bent by 46° more": posed(crouch),
+    "on crutches, both legs swing through": posed(swing_through),
+    "drop foot": drop_foot,
     "leaning by 15°": turned([0.966, 0, 0.259], [0, 1, 0], [-0.259, 0, 0.966]),
     "turned by 130°": turned([-0.643, -0.766, 0], [0.766, -0.643, 0], [0, 0, 1]),
 }

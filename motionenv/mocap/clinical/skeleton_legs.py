@@ -147,7 +147,8 @@ def _correction(nodes: np.ndarray, steps: _Steps, rise: float) -> LegCorrection:
         lengths = (shank - captured) / _SHANK_SD, np.log(thigh / shank) / _RATIO_SD
         return [*wanted, *apart, forward / _AHEAD_SD, (up - higher) / _HIP_SD, *lengths]
 
-    x = least_squares(off, [0.0, higher, 0.0, higher, captured, captured], diff_step=1e-3).x.tolist()
+    with np.errstate(invalid="ignore"):  # a step to negative lengths gives NaN, and least_squares takes a shorter one
+        x = least_squares(off, [0.0, higher, 0.0, higher, captured, captured], diff_step=1e-3).x.tolist()
     return LegCorrection((x[0], x[1]), (x[2], x[3]), x[4], x[5], rise)
 
 
