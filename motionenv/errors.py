@@ -74,3 +74,7 @@ class ExtrapolationWarning(UserWarning):
 
 class CaptureWarning(UserWarning):
     """A capture was read otherwise than its file says, or is not plausible for a person."""
+
+
+class FitWarning(UserWarning):
+    """A model was fitted to data that don't suit it, or its fit didn't converge: what was found, and what to do."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from html import escape
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -370,6 +371,22 @@ class Cycles(_Record):
             self._set(drift=frozen(self.drift, (k, len(channels)), "Cycles.drift"))
         if len(self.subject) != k:
             raise MotionError(f"Cycles.subject must hold {k} labels, got {len(self.subject)}")
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(cycles, samples, channels)."""
+        return self.values.shape
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, which: Any) -> Cycles:
+        """Some of the cycles: a slice, a mask or numbers; as of the first axis of an array."""
+        which = which[0] if isinstance(which, tuple) else which
+        rows = np.atleast_1d(np.arange(len(self))[which])
+        drift = None if self.drift is None else self.drift[rows]
+        labels = tuple(self.subject[i] for i in rows)
+        return Cycles(self.values[rows], self.channels, self.seconds[rows], self.sequence[rows], labels, drift)
 
     def _shown(self) -> str:
         (k, samples, channels), people = self.values.shape, counted(len(set(self.subject)), "person", "people")

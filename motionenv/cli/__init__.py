@@ -1,7 +1,7 @@
 """The command line.
 
 `motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | stimuli | serve |
-bench | mocap | dataset | batch | compile`.
+bench | mocap | dataset | compile`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from motionenv import __version__
-from motionenv.cli import batch, bench, dataset, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
+from motionenv.cli import bench, dataset, evaluate, gait, lifting, mocap, models, serve, synthesis, tracking
 from motionenv.cli._shared import err, note
 from motionenv.errors import CaptureWarning, MotionError
 
@@ -39,7 +39,6 @@ _passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
 app.command(context_settings=_passed_on, add_help_option=False)(serve.serve)
 app.command("compile")(bench.compile_kernels)
 app.command(context_settings=_passed_on)(bench.bench)
-app.command(context_settings=_passed_on)(batch.batch)
 
 dataset_app = typer.Typer(help="Data sets of walking people: preview, make, verify.", no_args_is_help=True)
 dataset_app.command()(dataset.presets)

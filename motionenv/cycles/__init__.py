@@ -2,7 +2,7 @@
 
 `estimate_period` estimates the cycle length of a sequence, `align` aligns sequences in phase, `to_reference` resamples
 their cycles on a common grid; `segment` runs all three. Missing samples (NaN) are ignored, and gaps that the data don't
-determine remain gaps. `StoredCycles` are cycles in files, for models of more than memory holds.
+determine remain gaps.
 """
 
 from motionenv.cycles.offsets import Alignment, align
@@ -10,9 +10,8 @@ from motionenv.cycles.period import Period, estimate_period
 from motionenv.cycles.reference import segment, to_reference
 from motionenv.cycles.snr import SNR, snr
 from motionenv.cycles.splines import periodic_basis, spline_basis
-from motionenv.cycles.stored import CycleFiles, StoredCycles
 
 __all__ = [
-    "SNR", "Alignment", "CycleFiles", "Period", "StoredCycles", "align", "estimate_period", "periodic_basis", "segment",
-    "snr", "spline_basis", "to_reference",
+    "SNR", "Alignment", "Period", "align", "estimate_period", "periodic_basis", "segment", "snr", "spline_basis",
+    "to_reference",
 ]  # fmt: skip

@@ -51,7 +51,8 @@ HOME = {
     "pyglet": {"render"},
     "av": {"render"},
     "PIL": {"render", "data"},
-    "matplotlib": {"lifting", "gait"},
+    "matplotlib": {"lifting", "gait", "models"},
+    "sklearn": {"_core"},
     "gymnasium": {"envs"},
     "fsspec": {"data"},
     "orjson": {"data"},
@@ -160,7 +161,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("agents", "data", "detect", "plots", "ray")),
+        ("motionenv", ("agents", "data", "detect", "plots", "ray", "sklearn")),
         ("service", ("telemetry",)),
         ("tests", ("test", "agents", "data", "integrations", "telemetry")),
         ("benchmarks", ("test", "bench")),

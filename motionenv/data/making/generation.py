@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motionenv.data.formats import format_of
-from motionenv.data.formats.card import describe
+from motionenv.data.formats.card import card
 from motionenv.data.making import manifest
 from motionenv.data.making.engine import run
 from motionenv.data.samples import Sampler
@@ -133,7 +133,7 @@ def finish(store: Store, spec: Specification, form: str) -> None:
     """Describe the data set of `spec` in a `store` and the format `form`, of which all shards are done."""
     rows = manifest.read_rows(store, spec)
     format_of(form).finish(store, rows, spec)
-    describe(store, rows, spec, form)
+    store.write("README.md", card(spec, form).encode())
     store.sweep()
 
 

@@ -25,11 +25,10 @@ from motionenv.models.eigenwalkers.fourier_series import (
 )
 from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.eigenwalkers.speed import at_speed, longer
-from motionenv.models.eigenwalkers.table import COEFFICIENTS, Columns, Rows, each
+from motionenv.models.eigenwalkers.table import COEFFICIENTS
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, column_sums, group_centres
 from motionenv.models.people.population import draw_person
-from motionenv.models.storage.blocks import selected
 from motionenv.models.transforms import scaled
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
@@ -316,14 +315,14 @@ class FourierModel(GaitModel):
             model.mean_ = np.where(unknown, np.nan, model.mean_)
         return model
 
-    def _learn(self, rows: Rows, rank: int) -> None:
+    def _learn(self, rows: np.ndarray, rank: int) -> None:
         self.mean_, self.components_, self.explained_variance_, total = self._decomposed(rows, rank)
         if not len(self.components_):
             raise MotionError(f"these {len(rows)} walkers are all alike, so they have no components: check the data")
         self.explained_variance_ratio_ = self.explained_variance_ / total
-        self.scores_ = np.concatenate(list(each(self._scores, rows)))
+        self.scores_ = self._scores(rows)
 
-    def _decomposed(self, rows: Rows, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    def _decomposed(self, rows: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         """Mean (5, 15, 3), components (N, 5, 15, 3), λ (N,) and the sum of all λ, of the walkers in a table.
 
         N is `rank`, or the number of dimensions that complete walkers span if that is fewer. Markers that no walker
@@ -337,16 +336,16 @@ class FourierModel(GaitModel):
         mean[shown], components[:, shown] = known_mean, signs(known_components)[:, None] * known_components
         return mean.reshape(COEFFICIENTS), components.reshape(-1, *COEFFICIENTS), variance, total
 
-    def _by_likelihood(self, rows: Rows, shown: np.ndarray, rank: int) -> tuple:
+    def _by_likelihood(self, rows: np.ndarray, shown: np.ndarray, rank: int) -> tuple:
         """Like `_by_svd`, but for walkers with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
-        values, n = selected(Columns(rows, shown)), len(rows)
+        values, n = rows.reshape(len(rows), -1)[:, shown, None], len(rows)
         groups, basis = np.zeros(n, dtype=np.int64), np.eye(values.shape[1])
         centre = group_centres(column_sums(values, groups), basis)
         data = Observations(values, basis, centre, groups)
-        means, components, signal, noise, _ = fit_ppca(data, rank, self.tol, self.max_iter)
-        unbiased = n / (n - 1)
-        total = unbiased * (signal.sum() + noise[0] * len(basis))
-        return means[0, :, 0], components[:, :, 0], unbiased * (signal + noise[0]), float(total)
+        found = fit_ppca(data, rank, self.tol, self.max_iter)
+        unbiased, noise = n / (n - 1), found.noise[0]
+        total = unbiased * (found.variance.sum() + noise * len(basis))
+        return found.means[0, :, 0], found.components[:, :, 0], unbiased * (found.variance + noise), float(total)
 
     def _scores(self, w: np.ndarray) -> np.ndarray:
         """Least-squares scores (..., N) of coefficients (..., 5, 15, 3); the shortest if underdetermined."""
@@ -377,31 +376,27 @@ def _phases(frequency: float, request: Request) -> np.ndarray:
     return 2 * np.pi * (request.phase + frequency * np.arange(request.frames) / request.fps)
 
 
-def _shown(rows: Rows, needed: tuple[str, ...]) -> tuple[np.ndarray, bool]:
+def _shown(rows: np.ndarray, needed: tuple[str, ...]) -> tuple[np.ndarray, bool]:
     """Markers (15,) that at least one walker shows, and whether a walker lacks one of them."""
-    known = [np.isfinite(w).all(axis=(1, 3)) for w in rows.blocks()]
-    shown = np.any([some.any(axis=0) for some in known], axis=0)
+    known = np.isfinite(rows).all(axis=(1, 3))
+    shown = known.any(axis=0)
     if unseen := [name for name, seen in zip(MARKERS, shown, strict=True) if name in needed and not seen]:
         raise GapError(
             f"no walker shows {', '.join(unseen)}: add walkers that do, or fill them first (motionenv.fill, or "
             "motionenv fit --fill)"
         )
-    return shown, not all(some[:, shown].all() for some in known)
+    return shown, not bool(known[:, shown].all())
 
 
-def _by_svd(rows: Rows, shown: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def _by_svd(rows: np.ndarray, shown: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Mean (n,), components (N, n), λ = s² / (R - 1) (N,) and the sum of all λ, of R complete walkers.
 
     Of the n entries `shown` (225,). N is at most `rank` and the walkers' numerical rank: components beyond it are
-    rounding errors, which scores in standard deviations would make as large as any other. The SVD is that of the
-    triangular factor of [1, X], which grows block by block; the column of ones takes the mean out of the others.
+    rounding errors, which scores in standard deviations would make as large as any other.
     """
-    factor = np.empty((0, 1 + int(shown.sum())))
-    for w in rows.blocks():
-        x = w.reshape(len(w), -1)[:, shown]
-        factor = np.linalg.qr(np.concatenate([factor, np.column_stack([np.ones(len(x)), x])]))[1]
-    mean = factor[0, 1:] / factor[0, 0]
-    _, s, vt = np.linalg.svd(factor[1:, 1:], full_matrices=False)
+    x = rows.reshape(len(rows), -1)[:, shown]
+    mean = x.mean(axis=0)
+    _, s, vt = np.linalg.svd(x - mean, full_matrices=False)
     variance = s**2 / (len(rows) - 1)
-    rank = min(rank, numerical_rank(s, (len(rows), *factor.shape), float(np.linalg.norm(factor[:, 1:]))))
+    rank = min(rank, numerical_rank(s, x.shape, float(np.linalg.norm(x))))
     return mean, vt[:rank], variance[:rank], float(variance.sum())

@@ -1,11 +1,8 @@
 """Eigenwalkers: principal components of walkers in Fourier representation (paper B, section 3.1)."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import ClassVar, Self
 
 import numpy as np
@@ -16,7 +13,7 @@ from motionenv.models.eigenwalkers.fourier_series import WALKING, FourierWalker
 from motionenv.models.eigenwalkers.group_axis import GroupAxis, checked_groups, group_axis
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
-from motionenv.models.eigenwalkers.table import Rows, mean_walkers, read_walks
+from motionenv.models.eigenwalkers.table import mean_walkers, read_walks
 from motionenv.models.types import Trait
 from motionenv.types import Markers, Motion
 
@@ -50,15 +47,14 @@ class Eigenwalkers(FourierModel):
 
     def fit(
         self, motions: Iterable[FourierWalker | Markers | Motion], subjects: Sequence[str] | None = None,
-        executor: Executor | None = None, groups: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
     ) -> "Eigenwalkers":  # fmt: skip
-        """Learn mean and components, block by block: memory holds as little as 200 bytes of each walk.
+        """Learn mean and components.
 
         Args:
             motions: walks, as `Motion`s, as `Markers` of the 15 markers, or as `FourierWalker`s with NaN in the
                 coefficients of markers that were not seen. Any iterable, such as a generator that reads files.
             subjects: the person's label for each walk; None takes each walk for a different person.
-            executor: any `concurrent.futures.Executor`, which then computes the walks' Fourier representations.
             groups: names of two groups of people, each with its people's labels. The model then has the axis between
                 them as its first trait, learned by ridge regression, and tells how far people fall right who were left
                 out of both, model and axis.
@@ -69,16 +65,15 @@ class Eigenwalkers(FourierModel):
             GapError: the pelvis or a marker of the legs is missing in all walks. Others may be: then they are NaN in
                 what the model makes.
         """
-        with TemporaryDirectory() as folder:
-            walks = read_walks(motions, subjects, Path(folder), executor)
-            people = mean_walkers(walks, walks.people, Path(folder))
-            self.n_people_, self.n_walkers_, self.people_ = len(people), len(walks), people.people
-            told = None if groups is None else checked_groups(groups, list(people.people))
-            self._learn(people.rows, self._rank())
-            learn_speed(self, walks, people)
-            self.axis_ = None
-            if told is not None:
-                self.axis_ = group_axis(*told, self._standard(), partial(self._without, people.rows))
+        walks = read_walks(motions, subjects)
+        people = mean_walkers(walks, walks.people)
+        self.n_people_, self.n_walkers_, self.people_ = len(people), len(walks), people.people
+        told = None if groups is None else checked_groups(groups, list(people.people))
+        self._learn(people.rows, self._rank())
+        learn_speed(self, walks, people)
+        self.axis_ = None
+        if told is not None:
+            self.axis_ = group_axis(*told, self._standard(), partial(self._without, people.rows))
         fitted = shrunk_regression(self._standard(), np.log(people.frequencies))
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
         return self
@@ -110,10 +105,10 @@ class Eigenwalkers(FourierModel):
     def _standard(self) -> np.ndarray:
         return self.scores_ / np.sqrt(self.explained_variance_)
 
-    def _without(self, rows: Rows, left: int) -> tuple[np.ndarray, np.ndarray]:
+    def _without(self, rows: np.ndarray, left: int) -> tuple[np.ndarray, np.ndarray]:
         """Scores of the others, and of a person, in standard deviations of a model of the others alone."""
         others = Eigenwalkers(self.n_components, self.tol, self.max_iter)
-        others._learn(rows.take(np.delete(np.arange(len(rows)), left)), min(len(self.components_), len(rows) - 2))
+        others._learn(np.delete(rows, left, axis=0), min(len(self.components_), len(rows) - 2))
         own = others._scores(rows[left : left + 1])[0]
         return others._standard(), own / np.sqrt(others.explained_variance_)
 

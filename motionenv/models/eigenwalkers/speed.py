@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motionenv.models.eigenwalkers.fourier_series import body_heights, centred, in_phase, mirrored, stride_lengths
-from motionenv.models.eigenwalkers.table import Table, each
+from motionenv.models.eigenwalkers.table import Table
 from motionenv.models.people.pace import EXPONENT, exponent, reached, shrunk, within
 
 if TYPE_CHECKING:
@@ -66,9 +66,8 @@ def learn_speed(model: "FourierModel", walks: Table, people: Table) -> None:
 
 
 def _sizes(walks: Table) -> tuple[np.ndarray, np.ndarray]:
-    found = [(body_heights(w), stride_lengths(w)) for w in map(_comparable, walks.rows.blocks())]
-    heights, strides = zip(*found, strict=True)
-    return np.concatenate(heights), np.concatenate(strides)
+    w = _comparable(walks.rows)
+    return body_heights(w), stride_lengths(w)
 
 
 def _comparable(w: np.ndarray) -> np.ndarray:
@@ -77,13 +76,7 @@ def _comparable(w: np.ndarray) -> np.ndarray:
 
 def _slopes(walks: Table, known: np.ndarray, heights: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Weighted sums (2, 225) of the `known` walks' coefficients in body heights, less their means; unknown are 0."""
-    (total, seen), (sums, count) = np.zeros((2, weights.shape[1], 225)), np.zeros((2, 225))
-    for w, use, height, weight in each(lambda *block: block, walks.rows, known, heights, weights):
-        values = _comparable(w[use]).reshape(-1, 225) / height[use, None]
-        there = np.isfinite(values)
-        values = np.where(there, values, 0.0)
-        total += weight[use].T @ values
-        seen += weight[use].T @ there
-        sums += values.sum(axis=0)
-        count += there.sum(axis=0)
-    return total - seen * (sums / np.maximum(count, 1))
+    values, weights = _comparable(walks.rows[known]).reshape(-1, 225) / heights[known, None], weights[known]
+    there = np.isfinite(values)
+    values = np.where(there, values, 0.0)
+    return weights.T @ values - weights.T @ there * (values.sum(axis=0) / np.maximum(there.sum(axis=0), 1))

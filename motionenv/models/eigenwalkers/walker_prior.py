@@ -13,11 +13,8 @@ So w ~ N(w̄, Eᵀ diag(λ) E + diag(noise)), over the 225 coefficients.
 """
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import ClassVar
 
 import numpy as np
@@ -27,7 +24,7 @@ from motionenv.models.eigenwalkers.fourier_model import FourierModel
 from motionenv.models.eigenwalkers.fourier_series import OTHER_SIDE, PARTS, FourierWalker, columns
 from motionenv.models.eigenwalkers.regression import shrunk_regression
 from motionenv.models.eigenwalkers.speed import learn_speed
-from motionenv.models.eigenwalkers.table import Rows, each, mean_walkers, pair, read_walks
+from motionenv.models.eigenwalkers.table import mean_walkers, read_walks, with_mirror_images
 from motionenv.types import MARKERS, Markers, Motion
 
 _USUAL = 20  # components; 15 to 25 give equal errors
@@ -35,7 +32,6 @@ _FOLDS = 12  # at most
 _VIEWS = np.arange(-90, 90, 15) * (np.pi / 180)  # the opposite views show the same from behind
 _CYCLE = columns(np.arange(12) * (2 * np.pi / 12))  # over time
 _FACTORS = np.geomspace(0.5, 8, 9)  # candidate factors on the noise
-_BINS = np.geomspace(1e-6, 1e3, 40_000)  # of errors in deviations
 _FLOOR = 1e-8  # [m²], (0.1 mm)²: keeps the posterior of exact walkers defined
 _LEAST_INFLATION = 0.01  # for markers without error, such as the pelvis, the origin
 _BAND, _NORMAL = 0.9, 1.6448536269514722  # coverage of the bands, and the half-width of a normal one [deviations]
@@ -46,7 +42,7 @@ _NOISE_SHAPE = (len(PARTS), len(MARKERS))
 class _LeftOut:
     """One fold of the cross-validation: the walks left out, and the components of all others."""
 
-    rows: Rows  # n walks left out
+    rows: np.ndarray  # (n, 5, 15, 3) walks left out
     weights: np.ndarray  # (n,) 1 / number of the person's walks: each person counts once
     mean: np.ndarray
     components: np.ndarray
@@ -55,8 +51,7 @@ class _LeftOut:
     @cached_property
     def squares(self) -> np.ndarray:
         """Weighted sums of squared residuals, and sums of the weights, (2, 5, 15)."""
-        found = each(lambda w, weights: _rest(w, weights, self.mean, self.components), self.rows, self.weights)
-        return np.sum(list(found), axis=0)
+        return _rest(self.rows, self.weights, self.mean, self.components)
 
 
 class WalkerPrior(FourierModel):
@@ -97,13 +92,11 @@ class WalkerPrior(FourierModel):
         self,
         motions: Iterable[FourierWalker | Markers | Motion],
         subjects: Sequence[str] | None = None,
-        executor: Executor | None = None,
     ) -> "WalkerPrior":
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 
         Args:
-            motions, subjects, executor: as of `Eigenwalkers.fit`. Cross-validation leaves out all walks of a person
-                together.
+            motions, subjects: as of `Eigenwalkers.fit`. Cross-validation leaves out all walks of a person together.
 
         Raises:
             MotionError: fewer than three people, too few columns for `n_components`, or labels that don't match the
@@ -111,26 +104,24 @@ class WalkerPrior(FourierModel):
             GapError: a marker is missing in all walks, or in all walks outside one fold: lifting needs to know how each
                 one errs.
         """
-        with TemporaryDirectory() as folder:
-            walks = read_walks(motions, subjects, Path(folder), executor)
-            own = walks.people if self.merge else tuple(map(str, range(len(walks))))
-            merged = mean_walkers(walks, own, Path(folder))
-            labels = merged.people if self.merge else walks.people
-            self.people_ = labels * 2
-            self.n_people_, self.n_walkers_ = len(set(labels)), len(walks)
-            if self.n_people_ < 3:
-                raise MotionError(
-                    f"a prior needs walks of three people for its cross-validation, got {self.n_people_}: add other "
-                    "people's walks (subjects= labels the person; for files, the name up to the first '_')"
-                )
-            self._learn(merged.rows.with_mirror_images(), self._columns_rank(2 * len(merged)))
-            self._learn_pace(np.log(merged.frequencies))
-            learn_speed(self, walks, merged)
-            left_out = self._leave_out(merged.rows, np.array(labels))
-            # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
-            factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
-            self.noise_ = _noise(_total(left_out), factor)
-            self.inflation_ = _inflation(left_out, factor)
+        walks = read_walks(motions, subjects)
+        merged = mean_walkers(walks, walks.people if self.merge else tuple(map(str, range(len(walks)))))
+        labels = merged.people if self.merge else walks.people
+        self.people_ = labels * 2
+        self.n_people_, self.n_walkers_ = len(set(labels)), len(walks)
+        if self.n_people_ < 3:
+            raise MotionError(
+                f"a prior needs walks of three people for its cross-validation, got {self.n_people_}: add other "
+                "people's walks (subjects= labels the person; for files, the name up to the first '_')"
+            )
+        self._learn(with_mirror_images(merged.rows), self._columns_rank(2 * len(merged)))
+        self._learn_pace(np.log(merged.frequencies))
+        learn_speed(self, walks, merged)
+        left_out = self._leave_out(merged.rows, np.array(labels))
+        # Paper B (fig. 3) chooses σ² by the squared error, whose minimum is flat and depends on who is left out.
+        factor = float(min(_FACTORS, key=lambda factor: _unlikeliness(left_out, factor)))
+        self.noise_ = _noise(_total(left_out), factor)
+        self.inflation_ = _inflation(left_out, factor)
         return self
 
     def _columns_rank(self, n_columns: int) -> int:
@@ -151,16 +142,16 @@ class WalkerPrior(FourierModel):
         fitted = shrunk_regression(mean / np.sqrt(self.explained_variance_), frequencies)
         self.log_frequency_mean_, self.log_frequency_weights_, self.log_frequency_deviation_ = fitted
 
-    def _leave_out(self, rows: Rows, labels: np.ndarray) -> list[_LeftOut]:
+    def _leave_out(self, rows: np.ndarray, labels: np.ndarray) -> list[_LeftOut]:
         """Cross-validation folds over people, from n walks and their people's labels (n,)."""
         _, of, walks = np.unique(labels, return_inverse=True, return_counts=True)
         fold, weights = of % _FOLDS, 1 / walks[of]
         found = []
         for out in (fold == i for i in range(fold.max() + 1)):
-            others = rows.take(~out).with_mirror_images()
+            others = with_mirror_images(rows[~out])
             rank = min(len(self.components_), len(others) - 1)
             mean, components, variance, _ = self._decomposed(others, rank)
-            found.append(_LeftOut(rows.take(out), weights[out], mean, components, variance))
+            found.append(_LeftOut(rows[out], weights[out], mean, components, variance))
         return found
 
 
@@ -206,12 +197,11 @@ def _every_lift(left_out: list[_LeftOut], factor: float):
     total = _total(left_out)
     for out in left_out:
         noise = _noise(total - out.squares, factor)  # of the other folds
-        for w, weights in each(pair, out.rows, out.weights):
-            patterns, which = np.unique(np.isfinite(w).all(axis=(1, 3)), axis=0, return_inverse=True)
-            for i, seen in enumerate(patterns):
-                rows = which.reshape(-1) == i
-                for alpha in _VIEWS:
-                    yield seen, weights[rows], *_lifted(out, noise, alpha, seen, w[rows])
+        patterns, which = np.unique(np.isfinite(out.rows).all(axis=(1, 3)), axis=0, return_inverse=True)
+        for i, seen in enumerate(patterns):
+            rows = which.reshape(-1) == i
+            for alpha in _VIEWS:
+                yield seen, out.weights[rows], *_lifted(out, noise, alpha, seen, out.rows[rows])
 
 
 def _total(left_out: list[_LeftOut]) -> np.ndarray:
@@ -234,25 +224,17 @@ def _unlikeliness(left_out: list[_LeftOut], factor: float) -> float:
 def _inflation(left_out: list[_LeftOut], factor: float) -> np.ndarray:
     """Factors (15,) on the variances with which bands cover left-out people; equal for left and right.
 
-    They come from weighted quantiles of |error| / deviation over walks, views and phases. A first pass adds up weights
-    in bins of equal ratio; a second one sorts what lies in the quantile's bin.
+    They come from weighted quantiles of |error| / deviation over walks, views and phases.
     """
-    weights = np.zeros((len(MARKERS), len(_BINS) + 1))
-    for marker, z, each_weight in _deviates(left_out, factor):
-        weights[marker] += np.bincount(np.searchsorted(_BINS, z), each_weight, len(_BINS) + 1)
-    below = np.cumsum(weights + weights[list(OTHER_SIDE)], axis=1)
-    goal = _BAND * below[:, -1]
-    at = (below < goal[:, None]).sum(axis=1)
-    inside: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in MARKERS]
-    for marker, z, each_weight in _deviates(left_out, factor):
-        there = np.searchsorted(_BINS, z) == at[marker]
-        inside[marker].append((z[there], each_weight[there]))
+    found: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in MARKERS]
+    for marker, z, weights in _deviates(left_out, factor):
+        found[marker].append((z, weights))
     z90 = np.empty(len(MARKERS))
     for i, j in enumerate(OTHER_SIDE):
-        values, own = (np.concatenate(some) for some in zip(*inside[i], *inside[j], strict=True))
+        values, weights = (np.concatenate(some) for some in zip(*found[i], *found[j], strict=True))
         order = np.argsort(values, kind="stable")
-        reached = (below[i, at[i] - 1] if at[i] else 0.0) + np.cumsum(own[order])
-        z90[i] = values[order[min(np.searchsorted(reached, goal[i]), len(order) - 1)]]
+        reached = np.cumsum(weights[order])
+        z90[i] = values[order[np.searchsorted(reached, _BAND * reached[-1])]]
     return np.maximum((z90 / _NORMAL) ** 2, _LEAST_INFLATION)
 
 

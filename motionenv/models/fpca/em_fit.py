@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.observations import Block, Observations
-from motionenv.models.storage.blocks import merged
+from motionenv.models.fpca.observations import Observations
 
 FLOOR = 1e-9  # least noise variance relative to the data's; keeps exact data invertible
 WARM = 500  # cycles of the subset to which a large fit is fitted first
@@ -61,6 +60,26 @@ class Parameters:
 
 
 @dataclass
+class Fit:
+    """What a fit finds."""
+
+    means: np.ndarray  # (G, n, m) of the groups, in the basis
+    components: np.ndarray  # (q, n, m) in the basis, orthonormal
+    variance: np.ndarray  # (q,) of the scores
+    noise: np.ndarray  # (m,) residual variance per sample
+    scores: np.ndarray  # (K, q)
+    errors: list[float]  # the objective at each iteration
+    converged: bool
+
+    def infer(self, data: Observations) -> np.ndarray:
+        """Posterior means (K, q) of the scores of other cycles, about the same means."""
+        q = len(self.variance)
+        w = self.components.reshape(q, -1).T * np.sqrt(self.variance)
+        shift = (self.means - data.centre).reshape(len(self.means), -1)
+        return posterior_of(data, Parameters(w, shift, self.noise)).z * np.sqrt(self.variance)
+
+
+@dataclass
 class Statistics:
     """Result of an E step: sums over all cycles of what the posterior of the latents says."""
 
@@ -74,7 +93,7 @@ class Statistics:
 
 @dataclass
 class Posterior:
-    """The latents of the cycles of a block: normal with these means and covariances."""
+    """The latents of all cycles: normal with these means and covariances."""
 
     z: np.ndarray  # (K, q) means
     covariance: np.ndarray  # (K, q, q)
@@ -84,39 +103,29 @@ class Posterior:
 
 def e_step(data: Observations, parameters: Parameters) -> Statistics:
     """Sums over the posterior of the latents of all cycles of `data` under the present `parameters`."""
-    m, q = len(parameters.noise), parameters.w.shape[1]
-    twice, zz, z_sum, yz, zz_edges, z_edges = merged(data.each(_sums, tables_of(data.basis, parameters)))
-    missing_z = np.stack([obs.missed(edges, m) for edges in z_edges])
-    return Statistics(twice, zz, z_sum, obs.from_triangle(obs.missed(zz_edges, m), q), missing_z, yz.T)
-
-
-def latent_means(data: Observations, parameters: Parameters) -> np.ndarray:
-    """Posterior means (K, q) of the latents of all cycles of `data` under `parameters`."""
-    return np.concatenate(list(data.each(_means, tables_of(data.basis, parameters))))
-
-
-def posterior_of(block: Block, tables: tuple[np.ndarray, ...]) -> Posterior:
-    """Posterior of the latents of a block's cycles, with the `tables` of the parameters."""
-    from motionenv.models.fpca._gap_kernels import posterior
-
-    weights, means, outer = tables[:3]
-    k, q = len(block.groups), len(weights)
-    z, covariance, twice = np.empty((k, q)), np.empty((k, q, q)), np.empty(k)
-    shapes = [weights.shape, outer.shape, (len(means), len(outer), q)]
-    return Posterior(z, covariance, twice, obs.in_parts(posterior, block, tables, (z, covariance, twice), shapes))
-
-
-def _sums(block: Block, tables: tuple[np.ndarray, ...]) -> tuple:
     from motionenv.models.fpca._gap_kernels import group_sums
 
-    found = posterior_of(block, tables)
-    z_sum = np.zeros((len(block.centre), found.z.shape[1]))
-    group_sums(found.z, block.groups, z_sum)
-    return found.twice.sum(), found.covariance.sum(axis=0) + found.z.T @ found.z, z_sum, *found.sums
+    m, q = len(parameters.noise), parameters.w.shape[1]
+    found = posterior_of(data, parameters)
+    yz, zz_edges, z_edges = found.sums
+    z_sum = np.zeros((len(data.centre), q))
+    group_sums(found.z, data.groups, z_sum)
+    zz = found.covariance.sum(axis=0) + found.z.T @ found.z
+    missing_z = np.stack([obs.missed(edges, m) for edges in z_edges])
+    missing_zz = obs.from_triangle(obs.missed(zz_edges, m), q)
+    return Statistics(found.twice.sum(), zz, z_sum, missing_zz, missing_z, yz.T)
 
 
-def _means(block: Block, tables: tuple[np.ndarray, ...]) -> np.ndarray:
-    return posterior_of(block, tables).z
+def posterior_of(data: Observations, parameters: Parameters) -> Posterior:
+    """Posterior of the latents of all cycles of `data` under `parameters`."""
+    from motionenv.models.fpca._gap_kernels import posterior
+
+    tables = tables_of(data.basis, parameters)
+    weights, means, outer = tables[:3]
+    q = len(weights)
+    z, covariance, twice = np.empty((data.n, q)), np.empty((data.n, q, q)), np.empty(data.n)
+    shapes = [weights.shape, outer.shape, (len(means), len(outer), q)]
+    return Posterior(z, covariance, twice, obs.in_parts(posterior, data, tables, (z, covariance, twice), shapes))
 
 
 def tables_of(basis: np.ndarray, parameters: Parameters) -> tuple[np.ndarray, ...]:
@@ -141,14 +150,17 @@ def log_likelihood(data: Observations, noise: np.ndarray, found: Statistics) -> 
     return 0.5 * float(found.twice - data.squares @ (1 / noise))
 
 
-def m_step(data: Observations, found: Statistics, old: Parameters) -> Parameters:
+def m_step(data: Observations, found: Statistics, old: Parameters, shared: bool = False) -> Parameters:
     """Parameters that raise the expected log-likelihood, from repeated regressions on latents and groups.
 
-    The posterior `found` is that under the `old` ones, which fill the gaps in the first regression.
+    The posterior `found` is that under the `old` ones, which fill the gaps in the first regression. With `shared`, all
+    channels have the same noise.
     """
     parameters = old
     for _ in range(REPEATS):
         parameters = _regress(data, found, parameters)
+        if shared:
+            parameters.noise[:] = parameters.noise.mean()
     # Parameter expansion (Liu, Rubin & Wu 1998): absorb the latents' means and covariance in means and loadings.
     shift = found.z_sum / np.maximum(data.sizes, 1)[:, None]
     covariance = (found.zz - found.z_sum.T @ shift) / data.n
@@ -178,27 +190,25 @@ def _regress(data: Observations, found: Statistics, old: Parameters) -> Paramete
     return Parameters(w[:, :q], w[:, q:].T, noise)
 
 
-def fit_ppca(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
+def fit_ppca(data: Observations, rank: int, tol: float, max_iter: int, shared: bool = False) -> Fit:
     """Maximum likelihood of the functional probabilistic PCA with `rank` components q; each group has its own mean.
 
-    Stops when an iteration gains less than the fraction `tol` of the log-likelihood.
-
-    Returns:
-        Means (G, n, m) and orthonormal components (q, n, m) in the basis, score variances (q,), noise variances (m,),
-        and the negative log-likelihood of the observed samples at each iteration.
+    Stops when an iteration gains less than the fraction `tol` of the log-likelihood, whose negative is the objective.
+    With `shared`, all channels have the same noise. Scores are posterior means.
     """
     start = first_parameters(data, rank)
     if data.n >= 2 * WARM:  # most iterations run on the cheap subset
-        start, _ = _em(data.every(data.n // WARM), start, tol, max_iter)
-    found, errors = _em(data, start, tol, max_iter)
-    left, scale, _ = np.linalg.svd(found.w, full_matrices=False)
+        start = _em(data.every(data.n // WARM), start, tol, max_iter, shared)[0]
+    found, errors, converged = _em(data, start, tol, max_iter, shared)
+    left, scale, right = np.linalg.svd(found.w, full_matrices=False)
     shape = data.centre.shape[1:]
     means = data.centre + found.means.reshape(-1, *shape)
-    return means, left.T.reshape(rank, *shape), scale**2, found.noise, errors
+    scores = posterior_of(data, found).z @ right.T * scale
+    return Fit(means, left.T.reshape(rank, *shape), scale**2, found.noise, scores, errors, converged)
 
 
-def _em(data: Observations, parameters: Parameters, tol: float, max_iter: int) -> tuple[Parameters, list[float]]:
-    """Parameters at convergence, and the negative log-likelihood of each accepted iteration.
+def _em(data: Observations, parameters: Parameters, tol: float, max_iter: int, shared: bool) -> tuple:
+    """Parameters at convergence, the negative log-likelihood of each accepted iteration, and whether it converged.
 
     Extrapolated steps that don't raise the likelihood are rejected. Two small gains in a row end the fit, since a
     single one may come from a poor extrapolation.
@@ -215,8 +225,8 @@ def _em(data: Observations, parameters: Parameters, tol: float, max_iter: int) -
         small = small + 1 if errors and errors[-1] - error <= tol * abs(error) else 0
         errors.append(error)
         if len(errors) >= max_iter or small == 2:
-            return parameters, errors
-        plain = m_step(data, found, parameters)
+            return parameters, errors, small == 2
+        plain = m_step(data, found, parameters, shared)
         parameters = _extrapolate(ahead, parameters, plain)
 
 
@@ -233,7 +243,7 @@ def _extrapolate(ahead: Anderson, old: Parameters, new: Parameters) -> Parameter
 def first_parameters(data: Observations, rank: int) -> Parameters:
     """Starting point: `rank` components of the zero-filled deviations of `data`, or of a subset if there are many."""
     subset = data.every(data.n // START) if data.n >= 2 * WARM else data
-    some = np.concatenate(list(subset.each(_coefficients)))
+    some = subset.coefficients
     values, vectors = np.linalg.eigh(some @ some.T if len(some) < some.shape[1] else some.T @ some)
     values, vectors = values[: -rank - 1 : -1], vectors[:, : -rank - 1 : -1]
     if len(some) < some.shape[1]:
@@ -244,7 +254,3 @@ def first_parameters(data: Observations, rank: int) -> Parameters:
     return Parameters(
         w, np.zeros((len(data.sizes), len(w))), np.full(len(data.squares), residual * total / data.n_seen)
     )
-
-
-def _coefficients(block: Block) -> np.ndarray:
-    return block.coefficients

@@ -2,63 +2,89 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from functools import cached_property
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from motionenv._core.estimator import Estimator
 from motionenv._core.principal_axes import signs
 from motionenv._core.representation import curves
 from motionenv._core.validation import random_generator
-from motionenv.cycles import StoredCycles
-from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.errors import FitWarning, GapError, ModelError, MotionError
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.em_fit import Parameters, fit_ppca, latent_means
+from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
-from motionenv.models.fpca.observations import Block, Columns, Observations
-from motionenv.models.fpca.residual import expected_residual, residual_model, residual_moments
+from motionenv.models.fpca.gaussian import Gaussian, residual_model
+from motionenv.models.fpca.mean_band import mean_band
+from motionenv.models.fpca.observations import Columns, Observations
+from motionenv.models.fpca.screening import pseudo_values, screen, unwrapped
+from motionenv.models.fpca.selection import Curve, choose_by_likelihood, choose_by_share
 from motionenv.models.fpca.svd_fit import fit_svd
-from motionenv.models.storage.blocks import Selected, merged, over, selected
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
 
-FITS = {"ppca": fit_ppca, "svd": fit_svd}
+METHODS = ("ppca", "svd")
 CENTRES = ("all", "subject")
-NO_VARIANCE = 1e-12  # eigenvalues below this share of the largest λ are rounding errors
+NOISES = ("channel", "shared")
+WHOLE = 0.9  # least share of its samples with which a cycle tells about residuals
 SAFE = 1e-6  # determinant above which the normal equations are solved directly
-SETTINGS = ("n_components", "n_harmonics", "centre", "method", "residual_harmonics", "tol", "max_iter")
 STORED = (
-    "subject_coefficients_", "component_coefficients_", "noise_variance_", "explained_variance_",
-    "explained_variance_ratio_", "singular_values_", "errors_", "residual_spectrum_", "white_variance_",
+    "subject_coefficients_", "component_coefficients_", "explained_variance_", "singular_values_", "errors_",
+    "residual_spectrum_", "white_variance_",
 )  # fmt: skip
-_BLOCK = 1024  # phases evaluated at a time, so that intermediates stay in the cache
+DRAWS = 400  # from which simultaneous bands are computed
+_BLOCK = 1024  # phases, or cycles, worked on at a time
 
 
-class FunctionalPCA(StoredModel):
-    r"""A cycle is x(τ) = μ(τ) + Σ_j s_j v_j(τ), with scores s ~ N(0, diag λ) and smooth, periodic μ and v_j.
+class Given(NamedTuple):
+    """Cycles to fit, or to use a model on."""
 
-    Two ways to estimate it when samples are missing:
+    values: np.ndarray  # (K, P, m)
+    people: tuple[str, ...]  # (K,) labels
+    channels: tuple[str, ...]
 
-    - `method="ppca"` (default) maximises the likelihood of the observed samples with EM
-      (`motionenv.models.fpca.em_fit`). Scores shrink towards 0 the less a cycle shows, so even a few cycles suffice to
-      fill gaps well.
+
+class FunctionalPCA(Estimator, StoredModel):
+    r"""A cycle is x(τ) = μ(τ) + Σ_j s_j v_j(τ) + r(τ), with scores s ~ N(0, diag λ) and smooth, periodic μ and v_j.
+
+    The residual r of each channel is a smooth, stationary periodic process and white noise, independent of the scores
+    (`motionenv.models.fpca.gaussian`). So cycles are normal, and likelihood, shares of variance, draws, filled gaps and
+    bands are all those of this one distribution.
+
+    Mean and components can be estimated in two ways when samples are missing:
+
+    - `method="ppca"` (default) maximises the likelihood with white noise by EM (`motionenv.models.fpca.em_fit`). With
+      noise="shared" the components of complete cycles are those of PCA (Tipping & Bishop 1999); with a variance per
+      channel this is a factor analysis, whose components need not be those of largest variance. Scores shrink towards
+      0 the less a cycle shows.
     - `method="svd"` finds the solution of paper A's fig. 8 in the real basis. It minimises the same error as the
       alternation of imputation, projection and truncated SVD, but needs no SVD of all cycles
-      (`motionenv.models.fpca.svd_fit`).
+      (`motionenv.models.fpca.svd_fit`). With many components of cycles with many gaps, it fits noise.
+
+    The residuals' model is then fitted, by EM as well, to what the components leave of cycles that are mostly seen.
+
+    It is an estimator in scikit-learn's sense, also of plain arrays (K, P, m).
 
     Args:
-        n_components: number of components q.
+        n_components: number of components q; a share below 1, for the fewest whose variance is that share of the
+            model's; or "likelihood", for the number with which people left out are most likely (`selection_`).
         n_harmonics: a constant and n_harmonics - 1 cosine-sine pairs per channel (fig. 8: 20).
         centre: "all" for one mean, so that components describe differences between people (fig. 9); "subject" for one
             mean per person, so that they describe variation within people (fig. 10).
         method: "ppca" or "svd".
+        noise: "channel" or "shared": whether the noise of "ppca" has a variance per channel.
         residual_harmonics: a constant and residual_harmonics - 1 pairs per channel for the smooth part of the
-            residuals, with which `impute` fills gaps from their neighbourhood too (`motionenv.models.fpca.residual`).
-            0 uses components only, as in fig. 8.
+            residuals. 0 leaves white noise.
+        least_seen: least share of its samples, relative to the fullest cycle's, with which a cycle tells about
+            components in "ppca". White noise takes the scores of a cycle of few samples for exact, though their errors
+            are smooth, and so would make variances too large. 0 uses all.
+        robust: give samples far from the model less weight, as a t distribution does (`pseudo_values`).
+        unwrap: take jumps by 2π out of each channel, for angles in radians that were wrapped at ±π.
         tol: stop when an iteration improves the objective by less than this fraction.
         max_iter: greatest number of iterations.
 
@@ -68,16 +94,19 @@ class FunctionalPCA(StoredModel):
         subjects_, subject_means_: people's labels and means (people, P, m); with centre="all" a single one, "all".
         components_: (q, P, m), orthonormal as vectors of P·m samples; the largest sample of each is positive.
         explained_variance_: (q,) λ, variance of the scores [squared units of the channels, summed over samples].
-        explained_variance_ratio_: (q,) λ as a share of the variance about the means.
+        explained_variance_ratio_: (q,) λ as a share of the model's variance; with `noise_ratio_` they sum to 1.
         singular_values_: (q,) √((K - people)·λ); for "svd" those of X⁽³⁾.
         noise_variance_: (m,) residual variance per sample.
-        residual_spectrum_, white_variance_: (m, 2·residual_harmonics - 1) spectrum of the residuals' smooth part, and
-            (m,) variance of the rest.
+        residual_spectrum_, white_variance_: (m, 2·residual_harmonics - 1) variances of the coefficients of the
+            residuals' smooth part, and (m,) of the rest.
         scores_: (K, q) scores of the fitted cycles, relative to their group's mean.
-        imputed_: (K, P, m) the fitted cycles with gaps filled; observed samples are unchanged. They are
-            computed when first asked for.
+        imputed_: (K, P, m) the fitted cycles with gaps filled; observed samples are unchanged. Like `scores_`, they
+            are computed when first asked for.
         errors_: (iterations,) the objective, which never rises: Theorem 1's ‖X⁽²⁾ - X⁽⁵⁾‖ for "svd", the negative
-            log-likelihood of the observed samples for "ppca".
+            log-likelihood of the observed samples, with white noise, for "ppca".
+        n_iter_, converged_: number of iterations, and whether they reached `tol`; a `FitWarning` tells if not.
+        selection_: the held-out log-likelihood by number of components, if that was chosen by it; else None.
+        n_components_: the number of components q that was fitted.
         n_cycles_: number of fitted cycles K.
         card_: the model card.
     """
@@ -85,11 +114,13 @@ class FunctionalPCA(StoredModel):
     kind = "fpca"
 
     def __init__(
-        self, n_components: int = 5, n_harmonics: int = 20, centre: str = "all", method: str = "ppca",
-        residual_harmonics: int = 8, tol: float = 1e-6, max_iter: int = 200,
+        self, n_components: int | float | str = 5, n_harmonics: int = 20, centre: str = "all", method: str = "ppca",
+        noise: str = "channel", residual_harmonics: int = 8, least_seen: float = 0.5, robust: bool = False,
+        unwrap: bool = False, tol: float = 1e-6, max_iter: int = 200,
     ) -> None:  # fmt: skip
         self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
-        self.centre, self.method = centre, method
+        self.centre, self.method, self.noise = centre, method, noise
+        self.least_seen, self.robust, self.unwrap = least_seen, robust, unwrap
         self.tol, self.max_iter = tol, max_iter
         self.card_: dict = {}
 
@@ -98,88 +129,197 @@ class FunctionalPCA(StoredModel):
         return curves(self.mean_.T, escape(repr(self))) if hasattr(self, "mean_") else None
 
     def fit(
-        self, cycles: Cycles | StoredCycles, channels: Sequence[str] | None = None, executor: Executor | None = None
-    ) -> FunctionalPCA:  # fmt: skip
-        """Estimate mean and components from `cycles`, of which a block of 32 MB at a time is worked on.
+        self, cycles: Cycles | ArrayLike, y: None = None, *, channels: Sequence[str] | None = None,
+        subjects: Sequence | None = None,
+    ) -> Self:  # fmt: skip
+        """Estimate mean, components and noise from `cycles`.
+
+        What in the data doesn't suit the model is told by a `FitWarning`: spikes, wrapped angles, phases that hardly
+        any cycle shows, channels that never change, people with a single cycle where each has a mean.
 
         Args:
-            cycles: of any number of people, NaN where missing: `Cycles`, or `motionenv.cycles.StoredCycles` of files
-                that don't fit in memory. A channel may be missing in some of them altogether.
+            cycles: of any number of people, NaN where missing: `Cycles`, or an array (K, P, m). A channel may be
+                missing in some of them altogether.
+            y: no effect.
             channels: names of the channels to use; by default all that at least one cycle shows, so that a capture of
                 the lower body gives a model of the lower body. `channels_` tells which they are.
-            executor: any `concurrent.futures.Executor`, whose workers then compute blocks; None uses the threads of
-                this process. The model is the same to the bit.
+            subjects: the person's label of each cycle of an array; None takes each for a different person.
 
         Raises:
             MotionError: no cycles, a setting out of range, an unknown channel, an infinite value, too few cycles.
             GapError: a channel of `channels`, or all channels, without one observed sample.
         """
-        self._check_settings()
-        if not isinstance(cycles, (Cycles, StoredCycles)):
-            raise MotionError(
-                f"cycles must be Cycles, as motionenv.segment makes them, or StoredCycles; got {type(cycles).__name__}"
-            )
-        self.__dict__.pop("imputed_", None)
-        values = _select(cycles, channels)
-        labels = cycles.subject if self.centre == "subject" else ("all",) * len(cycles.values)
-        subjects, groups = np.unique(labels, return_inverse=True)
-        self.subjects_, self.n_cycles_ = tuple(subjects.tolist()), len(cycles.values)
-        _check_numbers(self.n_cycles_, self.n_components, len(subjects))
-        columns = obs.column_sums(values, groups, executor)
+        given = _given(cycles, channels, subjects)
         if channels is None:
-            values, columns = _shown(values, columns, cycles.channels)
-        self.channels_ = tuple(cycles.channels[i] for i in values.which)
-        _check_columns(columns, self.channels_)
-        basis = self._basis_of(values.shape[1])
-        data = Observations(values, basis, obs.group_centres(columns, basis), groups, executor)
-        means, components, variance, noise, errors = FITS[self.method](data, self.n_components, self.tol, self.max_iter)
-        self._set(basis, means, components)
-        self.explained_variance_, self.noise_variance_, self.errors_ = variance, noise, np.array(errors)
-        self._describe(data)
+            given = _shown(given)
+        if self.unwrap:
+            given = given._replace(values=unwrapped(given.values))
+        self._learn(given)
+        if not self.converged_:
+            _warn(f"the fit stopped after {self.n_iter_} iterations: raise max_iter or tol, or take fewer components")
+        for told in screen(self, given.values, given.people):
+            _warn(told)
         return self
+
+    def _learn(self, given: Given) -> None:
+        """`fit` without a look at whether the data suit the model."""
+        self._check_settings()
+        for name in ("imputed_", "scores_"):
+            self.__dict__.pop(name, None)
+        values = given.values
+        if not len(values):
+            raise MotionError("fit needs cycles, got none")
+        labels = given.people if self.centre == "subject" else ("all",) * len(values)
+        subjects, groups = np.unique(labels, return_inverse=True)
+        _check_columns(obs.column_sums(values, groups), given.channels)
+        self.subjects_, self.n_cycles_, self.channels_ = tuple(subjects.tolist()), len(values), given.channels
+        self.selection_: Curve | None = None
+        rank = self._chosen(given)
+        _check_numbers(len(values), rank, len(subjects))
+        used = pseudo_values(values, lambda some: self._estimate(some, groups, rank)) if self.robust else values
+        self._estimate(used, groups, rank)
+        self._fitted = values, used, groups, given.people
+
+    def of_others(self, n: int, values: np.ndarray, people: Sequence[str], tol: float) -> FunctionalPCA:
+        """A model with the same settings but `n` components and `tol`, of cycles `values` (K, P, m) of `people`."""
+        model = FunctionalPCA(**self.get_params() | {"n_components": n, "tol": tol})
+        model._learn(Given(values, tuple(people), tuple(map(str, range(values.shape[2])))))
+        return model
+
+    def _estimate(self, values: np.ndarray, groups: np.ndarray, rank: int) -> np.ndarray:
+        """Set all parameters; returns the cycles (K, P, m) that the scores of `values` stand for."""
+        basis = sampled_basis(values.shape[1], self.n_harmonics)
+        centre = obs.group_centres(obs.column_sums(values, groups), basis)
+        if self.method == "svd":
+            found = fit_svd(Observations(values, basis, centre, groups), rank, self.tol, self.max_iter)
+            scores = found.scores
+        else:
+            telling = _telling(values, groups, rank, self.least_seen)
+            data = Observations(values[telling], basis, centre, groups[telling])
+            found = fit_ppca(data, rank, self.tol, self.max_iter, self.noise == "shared")
+            scores = found.infer(Observations(values, basis, centre, groups))
+        self.errors_, self.n_iter_, self.converged_ = np.array(found.errors), len(found.errors), found.converged
+        self._set(basis, found.means, found.components)
+        self.explained_variance_, self.white_variance_ = found.variance, found.noise
+        self.singular_values_ = np.sqrt((len(values) - len(found.means)) * found.variance)
+        fitted = np.tensordot(scores, basis @ found.components, axes=1) + (basis @ found.means)[groups]
+        self.residual_spectrum_ = np.zeros((len(found.noise), 0))
+        if self.residual_harmonics:
+            smooth, shares = sampled_basis(len(basis), self.residual_harmonics), np.isfinite(values).mean(axis=(1, 2))
+            rest = (values - fitted)[shares >= min(WHOLE, float(np.quantile(shares, 0.8)))]
+            told = residual_model(rest, smooth, found.noise, self.tol)
+            self.residual_spectrum_, self.white_variance_ = told
+        return fitted
+
+    def _chosen(self, given: Given) -> int:
+        """The number of components that `n_components` asks for."""
+        if isinstance(self.n_components, int | np.integer):
+            return int(self.n_components)
+        most = len(given.values) - (len(set(given.people)) if self.centre == "subject" else 1)
+        if self.n_components == "likelihood":
+            self.selection_ = choose_by_likelihood(self, given.values, given.people, most)
+            return self.selection_.best
+        return choose_by_share(self, given.values, given.people, most, float(self.n_components))
+
+    @property
+    def n_components_(self) -> int:
+        """The number of components q."""
+        self._check_fitted()
+        return len(self.components_)
+
+    @property
+    def explained_variance_ratio_(self) -> np.ndarray:
+        """(q,) λ as a share of the variance of the model, summed over phases and channels."""
+        self._check_fitted()
+        return self.explained_variance_ / (self.explained_variance_.sum() + self._noise_total())
+
+    @property
+    def noise_ratio_(self) -> float:
+        """What is left of the model's variance: the share of the residuals."""
+        self._check_fitted()
+        return float(self._noise_total() / (self.explained_variance_.sum() + self._noise_total()))
+
+    @property
+    def noise_variance_(self) -> np.ndarray:
+        """(m,) variance per sample of the residuals of each channel."""
+        self._check_fitted()
+        return self.white_variance_ + self.residual_spectrum_.sum(axis=1) / len(self.mean_)
+
+    @cached_property
+    def scores_(self) -> np.ndarray:
+        """(K, q) scores of the fitted cycles, relative to their group's mean."""
+        _, used, groups, _ = self._data("scores_ of other cycles are transform(values)")
+        return self._scores(used, groups, self.subject_coefficients_)[0]
 
     @cached_property
     def imputed_(self) -> np.ndarray:
-        """(K, P, m) the fitted cycles with gaps filled, computed when they are first asked for."""
-        self._check_fitted()
-        if not hasattr(self, "_fitted"):
-            raise ModelError("a model from a file doesn't hold its cycles: fill gaps with impute(values)")
-        return self._filled(*self._fitted, self.scores_, self.subject_means_)
+        """(K, P, m) the fitted cycles with gaps filled."""
+        values, used, groups, _ = self._data("fill gaps with impute(values)")
+        return np.where(np.isnan(values), self._distribution(self.subject_means_).fill(used, groups)[0], values)
 
-    def transform(self, values: ArrayLike) -> np.ndarray:
+    def transform(self, values: Cycles | ArrayLike, return_cov: bool = False) -> Any:
         """Scores (..., q) of cycles `values` (..., P, m), NaN where missing, relative to `mean_`.
 
         "ppca": posterior means, so a cycle without observed samples scores 0. "svd": least squares on the observed
-        samples.
+        samples. With `return_cov`, also the covariances (..., q, q) of the scores given what is seen.
 
         Raises:
             MotionError: another shape, or an infinite value.
         """
-        self._check_fitted()
-        values = np.asarray(values, dtype=np.float64)
-        if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
-            raise MotionError(
-                f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}; the channels "
-                f"are {', '.join(self.channels_)}"
-            )
-        flat = values.reshape(-1, *self.mean_.shape)
-        centre = self.mean_coefficients_[None]
-        data = Observations(flat, self._basis_of(len(self.mean_)), centre, np.zeros(len(flat), dtype=np.int64))
-        return self._scores(data, centre).reshape(*values.shape[:-2], -1)
+        flat, shape = self._checked(values)
+        scores, covariances = self._scores(flat, np.zeros(len(flat), dtype=np.int64), self.mean_coefficients_[None])
+        q = len(self.components_)
+        scores = scores.reshape(*shape, q)
+        return (scores, covariances.reshape(*shape, q, q)) if return_cov else scores
 
     def inverse_transform(self, scores: ArrayLike) -> np.ndarray:
-        """Cycles (..., P, m) with the given `scores` (..., q)."""
+        """Cycles (..., P, m) with the given `scores` (..., q), without residuals."""
         self._check_fitted()
         return self.mean_ + np.tensordot(np.asarray(scores, dtype=np.float64), self.components_, axes=1)
 
-    def impute(self, values: ArrayLike) -> np.ndarray:
-        """Cycles `values` (..., P, m) with gaps filled from the components and from the samples around each gap."""
-        self._check_fitted()
-        values = np.asarray(values, dtype=np.float64)
-        flat = values.reshape(-1, *self.mean_.shape)
-        scores = self.transform(flat)
+    def impute(
+        self, values: Cycles | ArrayLike, return_band: bool = False, *, level: float = 0.9, simultaneous: bool = False,
+        seed: int | np.random.Generator = 0,
+    ) -> Any:  # fmt: skip
+        """Cycles `values` (..., P, m) with gaps filled from the components and from the samples around each gap.
+
+        Args:
+            values: NaN where missing.
+            return_band: also return half the width (..., P, m) of a band around the filled samples, 0 at seen ones.
+            level: probability that the band holds a sample that was not seen; if `simultaneous`, all those of a cycle.
+            simultaneous: see `level`.
+            seed: int or Generator for the draws that simultaneous bands are computed from.
+
+        Raises:
+            MotionError: another shape, an infinite value, or a `level` that isn't between 0 and 1.
+        """
+        flat, shape = self._checked(values)
+        _check_level(level)
+        normals, scale = None, _normal_quantile(level)
+        if return_band and simultaneous:
+            size = self.explained_variance_.size + self.residual_spectrum_.size + self.mean_.size
+            normals, scale = random_generator(seed).standard_normal((DRAWS, size)), 1.0
         which = np.zeros(len(flat), dtype=np.int64)
-        return self._filled(selected(flat), which, scores, self.mean_[None]).reshape(values.shape)
+        filled, width = self._distribution(self.mean_[None]).fill(flat, which, normals, level)
+        filled = filled.reshape(*shape, *self.mean_.shape)
+        return (filled, scale * width.reshape(filled.shape)) if return_band else filled
+
+    def mean_band(
+        self, level: float = 0.9, simultaneous: bool = False, seed: int | np.random.Generator = 0
+    ) -> np.ndarray:
+        """Half the width (P, m) of a band around the mean: how well these people tell that of all people.
+
+        From the spread of people, each of whose cycles count together (`motionenv.models.fpca.mean_band`). With
+        `level` it holds the mean at each phase or, if `simultaneous`, a channel's mean at all phases; `seed` draws for
+        the latter. NaN where fewer than two people are seen.
+
+        Raises:
+            ModelError: not fitted here; a model file doesn't hold its cycles.
+            MotionError: `level` isn't between 0 and 1.
+        """
+        values, _, groups, people = self._data("a band needs the cycles themselves: fit again")
+        _check_level(level)
+        return mean_band(values - self.subject_means_[groups], people, level, simultaneous, random_generator(seed))
 
     def evaluate(self, scores: ArrayLike, phase: ArrayLike, derivative: int = 0) -> np.ndarray:
         """The model (..., m) at any phase, from its Fourier series: smooth and periodic in every derivative.
@@ -204,34 +344,42 @@ class FunctionalPCA(StoredModel):
             out[part] = (factors[:, None] * columns).reshape(len(terms), -1).T @ terms
         return out.reshape(*shape, m)
 
-    def sample(self, n: int, seed: int | np.random.Generator | None = None) -> np.ndarray:
-        """Draw `n` cycles (n, P, m) with scores from N(0, diag λ); `seed` is an int or a Generator."""
-        self._check_fitted()
-        normal = random_generator(seed).standard_normal((n, len(self.components_)))
-        return self.inverse_transform(normal * np.sqrt(self.explained_variance_))
+    def sample(self, n: int, seed: int | np.random.Generator | None = None, *, noise: bool = True) -> np.ndarray:
+        """Draw `n` cycles (n, P, m); `seed` is an int or a Generator.
 
-    def score_samples(self, scores: ArrayLike) -> np.ndarray:
-        """Log-density (...) of `scores` (..., q) under N(0, diag λ).
-
-        Excludes components without variance (λ at most 1e-12 of the largest), as in data of lower rank than q.
+        With `noise` they vary as what was seen; without, they are smooth walks: mean and components alone.
         """
         self._check_fitted()
-        varies = self.explained_variance_ > NO_VARIANCE * self.explained_variance_.max()
-        variance = self.explained_variance_[varies]
-        scores = np.asarray(scores, dtype=np.float64)[..., varies]
-        return -0.5 * (scores**2 / variance + np.log(2 * np.pi * variance)).sum(axis=-1)
+        rng = random_generator(seed)
+        drawn = self.inverse_transform(
+            rng.standard_normal((n, len(self.components_))) * np.sqrt(self.explained_variance_)
+        )
+        return drawn + self._distribution(self.mean_[None]).draw_residuals(n, rng) if noise else drawn
 
-    def score(self, values: np.ndarray) -> float:
-        """Mean log-density of the scores of cycles `values` (..., P, m)."""
-        return float(self.score_samples(self.transform(values)).mean())
+    def score_samples(self, values: Cycles | ArrayLike) -> np.ndarray:
+        """Log-likelihood (...) of the seen samples of each of the cycles `values` (..., P, m); 0 without any."""
+        flat, shape = self._checked(values)
+        which = np.zeros(len(flat), dtype=np.int64)
+        return self._distribution(self.mean_[None]).infer(flat, which).log_p.reshape(shape)
+
+    def score(self, values: Cycles | ArrayLike, y: None = None) -> float:
+        """Log-likelihood of the cycles `values` (..., P, m) per seen sample; `y` has no effect.
+
+        Raises:
+            GapError: no sample at all.
+        """
+        flat, _ = self._checked(values)
+        seen = int(np.isfinite(flat).sum())
+        if not seen:
+            raise GapError("these cycles have no samples, so the model can't be scored on them")
+        return float(self.score_samples(flat).sum() / seen)
 
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
         self._check_fitted()
         arrays = {name: getattr(self, name) for name in STORED}
-        settings = {name: getattr(self, name) for name in SETTINGS}
         labels = {"channels": self.channels_, "subjects": self.subjects_, "samples": len(self.mean_)}
-        return arrays, {"settings": settings, **labels, "n_cycles": self.n_cycles_}
+        return arrays, {"settings": self.get_params(), **labels, "n_cycles": self.n_cycles_}
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> FunctionalPCA:
@@ -240,34 +388,59 @@ class FunctionalPCA(StoredModel):
         model._check_settings()
         model.channels_, model.subjects_ = tuple(meta["channels"]), tuple(meta["subjects"])
         model.n_cycles_ = meta["n_cycles"]
-        q, n, m = model.n_components, 2 * model.n_harmonics - 1, len(model.channels_)
-        shapes: dict[str, tuple] = {"noise_variance_": (m,), "explained_variance_": (q,)}
-        shapes |= {"white_variance_": (m,), "residual_spectrum_": (m, max(0, 2 * model.residual_harmonics - 1))}
+        n, m = 2 * model.n_harmonics - 1, len(model.channels_)
+        q = len(arrays["explained_variance_"]) if not isinstance(model.n_components, int) else model.n_components
+        shapes: dict[str, tuple] = {"explained_variance_": (q,), "white_variance_": (m,)}
+        shapes |= {"residual_spectrum_": (m, max(0, 2 * model.residual_harmonics - 1))}
         shapes |= {"subject_coefficients_": (len(model.subjects_), n, m), "component_coefficients_": (q, n, m)}
         for name in STORED:
             if name in shapes and arrays[name].shape != shapes[name]:
                 raise ModelError(f"{name} has shape {arrays[name].shape}, expected {shapes[name]}: fit the model again")
             setattr(model, name, arrays[name])
-        model._set(model._basis_of(meta["samples"]), model.subject_coefficients_, model.component_coefficients_)
+        basis = sampled_basis(meta["samples"], model.n_harmonics)
+        model._set(basis, model.subject_coefficients_, model.component_coefficients_)
         return model
 
-    def _basis_of(self, samples):
-        return sampled_basis(samples, self.n_harmonics)
-
     def _check_settings(self):
-        if self.centre not in CENTRES or self.method not in FITS:
+        choices = {"centre": CENTRES, "method": METHODS, "noise": NOISES}
+        for name, possible in choices.items():
+            if getattr(self, name) not in possible:
+                raise MotionError(f"{name} must be one of {', '.join(possible)}, got {getattr(self, name)!r}")
+        q = self.n_components
+        whole = isinstance(q, int | np.integer) and not isinstance(q, bool) and q >= 1
+        if not (whole or q == "likelihood" or (isinstance(q, float) and 0 < q < 1)):
+            raise MotionError(f'n_components must be a number from 1 on, a share below 1 or "likelihood", got {q!r}')
+        if not 0 <= self.least_seen <= 1:
+            raise MotionError(f"least_seen must be a share from 0 to 1, got {self.least_seen}")
+        if self.residual_harmonics < 0 or not self.tol > 0 or self.max_iter < 1:
             raise MotionError(
-                f"centre must be one of {CENTRES}, method one of {tuple(FITS)}, got {self.centre!r}, {self.method!r}"
-            )
-        if self.n_components < 1 or self.residual_harmonics < 0 or not self.tol > 0 or self.max_iter < 1:
-            raise MotionError(
-                "n_components and max_iter must be at least 1, residual_harmonics at least 0 and tol above 0, got "
-                f"{self.n_components}, {self.max_iter}, {self.residual_harmonics}, {self.tol}"
+                "max_iter must be at least 1, residual_harmonics at least 0 and tol above 0, got "
+                f"{self.max_iter}, {self.residual_harmonics}, {self.tol}"
             )
 
     def _check_fitted(self):
         if not hasattr(self, "mean_coefficients_"):
             raise ModelError("this FunctionalPCA is not fitted: call fit(cycles) first, or motionenv.load(name)")
+
+    def _data(self, otherwise: str) -> tuple:
+        """Values, values used in their place, groups and people of the fitted cycles."""
+        self._check_fitted()
+        if not hasattr(self, "_fitted"):
+            raise ModelError(f"a model from a file doesn't hold its cycles: {otherwise}")
+        return self._fitted
+
+    def _checked(self, values) -> tuple[np.ndarray, tuple[int, ...]]:
+        """Cycles as an array (K, P, m), and the shape in which they came."""
+        self._check_fitted()
+        if isinstance(values, Cycles):
+            values = _given(values, self.channels_, None).values
+        values = np.asarray(values, dtype=np.float64)
+        if values.shape[-2:] != self.mean_.shape or np.isinf(values).any():
+            raise MotionError(
+                f"values must be finite or NaN, of shape (..., {self.mean_.shape}), got {values.shape}; the channels "
+                f"are {', '.join(self.channels_)}"
+            )
+        return values.reshape(-1, *self.mean_.shape), values.shape[:-2]
 
     def _set(self, basis, means, components):
         """Store people's means (G, n, m) and components (q, n, m), both in the basis; normalise signs."""
@@ -279,73 +452,74 @@ class FunctionalPCA(StoredModel):
         self.subject_means_ = basis @ self.subject_coefficients_
         self.mean_ = basis @ self.mean_coefficients_
 
-    def _describe(self, data: Observations):
-        """Set scores and shares of variance of the fitted cycles, and the model of their residuals."""
-        self._fitted = data.values, data.groups
-        self.scores_ = self._scores(data, self.subject_coefficients_)
+    def _noise_total(self) -> float:
+        return float(self.white_variance_.sum() * len(self.mean_) + self.residual_spectrum_.sum())
+
+    def _distribution(self, means: np.ndarray) -> Gaussian:
+        """The normal distribution of cycles about `means` (G, P, m)."""
         n, samples = self.residual_harmonics, len(self.mean_)
-        self.residual_spectrum_, self.white_variance_ = np.zeros((len(self.channels_), 0)), self.noise_variance_
-        if n:
-            given = self.subject_means_, self.components_, sampled_basis(samples, n)
-            rows = (data.groups, self.scores_)
-            moments = merged(over(_residual_moments, data.values, rows, given, data.executor))
-            self.residual_spectrum_, self.white_variance_ = residual_model(moments)
-        freedom = data.n - len(self.subject_means_)
-        self.singular_values_ = np.sqrt(freedom * self.explained_variance_)
-        total = data.sum_of_squares(self.subject_coefficients_) / data.n_seen * self.mean_.size * data.n / freedom
-        self.explained_variance_ratio_ = self.explained_variance_ / total
+        basis = sampled_basis(samples, n) if n else np.empty((samples, 0))
+        loadings = self.components_ * np.sqrt(self.explained_variance_)[:, None, None]
+        return Gaussian(means, loadings, basis, self.residual_spectrum_, self.white_variance_)
 
-    def _filled(self, values: Selected, groups, scores, means) -> np.ndarray:
-        """Cycles `values` (K, P, m) with gaps filled from components and the residuals around them.
-
-        `means` (G, P, m) are those of the groups, `groups` (K,) those of the cycles, `scores` (K, q).
-        """
-        n, samples = self.residual_harmonics, values.shape[1]
-        smooth = (sampled_basis(samples, n), self.residual_spectrum_, self.white_variance_) if n else None
-        out, done = np.empty(values.shape), 0
-        for part in over(_filled, values, (groups, scores), (means, self.components_, smooth)):
-            out[done : done + len(part)] = part
-            done += len(part)
-        return out
-
-    def _scores(self, data: Observations, means) -> np.ndarray:
-        """Scores (K, q) relative to the groups' `means` (G, n, m), given in the basis."""
+    def _scores(self, values: np.ndarray, groups: np.ndarray, means: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Scores (K, q) relative to the groups' `means` (G, n, m), given in the basis, and covariances (K, q, q)."""
+        basis = sampled_basis(len(self.mean_), self.n_harmonics)
+        found, scale = self._distribution(basis @ means).infer(values, groups), np.sqrt(self.explained_variance_)
+        covariances = found.covariance * scale[:, None] * scale
+        if self.method == "ppca":
+            return found.z * scale, covariances
         w = self.component_coefficients_.reshape(len(self.components_), -1).T
-        if self.method == "svd":
-            return _least_squares(data, w)
-        scale = np.sqrt(self.explained_variance_)
-        shift = (means - data.centre).reshape(len(means), -1)
-        return latent_means(data, Parameters(w * scale, shift, self.noise_variance_)) * scale
+        return _least_squares(Observations(values, basis, means, groups), w), covariances
 
 
-def _residual_moments(values, groups, scores, means, components, basis) -> tuple:
-    explained = _explained(groups, scores, means, components)
-    return residual_moments(np.subtract(values, explained, out=explained), basis)
+def _given(cycles: Any, channels: Sequence[str] | None, subjects: Sequence | None) -> Given:
+    """Cycles with the named channels; None is all."""
+    if isinstance(cycles, Cycles):
+        values, people, names = cycles.values, cycles.subject, cycles.channels
+    else:
+        try:
+            values = np.asarray(cycles, dtype=np.float64)
+        except (TypeError, ValueError):
+            values = np.empty(0)
+        if values.ndim != 3:
+            raise MotionError(
+                f"cycles must be Cycles, as motionenv.segment makes them, or an array (cycles, samples, channels); got "
+                f"{type(cycles).__name__}{f' of shape {values.shape}' if values.size else ''}"
+            )
+        people = tuple(str(s) for s in (range(len(values)) if subjects is None else subjects))
+        names = tuple(map(str, range(values.shape[2])))
+        if len(people) != len(values):
+            raise MotionError(f"subjects must label {len(values)} cycles, got {len(people)}")
+    if channels is None:
+        return Given(values, people, names)
+    unknown = [c for c in channels if c not in names]
+    if unknown or not channels:
+        raise MotionError(f"no channel is named {unknown}; the cycles have: {', '.join(names)}")
+    return Given(values[..., [names.index(c) for c in channels]], people, tuple(channels))
 
 
-def _explained(groups, scores, means, components) -> np.ndarray:
-    """Cycles (K, P, m) of given `scores` (K, q)."""
-    explained = np.tensordot(scores, components, axes=1)
-    explained += means if len(means) == 1 else means[groups]
-    return explained
+def _shown(given: Given) -> Given:
+    """The channels of which a sample is seen."""
+    seen = np.flatnonzero(np.isfinite(given.values).any(axis=(0, 1)))
+    if len(given.values) and not len(seen):
+        raise GapError(f"these cycles have no samples of any channel: {', '.join(given.channels)}")
+    return given._replace(values=given.values[..., seen], channels=tuple(given.channels[i] for i in seen))
 
 
-def _filled(values, groups, scores, means, components, smooth) -> np.ndarray:
-    """A block's cycles with gaps filled; `smooth` is basis, spectrum and white variance of the residuals, or None."""
-    explained = _explained(groups, scores, means, components)
-    if smooth is not None:
-        explained += expected_residual(values - explained, *smooth)
-    return np.where(np.isnan(values), explained, values)
+def _telling(values: np.ndarray, groups: np.ndarray, rank: int, least: float) -> np.ndarray:
+    """Which cycles (K,) show enough to tell about components; all if too few do, or none of a group or of a sample."""
+    shares = np.isfinite(values).mean(axis=(1, 2))
+    telling = shares >= least * shares.max()
+    kept = len(np.unique(groups[telling]))
+    enough = kept == len(np.unique(groups)) and telling.sum() >= rank + kept
+    return telling if enough and np.isfinite(values[telling]).any(axis=(0, 1)).all() else shares >= 0
 
 
 def _least_squares(data: Observations, w) -> np.ndarray:
     """Least-squares scores (K, q) on each cycle's seen samples; the shortest if underdetermined."""
-    curves = obs.functions(w, data.basis, len(data.squares))
-    products = obs.triangle(curves[..., :, None] * curves[..., None, :])
-    return np.concatenate(list(data.each(_block_least_squares, w, products)))
-
-
-def _block_least_squares(data: Block, w, products) -> np.ndarray:
+    curves_ = obs.functions(w, data.basis, len(data.squares))
+    products = obs.triangle(curves_[..., :, None] * curves_[..., None, :])
     normal, right = np.eye(w.shape[1]) - obs.from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
     # All eigenvalues lie in [0, 1], so the least is at least the determinant.
     safe = np.linalg.det(normal) > SAFE
@@ -355,21 +529,15 @@ def _block_least_squares(data: Block, w, products) -> np.ndarray:
     return scores
 
 
-def _select(cycles: Cycles | StoredCycles, channels) -> Selected:
-    """Values (K, P, m) of the named channels; None is all."""
-    if channels is None:
-        return selected(cycles.values)
-    unknown = [c for c in channels if c not in cycles.channels]
-    if unknown or not channels:
-        raise MotionError(f"no channel is named {unknown}; the cycles have: {', '.join(cycles.channels)}")
-    return selected(cycles.values, [cycles.channels.index(c) for c in channels])
+def _normal_quantile(level: float) -> float:
+    from scipy.special import ndtri
+
+    return float(ndtri(0.5 + level / 2))
 
 
-def _shown(values: Selected, columns: Columns, channels) -> tuple[Selected, Columns]:
-    seen = np.flatnonzero(columns.count.any(axis=(0, 1))).tolist()
-    if not seen:
-        raise GapError(f"these cycles have no samples of any channel: {', '.join(channels)}")
-    return selected(values.values, seen), columns.of(seen)
+def _check_level(level: float):
+    if not 0 < level < 1:
+        raise MotionError(f"level must be between 0 and 1, got {level}")
 
 
 def _check_numbers(cycles: int, rank: int, people: int):
@@ -380,7 +548,7 @@ def _check_numbers(cycles: int, rank: int, people: int):
         )
 
 
-def _check_columns(columns: obs.Columns, channels):
+def _check_columns(columns: Columns, channels):
     """Check that values are finite, that each channel is observed, and that something varies."""
     if not np.isfinite(columns.total).all():
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")
@@ -389,3 +557,7 @@ def _check_columns(columns: obs.Columns, channels):
         raise GapError(f"no samples of {', '.join(empty)}: leave them out with channels=")
     if not (columns.high.max(axis=0) > columns.low.min(axis=0)).any():
         raise MotionError("these cycles are constant, so they have no components: check the data")
+
+
+def _warn(text: str):
+    warnings.warn(text, FitWarning, stacklevel=3)

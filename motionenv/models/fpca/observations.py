@@ -7,19 +7,15 @@ by the number of gaps, not of samples (`motionenv.models.fpca._gap_kernels`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from motionenv._core.threads import in_chunks
-from motionenv.models.storage.blocks import CHUNK, block_slices, merged, over, selected
 
-KEPT = 2**26, 0.12  # bytes, or share of values in memory, of blocks that are kept; others are prepared for each pass
+CHUNK = 250  # cycles that a thread takes, at least
 _TOGETHER = 32  # cycles projected on the basis at a time; small enough for the cache
 
 
@@ -32,30 +28,16 @@ class Columns:
     low: np.ndarray  # (P, m) least value, inf without samples
     high: np.ndarray  # (P, m) greatest value, -inf without samples
 
-    def of(self, channels: list[int]) -> Columns:
-        """Those of some `channels` only."""
-        return replace(self, **{name: value[..., channels] for name, value in vars(self).items()})
 
-
-def column_sums(values: Any, groups: np.ndarray, executor: Executor | None = None) -> Columns:
-    """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0.
-
-    Values are as of `Observations`, and so is the `executor`.
-    """
-    n_groups = int(groups.max(initial=0)) + 1
-    found = list(over(_columns, selected(values), (groups,), (n_groups,), executor))
-    total, count = merged((c.total, c.count) for c in found)
-    return Columns(total, count, np.min([c.low for c in found], axis=0), np.max([c.high for c in found], axis=0))
-
-
-def _columns(values, groups, n_groups: int) -> Columns:
+def column_sums(values: np.ndarray, groups: np.ndarray) -> Columns:
+    """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0."""
     from motionenv.models.fpca._gap_kernels import columns
 
     k, p, m = values.shape
     flat = np.ascontiguousarray(values).reshape(k, -1)
 
     def add(start, stop):
-        total, count = np.zeros((2, n_groups, p * m))
+        total, count = np.zeros((2, int(groups.max(initial=0)) + 1, p * m))
         part = Columns(total, count, np.full(p * m, np.inf), np.full(p * m, -np.inf))
         columns(start, stop, flat, groups, part.total, part.count, part.low, part.high)
         return part
@@ -88,136 +70,76 @@ def group_centres(columns: Columns, basis: np.ndarray) -> np.ndarray:
     return centre + basis.T @ np.where(columns.count > 0, own, 0.0)
 
 
-@dataclass(frozen=True)
-class Totals:
-    """Sums over all cycles; of blocks, they are added."""
-
-    squares: np.ndarray  # (m,) squared deviations of the observed samples
-    y_sum: np.ndarray  # (G, n·m) coefficients
-    sizes: np.ndarray  # (G,) numbers of cycles
-    n_missing: np.ndarray  # (G, P·m) numbers of cycles that lack each sample
-
-
 class Observations:
-    """Cycles prepared for a fit, block by block: sums over all of them, and work on each block.
-
-    Args:
-        values: (K, P, m), NaN where missing: an array, `motionenv.cycles.CycleFiles` or `blocks.Selected`.
-        basis: (P, n) orthonormal.
-        centre: (G, n, m) coefficients of the function subtracted from each group's cycles.
-        groups: (K,) group of each cycle, 0 … G - 1.
-        executor: computes blocks; None computes them in this process.
-
-    Attributes:
-        values, basis, centre, groups, executor: the arguments.
-        n: number of cycles K.
-        n_seen: number of observed samples.
-        squares, y_sum, sizes, n_missing: see `Totals`.
-    """
-
-    def __init__(
-        self, values: Any, basis: np.ndarray, centre: np.ndarray, groups: ArrayLike, executor: Executor | None = None
-    ) -> None:
-        self.values, self.basis, self.centre, self.executor = selected(values), basis, centre, executor
-        self.groups = np.asarray(groups, dtype=np.int64)
-        self.n, p, m = self.values.shape
-        self._kept: list[Block] = []
-        if executor is None:
-            self._kept = [Block(self.values[some], basis, centre, self.groups[some]) for some in self._keepable()]
-        totals = Totals(*merged(tuple(vars(found).values()) for found in self.each(_totals)))
-        self.squares, self.y_sum, self.sizes, self.n_missing = vars(totals).values()
-        self.n_seen = self.n * p * m - self.n_missing.sum()
-
-    def each(self, work: Callable, *given, rows: tuple[np.ndarray, ...] = ()) -> Iterator:
-        """work(block, *rows of its cycles, *given) of each `Block`, in order; see `blocks.over`."""
-        every, prepared = block_slices(self.values.shape), partial(_prepared, work, self.basis, self.centre)
-        for block, part in zip(self._kept, every, strict=False):
-            yield work(block, *(row[part] for row in rows), *given)
-        rest = every[len(self._kept) :]
-        yield from over(prepared, self.values, (self.groups, *rows), given, self.executor, rest)
-
-    def _keepable(self) -> list[slice]:
-        """The first blocks, whose coefficients may be kept from pass to pass."""
-        least, share = KEPT
-        each, size = self.centre[0].nbytes, 8 * self.basis.shape[0] * self.centre.shape[2]
-        most = max(least, share * self.n * size if self.values.in_memory else 0)
-        return [part for part in block_slices(self.values.shape) if part.stop * each <= most]
-
-    def sum_of_squares(self, means: np.ndarray) -> float:
-        """Sum of squared deviations of all observed samples from the groups' `means` (G, n, m) in the basis."""
-        shift = means - self.centre
-        seen = self.sizes[:, None] - self.n_missing
-        curves = (self.basis @ shift).reshape(seen.shape)
-        cross = (self.y_sum * shift.reshape(self.y_sum.shape)).sum()
-        return float(self.squares.sum() - 2 * cross + (seen * curves**2).sum())
-
-    def every(self, step: int) -> Observations:
-        """A subset, in memory: one of every `step` cycles."""
-        return Observations(self.values[::step], self.basis, self.centre, self.groups[::step])
-
-
-def _prepared(work: Callable, basis, centre, values, groups, *more):
-    return work(Block(values, basis, centre, groups), *more)
-
-
-def _totals(block: Block) -> Totals:
-    return block.totals()
-
-
-class Block:
-    """Some cycles: coefficients of their zero-filled deviations from the centre, and their gaps.
+    """Cycles prepared for a fit: coefficients of their zero-filled deviations from the centre, gaps, and sums.
 
     Args:
         values: (K, P, m), NaN where missing.
-        basis, centre, groups: as of `Observations`.
+        basis: (P, n) orthonormal.
+        centre: (G, n, m) coefficients of the function subtracted from each group's cycles.
+        groups: (K,) group of each cycle, 0 … G - 1.
 
     Attributes:
-        basis, centre, groups: the arguments.
+        values, basis, centre, groups: the arguments.
+        n: number of cycles K.
         coefficients: (K, n·m).
-        square: (K, m) sums of squared deviations of the observed samples.
         offsets, runs: runs[offsets[k] : offsets[k + 1]] are cycle k's gaps.
+        square: (K, m) sums of squared deviations of the observed samples, of each cycle.
+        squares: (m,) of all cycles.
+        y_sum: (G, n·m) sums of coefficients.
+        sizes: (G,) numbers of cycles.
+        n_missing: (G, P·m) numbers of cycles that lack each sample.
+        n_seen: number of observed samples.
     """
 
-    def __init__(self, values: ArrayLike, basis: np.ndarray, centre: np.ndarray, groups: np.ndarray) -> None:
-        values = np.ascontiguousarray(values)
-        k = len(values)
-        self.basis, self.centre, self.groups = basis, centre, groups
-        self.coefficients = np.empty((k, centre[0].size))
-        self.square = np.zeros((k, values.shape[2]))
-        n_runs, curves = np.zeros(k, dtype=np.int64), basis @ centre
-        gaps = in_chunks(lambda start, stop: self._observe(start, stop, values, curves, n_runs), k, CHUNK)
+    def __init__(self, values: np.ndarray, basis: np.ndarray, centre: np.ndarray, groups: ArrayLike) -> None:
+        self.values, self.basis, self.centre = np.ascontiguousarray(values), basis, centre
+        self.groups = np.asarray(groups, dtype=np.int64)
+        self.n, p, m = self.values.shape
+        self.coefficients = np.empty((self.n, centre[0].size))
+        self.square = np.zeros((self.n, m))
+        n_runs, curves = np.zeros(self.n, dtype=np.int64), basis @ centre
+        gaps = in_chunks(lambda start, stop: self._observe(start, stop, curves, n_runs), self.n, CHUNK)
         self.runs, self.offsets = np.concatenate(gaps), np.r_[0, np.cumsum(n_runs)]
+        self.squares, self.sizes = (
+            self.square.sum(axis=0),
+            np.bincount(self.groups, minlength=len(centre)).astype(float),
+        )
+        self.y_sum, self.n_missing = self._group_sums()
+        self.n_seen = self.n * p * m - self.n_missing.sum()
 
-    def _observe(self, start, stop, values, curves, n_runs):
+    def every(self, step: int) -> Observations:
+        """A subset: one of every `step` cycles."""
+        return Observations(self.values[::step], self.basis, self.centre, self.groups[::step])
+
+    def _observe(self, start, stop, curves, n_runs):
         """Coefficients and squares of some cycles; returns their gaps."""
         from motionenv.models.fpca._gap_kernels import observe, project
 
-        _, p, m = values.shape
+        _, p, m = self.values.shape
         rows = np.ascontiguousarray(self.basis.T)
         runs, found = np.empty(((stop - start) * m * ((p + 1) // 2), 2), dtype=np.int32), 0
         for first in range(start, stop, _TOGETHER):
             last = min(first + _TOGETHER, stop)
             y = np.empty((p, last - first, m))
-            found = observe(first, last, values, self.groups, curves, y, self.square, n_runs, runs, found)
+            found = observe(first, last, self.values, self.groups, curves, y, self.square, n_runs, runs, found)
             projected = np.empty((len(rows), (last - first) * m))
             project(rows, y.reshape(p, -1), projected)
             by_cycle = projected.reshape(-1, last - first, m).transpose(1, 0, 2)
             self.coefficients[first:last] = by_cycle.reshape(last - first, -1)
         return runs[:found].copy()
 
-    def totals(self) -> Totals:
-        """Sums over these cycles."""
+    def _group_sums(self) -> tuple[np.ndarray, np.ndarray]:
+        """`y_sum` and `n_missing`."""
         from motionenv.models.fpca._gap_kernels import group_sums
 
-        g, m, size = len(self.centre), self.square.shape[1], self.centre[0].size
-        p = len(self.basis)
-        y_sum = np.zeros((g, size))
+        g, (_, p, m) = len(self.centre), self.values.shape
+        y_sum = np.zeros((g, self.centre[0].size))
         group_sums(self.coefficients, self.groups, y_sum)
         group = np.repeat(self.groups, np.diff(self.offsets)) * (p + 1) * m
         begin, end = (np.bincount(group + self.runs[:, i], minlength=g * (p + 1) * m) for i in (0, 1))
         n_missing = np.cumsum((begin - end).reshape(g, p + 1, m), axis=1)[:, :-1].reshape(g, -1).astype(float)
-        sizes = np.bincount(self.groups, minlength=g).astype(float)
-        return Totals(self.square.sum(axis=0), y_sum, sizes, n_missing)
+        return y_sum, n_missing
 
     def gap_sums(self, columns: np.ndarray) -> np.ndarray:
         """Sums (K, c) over each cycle's missing samples of `columns` (P, m, c)."""
@@ -249,25 +171,25 @@ def missed(edges: np.ndarray, m: int) -> np.ndarray:
 
 def in_parts(
     kernel: Callable,
-    block: Block,
+    data: Observations,
     tables: Sequence[np.ndarray],
     found: Sequence[np.ndarray],
     shapes: Sequence[tuple[int, ...]],
     *more,
 ) -> list[np.ndarray]:
-    """Run a kernel over the cycles of a block in threads, each with its own tallies; return the sums of these.
+    """Run a kernel over the cycles of `data` in threads, each with its own tallies; return the sums of these.
 
     The kernel, from `_gap_kernels`, takes (start, stop, data, tables, found, tallies, …): `tables` are read-only input,
     `found` is output by cycle, `shapes` are those of the tallies, and `more` further arguments.
     """
-    given = (block.coefficients, block.groups, block.offsets, block.runs)
+    given = (data.coefficients, data.groups, data.offsets, data.runs)
 
     def part(start, stop):
         tallies = tuple(np.zeros(shape) for shape in shapes)
         kernel(start, stop, given, tables, found, tallies, *more)
         return tallies
 
-    return [sum(parts) for parts in zip(*in_chunks(part, len(block.groups), CHUNK), strict=True)]
+    return [sum(parts) for parts in zip(*in_chunks(part, data.n, CHUNK), strict=True)]
 
 
 def triangle(symmetric: np.ndarray) -> np.ndarray:

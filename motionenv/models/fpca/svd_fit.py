@@ -10,21 +10,20 @@ that of fig. 8, after fewer passes, each far cheaper than an SVD.
 import numpy as np
 
 from motionenv.models.fpca import observations as obs
-from motionenv.models.fpca.em_fit import FLOOR, WARM, Anderson, first_parameters
-from motionenv.models.fpca.observations import Block, Observations
-from motionenv.models.storage.blocks import merged
+from motionenv.models.fpca.em_fit import FLOOR, WARM, Anderson, Fit, first_parameters
+from motionenv.models.fpca.observations import Observations
 
 REPEATS = 3  # imputations per pass, of scores and of components
 OVERSAMPLING = 2  # factor on q for the first components of a large fit (Halko, Martinsson & Tropp 2011)
 LEAST = 1e-6  # relative error that counts as zero; its square is of the order of rounding errors
 
 
-def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
+def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> Fit:
     """Fig. 8 in the real orthonormal basis, in which Theorem 1 holds; means are those of the groups' observed samples.
 
-    Stops when each of two iterations in a row gains less than the fraction `tol` of the error. Returns what
-    `em_fit.fit_ppca` does. But errors are ‖X⁽²⁾ - X⁽⁵⁾‖ with the gaps of X⁽²⁾ filled from X⁽⁵⁾, that is, the root of
-    the squared error on the observed samples; noise is the mean square of their residuals.
+    Stops when each of two iterations in a row gains less than the fraction `tol` of the error: ‖X⁽²⁾ - X⁽⁵⁾‖ with the
+    gaps of X⁽²⁾ filled from X⁽⁵⁾, that is, the root of the squared error on the observed samples. Noise is the mean
+    square of their residuals.
     """
     if data.n < 2 * WARM:
         loadings = np.linalg.qr(first_parameters(data, rank).w)[0]
@@ -32,14 +31,15 @@ def fit_svd(data: Observations, rank: int, tol: float, max_iter: int) -> tuple:
         wide = np.linalg.qr(first_parameters(data, OVERSAMPLING * rank).w)[0]
         wide, z, *_ = _descend(data, wide, tol, 1)
         loadings = wide @ np.linalg.eigh(z.T @ z)[1][:, : -rank - 1 : -1]
-    loadings, z, noise, errors = _descend(data, loadings, tol, max_iter)
+    loadings, z, noise, errors, converged = _descend(data, loadings, tol, max_iter)
     _, s, vt = np.linalg.svd(z, full_matrices=False)
     components = (loadings @ vt.T).T.reshape(rank, *data.centre.shape[1:])
-    return data.centre, components, s**2 / (len(z) - len(data.centre)), noise, errors
+    variance = s**2 / (len(z) - len(data.centre))
+    return Fit(data.centre, components, variance, noise, z @ vt.T, errors, converged)
 
 
 def _descend(data: Observations, loadings, tol, max_iter):
-    """Loadings (n·m, q), scores (K, q), noise (m,) and errors at convergence, from orthonormal starting loadings."""
+    """Loadings (n·m, q), scores (K, q), noise (m,), errors, and whether they converged, from orthonormal loadings."""
     m, total, least = len(data.squares), data.squares.sum(), LEAST**2 * data.squares.sum()
     z = np.zeros((data.n, loadings.shape[1]))
     errors: list[float] = []
@@ -54,7 +54,7 @@ def _descend(data: Observations, loadings, tol, max_iter):
         small = small + 1 if errors and errors[-1] - error <= tol * errors[-1] else 0
         errors.append(error)
         if len(errors) >= max_iter or small == 2:  # a single small gain may come from a poor extrapolation
-            return loadings, z, _noise(data, loadings, zz, missing_zz, yz), errors
+            return loadings, z, _noise(data, loadings, zz, missing_zz, yz), errors, small == 2
         following, turn = _orthonormal(_regress(data.basis, loadings, zz, missing_zz, yz, m))
         plain = following, z @ turn
         loadings, z = _orthonormal(ahead.propose(loadings, following))[0], plain[1]
@@ -66,28 +66,14 @@ def _imputed(data: Observations, loadings, z):
     The sums: squared errors on the seen samples less y², z zᵀ (q, q), the same over the cycles that lack each sample
     (D, q, q), and y zᵀ (n·m, q).
     """
+    from motionenv.models.fpca._gap_kernels import impute_scores
+
     q, m = loadings.shape[1], len(data.squares)
     curves = obs.functions(loadings, data.basis, m)
     outer = obs.running(obs.triangle(curves[..., :, None] * curves[..., None, :])).reshape(-1, q * (q + 1) // 2)
-    found = []
-
-    def kept(parts):
-        for scores, *sums in parts:
-            found.append(scores)
-            yield sums
-
-    squares, zz, yz, edges = merged(kept(data.each(_impute, np.ascontiguousarray(loadings.T), outer, rows=(z,))))
-    return np.concatenate(found), squares, zz, obs.from_triangle(obs.missed(edges, m), q), yz.T
-
-
-def _impute(block: Block, z, loadings, outer) -> tuple:
-    """`_imputed` of a block, with loadings (q, n·m) and cumulative sums of products of their curves."""
-    from motionenv.models.fpca._gap_kernels import impute_scores
-
-    z, squares = z.copy(), np.empty(len(z))
-    shapes = [loadings.shape, outer.shape]
-    yz, edges = obs.in_parts(impute_scores, block, (loadings, outer), (z, squares), shapes, REPEATS)
-    return z, squares.sum(), z.T @ z, yz, edges
+    z, squares, rows = z.copy(), np.empty(data.n), np.ascontiguousarray(loadings.T)
+    yz, edges = obs.in_parts(impute_scores, data, (rows, outer), (z, squares), [rows.shape, outer.shape], REPEATS)
+    return z, squares.sum(), z.T @ z, obs.from_triangle(obs.missed(edges, m), q), yz.T
 
 
 def _orthonormal(w):

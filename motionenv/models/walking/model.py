@@ -9,6 +9,7 @@ the root's height.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -23,7 +24,7 @@ from motionenv._core.validation import checked_number, checked_whole, random_gen
 from motionenv.arguments import Request
 from motionenv.body.gaps import known_markers
 from motionenv.body.skeleton import NODES, limb_radii, symmetric
-from motionenv.errors import GapError, ModelError, MotionError
+from motionenv.errors import FitWarning, GapError, ModelError, MotionError
 from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.fpca.model import FunctionalPCA
@@ -129,7 +130,11 @@ class WalkingModel(GaitModel):
         cycles = captured_cycles(motions, walks, subjects)
         self.__dict__.pop("_tables", None)
         rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
-        fpca = FunctionalPCA(rank, self.n_harmonics).fit(cycles)
+        # With least_seen=0.5 the second component would have two thirds of its variance: for the next shipped models.
+        fpca = FunctionalPCA(rank, self.n_harmonics, residual_harmonics=0, least_seen=0.0, max_iter=2000)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FitWarning)  # what they advise isn't an argument here
+            fpca.fit(cycles)
         _check_legs(fpca.channels_)
         self.fpca_ = fpca
         self.proportions_ = symmetric(np.mean([m.skeleton.offsets / m.skeleton.height for m in motions], axis=0))
@@ -161,7 +166,7 @@ class WalkingModel(GaitModel):
 
     def _fitted_pace(self, rows: np.ndarray, people: list[str]) -> Pace:
         """Effect of speed, from trials' (scores, log stride time, log speed) and the strides of synthetic walks."""
-        fpca, q = self.fpca_, self.fpca_.n_components
+        fpca, q = self.fpca_, self.fpca_.n_components_
         spread = 1.5 * root_of(self.person_covariance_[:q, :q])  # a little wider than people
         scores = self.person_mean_[:q] + np.random.default_rng(0).standard_normal((_DRAWN, q)) @ spread
         speeds = self.crowd(scores)[1]
@@ -459,9 +464,9 @@ class WalkingModel(GaitModel):
         """Restore a model from `arrays` and `meta` of `to_arrays`; a ModelError if shapes are inconsistent."""
         parts = {name.removeprefix("fpca_"): value for name, value in arrays.items() if name.startswith("fpca_")}
         fpca = FunctionalPCA.from_arrays(parts, meta["fpca"])
-        model = cls(fpca.n_components, fpca.n_harmonics)
+        model = cls(fpca.n_components_, fpca.n_harmonics)
         model.fpca_, model.height_ = fpca, float(meta["height"])
-        q = fpca.n_components
+        q = fpca.n_components_
         shapes = {"proportions_": (16, 3), "person_mean_": (q + 2,), "person_covariance_": (q + 2, q + 2)}
         for name in _STORED:
             if arrays[name].shape != shapes.get(name, (q, q)):
@@ -473,7 +478,7 @@ class WalkingModel(GaitModel):
     def _check_stride(self, stride: WalkerScores, n: int) -> None:
         if len(stride.seconds) != n:
             raise MotionError(f"stride holds {len(stride.seconds)} walkers, but n is {n}: they must agree")
-        seconds, want = np.asarray(stride.seconds), (n, self.fpca_.n_components)
+        seconds, want = np.asarray(stride.seconds), (n, self.fpca_.n_components_)
         if np.shape(stride.scores) != want or not np.isfinite(stride.scores).all() or seconds.shape != (n,):
             raise MotionError(f"stride must hold finite scores {want} and stride times ({n},), as sample() draws them")
         if not (0.0 < seconds.min() and seconds.max() < np.inf):

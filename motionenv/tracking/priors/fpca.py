@@ -127,7 +127,7 @@ class FPCAPrior(SizedPrior):
             )
         self.fps = checked_fps(fps)
         self.skeleton = model.skeleton() if skeleton is None else skeleton
-        q = model.fpca_.n_components
+        q = model.fpca_.n_components_
         self._covariance = model.person_covariance_[:q, :q] + model.cycle_covariance_
         self.root = np.linalg.cholesky(self._covariance)
         self.log_pace = -float(model.person_mean_[q])
@@ -267,7 +267,7 @@ def _tabulated(model: WalkingModel, height: float) -> np.ndarray:
 
     Foot contact makes the root's motion a nonlinear function of the angles; its components are central differences.
     """
-    q = model.fpca_.n_components
+    q = model.fpca_.n_components_
     mean, deviation = model.person_mean_[:q], np.sqrt(np.diag(model.person_covariance_)[:q])
     scores = mean + np.concatenate([np.zeros((1, q)), np.diag(deviation), -np.diag(deviation)])
     seconds = np.full(len(scores), np.exp(model.person_mean_[q]))

@@ -15,7 +15,6 @@ from motionenv.models.eigenwalkers.fourier_series import (
     later,
     mirrored,
 )
-from motionenv.models.eigenwalkers.table import Rows
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
 from motionenv.models.storage.model_file import save_model
@@ -112,9 +111,7 @@ def test_the_phase_in_which_walks_come_does_not_matter(phase):
 def test_lifting_left_out_people_is_the_conditional_gaussian(model, people):
     """The short way by scores against Gauss' formulas with the whole covariance (225, 225), ten markers seen."""
     w = np.stack([a.coefficients for a in people[0][:3]])
-    out = walkerprior._LeftOut(
-        Rows(w.reshape(-1, 75, 3)), np.ones(3), model.mean_, model.components_, model.explained_variance_
-    )
+    out = walkerprior._LeftOut(w, np.ones(3), model.mean_, model.components_, model.explained_variance_)
     seen, alpha = np.arange(15) % 3 > 0, 0.7
     c, s = np.cos(alpha), np.sin(alpha)
     shown = np.kron(np.diag(np.tile(seen, 5).astype(float)), [[c, s, 0], [0, 0, 1]])[np.repeat(np.tile(seen, 5), 2)]
@@ -250,9 +247,7 @@ def nested(captured) -> tuple[float, np.ndarray, np.ndarray]:
         out = people == person
         prior = WalkerPrior().fit([w for w, o in zip(walkers, out, strict=True) if not o], people[~out])
         w = np.stack([w.coefficients for w, o in zip(walkers, out, strict=True) if o])
-        left = walkerprior._LeftOut(
-            Rows(w.reshape(-1, 75, 3)), np.ones(len(w)), prior.mean_, prior.components_, prior.explained_variance_
-        )
+        left = walkerprior._LeftOut(w, np.ones(len(w)), prior.mean_, prior.components_, prior.explained_variance_)
         held = []
         for alpha in np.radians(np.arange(-90, 91, 10)):
             error, variance = walkerprior._lifted(left, prior.noise_, alpha, np.ones(15, dtype=bool), w)

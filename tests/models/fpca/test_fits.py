@@ -9,11 +9,9 @@ from motionenv.models.fpca.em_fit import (
     Parameters,
     e_step,
     first_parameters,
-    latent_means,
     log_likelihood,
     m_step,
     posterior_of,
-    tables_of,
 )
 from motionenv.models.fpca.fourier_basis import sampled_basis
 from motionenv.models.fpca.model import FunctionalPCA
@@ -29,12 +27,10 @@ def test_posterior_and_likelihood_are_those_of_the_dense_gaussian():
     w, mean, centre = rng.standard_normal((15, 2)), rng.standard_normal((1, 15)), rng.standard_normal((1, 5, 3))
     parameters = Parameters(w, mean, np.array([0.3, 0.5, 0.8]))
     data = Observations(values, basis, centre, np.zeros(5, int))
-    (block,) = data.each(lambda block: block)
-    found = posterior_of(block, tables_of(basis, parameters))
+    found = posterior_of(data, parameters)
     z, covariance = found.z, found.covariance
-    loglik = 0.5 * (found.twice - block.square @ (1 / parameters.noise))
+    loglik = 0.5 * (found.twice - data.square @ (1 / parameters.noise))
     assert log_likelihood(data, parameters.noise, e_step(data, parameters)) == pytest.approx(loglik.sum())
-    np.testing.assert_array_equal(latent_means(data, parameters), z)
     loading = functions(w, basis, 3).reshape(-1, 2)
     level, noise = (functions(mean.T, basis, 3)[..., 0] + basis @ centre[0]).ravel(), np.tile(parameters.noise, 12)
     for k, y in enumerate(values.reshape(5, -1)):
@@ -124,15 +120,16 @@ def test_errors_and_noise_are_those_of_the_samples_that_are_seen():
     values, basis = with_gaps(low_rank(30, 32, 2, 2, noise=0.2)[0])[0], sampled_basis(32, 6)
     groups = np.zeros(30, dtype=int)
     data = Observations(values, basis, group_centres(column_sums(values, groups), basis), groups)
-    centre, components, variance, noise, errors = fit_svd(data, 2, 1e-12, 2000)
-    curves = (basis @ components).reshape(2, -1)
-    rest = (values - basis @ centre[0]).reshape(30, -1)
+    found = fit_svd(data, 2, 1e-12, 2000)
+    curves = (basis @ found.components).reshape(2, -1)
+    rest = (values - basis @ found.means[0]).reshape(30, -1)
     for row in rest:
         seen = np.isfinite(row)
         row[seen] -= curves[:, seen].T @ np.linalg.lstsq(curves[:, seen].T, row[seen], rcond=None)[0]
-    np.testing.assert_allclose(errors[-1], np.sqrt(np.nansum(rest**2)), rtol=1e-5)
-    np.testing.assert_allclose(noise, np.nanmean(rest.reshape(30, 32, 2) ** 2, axis=(0, 1)), rtol=1e-3)
-    assert variance[0] > variance[1] > 0
+    np.testing.assert_allclose(found.errors[-1], np.sqrt(np.nansum(rest**2)), rtol=1e-5)
+    np.testing.assert_allclose(found.noise, np.nanmean(rest.reshape(30, 32, 2) ** 2, axis=(0, 1)), rtol=1e-3)
+    assert found.variance[0] > found.variance[1] > 0
+    assert found.converged
 
 
 def linear(n, seed=0):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import norm
+from scipy.stats import multivariate_normal
+from sklearn.decomposition import PCA, FactorAnalysis
 
 from benchmarks.models.imputation import hide_blocks, imputation_error
 from motionenv.errors import GapError, ModelError, MotionError
@@ -14,15 +15,22 @@ from motionenv.models.registry import load
 from tests.models.fpca.made_cycles import as_cycles, low_rank, with_gaps
 
 
-@pytest.mark.parametrize("method", ["svd", "ppca"])
-def test_directions_without_variance_do_not_count(method):
-    values = low_rank(k=20, q=2, noise=0.0)[0]
-    model = FunctionalPCA(4, n_harmonics=6, method=method, residual_harmonics=0).fit(as_cycles(values))
-    model.explained_variance_[2:] = 0.0
-    expected = norm(0, np.sqrt(model.explained_variance_[:2])).logpdf(model.scores_[:, :2]).sum(axis=1)
-    np.testing.assert_allclose(model.score_samples(model.scores_), expected)
+def dense(model: FunctionalPCA) -> multivariate_normal:
+    """The distribution of a whole cycle, as a vector of P·m samples."""
+    samples, m = model.mean_.shape
+    n = model.residual_harmonics
+    basis = sampled_basis(samples, n) if n else np.empty((samples, 0))
+    residual = np.zeros((samples, m, samples, m))
+    for a in range(m):
+        smooth = basis * model.residual_spectrum_[a] @ basis.T
+        residual[:, a, :, a] = smooth + model.white_variance_[a] * np.eye(samples)
+    flat = model.components_.reshape(len(model.components_), -1)
+    return multivariate_normal(
+        model.mean_.ravel(), flat.T * model.explained_variance_ @ flat + residual.reshape(m * samples, -1)
+    )
 
 
+@pytest.mark.filterwarnings("ignore::motionenv.errors.FitWarning")
 @settings(max_examples=60, deadline=None)
 @given(
     k=st.integers(4, 14), q=st.integers(1, 3), share=st.floats(0, 0.7), noise=st.sampled_from([0.0, 1e-4, 0.3, 30.0]),
@@ -105,21 +113,101 @@ def test_evaluate_is_the_written_out_series(gappy, derivative):
         assert model.evaluate(scores[0, 0], np.zeros(shape)).shape == (*shape, 4)
 
 
-def test_samples_have_the_models_mean_and_variance_and_come_back_by_seed(gappy):
-    model = FunctionalPCA(3, n_harmonics=10).fit(as_cycles(gappy[2]))
-    drawn = model.sample(4000, seed=7)
-    scores = model.transform(drawn)
-    se = np.sqrt(model.explained_variance_ / 4000)
-    assert (np.abs(scores.mean(axis=0)) < 5 * se).all()
-    np.testing.assert_allclose(scores.var(axis=0), model.explained_variance_, rtol=0.12)
+@pytest.mark.parametrize("settings", [{}, {"method": "svd"}, {"residual_harmonics": 0}, {"noise": "shared"}])
+def test_likelihood_and_draws_are_those_of_one_dense_normal(gappy, settings):
+    values = gappy[2]
+    model = FunctionalPCA(3, n_harmonics=10, **settings).fit(as_cycles(values))
+    whole = dense(model)
+    some = values[:5].copy()
+    some[4] = np.nan
+    expected = []
+    for row in some.reshape(5, -1):
+        seen = np.isfinite(row)
+        part = multivariate_normal(whole.mean[seen], whole.cov[np.ix_(seen, seen)]) if seen.any() else None
+        expected.append(part.logpdf(row[seen]) if part else 0.0)
+    np.testing.assert_allclose(model.score_samples(some), expected, atol=1e-6)
+    assert model.score_samples(some)[4] == 0.0
+    assert model.score(some) == pytest.approx(sum(expected) / np.isfinite(some).sum())
+    drawn, smooth = model.sample(4000, seed=7), model.sample(4000, seed=7, noise=False)
+    error = np.sqrt(np.diag(whole.cov) / 4000)
+    assert (np.abs(drawn.mean(axis=0).ravel() - whole.mean) < 5 * error).all()
+    assert drawn.var(axis=0).sum() == pytest.approx(np.trace(whole.cov), rel=0.06)
+    shares = model.explained_variance_ratio_
+    assert smooth.var(axis=0).sum() == pytest.approx(shares.sum() * np.trace(whole.cov), rel=0.06)
+    assert shares.sum() + model.noise_ratio_ == pytest.approx(1, abs=1e-12)
+    assert ((shares >= 0) & (shares <= 1)).all()
     assert drawn.tobytes() == model.sample(4000, seed=np.random.default_rng(7)).tobytes()
 
 
-def test_log_density_is_that_of_independent_normals(gappy):
-    model = FunctionalPCA(3, n_harmonics=10).fit(as_cycles(gappy[2]))
-    expected = norm(0, np.sqrt(model.explained_variance_)).logpdf(model.scores_).sum(axis=1)
-    np.testing.assert_allclose(model.score_samples(model.scores_), expected)
-    np.testing.assert_allclose(model.score(gappy[2]), expected.mean())
+@pytest.mark.parametrize("gaps", [0.0, 0.3])
+@pytest.mark.parametrize("method", ["svd", "ppca"])
+def test_shares_of_variance_are_those_of_what_was_simulated(method, gaps):
+    """Cycles whose components have 64, 23, 8 and noise 5 percent of the variance."""
+    values, _ = low_rank(600, 32, 3, 3, noise=0.5, seed=4)
+    values = with_gaps(values, gaps)[0] if gaps else values
+    model = FunctionalPCA(3, n_harmonics=8, method=method).fit(values)
+    variance = 64 * 0.36 ** np.arange(3)
+    total = variance.sum() + 0.25 * 96
+    error = 3 * variance / total * np.sqrt(2 / 600)
+    assert (np.abs(model.explained_variance_ratio_ - variance / total) < error + 0.01).all()
+    assert model.noise_ratio_ == pytest.approx(0.25 * 96 / total, abs=0.03)
+
+
+def test_complete_cycles_with_shared_noise_give_the_components_of_pca():
+    """Of scikit-learn, where the basis leaves nothing out."""
+    values = np.random.default_rng(0).standard_normal((80, 9, 2)) * np.linspace(1, 4, 9)[:, None] * [1.0, 2.0]
+    peer = PCA(3).fit(values.reshape(80, -1))
+    settings = {"n_harmonics": 5, "residual_harmonics": 0, "tol": 1e-13, "max_iter": 20_000}
+    shared = FunctionalPCA(3, noise="shared", **settings).fit(values)
+    unbiased = 80 / 79  # scikit-learn divides by n - 1
+    np.testing.assert_allclose(shared.noise_variance_ * unbiased, peer.noise_variance_, rtol=1e-4)
+    overlap = np.abs((shared.components_.reshape(3, -1) * peer.components_).sum(axis=1))
+    np.testing.assert_allclose(overlap, 1, atol=1e-4)
+    np.testing.assert_allclose(
+        shared.explained_variance_ * unbiased, peer.explained_variance_ - peer.noise_variance_, rtol=1e-3
+    )
+
+
+def test_a_channel_per_sample_is_factor_analysis():
+    """Cycles of a single sample, each channel with its own noise: scikit-learn's FactorAnalysis, to its tolerance."""
+    rng = np.random.default_rng(1)
+    values = (
+        rng.standard_normal((400, 2)) @ rng.standard_normal((2, 7))
+        + rng.standard_normal((400, 7)) * np.linspace(0.3, 1.5, 7)
+    )[:, None]
+    peer = FactorAnalysis(2, tol=1e-10, max_iter=20_000).fit(values[:, 0])
+    model = FunctionalPCA(2, n_harmonics=1, residual_harmonics=0, tol=1e-13, max_iter=20_000).fit(values)
+    np.testing.assert_allclose(model.white_variance_, peer.noise_variance_, rtol=1e-3)
+    np.testing.assert_allclose(model.score_samples(values), peer.score_samples(values[:, 0]), atol=1e-3)
+
+
+def test_cycles_of_which_little_is_seen_have_no_sharp_scores(gappy):
+    """Nor do they make variances larger: before, such cycles doubled them."""
+    values = gappy[2].copy()
+    model = FunctionalPCA(3, n_harmonics=10).fit(values)
+    edges = np.concatenate([values, values[:30]])
+    edges[60:, 6:] = np.nan
+    again = FunctionalPCA(3, n_harmonics=10).fit(edges)
+    np.testing.assert_allclose(again.explained_variance_, model.explained_variance_, rtol=0.05)
+    _, sharp = model.transform(values[:1], return_cov=True)
+    _, blunt = model.transform(edges[60:61], return_cov=True)
+    assert (np.diagonal(blunt[0]) > 3 * np.diagonal(sharp[0])).all()
+    assert (np.diagonal(blunt[0]) <= model.explained_variance_).all()
+
+
+def test_bands_hold_hidden_samples_as_often_as_asked():
+    truth, _ = low_rank(300, 64, 4, noise=0.1, seed=9)
+    values, hidden = with_gaps(truth, 0.25, seed=9)
+    model = FunctionalPCA(3, n_harmonics=10).fit(values[:200])
+    filled, width = model.impute(values[200:], return_band=True, level=0.8)
+    own = hidden[200:]
+    assert (np.abs(filled - truth[200:]) <= width)[own].mean() == pytest.approx(0.8, abs=0.04)
+    assert (width[~own] == 0).all()
+    _, wide = model.impute(values[200:], return_band=True, level=0.8, simultaneous=True, seed=1)
+    whole = [(np.abs(f - t) <= w)[h].all() for f, t, w, h in zip(filled, truth[200:], wide, own, strict=True)]
+    assert np.mean(whole) == pytest.approx(0.8, abs=0.12)
+    with pytest.raises(MotionError, match="level must be between 0 and 1, got 90"):
+        model.impute(values, return_band=True, level=90)
 
 
 def test_between_and_within_people_are_told_apart():
@@ -152,6 +240,7 @@ def test_same_data_same_file_and_back(gappy, tmp_path, centre):
     assert again.channels_ == model.channels_
     for name in ("mean_", "components_", "subject_means_", "explained_variance_", "errors_"):
         np.testing.assert_array_equal(getattr(again, name), getattr(model, name))
+    np.testing.assert_array_equal(again.explained_variance_ratio_, model.explained_variance_ratio_)
     np.testing.assert_array_equal(again.impute(gappy[2]), model.impute(gappy[2]))
 
 
@@ -179,7 +268,11 @@ def test_hidden_blocks_are_blocks_of_the_asked_share():
         (lambda v: np.zeros_like(v), {}, MotionError, "constant"),
         (lambda v: v, {"method": "magic"}, MotionError, "magic"),
         (lambda v: v, {"centre": "none"}, MotionError, "none"),
-        (lambda v: v, {"n_components": 0}, MotionError, "at least 1"),
+        (lambda v: v, {"n_components": 0}, MotionError, "n_components must be a number from 1 on, a share .* got 0"),
+        (lambda v: v, {"n_components": 1.5}, MotionError, "got 1.5"),
+        (lambda v: v, {"n_components": "many"}, MotionError, "got 'many'"),
+        (lambda v: v, {"noise": "loud"}, MotionError, "noise must be one of channel, shared, got 'loud'"),
+        (lambda v: v, {"max_iter": 0}, MotionError, "at least 1"),
         (lambda v: v, {"n_harmonics": 40}, MotionError, "n_harmonics"),
         (lambda v: v[:0], {}, MotionError, "cycles"),
     ],
@@ -190,9 +283,10 @@ def test_bad_input_is_refused(change, kwargs, error, says):
         FunctionalPCA(**{"n_components": 3, "n_harmonics": 10, **kwargs}).fit(as_cycles(change(values)))
 
 
-def test_what_is_no_cycles_is_named():
-    with pytest.raises(MotionError, match=r"cycles must be Cycles, as motionenv\.segment makes them.* got ndarray"):
-        FunctionalPCA().fit(low_rank()[0])
+@pytest.mark.parametrize("what", [[1, 2], "cycles", low_rank()[0][0]])
+def test_what_is_no_cycles_is_named(what):
+    with pytest.raises(MotionError, match=r"cycles must be Cycles, as motionenv\.segment makes them, or an array"):
+        FunctionalPCA().fit(what)
 
 
 def test_a_model_from_a_file_has_no_cycles_to_fill(gappy, tmp_path):

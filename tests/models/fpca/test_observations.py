@@ -38,10 +38,6 @@ def data(values, basis):
     return Observations(values, basis, group_centres(column_sums(values, GROUPS), basis), GROUPS)
 
 
-def itself(block):
-    return block
-
-
 def deviations(data, values) -> np.ndarray:
     """What is seen less the centre of its group, 0 in gaps."""
     return np.nan_to_num(values - (data.basis @ data.centre)[GROUPS])
@@ -75,25 +71,18 @@ def test_a_groups_centre_is_its_mean_and_gaps_in_it_are_filled(values):
 
 def test_coefficients_squares_and_gaps_are_those_of_every_sample(data, values):
     y, lack = deviations(data, values), np.isnan(values)
-    (block,) = data.each(itself)
-    np.testing.assert_allclose(block.coefficients, (data.basis.T @ y).reshape(50, -1), atol=1e-12)
-    np.testing.assert_allclose(block.square, (y**2).sum(axis=1), atol=1e-12)
+    np.testing.assert_allclose(data.coefficients, (data.basis.T @ y).reshape(50, -1), atol=1e-12)
+    np.testing.assert_allclose(data.square, (y**2).sum(axis=1), atol=1e-12)
     np.testing.assert_allclose(data.squares, (y**2).sum(axis=(0, 1)))
     told = np.zeros((50, 25 * 3))
     for k in range(50):
-        for first, last in block.runs[block.offsets[k] : block.offsets[k + 1]]:
+        for first, last in data.runs[data.offsets[k] : data.offsets[k + 1]]:
             told[k, first:last:3] += 1
     np.testing.assert_array_equal(told.reshape(50, 25, 3)[:, :24], lack)
     assert (data.n_seen, data.sizes.tolist()) == ((~lack).sum(), [17, 17, 16])
     for g in range(3):
         np.testing.assert_array_equal(data.n_missing[g], lack[g == GROUPS].sum(axis=0).ravel())
-        np.testing.assert_allclose(data.y_sum[g], block.coefficients[g == GROUPS].sum(axis=0), atol=1e-12)
-
-
-def test_the_sum_of_squares_about_any_means_is_that_of_every_sample(data, values):
-    means = data.centre + np.random.default_rng(1).standard_normal(data.centre.shape)
-    expected = np.nansum((values - (data.basis @ means)[GROUPS]) ** 2)
-    assert data.sum_of_squares(means) == pytest.approx(expected)
+        np.testing.assert_allclose(data.y_sum[g], data.coefficients[g == GROUPS].sum(axis=0), atol=1e-12)
 
 
 def test_a_part_of_the_cycles_is_what_they_alone_would_be(data, values):
@@ -104,10 +93,9 @@ def test_a_part_of_the_cycles_is_what_they_alone_would_be(data, values):
 
 def test_sums_over_gaps_are_those_over_what_is_missing(data, values):
     table = np.random.default_rng(2).standard_normal((24, 3, 4))
-    (block,) = data.each(itself)
-    np.testing.assert_allclose(block.gap_sums(table), np.einsum("kpa,pac->kc", np.isnan(values), table), atol=1e-12)
+    np.testing.assert_allclose(data.gap_sums(table), np.einsum("kpa,pac->kc", np.isnan(values), table), atol=1e-12)
     edges = np.zeros((25 * 3, 1))
-    for first, last in block.runs:
+    for first, last in data.runs:
         edges[first] += 1
         edges[last] -= 1
     np.testing.assert_array_equal(missed(edges, 3)[:, 0], np.isnan(values).sum(axis=0).ravel())
