@@ -14,10 +14,11 @@ def mean_band(
 ) -> np.ndarray:
     """Half the width (P, m) of a band around the mean of cycles.
 
-    The mean's error is the sum over people of their deviations, each person's taken together (Liang & Zeger 1986, with
-    the factor G / (G - 1) of G people). Pointwise bands take Student's t with G - 1 degrees of freedom. For
-    simultaneous ones, people's sums get random signs and sizes (multiplier bootstrap; Telschow & Schwartzman 2022), and
-    the largest studentised error over a channel's phases takes the place of t.
+    By the jackknife over people: how much the mean changes without each of them (Bell & McCaffrey 2002; nearly unbiased
+    if some have far more cycles than others). Pointwise bands take Student's t, whose degrees of freedom are those of
+    as many people as would weigh the same. For simultaneous ones, people's changes get random signs and sizes
+    (multiplier bootstrap; Telschow & Schwartzman 2022), and the largest studentised error over a channel's phases takes
+    t's place.
 
     Args:
         deviations: (K, P, m) from the mean, NaN where missing.
@@ -31,15 +32,19 @@ def mean_band(
     sums, counts = np.zeros((2, len(labels), *deviations.shape[1:]))
     np.add.at(sums, who, np.where(seen, deviations, 0.0))
     np.add.at(counts, who, seen)
-    n = (counts > 0).sum(axis=0)  # people who show each sample
+    total, n = counts.sum(axis=0), (counts > 0).sum(axis=0)  # samples, and people who show one
+    enough = n >= FEWEST
     with np.errstate(divide="ignore", invalid="ignore"):
-        error = np.sqrt(n / (n - 1) * (sums**2).sum(axis=0)) / counts.sum(axis=0)
-    error[n < FEWEST] = np.nan
+        whole = sums.sum(axis=0) / total
+        changes = np.where((counts > 0) & enough, (sums.sum(axis=0) - sums) / (total - counts) - whole, 0.0)
+        error = np.where(enough, np.sqrt((n - 1) / n * (changes**2).sum(axis=0)), np.nan)
+        degrees = np.maximum(1 / ((counts / total) ** 2).sum(axis=0) - 1, 1.0)
+    single = t.ppf(0.5 + level / 2, np.where(enough, degrees, 1.0))
     if not simultaneous:
-        return error * t.ppf(0.5 + level / 2, np.maximum(n - 1, 1))
-    studentised = np.where(np.isnan(error), 0.0, sums / counts.sum(axis=0) / error)
-    degrees = max(len(labels) - 1, 1)
+        return error * single
+    studentised = np.where(enough & (error > 0), np.sqrt((n - 1) / n) * changes / error, 0.0)
     normal = rng.standard_normal((DRAWS, len(labels)))
-    sizes = np.sqrt(rng.chisquare(degrees, DRAWS) / degrees)
+    fewest = float(np.min(degrees[enough], initial=len(labels)))
+    sizes = np.sqrt(rng.chisquare(fewest, DRAWS) / fewest)
     most = np.abs(np.tensordot(normal, studentised, axes=1)).max(axis=1) / sizes[:, None]
-    return error * np.maximum(np.quantile(most, level, axis=0), t.ppf(0.5 + level / 2, degrees))
+    return error * np.maximum(np.quantile(most, level, axis=0), single)

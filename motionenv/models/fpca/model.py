@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from functools import cached_property
 from html import escape
+from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -17,6 +18,7 @@ from motionenv._core.representation import curves
 from motionenv._core.validation import random_generator
 from motionenv.errors import FitWarning, GapError, ModelError, MotionError
 from motionenv.models.fpca import observations as obs
+from motionenv.models.fpca.calibration import inflation
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
 from motionenv.models.fpca.gaussian import Gaussian, residual_model
@@ -106,6 +108,8 @@ class FunctionalPCA(Estimator, StoredModel):
             log-likelihood of the observed samples, with white noise, for "ppca".
         n_iter_, converged_: number of iterations, and whether they reached `tol`; a `FitWarning` tells if not.
         selection_: the held-out log-likelihood by number of components, if that was chosen by it; else None.
+        inflation_: (2,) factors on bands around single filled samples and around all of a cycle, with which they hold
+            for people left out; computed when first asked for.
         n_components_: the number of components q that was fitted.
         n_cycles_: number of fitted cycles K.
         card_: the model card.
@@ -164,7 +168,7 @@ class FunctionalPCA(Estimator, StoredModel):
     def _learn(self, given: Given) -> None:
         """`fit` without a look at whether the data suit the model."""
         self._check_settings()
-        for name in ("imputed_", "scores_"):
+        for name in ("imputed_", "scores_", "inflation_"):
             self.__dict__.pop(name, None)
         values = given.values
         if not len(values):
@@ -257,6 +261,12 @@ class FunctionalPCA(Estimator, StoredModel):
         values, used, groups, _ = self._data("fill gaps with impute(values)")
         return np.where(np.isnan(values), self._distribution(self.subject_means_).fill(used, groups)[0], values)
 
+    @cached_property
+    def inflation_(self) -> np.ndarray:
+        """(2,) factors that make bands hold for people left out (`motionenv.models.fpca.calibration`)."""
+        values, _, _, people = self._data("fit and save it again, and its bands will be calibrated")
+        return inflation(self, values, people)
+
     def transform(self, values: Cycles | ArrayLike, return_cov: bool = False) -> Any:
         """Scores (..., q) of cycles `values` (..., P, m), NaN where missing, relative to `mean_`.
 
@@ -287,6 +297,7 @@ class FunctionalPCA(Estimator, StoredModel):
             values: NaN where missing.
             return_band: also return half the width (..., P, m) of a band around the filled samples, 0 at seen ones.
             level: probability that the band holds a sample that was not seen; if `simultaneous`, all those of a cycle.
+                Bands are widened by `inflation_`, so that this is true of people left out.
             simultaneous: see `level`.
             seed: int or Generator for the draws that simultaneous bands are computed from.
 
@@ -297,12 +308,26 @@ class FunctionalPCA(Estimator, StoredModel):
         _check_level(level)
         normals, scale = None, _normal_quantile(level)
         if return_band and simultaneous:
-            size = self.explained_variance_.size + self.residual_spectrum_.size + self.mean_.size
-            normals, scale = random_generator(seed).standard_normal((DRAWS, size)), 1.0
+            normals, scale = random_generator(seed).standard_normal((DRAWS, self._latents())), 1.0
         which = np.zeros(len(flat), dtype=np.int64)
         filled, width = self._distribution(self.mean_[None]).fill(flat, which, normals, level)
         filled = filled.reshape(*shape, *self.mean_.shape)
-        return (filled, scale * width.reshape(filled.shape)) if return_band else filled
+        if not return_band:
+            return filled
+        return filled, scale * self.inflation_[int(simultaneous)] * width.reshape(filled.shape)
+
+    def errors_of_filling(
+        self, truth: np.ndarray, hidden: np.ndarray, level: float, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+        """|error| of filling `hidden` samples of `truth` (K, P, m), and half-widths of bands before `inflation_`.
+
+        The bands are those around single samples and around all of a cycle.
+        """
+        values, which = np.where(hidden, np.nan, truth), np.zeros(len(truth), dtype=np.int64)
+        model, size = self._distribution(self.mean_[None]), self._latents()
+        filled, single = model.fill(values, which)
+        _, whole = model.fill(values, which, rng.standard_normal((DRAWS, size)), level)
+        return np.where(hidden, np.abs(filled - truth), 0.0), _normal_quantile(level) * single, whole
 
     def mean_band(
         self, level: float = 0.9, simultaneous: bool = False, seed: int | np.random.Generator = 0
@@ -374,10 +399,19 @@ class FunctionalPCA(Estimator, StoredModel):
             raise GapError("these cycles have no samples, so the model can't be scored on them")
         return float(self.score_samples(flat).sum() / seen)
 
+    def save(self, path: str | Path, card: dict | None = None) -> None:
+        """Calibrate bands, and write the model to `path` (.npz) with a `card`, as `ModelFile.save`."""
+        self._check_fitted()
+        if hasattr(self, "_fitted"):
+            _ = self.inflation_
+        super().save(path, card)
+
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
         self._check_fitted()
         arrays = {name: getattr(self, name) for name in STORED}
+        if "inflation_" in self.__dict__:
+            arrays["inflation_"] = self.inflation_
         labels = {"channels": self.channels_, "subjects": self.subjects_, "samples": len(self.mean_)}
         return arrays, {"settings": self.get_params(), **labels, "n_cycles": self.n_cycles_}
 
@@ -397,6 +431,8 @@ class FunctionalPCA(Estimator, StoredModel):
             if name in shapes and arrays[name].shape != shapes[name]:
                 raise ModelError(f"{name} has shape {arrays[name].shape}, expected {shapes[name]}: fit the model again")
             setattr(model, name, arrays[name])
+        if "inflation_" in arrays:
+            model.__dict__["inflation_"] = arrays["inflation_"]
         basis = sampled_basis(meta["samples"], model.n_harmonics)
         model._set(basis, model.subject_coefficients_, model.component_coefficients_)
         return model
@@ -451,6 +487,10 @@ class FunctionalPCA(Estimator, StoredModel):
         self.components_ = basis @ self.component_coefficients_
         self.subject_means_ = basis @ self.subject_coefficients_
         self.mean_ = basis @ self.mean_coefficients_
+
+    def _latents(self) -> int:
+        """Number of normal variables in a cycle: of the scores, of smooth residuals and of white ones."""
+        return self.explained_variance_.size + self.residual_spectrum_.size + self.mean_.size
 
     def _noise_total(self) -> float:
         return float(self.white_variance_.sum() * len(self.mean_) + self.residual_spectrum_.sum())
