@@ -9,9 +9,6 @@ from motionenv.errors import MotionError
 class Estimator:
     """Settings are the arguments of the constructor, which are attributes of the same names and checked by `fit`."""
 
-    fit: Any
-    transform: Any
-
     @classmethod
     def _settings(cls) -> list[str]:
         return list(inspect.signature(cls).parameters)
@@ -31,10 +28,6 @@ class Estimator:
                 raise MotionError(f"{type(self).__name__} has no setting {name}: it has {', '.join(self._settings())}")
             setattr(self, name, value)
         return self
-
-    def fit_transform(self, cycles: Any, y: None = None, **more: Any) -> Any:
-        """`fit(cycles, **more)`, then `transform(cycles)`; `y` has no effect."""
-        return self.fit(cycles, **more).transform(cycles)
 
     def __sklearn_tags__(self) -> Any:
         """What scikit-learn asks of estimators: this one needs no target and takes missing samples."""

@@ -1,9 +1,8 @@
 """The `dataset` commands, and `stimuli`: point-light walkers for experiments on perception."""
 
 import json
-from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,9 +19,6 @@ Frames = Annotated[str | None, typer.Option(help="Frames, as 1e6; by default the
 Seed = Annotated[int | None, typer.Option(min=0, help="The same seed gives the same bytes; default: specification's.")]
 Form = Annotated[str, typer.Option(help="Format: webdataset or coco.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; by default one for each core.")]
-Options = Annotated[
-    str | None, typer.Option(help='Options of the file system in JSON, as \'{"endpoint_url": "http://..."}\'.')
-]
 
 
 def presets(
@@ -82,16 +78,13 @@ def preview(
 
 def make(
     spec: Spec,
-    out: Annotated[str, typer.Option(help="Folder or URL, such as s3://bucket/walkers.")],
+    out: Annotated[str, typer.Option(help="Folder to write to.")],
     frames: Frames = None,
     seed: Seed = None,
     format: Form = "webdataset",
     workers: Workers = None,
     shards: Annotated[str | None, typer.Option(help="Only these: FIRST:STOP, as 0:100, for a job of an array.")] = None,
     resume: Annotated[str, typer.Option(help="Go on with what is there? never, always, if-possible.")] = "if-possible",
-    engine: Annotated[str, typer.Option(help="processes on this machine, or ray.")] = "processes",
-    address: Annotated[str | None, typer.Option(help="Of Ray's head, as auto; by default Ray starts here.")] = None,
-    options: Options = None,
 ) -> None:
     """Make a data set, or what is missing of it. Ctrl-C stops it; the same command goes on.
 
@@ -99,27 +92,20 @@ def make(
     stopped.
     Example: motionenv dataset make keypoints --frames 1e5 --format coco --out people --workers 2
     """
-    from motionenv.data import generate, ray_executor
+    from motionenv.data import generate
 
     wanted = _specification(spec, frames, seed)
-    if engine not in ("processes", "ray"):
-        raise MotionError(f"--engine must be processes or ray, got {engine!r}")
-    if engine == "processes" and address is not None:
-        raise MotionError("--address is only for --engine ray")
     chosen = _shards(shards, wanted)
-    with ExitStack() as stack:
-        executor = stack.enter_context(ray_executor(address)) if engine == "ray" else None
-        step = stack.enter_context(made_progress("making", len(chosen) * wanted.shard_samples * wanted.clip))
+    with made_progress("making", len(chosen) * wanted.shard_samples * wanted.clip) as step:
         made = generate(
-            wanted, out, chosen, executor, resume, format=format, workers=workers, options=_parsed_options(options),
+            wanted, out, chosen, resume=resume, format=format, workers=workers,
             on_shard=lambda row: step(row["frames"], sum(file["bytes"] for file in row["files"])),
         )  # fmt: skip
     _tell(made, wanted, out)
 
 
 def verify(
-    out: Annotated[str, typer.Argument(help="Folder or URL of a data set.")],
-    options: Options = None,
+    out: Annotated[str, typer.Argument(help="Folder of a data set.")],
 ) -> None:
     """Compare every file of a data set with the manifest. Exit code 3 if anything is missing or differs.
 
@@ -128,7 +114,7 @@ def verify(
     from motionenv.data import verify as check
 
     with err.status("reading"):
-        wrong = check(out, _parsed_options(options))
+        wrong = check(out)
     for path, why in wrong.items():
         note(f"{path} {why}")
     if wrong:
@@ -163,16 +149,6 @@ def _shards(text: str | None, spec: "Specification") -> range:
     if not chosen:
         raise MotionError(f"--shards {text} has none of the data set's {spec.shards}: they are 0 to {spec.shards - 1}")
     return chosen
-
-
-def _parsed_options(text: str | None) -> dict[str, Any] | None:
-    try:
-        parsed = None if text is None else json.loads(text)
-    except json.JSONDecodeError:
-        parsed = text
-    if parsed is not None and not isinstance(parsed, dict):
-        raise MotionError(f"--options must be a JSON object, got {text!r}")
-    return parsed
 
 
 def _tell(made: "Made", spec: "Specification", out: str) -> None:

@@ -43,9 +43,6 @@ def test_options_are_checked_in_the_command_s_words(run):
         (("--shards", "5"), "--shards must be FIRST:STOP, such as 0:100, got '5'"),
         (("--shards", "9:"), "--shards 9: has none of the data set's"),
         (("--frames", "many"), "--frames must be a whole number from 1, such as 5000 or 1e6, got 'many'"),
-        (("--engine", "slurm"), "--engine must be processes or ray, got 'slurm'"),
-        (("--address", "auto"), "--address is only for --engine ray"),
-        (("--options", "3"), "--options must be a JSON object, got '3'"),
         (("--format", "csv"), "format must be one of"),
     ):
         ended = run("dataset", "make", "lifting", "--frames", "600", "--out", "set", *args)

@@ -54,7 +54,6 @@ HOME = {
     "matplotlib": {"lifting", "gait", "models"},
     "sklearn": {"_core"},
     "gymnasium": {"envs"},
-    "fsspec": {"data"},
     "orjson": {"data"},
     "pyarrow": {"data"},
     "pydantic": {"data"},

@@ -87,7 +87,7 @@ class Coco:
 def _part(store: Store, path: str) -> dict[str, Any]:
     content = store.read(path)
     if content is None:
-        raise MotionError(f"{store.url} lacks {path}: delete its row in the manifest, and make it again")
+        raise MotionError(f"{store.folder} lacks {path}: delete its row in the manifest, and make it again")
     return orjson.loads(content)
 
 

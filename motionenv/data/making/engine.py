@@ -229,7 +229,7 @@ def ray_executor(address: str | None = None, **options) -> Iterator[Executor]:
 
     Example:
         >>> with ray_executor("auto") as executor:  # doctest: +SKIP
-        ...     generate(spec, "s3://bucket/walkers", executor=executor)
+        ...     generate(spec, "/shared/walkers", executor=executor)
     """
     try:
         import ray

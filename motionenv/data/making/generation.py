@@ -51,8 +51,7 @@ class _Job:
     """Arguments of a worker that makes shards."""
 
     content: str  # of the specification, in JSON
-    url: str
-    options: tuple[tuple[str, Any], ...]
+    folder: str
     form: str
 
 
@@ -65,7 +64,6 @@ def generate(
     *,
     format: str = "webdataset",
     workers: int | None = None,
-    options: dict[str, Any] | None = None,
     patience: float = 3600.0,
     on_shard: Callable[[dict], object] | None = None,
 ) -> Made:
@@ -75,7 +73,7 @@ def generate(
 
     Args:
         spec: what it shows.
-        out: a folder, or a URL that `fsspec` knows, such as `s3://bucket/folder`.
+        out: a folder.
         shards: numbers of the shards to make, as for one of several jobs that share the work; None makes all. Whoever
             finishes the last one describes the whole.
         executor: any `concurrent.futures.Executor`, such as Dask's, MPI's or `motionenv.data.ray_executor`'s; None
@@ -83,7 +81,6 @@ def generate(
         resume: "never", "always" or "if-possible": whether to go on with what is in `out`.
         format: one of `motionenv.data.FORMATS`.
         workers: processes; None is one for each core.
-        options: of the file system; see `motionenv.data.Store`.
         patience: seconds without any finished shard after which the executor is given up.
         on_shard: called with each row of the manifest as it is written.
 
@@ -94,7 +91,7 @@ def generate(
     Raises:
         MotionError: `out` holds another data set, `resume` forbids it, no such shard, or no such format.
     """
-    store, form = Store(out, options), format_of(format)
+    store, form = Store(out), format_of(format)
     form.check(spec)
     wanted = sorted(set(range(spec.shards) if shards is None else shards))
     for shard in wanted[:1] + wanted[-1:]:
@@ -103,9 +100,9 @@ def generate(
         manifest.begin(store, spec, format, resume)
         before = manifest.done(store, spec)
     except OSError as error:
-        raise MotionError(f"can't write to {store.url}: {error}") from error
+        raise MotionError(f"can't write to {store.folder}: {error}") from error
     todo = [shard for shard in wanted if shard not in before]
-    job = _Job(spec.json(), store.url, tuple(sorted(store.options.items())), format)
+    job = _Job(spec.json(), str(store.folder), format)
     outcome = run(
         partial(make_shard, job), todo, executor=executor, workers=workers, patience=patience, on_done=on_shard
     )
@@ -140,7 +137,7 @@ def finish(store: Store, spec: Specification, form: str) -> None:
 def make_shard(job: _Job, shard: int) -> dict[str, Any]:
     """Make a `shard` of a `job` unless it is there; returns its row of the manifest."""
     sampler = _sampler(job.content)
-    spec, store, form = sampler.spec, Store(job.url, dict(job.options)), format_of(job.form)
+    spec, store, form = sampler.spec, Store(job.folder), format_of(job.form)
     row = manifest.read_row(store, spec, shard)
     if row is not None:
         return row
@@ -165,17 +162,16 @@ def _described(file: Path, folder: Path) -> dict[str, Any]:
     return {"path": file.relative_to(folder).as_posix(), "bytes": file.stat().st_size, "sha256": digest}
 
 
-def verify(out: str, options: dict[str, Any] | None = None) -> dict[str, str]:
+def verify(out: str | Path) -> dict[str, str]:
     """Compare every file of the data set in `out` with the manifest; the problems by path, none if all is well.
 
     Args:
-        out: folder or URL of the data set.
-        options: of the file system; see `motionenv.data.Store`.
+        out: folder of the data set.
 
     Raises:
         MotionError: there is no data set.
     """
-    store = Store(out, options)
+    store = Store(out)
     spec, _ = manifest.read_head(store)
     wrong: dict[str, str] = {}
     for shard in range(spec.shards):

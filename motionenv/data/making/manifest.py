@@ -17,7 +17,6 @@ from motionenv.errors import MotionError
 
 RESUME = ("never", "always", "if-possible")
 _HEAD, _ROWS = "dataset.json", "manifest"
-_AT_ONCE = 1000  # rows that are read together
 
 
 def begin(store: Store, spec: Specification, form: str, resume: str) -> None:
@@ -31,20 +30,20 @@ def begin(store: Store, spec: Specification, form: str, resume: str) -> None:
     head, before = _head(spec, form), store.read(_HEAD)
     if before is None:
         if resume == "always":
-            raise MotionError(f'there is no data set in {store.url} to go on with: use resume="if-possible"')
+            raise MotionError(f'there is no data set in {store.folder} to go on with: use resume="if-possible"')
         store.write(_HEAD, _json(head))
         return
     if resume == "never":
-        raise MotionError(f'{store.url} has a data set: choose another place, or resume="if-possible"')
+        raise MotionError(f'{store.folder} has a data set: choose another place, or resume="if-possible"')
     there = _parsed(before, store)
     if differing := sorted(_differences(there, head)):
         raise MotionError(
-            f"{store.url} has another data set: {', '.join(differing)} differ(s); choose another place, or give the "
+            f"{store.folder} has another data set: {', '.join(differing)} differ(s); choose another place, or give the "
             "same specification, format and versions"
         )
     had = int(there["specification"]["frames"])
     if spec.frames < had:
-        raise MotionError(f"{store.url} has a data set of {had} frames: give as many or more, got {spec.frames}")
+        raise MotionError(f"{store.folder} has a data set of {had} frames: give as many or more, got {spec.frames}")
     if spec.frames > had:
         store.write(_HEAD, _json(head))
 
@@ -53,7 +52,7 @@ def read_head(store: Store) -> tuple[Specification, str]:
     """The specification and the format of the data set in a `store`; a MotionError if there is none."""
     content = store.read(_HEAD)
     if content is None:
-        raise MotionError(f"there is no data set in {store.url}: it would have a {_HEAD}")
+        raise MotionError(f"there is no data set in {store.folder}: it would have a {_HEAD}")
     head = _parsed(content, store)
     return Specification.of(head["specification"]), str(head["format"])
 
@@ -75,10 +74,7 @@ def read_row(store: Store, spec: Specification, shard: int) -> dict[str, Any] | 
 
 def read_rows(store: Store, spec: Specification) -> list[dict[str, Any]]:
     """The rows of all shards of `spec` in a `store`, in order, all of which are done."""
-    paths = [f"{_ROWS}/{row_name(spec, shard)}" for shard in range(spec.shards)]
-    together = [paths[k : k + _AT_ONCE] for k in range(0, len(paths), _AT_ONCE)]
-    rows = [orjson.loads(content) for some in together for content in store.read_all(some)]
-    return sorted(rows, key=lambda row: row["shard"])
+    return [row for row in (read_row(store, spec, shard) for shard in range(spec.shards)) if row is not None]
 
 
 def write_row(store: Store, spec: Specification, shard: int, files: list[dict[str, Any]]) -> dict[str, Any]:
@@ -141,4 +137,4 @@ def _parsed(content: bytes, store: Store) -> dict[str, Any]:
     try:
         return orjson.loads(content)
     except orjson.JSONDecodeError as error:
-        raise MotionError(f"{_HEAD} in {store.url} is damaged: {error}") from None
+        raise MotionError(f"{_HEAD} in {store.folder} is damaged: {error}") from None

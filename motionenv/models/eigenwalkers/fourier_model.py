@@ -27,7 +27,7 @@ from motionenv.models.eigenwalkers.locomotion import Gait, gait
 from motionenv.models.eigenwalkers.speed import at_speed, longer
 from motionenv.models.eigenwalkers.table import COEFFICIENTS
 from motionenv.models.fpca.em_fit import fit_ppca
-from motionenv.models.fpca.observations import Observations, column_sums, group_centres
+from motionenv.models.fpca.observations import Observations, group_centres
 from motionenv.models.people.population import draw_person
 from motionenv.models.transforms import scaled
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
@@ -340,7 +340,7 @@ class FourierModel(GaitModel):
         """Like `_by_svd`, but for walkers with NaN: λ are eigenvalues of the covariance W Wᵀ + σ² I."""
         values, n = rows.reshape(len(rows), -1)[:, shown, None], len(rows)
         groups, basis = np.zeros(n, dtype=np.int64), np.eye(values.shape[1])
-        centre = group_centres(column_sums(values, groups), basis)
+        centre = group_centres(values, groups, basis)
         data = Observations(values, basis, centre, groups)
         found = fit_ppca(data, rank, self.tol, self.max_iter)
         unbiased, noise = n / (n - 1), found.noise[0]

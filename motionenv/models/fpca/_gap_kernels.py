@@ -18,20 +18,6 @@ sums = kernel(fastmath={"reassoc", "contract"})
 
 
 @kernel
-def columns(start, stop, values, groups, total, count, low, high):
-    """Accumulate the seen samples of cycles `values` (K, D): total, count (G, D), low, high (D,)."""
-    for k in range(start, stop):
-        g = groups[k]
-        for d in range(values.shape[1]):
-            x = values[k, d]
-            seen = x == x
-            total[g, d] += x if seen else 0.0
-            count[g, d] += 1.0 if seen else 0.0
-            low[d] = x if x < low[d] else low[d]
-            high[d] = x if x > high[d] else high[d]
-
-
-@kernel
 def observe(start, stop, values, groups, centre, y, square, n_runs, runs, found):
     """Deviations y (P, stop - start, m) from `centre` (G, P, m), 0 where missing; append gaps to `runs` at `found`."""
     _, p, m = values.shape

@@ -22,7 +22,7 @@ def inflation(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -
 
     In folds of people, blocks of their cycles `values` (K, P, m) are hidden and filled by a model of the others with
     the settings of `model`. With the factors, 90 % bands hold 90 % of what was hidden, where each person counts once.
-    Both are 1 for a single person.
+    Both are at least 1, and 1 for a single person.
     """
     labels, who = np.unique(people, return_inverse=True)
     if len(labels) < 2:
@@ -36,15 +36,19 @@ def inflation(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -
         truth = values[out][..., shown]
         others = [person for person, left in zip(people, out, strict=True) if not left]
         other = model.of_others(len(model.components_), values[~out][..., shown], others, model.tol)
+        other.inflation_ = np.ones(2)
         for _ in range(REPEATS):
             hidden = blocks(truth, rng)
-            errors, one, every = other.errors_of_filling(truth, hidden, LEVEL, rng)
+            gappy = np.where(hidden, np.nan, truth)
+            filled, one = other.impute(gappy, True, level=LEVEL)
+            every = other.impute(gappy, True, level=LEVEL, simultaneous=True, seed=rng)[1]
+            errors = np.where(hidden, np.abs(filled - truth), 0.0)
             most = (errors / np.where(hidden, every, np.inf)).max(axis=(1, 2))
             for person in np.unique(who[out]):
                 own = who[out] == person
                 single.append((errors[own] / np.where(hidden, one, np.inf)[own])[hidden[own]])
                 whole.append(most[own & hidden.any(axis=(1, 2))])
-    return np.array([_quantile(single), _quantile(whole)])
+    return np.maximum([_quantile(single), _quantile(whole)], 1.0)
 
 
 def _quantile(found: list[np.ndarray]) -> float:

@@ -23,7 +23,7 @@ from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.fourier_basis import fourier_columns, sampled_basis
 from motionenv.models.fpca.gaussian import Gaussian, residual_model
 from motionenv.models.fpca.mean_band import mean_band
-from motionenv.models.fpca.observations import Columns, Observations
+from motionenv.models.fpca.observations import Observations
 from motionenv.models.fpca.screening import pseudo_values, screen, unwrapped
 from motionenv.models.fpca.selection import Curve, choose_by_likelihood, choose_by_share
 from motionenv.models.fpca.svd_fit import fit_svd
@@ -34,7 +34,6 @@ METHODS = ("ppca", "svd")
 CENTRES = ("all", "subject")
 NOISES = ("channel", "shared")
 WHOLE = 0.9  # least share of its samples with which a cycle tells about residuals
-SAFE = 1e-6  # determinant above which the normal equations are solved directly
 STORED = (
     "subject_coefficients_", "component_coefficients_", "explained_variance_", "singular_values_", "errors_",
     "residual_spectrum_", "white_variance_",
@@ -81,7 +80,7 @@ class FunctionalPCA(Estimator, StoredModel):
         method: "ppca" or "svd".
         noise: "channel" or "shared": whether the noise of "ppca" has a variance per channel.
         residual_harmonics: a constant and residual_harmonics - 1 pairs per channel for the smooth part of the
-            residuals. 0 leaves white noise.
+            residuals, or as many as the samples allow. 0 leaves white noise.
         least_seen: least share of its samples, relative to the fullest cycle's, with which a cycle tells about
             components in "ppca". White noise takes the scores of a cycle of few samples for exact, though their errors
             are smooth, and so would make variances too large. 0 uses all.
@@ -119,7 +118,7 @@ class FunctionalPCA(Estimator, StoredModel):
 
     def __init__(
         self, n_components: int | float | str = 5, n_harmonics: int = 20, centre: str = "all", method: str = "ppca",
-        noise: str = "channel", residual_harmonics: int = 8, least_seen: float = 0.5, robust: bool = False,
+        noise: str = "channel", residual_harmonics: int = 12, least_seen: float = 0.5, robust: bool = False,
         unwrap: bool = False, tol: float = 1e-6, max_iter: int = 200,
     ) -> None:  # fmt: skip
         self.n_components, self.n_harmonics, self.residual_harmonics = n_components, n_harmonics, residual_harmonics
@@ -175,7 +174,7 @@ class FunctionalPCA(Estimator, StoredModel):
             raise MotionError("fit needs cycles, got none")
         labels = given.people if self.centre == "subject" else ("all",) * len(values)
         subjects, groups = np.unique(labels, return_inverse=True)
-        _check_columns(obs.column_sums(values, groups), given.channels)
+        _check_values(given)
         self.subjects_, self.n_cycles_, self.channels_ = tuple(subjects.tolist()), len(values), given.channels
         self.selection_: Curve | None = None
         rank = self._chosen(given)
@@ -193,7 +192,7 @@ class FunctionalPCA(Estimator, StoredModel):
     def _estimate(self, values: np.ndarray, groups: np.ndarray, rank: int) -> np.ndarray:
         """Set all parameters; returns the cycles (K, P, m) that the scores of `values` stand for."""
         basis = sampled_basis(values.shape[1], self.n_harmonics)
-        centre = obs.group_centres(obs.column_sums(values, groups), basis)
+        centre = obs.group_centres(values, groups, basis)
         if self.method == "svd":
             found = fit_svd(Observations(values, basis, centre, groups), rank, self.tol, self.max_iter)
             scores = found.scores
@@ -209,7 +208,8 @@ class FunctionalPCA(Estimator, StoredModel):
         fitted = np.tensordot(scores, basis @ found.components, axes=1) + (basis @ found.means)[groups]
         self.residual_spectrum_ = np.zeros((len(found.noise), 0))
         if self.residual_harmonics:
-            smooth, shares = sampled_basis(len(basis), self.residual_harmonics), np.isfinite(values).mean(axis=(1, 2))
+            most = min(self.residual_harmonics, (len(basis) + 1) // 2)
+            smooth, shares = sampled_basis(len(basis), most), np.isfinite(values).mean(axis=(1, 2))
             rest = (values - fitted)[shares >= min(WHOLE, float(np.quantile(shares, 0.8)))]
             told = residual_model(rest, smooth, found.noise, self.tol)
             self.residual_spectrum_, self.white_variance_ = told
@@ -316,19 +316,6 @@ class FunctionalPCA(Estimator, StoredModel):
             return filled
         return filled, scale * self.inflation_[int(simultaneous)] * width.reshape(filled.shape)
 
-    def errors_of_filling(
-        self, truth: np.ndarray, hidden: np.ndarray, level: float, rng: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-        """|error| of filling `hidden` samples of `truth` (K, P, m), and half-widths of bands before `inflation_`.
-
-        The bands are those around single samples and around all of a cycle.
-        """
-        values, which = np.where(hidden, np.nan, truth), np.zeros(len(truth), dtype=np.int64)
-        model, size = self._distribution(self.mean_[None]), self._latents()
-        filled, single = model.fill(values, which)
-        _, whole = model.fill(values, which, rng.standard_normal((DRAWS, size)), level)
-        return np.where(hidden, np.abs(filled - truth), 0.0), _normal_quantile(level) * single, whole
-
     def mean_band(
         self, level: float = 0.9, simultaneous: bool = False, seed: int | np.random.Generator = 0
     ) -> np.ndarray:
@@ -425,7 +412,8 @@ class FunctionalPCA(Estimator, StoredModel):
         n, m = 2 * model.n_harmonics - 1, len(model.channels_)
         q = len(arrays["explained_variance_"]) if not isinstance(model.n_components, int) else model.n_components
         shapes: dict[str, tuple] = {"explained_variance_": (q,), "white_variance_": (m,)}
-        shapes |= {"residual_spectrum_": (m, max(0, 2 * model.residual_harmonics - 1))}
+        most = min(model.residual_harmonics, (meta["samples"] + 1) // 2)
+        shapes |= {"residual_spectrum_": (m, max(0, 2 * most - 1))}
         shapes |= {"subject_coefficients_": (len(model.subjects_), n, m), "component_coefficients_": (q, n, m)}
         for name in STORED:
             if name in shapes and arrays[name].shape != shapes[name]:
@@ -497,7 +485,7 @@ class FunctionalPCA(Estimator, StoredModel):
 
     def _distribution(self, means: np.ndarray) -> Gaussian:
         """The normal distribution of cycles about `means` (G, P, m)."""
-        n, samples = self.residual_harmonics, len(self.mean_)
+        n, samples = (self.residual_spectrum_.shape[1] + 1) // 2, len(self.mean_)
         basis = sampled_basis(samples, n) if n else np.empty((samples, 0))
         loadings = self.components_ * np.sqrt(self.explained_variance_)[:, None, None]
         return Gaussian(means, loadings, basis, self.residual_spectrum_, self.white_variance_)
@@ -561,12 +549,7 @@ def _least_squares(data: Observations, w) -> np.ndarray:
     curves_ = obs.functions(w, data.basis, len(data.squares))
     products = obs.triangle(curves_[..., :, None] * curves_[..., None, :])
     normal, right = np.eye(w.shape[1]) - obs.from_triangle(data.gap_sums(products), w.shape[1]), data.coefficients @ w
-    # All eigenvalues lie in [0, 1], so the least is at least the determinant.
-    safe = np.linalg.det(normal) > SAFE
-    scores = np.empty_like(right)
-    scores[safe] = np.linalg.solve(normal[safe], right[safe, :, None])[..., 0]
-    scores[~safe] = (np.linalg.pinv(normal[~safe], hermitian=True) @ right[~safe, :, None])[..., 0]
-    return scores
+    return (np.linalg.pinv(normal, hermitian=True) @ right[..., None])[..., 0]
 
 
 def _normal_quantile(level: float) -> float:
@@ -588,14 +571,14 @@ def _check_numbers(cycles: int, rank: int, people: int):
         )
 
 
-def _check_columns(columns: Columns, channels):
+def _check_values(given: Given):
     """Check that values are finite, that each channel is observed, and that something varies."""
-    if not np.isfinite(columns.total).all():
+    if np.isinf(given.values).any():
         raise MotionError("cycles hold infinite values: mark missing samples with NaN")
-    empty = [c for c, n in zip(channels, columns.count.sum(axis=(0, 1)), strict=True) if not n]
-    if empty:
+    seen = np.isfinite(given.values).any(axis=(0, 1))
+    if empty := [c for c, some in zip(given.channels, seen, strict=True) if not some]:
         raise GapError(f"no samples of {', '.join(empty)}: leave them out with channels=")
-    if not (columns.high.max(axis=0) > columns.low.min(axis=0)).any():
+    if not (np.fmax.reduce(given.values, axis=(0, 1)) > np.fmin.reduce(given.values, axis=(0, 1))).any():
         raise MotionError("these cycles are constant, so they have no components: check the data")
 
 

@@ -8,7 +8,6 @@ by the number of gaps, not of samples (`motionenv.models.fpca._gap_kernels`).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,55 +18,28 @@ CHUNK = 250  # cycles that a thread takes, at least
 _TOGETHER = 32  # cycles projected on the basis at a time; small enough for the cache
 
 
-@dataclass
-class Columns:
-    """Statistics of the seen samples in each of the D = P·m columns of cycles; sums per group."""
+def group_centres(values: np.ndarray, groups: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Means of the observed samples per group (fig. 8, step 1), projected on the `basis`: (G, n, m).
 
-    total: np.ndarray  # (G, P, m) sums
-    count: np.ndarray  # (G, P, m) numbers of samples
-    low: np.ndarray  # (P, m) least value, inf without samples
-    high: np.ndarray  # (P, m) greatest value, -inf without samples
-
-
-def column_sums(values: np.ndarray, groups: np.ndarray) -> Columns:
-    """Column statistics of `values` (K, P, m), NaN where missing; `groups` (K,) are numbered from 0."""
-    from motionenv.models.fpca._gap_kernels import columns
-
-    k, p, m = values.shape
-    flat = np.ascontiguousarray(values).reshape(k, -1)
-
-    def add(start, stop):
-        total, count = np.zeros((2, int(groups.max(initial=0)) + 1, p * m))
-        part = Columns(total, count, np.full(p * m, np.inf), np.full(p * m, -np.inf))
-        columns(start, stop, flat, groups, part.total, part.count, part.low, part.high)
-        return part
-
-    chunks = in_chunks(add, k, CHUNK)
-    return Columns(
-        sum(c.total for c in chunks).reshape(-1, p, m),
-        sum(c.count for c in chunks).reshape(-1, p, m),
-        np.min([c.low for c in chunks], axis=0).reshape(p, m),
-        np.max([c.high for c in chunks], axis=0).reshape(p, m),
-    )
-
-
-def group_centres(columns: Columns, basis: np.ndarray) -> np.ndarray:
-    """Column means of the observed samples per group (fig. 8, step 1), projected on the `basis`: (G, n, m).
-
-    A sample that a group lacks takes the pooled mean of `columns`; one that all cycles lack is interpolated around the
-    cycle.
+    Of cycles `values` (K, P, m), NaN where missing, of `groups` (K,) numbered from 0. A sample that a group lacks takes
+    the mean of all; one that all cycles lack is interpolated around the cycle.
     """
-    count = columns.count.sum(axis=0)
-    pooled = columns.total.sum(axis=0) / np.maximum(count, 1)
+    seen = np.isfinite(values)
+    totals, counts = np.zeros((2, int(groups.max(initial=0)) + 1, *values.shape[1:]))
+    for g in range(len(totals)):
+        totals[g] = np.sum(values, axis=0, where=seen & (groups == g)[:, None, None])
+        counts[g] = seen[groups == g].sum(axis=0)
+    count = counts.sum(axis=0)
+    pooled = totals.sum(axis=0) / np.maximum(count, 1)
     j = np.arange(len(pooled))
     for a in np.flatnonzero((count == 0).any(axis=0)):
         some = count[:, a] > 0
         pooled[:, a] = np.interp(j, j[some], pooled[some, a], period=len(j))
     centre = basis.T @ pooled
-    if len(columns.count) == 1:
+    if len(counts) == 1:
         return centre[None]
-    own = columns.total / np.maximum(columns.count, 1) - basis @ centre
-    return centre + basis.T @ np.where(columns.count > 0, own, 0.0)
+    own = totals / np.maximum(counts, 1) - basis @ centre
+    return centre + basis.T @ np.where(counts > 0, own, 0.0)
 
 
 class Observations:

@@ -1,6 +1,5 @@
 """Data sets made by several processes, killed, continued, and on stores that fail; and their manifests."""
 
-import hashlib
 import os
 import random
 import shutil
@@ -17,7 +16,6 @@ from motionenv.data.making.generation import finish
 from motionenv.data.making.manifest import begin, done, read_head, read_row, read_rows, row_name, write_row
 from motionenv.data.store import MAKING
 from motionenv.errors import MotionError
-from tests.data.s3 import Gate, options
 from tests.data.walks import EVERYTHING, SINGLE, digests
 
 #: Shards that take about a tenth of a second each.
@@ -160,28 +158,6 @@ def test_a_full_disk_fails_what_does_not_fit_and_can_be_continued(tmp_path, undi
     assert not list(folder.glob(f"{MAKING}*"))
     generate(MANY, folder, workers=1)
     assert digests(folder) == undisturbed
-
-
-@pytest.mark.slow
-def test_an_object_store_that_fails_for_a_while(tmp_path, s3):
-    spec = EVERYTHING.replace(frames=36)
-    generate(spec, tmp_path / "here", workers=1)
-    gate = Gate(s3)
-    url, through = f"s3://sets/{tmp_path.name}", options(gate.port)
-    Store(url, through).write("probe", b"")
-    generate(spec, url, [0], options=through, workers=1)
-    gate.mood = "failing"
-    made = generate(spec, url, options=through, workers=1)
-    assert set(made.failed) == {1}
-    assert "Internal Server Error" in made.failed[1] or "500" in made.failed[1]
-    gate.mood = "slow"  # longer than clients wait
-    assert set(generate(spec, url, options=through, workers=1).failed) == {1}
-    gate.mood = "open"
-    assert generate(spec, url, options=through, workers=1).complete
-    assert verify(url, options(s3)) == {}
-    store = Store(url, options(s3))
-    for path, digest in digests(tmp_path / "here").items():
-        assert hashlib.sha256(store.read(path)).hexdigest() == digest
 
 
 def test_damage_is_found(tmp_path):

@@ -15,7 +15,7 @@ from motionenv.models.fpca.em_fit import (
 )
 from motionenv.models.fpca.fourier_basis import sampled_basis
 from motionenv.models.fpca.model import FunctionalPCA
-from motionenv.models.fpca.observations import Observations, column_sums, functions, group_centres
+from motionenv.models.fpca.observations import Observations, functions, group_centres
 from motionenv.models.fpca.svd_fit import fit_svd
 from tests.models.fpca.made_cycles import as_cycles, low_rank, with_gaps
 
@@ -119,7 +119,7 @@ def test_errors_and_noise_are_those_of_the_samples_that_are_seen():
     """Against least-squares scores of each cycle, given the components that were found."""
     values, basis = with_gaps(low_rank(30, 32, 2, 2, noise=0.2)[0])[0], sampled_basis(32, 6)
     groups = np.zeros(30, dtype=int)
-    data = Observations(values, basis, group_centres(column_sums(values, groups), basis), groups)
+    data = Observations(values, basis, group_centres(values, groups, basis), groups)
     found = fit_svd(data, 2, 1e-12, 2000)
     curves = (basis @ found.components).reshape(2, -1)
     rest = (values - basis @ found.means[0]).reshape(30, -1)

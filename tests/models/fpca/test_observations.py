@@ -6,7 +6,6 @@ import pytest
 from motionenv.models.fpca.fourier_basis import sampled_basis
 from motionenv.models.fpca.observations import (
     Observations,
-    column_sums,
     from_triangle,
     functions,
     group_centres,
@@ -35,7 +34,7 @@ def basis():
 
 @pytest.fixture(scope="module")
 def data(values, basis):
-    return Observations(values, basis, group_centres(column_sums(values, GROUPS), basis), GROUPS)
+    return Observations(values, basis, group_centres(values, GROUPS, basis), GROUPS)
 
 
 def deviations(data, values) -> np.ndarray:
@@ -43,21 +42,10 @@ def deviations(data, values) -> np.ndarray:
     return np.nan_to_num(values - (data.basis @ data.centre)[GROUPS])
 
 
-def test_columns_are_counted_as_numpy_counts(values):
-    found = column_sums(values, GROUPS)
-    for g in range(3):
-        np.testing.assert_allclose(found.total[g], np.nansum(values[g == GROUPS], axis=0), atol=1e-12)
-        np.testing.assert_array_equal(found.count[g], np.isfinite(values[g == GROUPS]).sum(axis=0))
-    seen = found.count.sum(axis=0) > 0
-    np.testing.assert_array_equal(found.low[seen], np.nanmin(values[:, seen], axis=0))
-    np.testing.assert_array_equal(found.high[seen], np.nanmax(values[:, seen], axis=0))
-    assert (found.low[5, 1], found.high[5, 1]) == (np.inf, -np.inf)
-
-
 def test_a_groups_centre_is_its_mean_and_gaps_in_it_are_filled(values):
     """By the mean of all where only the group lacks a sample, between the neighbours where everyone does."""
     values, whole = values[:, :23], sampled_basis(23, 12)  # as many columns as samples: nothing is smoothed away
-    centre = whole @ group_centres(column_sums(values, GROUPS), whole)
+    centre = whole @ group_centres(values, GROUPS, whole)
     for g in range(3):
         own = np.array([[np.mean([v for v in values[g == GROUPS, p, a] if v == v] or [np.nan]) for a in range(3)]
                         for p in range(23)])  # fmt: skip
