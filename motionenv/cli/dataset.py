@@ -58,7 +58,6 @@ def preview(
     seed: Seed = None,
     format: Form = "webdataset",
     workers: Annotated[int, typer.Option(min=1, help="Processes that the estimate is for.")] = 1,
-    price: Annotated[float, typer.Option(min=0, help="Price of a core and hour, in any currency.")] = 0.05,
 ) -> None:
     """Draw a contact sheet of a data set, and say what it takes, before anything is made.
 
@@ -73,7 +72,7 @@ def preview(
         write_image(out, contact_sheet(wanted, samples))
     typer.echo(f"{out}  the first samples, with their joints")
     with err.status("measuring"):
-        typer.echo(estimate(wanted, format).text(workers, price))
+        typer.echo(estimate(wanted, format).text(workers))
 
 
 def make(

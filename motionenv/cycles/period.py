@@ -31,6 +31,7 @@ from motionenv._core.representation import OneLine
 from motionenv._core.validation import checked_fps
 from motionenv.cycles._fold import squared_changes
 from motionenv.cycles.snr import SNR, centre, checked_series, snr
+from motionenv.cycles.spikes import NORMAL, spikes
 from motionenv.errors import GapError, MotionError
 
 SHORTER = 0.2
@@ -68,7 +69,7 @@ def estimate_period(z: ArrayLike, fps: float, *, range_seconds: tuple[float, flo
 
     Candidates are the whole numbers of frames in the range of which two cycles fit into the observed span. Channels
     that are never observed or constant are ignored. Channels must not drift: pass joint angles, or markers relative to
-    the pelvis, but no root position.
+    the pelvis, but no root position. Samples that stand out from those around them are replaced.
 
     Args:
         z: (frames, m), NaN where missing.
@@ -80,6 +81,7 @@ def estimate_period(z: ArrayLike, fps: float, *, range_seconds: tuple[float, flo
         GapError: no observations, or fewer than two cycles of the shortest candidate.
     """
     z, seen = checked_series(z)
+    z = _without_spikes(z, seen)
     fps = checked_fps(fps)
     candidates = _candidates(seen, fps, range_seconds)
     curve = snr(z, candidates)
@@ -101,6 +103,16 @@ def estimate_period(z: ArrayLike, fps: float, *, range_seconds: tuple[float, flo
         )
     frames = _local_length(standard, int(candidates[i]))
     return Period(frames, frames / fps, float(curve.total[i]), significance, recurrence, curve)
+
+
+def _without_spikes(z: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """The series (frames, m) with spikes, any of which could outweigh the whole motion, replaced by interpolation."""
+    z, frames = z.copy(), np.arange(len(z))
+    for x, known in zip(z.T, seen.T, strict=True):
+        if len(x) > 4 and known.any():
+            bad = spikes(x[None], NORMAL * float(np.median(np.abs(x[known] - np.median(x[known])))))[0] > 0
+            x[bad] = np.interp(frames[bad], frames[known & ~bad], x[known & ~bad])
+    return z
 
 
 def _candidates(seen: np.ndarray, fps: float, range_seconds) -> np.ndarray:

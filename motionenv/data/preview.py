@@ -30,16 +30,15 @@ class Estimate:
     bytes: int
     core_hours: float
 
-    def text(self, workers: int, price: float) -> str:
-        """A paragraph for people, for so many `workers` and a `price` of a core and hour."""
+    def text(self, workers: int) -> str:
+        """A paragraph for people, for so many `workers`."""
         hours = self.core_hours / workers
         long = (
             f"{hours:.1f} h" if hours >= 1 else f"{60 * hours:.1f} min" if hours >= 1 / 60 else f"{3600 * hours:.0f} s"
         )
         return (
             f"{self.frames:,} frames in {self.samples:,} samples and {self.shards:,} shards: {_size(self.bytes)}, "
-            f"{self.core_hours:,.2f} core hours; {long} with {workers} worker(s), "
-            f"{self.core_hours * price:,.2f} at {price:g} per core and hour"
+            f"{self.core_hours:,.2f} core hours; {long} with {workers} worker(s)"
         )
 
 

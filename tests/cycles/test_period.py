@@ -133,3 +133,18 @@ def test_double_cycle_trap(cmu_walks):
     """CMU 38_02: its automatic stride of 2.10 s is two strides."""
     (walk,) = (w for w in cmu_walks if w.name == "38_02")
     assert 0.98 < estimate_period(walk.angles, 120).seconds < 1.08
+
+
+@pytest.mark.parametrize("channels", [1, 4])
+@pytest.mark.parametrize("frame", [0, 130, 131, 399])
+def test_a_spike_of_twenty_deviations_does_not_move_the_period(channels, frame):
+    rng = np.random.default_rng(4)
+    time = np.arange(400)[:, None] / 100
+    z = (
+        np.sin(2 * np.pi * time / 0.91 + np.arange(4))
+        + 0.3 * np.sin(4 * np.pi * time / 0.91)
+        + 0.02 * rng.standard_normal((400, 4))
+    )
+    alone = estimate_period(z, 100).frames
+    z[frame, :channels] += 20 * z.std(axis=0)[:channels]
+    assert estimate_period(z, 100).frames == pytest.approx(alone, rel=0.005)

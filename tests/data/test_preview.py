@@ -27,6 +27,6 @@ def test_the_estimate_is_near_what_is_made(tmp_path):
     assert (told.frames, told.samples, told.shards) == (500, 500, 25)
     assert 0.7 < told.bytes / made.bytes < 1.3
     assert 0 < told.core_hours < 1
-    text = told.text(4, 0.1)
+    text = told.text(4)
     assert text.startswith("500 frames in 500 samples and 25 shards: ")
     assert "with 4 worker(s)" in text

@@ -226,10 +226,6 @@ def ray_executor(address: str | None = None, **options) -> Iterator[Executor]:
 
     Raises:
         MotionError: Ray isn't installed, or there is no cluster.
-
-    Example:
-        >>> with ray_executor("auto") as executor:  # doctest: +SKIP
-        ...     generate(spec, "/shared/walkers", executor=executor)
     """
     try:
         import ray

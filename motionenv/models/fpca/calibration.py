@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motionenv.models.fpca.selection import model_of_others
+
 if TYPE_CHECKING:
     from motionenv.models.fpca.model import FunctionalPCA
 
@@ -32,10 +34,7 @@ def inflation(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -
     whole: list[np.ndarray] = []
     for fold in range(min(FOLDS, len(labels))):
         out = who % FOLDS == fold
-        shown = np.isfinite(values[~out]).any(axis=(0, 1))
-        truth = values[out][..., shown]
-        others = [person for person, left in zip(people, out, strict=True) if not left]
-        other = model.of_others(len(model.components_), values[~out][..., shown], others, model.tol)
+        other, truth = model_of_others(model, model.n_components_, values, people, out, model.tol)
         other.inflation_ = np.ones(2)
         for _ in range(REPEATS):
             hidden = blocks(truth, rng)

@@ -178,7 +178,9 @@ class FunctionalPCA(Estimator, StoredModel):
         self.subjects_, self.n_cycles_, self.channels_ = tuple(subjects.tolist()), len(values), given.channels
         self.selection_: Curve | None = None
         rank = self._chosen(given)
-        _check_numbers(len(values), rank, len(subjects))
+        if len(values) - len(subjects) < rank:
+            need = f"{rank} components and {len(subjects)} means need at least {rank + len(subjects)} cycles"
+            raise MotionError(f"{need}, got {len(values)}: fit more cycles or fewer components")
         used = pseudo_values(values, lambda some: self._estimate(some, groups, rank)) if self.robust else values
         self._estimate(used, groups, rank)
         self._fitted = values, used, groups, given.people
@@ -305,8 +307,7 @@ class FunctionalPCA(Estimator, StoredModel):
             MotionError: another shape, an infinite value, or a `level` that isn't between 0 and 1.
         """
         flat, shape = self._checked(values)
-        _check_level(level)
-        normals, scale = None, _normal_quantile(level)
+        normals, scale = None, _half_width(level)
         if return_band and simultaneous:
             normals, scale = random_generator(seed).standard_normal((DRAWS, self._latents())), 1.0
         which = np.zeros(len(flat), dtype=np.int64)
@@ -329,8 +330,8 @@ class FunctionalPCA(Estimator, StoredModel):
             ModelError: not fitted here; a model file doesn't hold its cycles.
             MotionError: `level` isn't between 0 and 1.
         """
+        _half_width(level)
         values, _, groups, people = self._data("a band needs the cycles themselves: fit again")
-        _check_level(level)
         return mean_band(values - self.subject_means_[groups], people, level, simultaneous, random_generator(seed))
 
     def evaluate(self, scores: ArrayLike, phase: ArrayLike, derivative: int = 0) -> np.ndarray:
@@ -361,11 +362,8 @@ class FunctionalPCA(Estimator, StoredModel):
 
         With `noise` they vary as what was seen; without, they are smooth walks: mean and components alone.
         """
-        self._check_fitted()
         rng = random_generator(seed)
-        drawn = self.inverse_transform(
-            rng.standard_normal((n, len(self.components_))) * np.sqrt(self.explained_variance_)
-        )
+        drawn = self.inverse_transform(rng.standard_normal((n, self.n_components_)) * np.sqrt(self.explained_variance_))
         return drawn + self._distribution(self.mean_[None]).draw_residuals(n, rng) if noise else drawn
 
     def score_samples(self, values: Cycles | ArrayLike) -> np.ndarray:
@@ -552,23 +550,13 @@ def _least_squares(data: Observations, w) -> np.ndarray:
     return (np.linalg.pinv(normal, hermitian=True) @ right[..., None])[..., 0]
 
 
-def _normal_quantile(level: float) -> float:
+def _half_width(level: float) -> float:
+    """Half the width of the interval that holds a standard normal variable with probability `level`."""
     from scipy.special import ndtri
 
-    return float(ndtri(0.5 + level / 2))
-
-
-def _check_level(level: float):
     if not 0 < level < 1:
         raise MotionError(f"level must be between 0 and 1, got {level}")
-
-
-def _check_numbers(cycles: int, rank: int, people: int):
-    if cycles - people < rank:
-        raise MotionError(
-            f"{rank} components and {people} means need at least {rank + people} cycles, got {cycles}: "
-            "fit more cycles or fewer components"
-        )
+    return float(ndtri(0.5 + level / 2))
 
 
 def _check_values(given: Given):

@@ -8,21 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motionenv._core.representation import counted
+from motionenv.cycles.spikes import NORMAL, spikes
 
 if TYPE_CHECKING:
     from motionenv.models.fpca.model import FunctionalPCA
 
 _TURN = 2 * np.pi
-SPIKE = 20.0  # robust deviations by which a spike stands out
 TURNS = 2  # by which an angle may be wrapped; what is further off is a spike
 STRETCH = 0.05  # least share of the phases that is told when it is hardly seen
-AT_ENDS = 5.0  # factor on what stands out at the ends of a cycle, where all neighbours are on one side
 NARROW = 0.1 * _TURN  # deviation of cycles among which one that is off by a turn stands out
 FEW = 0.02  # share of cycles below which a phase is hardly seen
 FREEDOM = 4.0  # of the t distribution of `pseudo_values`
 ROUNDS = 20
 STEADY = 1e-3  # change of pseudo-values, in deviations, at which rounds end
-_NORMAL = 1.4826  # standard deviations in a median absolute deviation
 
 
 def screen(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> Iterator[str]:
@@ -48,12 +46,7 @@ def _spikes(values: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
         typical = _typical(x)
         if not (np.abs(np.diff(x, axis=1)) > typical).any():
             continue
-        wide = np.pad(x, ((0, 0), (2, 2)), mode="reflect")  # not around the cycle: its ends may not meet
-        around = [wide[:, shift : shift + x.shape[1]] for shift in (0, 1, 3, 4)]
-        off = np.abs(x - np.median(around, axis=0))
-        usual = _NORMAL * float(np.median(off[np.isfinite(off)])) if np.isfinite(off).any() else 0.0
-        off[:, [0, 1, -2, -1]] /= AT_ENDS
-        off[~(off > max(SPIKE * usual, typical))] = 0.0
+        off = spikes(x, typical)
         if off.any():
             k, p = np.unravel_index(off.argmax(), off.shape)
             yield (
@@ -66,7 +59,7 @@ def _typical(x: np.ndarray) -> float:
     """By how much samples of cycles (K, P) differ: their robust deviation, or a tenth of the range within a cycle."""
     median = median_cycle(x)
     off = np.abs(x - median)
-    return max(_NORMAL * float(np.median(off[np.isfinite(off)])), 0.1 * float(np.nanmax(median) - np.nanmin(median)))
+    return max(NORMAL * float(np.median(off[np.isfinite(off)])), 0.1 * float(np.nanmax(median) - np.nanmin(median)))
 
 
 def median_cycle(x: np.ndarray) -> np.ndarray:
@@ -103,11 +96,10 @@ def _hardly_seen(values: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
     for name, seen in zip(channels, share.T, strict=True):
         rare = seen <= min(FEW, 0.5 * float(seen.max()))
         if rare.sum() >= max(1.0, STRETCH * len(seen)):
-            never = int((seen == 0).sum())
-            told = f"{never} of them never, where the mean is interpolated" if never else "its mean there is uncertain"
             yield (
                 f"{name}: {int(rare.sum())} of {len(seen)} phases, from {np.flatnonzero(rare)[0] / len(seen):.2f} on, "
-                f"are hardly seen, {told}: leave the channel out with channels=, or add cycles that show it"
+                f"are hardly seen, {int((seen == 0).sum())} of them never, so its mean there is uncertain: leave it out "
+                "with channels=, or add cycles that show it"
             )
 
 
@@ -141,7 +133,7 @@ def pseudo_values(values: np.ndarray, fitted: Callable[[np.ndarray], np.ndarray]
     used = values
     for _ in range(ROUNDS):
         rest = values - model
-        scale = np.maximum(_NORMAL * np.nanmedian(np.abs(rest), axis=(0, 1)), 1e-300)
+        scale = np.maximum(NORMAL * np.nanmedian(np.abs(rest), axis=(0, 1)), 1e-300)
         weights = np.minimum((FREEDOM + 1) / (FREEDOM + (rest / scale) ** 2), 1.0)
         before, used = used, model + weights * rest
         if np.nanmax(np.abs(used - before) / scale) < STEADY:

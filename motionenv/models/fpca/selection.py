@@ -63,12 +63,18 @@ def choose_by_likelihood(model: FunctionalPCA, values: np.ndarray, people: Seque
 
 def _left_out(model: FunctionalPCA, values: np.ndarray, people: Sequence[str], out: np.ndarray, q: int) -> float:
     """Median log-likelihood per sample of the cycles `out` (K,), from a model of the others with q components."""
-    shown = np.isfinite(values[~out]).any(axis=(0, 1))
-    others = [person for person, left in zip(people, out, strict=True) if not left]
-    some = model.of_others(q, values[~out][..., shown], others, TOL)
-    own = values[out][..., shown]
+    some, own = model_of_others(model, q, values, people, out, TOL)
     seen = np.isfinite(own).sum(axis=(1, 2))
     return float(np.median(some.score_samples(own)[seen > 0] / seen[seen > 0]))
+
+
+def model_of_others(
+    model: FunctionalPCA, q: int, values: np.ndarray, people: Sequence[str], out: np.ndarray, tol: float
+) -> tuple[FunctionalPCA, np.ndarray]:  # fmt: skip
+    """A model of all cycles but those `out` (K,), with q components, and the latter's samples that it knows."""
+    shown = np.isfinite(values[~out]).any(axis=(0, 1))
+    others = [person for person, left in zip(people, out, strict=True) if not left]
+    return model.of_others(q, values[~out][..., shown], others, tol), values[out][..., shown]
 
 
 def choose_by_share(
@@ -86,9 +92,7 @@ def choose_by_share(
     low, high = 0, 1  # low is too few, high enough
     while not enough(high):
         if high >= most:
-            raise MotionError(
-                f"{most} components, the most for these cycles, have less than {share:.0%} of the variance"
-            )
+            raise MotionError(f"{most} components, the most there can be, have less than {share:.0%} of the variance")
         low, high = high, min(2 * high, most)
     while high - low > 1:
         middle = (low + high) // 2

@@ -50,7 +50,7 @@ def test_a_share_of_variance_takes_the_fewest_components_that_have_it(cycles, sh
 
 
 def test_a_share_that_noise_leaves_to_no_components_is_refused(cycles):
-    with pytest.raises(MotionError, match="59 components, the most for these cycles, have less than 95% of the var"):
+    with pytest.raises(MotionError, match="59 components, the most there can be, have less than 95% of the var"):
         FunctionalPCA(0.95, n_harmonics=10).fit(cycles)
 
 
