@@ -65,6 +65,5 @@ def blocks(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     start = rng.integers(p, size=(k, 1, m))
     length = np.rint(p * rng.uniform(SHORTEST, LONGEST, size=(k, 1, m)))
     chosen = rng.random((k, 1, m)) < HIDDEN
-    chosen[np.arange(k), 0, rng.integers(m, size=k)] = True  # at least one
     inside = (np.arange(p)[:, None] - start) % p < length
     return chosen & inside & np.isfinite(values)

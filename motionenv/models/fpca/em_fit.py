@@ -73,8 +73,7 @@ class Fit:
 
     def infer(self, data: Observations) -> np.ndarray:
         """Posterior means (K, q) of the scores of other cycles, about the same means."""
-        q = len(self.variance)
-        w = self.components.reshape(q, -1).T * np.sqrt(self.variance)
+        w = self.components.reshape(len(self.variance), -1).T * np.sqrt(self.variance)
         shift = (self.means - data.centre).reshape(len(self.means), -1)
         return posterior_of(data, Parameters(w, shift, self.noise)).z * np.sqrt(self.variance)
 

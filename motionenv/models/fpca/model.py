@@ -192,26 +192,28 @@ class FunctionalPCA(Estimator, StoredModel):
         return model
 
     def _estimate(self, values: np.ndarray, groups: np.ndarray, rank: int) -> np.ndarray:
-        """Set all parameters; returns the cycles (K, P, m) that the scores of `values` stand for."""
+        """Set all parameters; returns the cycles (K, P, m) that scores stand for, if they are needed."""
         basis = sampled_basis(values.shape[1], self.n_harmonics)
-        centre = obs.group_centres(values, groups, basis)
+        shares = np.isfinite(values).mean(axis=(1, 2))
+        whole = Observations(values, basis, obs.group_centres(values, groups, basis), groups)
         if self.method == "svd":
-            found = fit_svd(Observations(values, basis, centre, groups), rank, self.tol, self.max_iter)
+            found = fit_svd(whole, rank, self.tol, self.max_iter)
             scores = found.scores
         else:
-            telling = _telling(values, groups, rank, self.least_seen)
-            data = Observations(values[telling], basis, centre, groups[telling])
+            telling = _telling(values, shares, groups, rank, self.least_seen)
+            data = whole if telling.all() else Observations(values[telling], basis, whole.centre, groups[telling])
             found = fit_ppca(data, rank, self.tol, self.max_iter, self.noise == "shared")
-            scores = found.infer(Observations(values, basis, centre, groups))
+            scores = found.scores if data is whole else found.infer(whole)
         self.errors_, self.n_iter_, self.converged_ = np.array(found.errors), len(found.errors), found.converged
         self._set(basis, found.means, found.components)
         self.explained_variance_, self.white_variance_ = found.variance, found.noise
         self.singular_values_ = np.sqrt((len(values) - len(found.means)) * found.variance)
-        fitted = np.tensordot(scores, basis @ found.components, axes=1) + (basis @ found.means)[groups]
         self.residual_spectrum_ = np.zeros((len(found.noise), 0))
+        if not (self.residual_harmonics or self.robust):
+            return values
+        fitted = np.tensordot(scores, basis @ found.components, axes=1) + (basis @ found.means)[groups]
         if self.residual_harmonics:
-            most = min(self.residual_harmonics, (len(basis) + 1) // 2)
-            smooth, shares = sampled_basis(len(basis), most), np.isfinite(values).mean(axis=(1, 2))
+            smooth = sampled_basis(len(basis), min(self.residual_harmonics, (len(basis) + 1) // 2))
             rest = (values - fitted)[shares >= min(WHOLE, float(np.quantile(shares, 0.8)))]
             told = residual_model(rest, smooth, found.noise, self.tol)
             self.residual_spectrum_, self.white_variance_ = told
@@ -530,16 +532,18 @@ def _shown(given: Given) -> Given:
     seen = np.flatnonzero(np.isfinite(given.values).any(axis=(0, 1)))
     if len(given.values) and not len(seen):
         raise GapError(f"these cycles have no samples of any channel: {', '.join(given.channels)}")
+    if len(seen) == len(given.channels):
+        return given
     return given._replace(values=given.values[..., seen], channels=tuple(given.channels[i] for i in seen))
 
 
-def _telling(values: np.ndarray, groups: np.ndarray, rank: int, least: float) -> np.ndarray:
+def _telling(values: np.ndarray, shares: np.ndarray, groups: np.ndarray, rank: int, least: float) -> np.ndarray:
     """Which cycles (K,) show enough to tell about components; all if too few do, or none of a group or of a sample."""
-    shares = np.isfinite(values).mean(axis=(1, 2))
     telling = shares >= least * shares.max()
     kept = len(np.unique(groups[telling]))
-    enough = kept == len(np.unique(groups)) and telling.sum() >= rank + kept
-    return telling if enough and np.isfinite(values[telling]).any(axis=(0, 1)).all() else shares >= 0
+    if telling.all() or kept < len(np.unique(groups)) or telling.sum() < rank + kept:
+        return shares >= 0
+    return telling if np.isfinite(values[telling]).any(axis=(0, 1)).all() else shares >= 0
 
 
 def _least_squares(data: Observations, w) -> np.ndarray:

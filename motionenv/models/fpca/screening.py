@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _TURN = 2 * np.pi
 TURNS = 2  # by which an angle may be wrapped; what is further off is a spike
 STRETCH = 0.05  # least share of the phases that is told when it is hardly seen
+ENOUGH = 200  # cycles that tell by how much cycles differ
 NARROW = 0.1 * _TURN  # deviation of cycles among which one that is off by a turn stands out
 FEW = 0.02  # share of cycles below which a phase is hardly seen
 FREEDOM = 4.0  # of the t distribution of `pseudo_values`
@@ -25,13 +26,14 @@ STEADY = 1e-3  # change of pseudo-values, in deviations, at which rounds end
 
 def screen(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> Iterator[str]:
     """What doesn't suit a fitted `model` in its cycles `values` (K, P, m), in words."""
-    wrapped = [] if model.unwrap else list(_wrapped(values, model.channels_))
+    steps = np.fmax.reduce(np.abs(np.diff(values, axis=1)), axis=1, initial=0.0)  # (K, m), the largest
+    wrapped = [] if model.unwrap else list(_wrapped(values, steps, model.channels_))
     yield from wrapped
     if not (model.robust or wrapped):  # a jump by a turn is a spike, too
-        yield from _spikes(values, model.channels_)
-    yield from _hardly_seen(values, model.channels_)
-    still = [c for c, x in zip(model.channels_, np.moveaxis(values, 2, 0), strict=True) if np.nanmin(x) == np.nanmax(x)]
-    if still:
+        yield from _spikes(values, steps, model.channels_)
+    yield from _hardly_seen(np.isfinite(values).mean(axis=0), model.channels_)
+    low, high = (reduce(values, axis=(0, 1)) for reduce in (np.fmin.reduce, np.fmax.reduce))
+    if still := [c for c, same in zip(model.channels_, low == high, strict=True) if same]:
         yield f"{', '.join(still)} never changes: leave it out with channels="
     if model.centre == "subject":
         labels, counts = np.unique(people, return_counts=True)
@@ -40,18 +42,17 @@ def screen(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> I
             yield f"{once}: a single cycle, which is its own mean and tells nothing of variation within people"
 
 
-def _spikes(values: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
+def _spikes(values: np.ndarray, steps: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
     """Samples that stand out from the four around them by more than cycles differ, and than others stand out."""
-    for name, x in zip(channels, np.moveaxis(values, 2, 0), strict=True):
-        typical = _typical(x)
-        if not (np.abs(np.diff(x, axis=1)) > typical).any():
-            continue
-        off = spikes(x, typical)
+    for a, name in enumerate(channels):
+        typical = _typical(values[:: max(1, len(values) // ENOUGH), :, a])
+        rows = np.flatnonzero(steps[:, a] > typical)
+        off = spikes(values[rows, :, a], typical) if len(rows) else np.zeros((1, 1))
         if off.any():
             k, p = np.unravel_index(off.argmax(), off.shape)
             yield (
                 f"{name}: {counted(int(np.count_nonzero(off)), 'spike')}, the largest by {off.max():.3g} at phase "
-                f"{p / x.shape[1]:.2f} of cycle {k}: set it to NaN, or pass robust=True"
+                f"{p / off.shape[1]:.2f} of cycle {rows[k]}: set it to NaN, or pass robust=True"
             )
 
 
@@ -70,15 +71,18 @@ def median_cycle(x: np.ndarray) -> np.ndarray:
     return found
 
 
-def _wrapped(values: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
-    for name, x in zip(channels, np.moveaxis(values, 2, 0), strict=True):
-        if not np.nanmax(x) - np.nanmin(x) > np.pi:
+def _wrapped(values: np.ndarray, steps: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
+    means = np.nansum(values, axis=1) / np.maximum(np.isfinite(values).sum(axis=1), 1)
+    largest = np.maximum(steps.max(axis=0), np.ptp(means, axis=0))
+    for a in np.flatnonzero(largest > np.pi):
+        name, x = channels[a], values[..., a]
+        if _typical(unwrapped(x[:: max(1, len(x) // ENOUGH), :, None])[..., 0]) >= NARROW:
             continue
         mended = unwrapped(x[..., None])[..., 0]
-        moved = np.isfinite(x) & (np.abs(mended - x) > 1.0)
-        # Only if the turns bring the cycles together: large numbers in another unit jump by more than a turn too.
-        turns = np.nanmax(np.abs(mended - x)) / _TURN
-        if moved.any() and turns < TURNS + 0.5 and _typical(mended) < NARROW and _closer(mended, moved):
+        moved, turns = np.isfinite(x) & (np.abs(mended - x) > 1.0), np.nanmax(np.abs(mended - x)) / _TURN
+        # Only if the turns bring all cycles together: large numbers in another unit jump by more than a turn, too.
+        off = np.abs(mended - median_cycle(mended))[moved].max(initial=0.0) / _TURN
+        if moved.any() and turns < TURNS + 0.5 and off < 0.25:
             k, p = np.unravel_index(moved.argmax(), moved.shape)
             yield (
                 f"{name}: jumps by a whole turn in {counted(int(moved.any(axis=1).sum()), 'cycle')}, first at phase "
@@ -86,34 +90,26 @@ def _wrapped(values: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
             )
 
 
-def _closer(mended: np.ndarray, moved: np.ndarray) -> bool:
-    """Whether all samples of cycles (K, P) that were `moved` are now within a quarter turn of the median cycle."""
-    return bool(np.abs(mended - median_cycle(mended))[moved].max() < 0.25 * _TURN)
-
-
-def _hardly_seen(values: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
-    share = np.isfinite(values).mean(axis=0)
+def _hardly_seen(share: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
     for name, seen in zip(channels, share.T, strict=True):
         rare = seen <= min(FEW, 0.5 * float(seen.max()))
         if rare.sum() >= max(1.0, STRETCH * len(seen)):
             yield (
                 f"{name}: {int(rare.sum())} of {len(seen)} phases, from {np.flatnonzero(rare)[0] / len(seen):.2f} on, "
-                f"are hardly seen, {int((seen == 0).sum())} of them never, so its mean there is uncertain: leave it out "
-                "with channels=, or add cycles that show it"
+                f"are hardly seen, {int((seen == 0).sum())} of them never, so its mean there is uncertain: leave it "
+                "out with channels=, or add cycles that show it"
             )
 
 
 def unwrapped(values: np.ndarray) -> np.ndarray:
     """Cycles `values` (K, P, m) [rad] without jumps by 2π, each at the turn nearest to the channel's median."""
-    out = values.copy()
-    for x in np.moveaxis(out, 2, 0):
-        for cycle in x:
-            seen = np.isfinite(cycle)
-            if seen.any():
-                cycle[seen] = np.unwrap(cycle[seen])
-        if np.isfinite(x).any():
-            each = np.array([np.median(cycle[np.isfinite(cycle)]) if np.isfinite(cycle).any() else 0.0 for cycle in x])
-            x -= _TURN * np.round((each - np.median(each)) / _TURN)[:, None]
+    seen = np.isfinite(values)
+    last = np.maximum.accumulate(np.where(seen, np.arange(values.shape[1])[:, None], 0), axis=1)
+    out = np.where(seen, np.unwrap(np.nan_to_num(np.take_along_axis(values, last, axis=1)), axis=1), np.nan)
+    counts = seen.sum(axis=1)
+    means = np.sum(out, axis=1, where=seen) / np.maximum(counts, 1)
+    for a in np.flatnonzero(counts.any(axis=0)):
+        out[..., a] -= _TURN * np.round((means[:, a] - np.median(means[counts[:, a] > 0, a])) / _TURN)[:, None]
     return out
 
 
