@@ -174,7 +174,7 @@ def _fpca(method: str) -> Any:
     scores = model.transform(cycles.values)
     slopes = model.evaluate(scores, np.linspace(0, 1, len(scores)), derivative=1)
     drawn, filled = model.sample(3, seed=1), model.impute(cycles.values)
-    return [model.to_arrays()[0], filled, drawn, scores, slopes, model.score_samples(scores)]
+    return [model.to_arrays()[0], filled, drawn, scores, slopes, model.score_samples(cycles)]
 
 
 @output("Eigenwalkers of markers", "Eigenwalkers", n_components=3)
