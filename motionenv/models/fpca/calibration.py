@@ -22,9 +22,8 @@ SHORTEST, LONGEST = 0.05, 0.4  # share of a cycle that a block takes
 def inflation(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> np.ndarray:
     """Factors on the half-widths of bands around single filled samples, and around all of a cycle.
 
-    In folds of people, blocks of their cycles `values` (K, P, m) are hidden and filled by a model of the others with
-    the settings of `model`. With the factors, 90 % bands hold 90 % of what was hidden, where each person counts once.
-    Both are at least 1, and 1 for a single person.
+    In folds of people, blocks of their cycles `values` (K, P, m) are hidden and filled by a model of the others. With
+    the factors, at least 1, 90 % bands hold 90 % of what was hidden, where each person counts once.
     """
     labels, who = np.unique(people, return_inverse=True)
     if len(labels) < 2:

@@ -195,15 +195,15 @@ class FunctionalPCA(Estimator, StoredModel):
         """Set all parameters; returns the cycles (K, P, m) that scores stand for, if they are needed."""
         basis = sampled_basis(values.shape[1], self.n_harmonics)
         shares = np.isfinite(values).mean(axis=(1, 2))
-        whole = Observations(values, basis, obs.group_centres(values, groups, basis), groups)
+        every = Observations(values, basis, obs.group_centres(values, groups, basis), groups)
         if self.method == "svd":
-            found = fit_svd(whole, rank, self.tol, self.max_iter)
+            found = fit_svd(every, rank, self.tol, self.max_iter)
             scores = found.scores
         else:
             telling = _telling(values, shares, groups, rank, self.least_seen)
-            data = whole if telling.all() else Observations(values[telling], basis, whole.centre, groups[telling])
+            data = every if telling.all() else Observations(values[telling], basis, every.centre, groups[telling])
             found = fit_ppca(data, rank, self.tol, self.max_iter, self.noise == "shared")
-            scores = found.scores if data is whole else found.infer(whole)
+            scores = found.scores if data is every else found.infer(every)
         self.errors_, self.n_iter_, self.converged_ = np.array(found.errors), len(found.errors), found.converged
         self._set(basis, found.means, found.components)
         self.explained_variance_, self.white_variance_ = found.variance, found.noise
@@ -214,9 +214,10 @@ class FunctionalPCA(Estimator, StoredModel):
         fitted = np.tensordot(scores, basis @ found.components, axes=1) + (basis @ found.means)[groups]
         if self.residual_harmonics:
             smooth = sampled_basis(len(basis), min(self.residual_harmonics, (len(basis) + 1) // 2))
-            rest = (values - fitted)[shares >= min(WHOLE, float(np.quantile(shares, 0.8)))]
-            told = residual_model(rest, smooth, found.noise, self.tol)
-            self.residual_spectrum_, self.white_variance_ = told
+            rest = values - fitted
+            whole = rest[shares >= min(WHOLE, float(np.quantile(shares, 0.8)))]
+            rest = whole if np.isfinite(whole).any(axis=(0, 1)).all() else rest
+            self.residual_spectrum_, self.white_variance_ = residual_model(rest, smooth, found.noise, self.tol)
         return fitted
 
     def _chosen(self, given: Given) -> int:

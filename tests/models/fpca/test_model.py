@@ -195,6 +195,15 @@ def test_cycles_of_which_little_is_seen_have_no_sharp_scores(gappy):
     assert (np.diagonal(blunt[0]) <= model.explained_variance_).all()
 
 
+def test_a_channel_that_only_cycles_with_gaps_show_has_its_noise(gappy):
+    values = gappy[0].copy()
+    values[10:, :, 3] = np.nan
+    values[:10, ::2, :3] = np.nan
+    model = FunctionalPCA(2, n_harmonics=10).fit(values)
+    assert np.isfinite(model.white_variance_).all()
+    assert np.isfinite(model.score(values))
+
+
 def test_bands_hold_hidden_samples_as_often_as_asked():
     truth, _ = low_rank(300, 64, 4, noise=0.1, seed=9)
     values, hidden = with_gaps(truth, 0.25, seed=9)
