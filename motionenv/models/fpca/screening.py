@@ -74,7 +74,7 @@ def median_cycle(x: np.ndarray) -> np.ndarray:
 def _wrapped(values: np.ndarray, steps: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
     means = np.nansum(values, axis=1) / np.maximum(np.isfinite(values).sum(axis=1), 1)
     largest = np.maximum(steps.max(axis=0), np.ptp(means, axis=0))
-    for a in np.flatnonzero(largest > np.pi):
+    for a in np.flatnonzero(largest > np.pi).tolist():
         name, x = channels[a], values[..., a]
         if _typical(unwrapped(x[:: max(1, len(x) // ENOUGH), :, None])[..., 0]) >= NARROW:
             continue
