@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.data.s3 import s3_server
 from tests.service.page.browsing import Tab, launched, tab
 from tests.service.running import Server, run_service
 
@@ -23,16 +22,6 @@ def runner() -> Iterator[asyncio.Runner]:
     """An event loop that stays the same."""
     with asyncio.Runner() as running:
         yield running
-
-
-@pytest.fixture(scope="session")
-def s3():
-    """Environment of a process that uses an S3 server, which has a bucket "sets"."""
-    with s3_server() as port:
-        yield {
-            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ACCESS_KEY_ID": "tests",
-            "AWS_SECRET_ACCESS_KEY": "only-here", "AWS_DEFAULT_REGION": "us-east-1",
-        }  # fmt: skip
 
 
 @pytest.fixture(scope="module")
