@@ -124,11 +124,11 @@ def _latents(x, model, state, z):
     S⁻¹ (q, q).
     """
     basis, loadings, spectrum, white, wholes, squares = model
-    roots, boths, inners, numbers, precision = state
+    roots, pairs, inners, numbers, precision = state
     q, minus_twice, n_seen = len(z), 0.0, 0
     precision[:], z[:], inners[:] = np.eye(q), 0.0, 0.0
     for a in range(x.shape[1]):
-        both, inner = boths[a], inners[a]
+        both, inner = pairs[a], inners[a]
         inner[:q, :q] = squares[a]
         n, log_det = _channel(x[:, a], basis, loadings[a], wholes[a], inner, spectrum[a], white[a], roots[a], both)
         numbers[a], n_seen, minus_twice = n, n_seen + n, minus_twice + log_det
@@ -150,8 +150,8 @@ def _latents(x, model, state, z):
 def _state(model):
     """Space for what `_latents` finds."""
     (m, n_columns, q) = model[4].shape
-    roots, boths = np.empty((m, n_columns, n_columns)), np.empty((m, n_columns, q + 1))
-    return roots, boths, np.empty((m, q + 1, q + 1)), np.empty(m), np.empty((q, q))
+    roots, pairs = np.empty((m, n_columns, n_columns)), np.empty((m, n_columns, q + 1))
+    return roots, pairs, np.empty((m, q + 1, q + 1)), np.empty(m), np.empty((q, q))
 
 
 @sums
@@ -214,14 +214,14 @@ def infer(start, stop, values, groups, means, model, found, smooth, rest):
     """
     zs, covariances, log_p = found
     spectrum, white, state = model[2], model[3], _state(model)
-    roots, boths, inners, numbers, precision = state
+    roots, pairs, inners, numbers, precision = state
     for k in range(start, stop):
         log_p[k] = _latents(values[k] - means[groups[k]], model, state, zs[k])
         _inverse(precision, covariances[k])
         for a in range(len(rest)):
             if numbers[a]:
                 rest[a, 0] += _expect(
-                    roots[a], boths[a], inners[a], spectrum[a], white[a], zs[k], covariances[k], smooth[a]
+                    roots[a], pairs[a], inners[a], spectrum[a], white[a], zs[k], covariances[k], smooth[a]
                 )
                 rest[a, 1] += numbers[a]
                 rest[a, 2] += 1.0
@@ -261,19 +261,19 @@ def fill(start, stop, values, groups, means, model, normals, level, filled, widt
     """
     (_, p, m), q, n_columns = values.shape, model[1].shape[2], model[0].shape[1]
     (basis, loadings, _, white), state = model[:4], _state(model)
-    roots, boths, _, _, precision = state
+    roots, pairs, _, _, precision = state
     z, u, w, h = np.empty((q, 1)), np.empty((n_columns, 1)), np.empty((n_columns, 1)), np.empty((q, 1))
     most = np.zeros(len(normals))
     for k in range(start, stop):
         mean, most[:] = means[groups[k]], 0.0
         _latents(values[k] - mean, model, state, z)
         for a in range(m):
-            _smooth(roots[a], boths[a], z, u)
+            _smooth(roots[a], pairs[a], z, u)
             for j in range(p):
                 if np.isnan(values[k, j, a]):
                     row, loading = basis[j], loadings[a, j]
                     filled[k, j, a] = mean[j, a] + (loading * z[:, 0]).sum() + (row * u[:, 0]).sum()
-                    width[k, j, a] = _deviation(row, loading, roots[a], boths[a], white[a], precision, w, h)
+                    width[k, j, a] = _deviation(row, loading, roots[a], pairs[a], white[a], precision, w, h)
                     last = q + m * n_columns + j * m + a
                     noise = np.sqrt(white[a])
                     _most(normals, q + a * n_columns, last, w, h, noise, width[k, j, a], most)
