@@ -37,6 +37,7 @@ from motionenv.errors import GapError, MotionError
 SHORTER = 0.2
 SIGNIFICANCE = 0.01
 RECURRENCE = 0.6
+FAR = 8.0  # robust deviations of a channel, from which on a spike is replaced
 #: Local cycle lengths are searched within this relative distance of the peak.
 SPREAD = 0.14
 #: Window length of the local cycle length [cycles].
@@ -110,7 +111,7 @@ def _without_spikes(z: np.ndarray, seen: np.ndarray) -> np.ndarray:
     z, frames = z.copy(), np.arange(len(z))
     for x, known in zip(z.T, seen.T, strict=True):
         if len(x) > 4 and known.any():
-            bad = spikes(x[None], NORMAL * float(np.median(np.abs(x[known] - np.median(x[known])))))[0] > 0
+            bad = spikes(x[None], FAR * NORMAL * float(np.median(np.abs(x[known] - np.median(x[known])))))[0] > 0
             x[bad] = np.interp(frames[bad], frames[known & ~bad], x[known & ~bad])
     return z
 

@@ -30,9 +30,7 @@ from motionenv.models.fpca.svd_fit import fit_svd
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.types import Cycles
 
-METHODS = ("ppca", "svd")
-CENTRES = ("all", "subject")
-NOISES = ("channel", "shared")
+CHOICES = {"centre": ("all", "subject"), "method": ("ppca", "svd"), "noise": ("channel", "shared")}
 WHOLE = 0.9  # least share of its samples with which a cycle tells about residuals
 STORED = (
     "subject_coefficients_", "component_coefficients_", "explained_variance_", "singular_values_", "errors_",
@@ -427,8 +425,7 @@ class FunctionalPCA(Estimator, StoredModel):
         return model
 
     def _check_settings(self):
-        choices = {"centre": CENTRES, "method": METHODS, "noise": NOISES}
-        for name, possible in choices.items():
+        for name, possible in CHOICES.items():
             if getattr(self, name) not in possible:
                 raise MotionError(f"{name} must be one of {', '.join(possible)}, got {getattr(self, name)!r}")
         q = self.n_components

@@ -43,7 +43,7 @@ def screen(model: FunctionalPCA, values: np.ndarray, people: Sequence[str]) -> I
 
 
 def _spikes(values: np.ndarray, steps: np.ndarray, channels: Sequence[str]) -> Iterator[str]:
-    """Samples that stand out from the four around them by more than cycles differ, and than others stand out."""
+    """Samples that stand out from those around them by more than cycles differ, and than others stand out."""
     for a, name in enumerate(channels):
         typical = _typical(values[:: max(1, len(values) // ENOUGH), :, a])
         rows = np.flatnonzero(steps[:, a] > typical)
