@@ -21,7 +21,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks import Arguments, has, shortest
-from motionenv.data import Sampler, Specification, Walkers, generate, ray_executor
+from motionenv.data import Sampler, Specification, Walkers, generate
 from motionenv.data.formats.webdataset import WebDataset
 from motionenv.data.samples.drawing import Drawing
 from motionenv.data.samples.groups import Group
@@ -100,18 +100,13 @@ def rate_of(spec: Specification, **how) -> float:
 
 
 def of_workers(quick: bool) -> None:
-    """Two workers against one, and Ray against processes."""
+    """Two workers against one."""
     clip, shards = (2, 3) if quick else (60, 48)
     spec = of_size(128, clip=clip, frames=2 * clip * shards, output={"fields": FIELDS, "shard": 2 * clip})
     one, two = rate_of(spec, workers=1), rate_of(spec, workers=2)
     print("\n| | frames/s | ratio | goal |\n|-|-|-|-|")
     print(f"| one worker, 128² lossless | {one:,.0f} | | |")
     print(f"| two workers | {two:,.0f} | {two / one:.2f} of one | 1.8 |")
-    if not has("ray"):
-        return
-    with ray_executor(num_cpus=2) as executor:
-        ray = rate_of(spec, executor=executor)
-    print(f"| Ray, two cores | {ray:,.0f} | {1 - ray / two:.0%} less than processes | 15 % |")
 
 
 def against_pyrender(quick: bool) -> None:

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motionenv.data.formats import FORMATS
-    from motionenv.data.making import Made, generate, ray_executor, verify
+    from motionenv.data.making import Made, generate, verify
     from motionenv.data.samples import Sampler
     from motionenv.data.specification import PRESETS, Specification
     from motionenv.data.store import Store
     from motionenv.data.stream import Walkers
 
 __all__ = [
-    "FORMATS", "PRESETS", "Made", "Sampler", "Specification", "Store", "Walkers", "generate", "ray_executor", "verify",
+    "FORMATS", "PRESETS", "Made", "Sampler", "Specification", "Store", "Walkers", "generate", "verify",
 ]  # fmt: skip
 _HOME = {
-    "FORMATS": "formats", "Made": "making", "generate": "making", "ray_executor": "making", "verify": "making",
+    "FORMATS": "formats", "Made": "making", "generate": "making", "verify": "making",
     "Sampler": "samples", "PRESETS": "specification", "Specification": "specification", "Store": "store",
     "Walkers": "stream",
 }  # fmt: skip

@@ -57,7 +57,6 @@ HOME = {
     "orjson": {"data"},
     "pyarrow": {"data"},
     "pydantic": {"data"},
-    "ray": {"data"},
     "torch": {"data"},
     "typer": {"cli"},
     "rich": {"cli"},
@@ -160,7 +159,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("agents", "data", "detect", "plots", "ray", "sklearn")),
+        ("motionenv", ("agents", "data", "detect", "plots", "sklearn")),
         ("service", ("telemetry",)),
         ("tests", ("test", "agents", "data", "integrations", "telemetry")),
         ("benchmarks", ("test", "bench")),

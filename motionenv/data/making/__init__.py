@@ -1,6 +1,5 @@
 """Making data sets: tasks over executors, and the manifest that says what is done."""
 
-from motionenv.data.making.engine import ray_executor
 from motionenv.data.making.generation import Made, generate, verify
 
-__all__ = ["Made", "generate", "ray_executor", "verify"]
+__all__ = ["Made", "generate", "verify"]

@@ -2,7 +2,6 @@
 
 Tasks are whole numbers or texts, and the work on one doesn't depend on the others. What a task has to show for itself
 is written by the work itself, so that it may be done twice, and nothing large passes through the executor.
-`ray_executor` spreads it over several machines.
 """
 
 import multiprocessing
@@ -10,14 +9,12 @@ import os
 import signal
 import sys
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 from motionenv._core.validation import checked_whole
-from motionenv.errors import MotionError
 
 _ATTEMPTS = 3  # at a task, after which it has failed
 _EACH = 2  # tasks per worker that wait or run
@@ -196,47 +193,3 @@ def _worked(work, task):
         return work(task)
     except SystemExit as end:
         os._exit(end.code if isinstance(end.code, int) else 1)
-
-
-class RayTasks(Executor):
-    """Runs each call as a Ray task of one core; only its arguments and its result travel."""
-
-    def __init__(self) -> None:
-        import ray
-
-        self._max_workers = max(1, int(ray.cluster_resources().get("CPU", 1)))
-        self._call = ray.remote(num_cpus=1, max_retries=3)(_call)
-
-    def submit(self, fn: Callable, /, *args, **kwargs) -> Future:
-        """The future of `fn(*args, **kwargs)`."""
-        return self._call.remote(fn, args, kwargs).future()
-
-
-def _call(fn: Callable, args: tuple, kwargs: dict):
-    return fn(*args, **kwargs)
-
-
-@contextmanager
-def ray_executor(address: str | None = None, **options) -> Iterator[Executor]:
-    """An executor of Ray tasks, on a cluster or on this machine.
-
-    Args:
-        address: of the cluster's head, as `ray.init` takes it; None starts Ray on this machine, and ends it afterwards.
-        options: of `ray.init`, such as `num_cpus`.
-
-    Raises:
-        MotionError: Ray isn't installed, or there is no cluster.
-    """
-    try:
-        import ray
-    except ImportError:
-        raise MotionError("Ray isn't installed: pip install 'motionenv[ray]'") from None
-    try:
-        local: dict[str, Any] = {"include_dashboard": False} if address is None else {}
-        ray.init(address=address, log_to_driver=False, **local, **options)
-    except (ConnectionError, ValueError) as error:
-        raise MotionError(f"there is no Ray cluster at {address!r}: {error}") from None
-    try:
-        yield RayTasks()
-    finally:
-        ray.shutdown()

@@ -76,8 +76,8 @@ def generate(
         out: a folder.
         shards: numbers of the shards to make, as for one of several jobs that share the work; None makes all. Whoever
             finishes the last one describes the whole.
-        executor: any `concurrent.futures.Executor`, such as Dask's, MPI's or `motionenv.data.ray_executor`'s; None
-            starts `workers` processes. It must be able to import motionenv, and to write to `out`.
+        executor: any `concurrent.futures.Executor`, such as Dask's or MPI's; None starts `workers`
+            processes. It must be able to import motionenv, and to write to `out`.
         resume: "never", "always" or "if-possible": whether to go on with what is in `out`.
         format: one of `motionenv.data.FORMATS`.
         workers: processes; None is one for each core.

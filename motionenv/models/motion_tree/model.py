@@ -30,8 +30,6 @@ from motionenv.models.motion_tree.search.kernel_index_kernels import BLOCK
 from motionenv.models.motion_tree.search.tree import LEAVES, METHODS, SPLITS, CoefficientTree
 from motionenv.models.motion_tree.serialization import pack, unpack
 from motionenv.models.motion_tree.synthesis.generator import MotionGenerator, Options, start_window
-from motionenv.models.registry import load
-from motionenv.models.storage.mapped_npz import Mapping
 from motionenv.models.transforms import resample, scaled
 from motionenv.models.types import Components, Target, Walker
 from motionenv.types import Motion, Skeleton, frozen
@@ -71,7 +69,6 @@ class MotionTree(GaitModel):
         descent_: the paper's tree.
         forecast_: prediction of the pose after a window.
         card_: the model card.
-        mapping_: the memory-mapped file of its arrays, or None.
 
     Raises:
         MotionError: an unknown `splits` or `part`.
@@ -81,7 +78,7 @@ class MotionTree(GaitModel):
     about: ClassVar[str] = "Motion without end, grown frame by frame from clips of captured motion."
     steady: ClassVar[bool] = False
     steerable: ClassVar[bool] = True
-    mapped: ClassVar[bool] = True
+    compressed: ClassVar[bool] = False
 
     def __init__(self, *, splits: str = "sign", part: str = "body") -> None:
         if part not in PARTS:
@@ -90,7 +87,6 @@ class MotionTree(GaitModel):
             raise MotionError(f"splits must be {' or '.join(map(repr, SPLITS))}, got {splits!r}")
         self.splits, self.part = splits, part
         self.card_: dict = {}
-        self.mapping_: Mapping | None = None
 
     def fit(self, motions: Iterable[Motion], subjects: Sequence[str] | None = None) -> "MotionTree":
         """Build a `Database` of motions of any kind, on the body of the first, and fit the tree to it.
@@ -331,15 +327,10 @@ class MotionTree(GaitModel):
             poses[..., :3] /= recent.scale
         return poses
 
-    def __reduce__(self):
-        return super().__reduce__() if self.mapping_ is None else self.mapping_.reduced(load)
-
     def check(self) -> None:
-        """Raise ModelError if it isn't fitted or its file was changed in place."""
+        """Raise ModelError if it isn't fitted."""
         if not hasattr(self, "index_"):
             raise ModelError("this MotionTree is not fitted: call fit(motions) first, or motionenv.load")
-        if self.mapping_ is not None:
-            self.mapping_.check()
 
 
 def _clips(motions: Iterable[Motion], subjects: Iterable | None) -> Iterator[Clip]:

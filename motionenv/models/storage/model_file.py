@@ -1,7 +1,6 @@
 """One file format for every model: an NPZ of arrays and a JSON header. Loading never executes code.
 
-Files are compressed and read into memory. Models that may exceed memory are stored uncompressed and memory-mapped.
-Equal arrays and headers give equal bytes on every machine.
+Files are compressed, except those of large models. Equal arrays and headers give equal bytes on every machine.
 """
 
 import inspect
@@ -13,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -21,11 +20,11 @@ from motionenv import __version__
 from motionenv._core.files import atomic_write, unpacked_size
 from motionenv._core.representation import listed, short
 from motionenv.errors import ModelError
-from motionenv.models.storage import mapped_npz
 
 FORMAT = "motionenv model"
 FORMAT_VERSION = 1
-LIMIT = 256 * 2**20  # greatest unpacked size [bytes]; the shipped models take under 2 MB
+LIMIT = 256 * 2**20  # greatest unpacked size [bytes] of files that are smaller; the shipped models take under 2 MB
+EPOCH = (1980, 1, 1, 0, 0, 0)  # a zip's earliest time, so that bytes don't depend on the clock
 
 # Errors that Python and NumPy raise for damaged files; the last two come from NumPy's parser of array headers.
 _DAMAGE = (
@@ -39,13 +38,12 @@ class StoredModel(ABC):
 
     Attributes:
         kind: name by which the registry finds the class.
-        mapped: whether files are memory-mapped instead of read. Their arrays may exceed memory and hold infinities, and
-            loading sets `mapping_` to the file's `mapped_npz.Mapping`.
+        compressed: whether files are compressed. Those that aren't may be of any size, and hold infinities.
         card_: the model card: data, licence, command.
     """
 
     kind: ClassVar[str]
-    mapped: ClassVar[bool] = False
+    compressed: ClassVar[bool] = True
     card_: dict
 
     def __repr__(self) -> str:
@@ -67,49 +65,53 @@ class StoredModel(ABC):
     def save(self, path: str | Path, card: dict | None = None) -> None:
         """Write the fitted model to `path` (.npz) with a `card`, by default `card_`; a MotionError if it can't be."""
         arrays, meta = self.to_arrays()
-        save_model(path, self.kind, arrays, {**meta, "card": card or self.card_}, mapped=self.mapped)
+        save_model(path, self.kind, arrays, {**meta, "card": card or self.card_}, compressed=self.compressed)
 
 
 def save_model(
-    path: str | Path, kind: str, arrays: Mapping[str, np.ndarray], meta: Mapping, *, mapped: bool = False
+    path: str | Path, kind: str, arrays: Mapping[str, np.ndarray], meta: Mapping, *, compressed: bool = True
 ) -> None:
     """Write a model file atomically.
 
     Args:
         path: the file, conventionally *.npz.
         kind: kind of the model.
-        arrays: numeric arrays by name, all finite; in mapped files, infinities are allowed.
+        arrays: numeric arrays by name, all finite; where they aren't compressed, infinities are allowed.
         meta: JSON-serialisable settings, and the model card under "card".
-        mapped: whether loading memory-maps the file.
+        compressed: whether to compress the arrays.
 
     Raises:
         MotionError: the file can't be written.
         ModelError: an array is not numeric or not finite.
     """
     header = {"format": FORMAT, "format_version": FORMAT_VERSION, "motionenv": __version__, "kind": kind, "meta": meta}
-    if mapped:
-        header["mapped"] = True
     for name, array in arrays.items():
-        _check_array(name, np.asarray(array), mapped, "can't save this model")
+        _check_array(name, np.asarray(array), compressed, "can't save this model")
     members = {"header": np.array(json.dumps(header, sort_keys=True, allow_nan=False)), **arrays}
-    if mapped:
-        mapped_npz.write_mapped(path, members)
-        return
     with atomic_write(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name, array in members.items():
-            info = zipfile.ZipInfo(f"{name}.npy", mapped_npz.EPOCH)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            with archive.open(info, "w") as stream:
+            info = zipfile.ZipInfo(f"{name}.npy", EPOCH)
+            info.compress_type = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
+            with archive.open(info, "w", force_zip64=not compressed) as stream:
                 np.lib.format.write_array(stream, np.asarray(array, order="C"), allow_pickle=False)
 
 
 def load_model(path: str | Path) -> tuple[str, dict[str, np.ndarray], dict]:
-    """Read kind, arrays and meta from the model file `path`. Mapped arrays are read-only.
+    """Read kind, arrays and meta from the model file `path`.
 
     Raises:
         ModelError: no such file, not a model, damaged, of another version, too large, or not finite.
     """
-    return _opened(path)[:3]
+    with _reading(path) as archive:
+        header = _header(path, archive)
+        members = [info for info in archive.infolist() if info.filename != "header.npy"]
+        _check_sizes(path, archive, members)
+        arrays = {}
+        for info in members:
+            name, compressed = info.filename.removesuffix(".npy"), info.compress_type != zipfile.ZIP_STORED
+            arrays[name] = _unpacked(archive, info)
+            _check_array(name, arrays[name], compressed, f"{path} is damaged")
+    return header["kind"], arrays, header["meta"]
 
 
 def open_model(path: str | Path, class_of: Callable[[str], type[StoredModel]]) -> StoredModel:
@@ -118,49 +120,27 @@ def open_model(path: str | Path, class_of: Callable[[str], type[StoredModel]]) -
     Raises:
         ModelError: see `load_model`; also if the arrays don't fit the class.
     """
-    kind, arrays, meta, mapping = _opened(path)
-    model_class = class_of(kind)
-    if model_class.mapped != (mapping is not None):
-        raise ModelError(f"{path} has a damaged header: fetch or fit it again")
+    kind, arrays, meta = load_model(path)
     try:
-        model = model_class.from_arrays(arrays, meta)
+        model = class_of(kind).from_arrays(arrays, meta)
     except (KeyError, TypeError, IndexError) as error:
         raise ModelError(f"{path} lacks data of a model of kind {kind!r} ({error!r}): fit it again") from None
     model.card_ = meta.get("card", {})
-    if mapping is not None:
-        model.mapping_ = mapping  # type: ignore[attr-defined]
     return model
 
 
 def read_card(path: str | Path) -> dict:
     """The model card in the file `path`, without the model; a ModelError if it is no model file."""
-    with _reading(path) as (_, archive):
+    with _reading(path) as archive:
         return _header(path, archive)["meta"].get("card", {})
 
 
-def _opened(path) -> tuple[str, dict[str, np.ndarray], dict, mapped_npz.Mapping | None]:
-    """Kind, arrays, meta and, for a mapped file, its `Mapping`."""
-    path, mapping = Path(path), None
-    with _reading(path) as (file, archive):
-        header = _header(path, archive)
-        if header.get("mapped") is True:
-            arrays, mapping = mapped_npz.map_arrays(file, archive, path)
-        else:
-            _check_sizes(path, archive, archive.infolist())
-            arrays = {i.filename.removesuffix(".npy"): _unpacked(archive, i) for i in archive.infolist()}
-            for name, array in arrays.items():
-                if name != "header":
-                    _check_array(name, array, False, f"{path} is damaged")
-    del arrays["header"]
-    return header["kind"], arrays, header["meta"], mapping
-
-
 @contextmanager
-def _reading(path) -> Iterator[tuple[Any, zipfile.ZipFile]]:
-    """Open the file and the zip in it; turn errors of either into a ModelError."""
+def _reading(path) -> Iterator[zipfile.ZipFile]:
+    """Open the zip; turn its errors into a ModelError."""
     try:
-        with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
-            yield file, archive
+        with zipfile.ZipFile(path) as archive:
+            yield archive
     except FileNotFoundError:
         raise ModelError(f"there is no model file {path}: check the path, or fit one with `motionenv fit`") from None
     except _DAMAGE as error:
@@ -175,11 +155,11 @@ def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
 
 
 def _check_sizes(path, archive: zipfile.ZipFile, members: list[zipfile.ZipInfo]) -> None:
-    """Check, before anything is unpacked, that the arrays of `members` fit in `LIMIT`."""
-    total = sum(unpacked_size(archive, info)[0] for info in members)
-    if total > LIMIT:
+    """Check, before anything is unpacked, that the arrays of `members` fit in `LIMIT` or are as large as the file."""
+    total, most = sum(unpacked_size(archive, info)[0] for info in members), max(LIMIT, Path(path).stat().st_size)
+    if total > most:
         raise ModelError(
-            f"{path} would take {total / 2**20:.0f} MB of memory, more than the limit of {LIMIT / 2**20:.0f} MB: "
+            f"{path} would take {total / 2**20:.0f} MB of memory, more than the limit of {most / 2**20:.0f} MB: "
             "don't trust it"
         )
 
@@ -204,7 +184,7 @@ def _header(path, archive: zipfile.ZipFile) -> dict:
     return header
 
 
-def _check_array(name, array, mapped: bool, problem) -> None:
-    whole = array.dtype.kind in "biuf" and (not mapped_npz.has_nan(array) if mapped else np.isfinite(array).all())
-    if not whole:
+def _check_array(name, array, finite: bool, problem) -> None:
+    number = array.dtype.kind in "biuf"
+    if not number or (np.isnan(array).any() if not finite else not np.isfinite(array).all()):
         raise ModelError(f"{problem}: array {name!r} must hold finite numbers; fit it again from checked data")

@@ -1,4 +1,4 @@
-"""Work spread over processes, executors and Ray."""
+"""Work spread over processes and executors."""
 
 import os
 import signal
@@ -12,10 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from motionenv.data import generate, ray_executor
 from motionenv.data.making.engine import run
 from motionenv.errors import MotionError
-from tests.data.walks import EVERYTHING, digests
 
 
 def square(task: int) -> int:
@@ -154,20 +152,3 @@ def test_ctrl_c_ends_the_work_and_leaves_no_process(workers, tmp_path):
     said, _ = started.communicate(timeout=60)
     assert said.strip() in ("[0, 1] True 0", *(("[0] True 0", "[1] True 0") if workers == "2" else ()))  # one may last
     assert gone(started.pid)
-
-
-@pytest.mark.integration
-def test_ray_makes_the_same_files(tmp_path):
-    pytest.importorskip("ray")
-    generate(EVERYTHING, tmp_path / "here", workers=1)
-    with ray_executor(num_cpus=2) as executor:
-        made = generate(EVERYTHING, tmp_path / "ray", executor=executor)
-    assert made.complete
-    assert not made.failed
-    assert digests(tmp_path / "here") == digests(tmp_path / "ray")
-
-
-def test_without_ray_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(MotionError, match=r"pip install 'motionenv\[ray\]'"), ray_executor():
-        pass

@@ -23,7 +23,6 @@ def test_saved_and_loaded_it_draws_the_same(tree, stranger, tmp_path):
         np.testing.assert_array_equal(a.log_probability, b.log_probability)
     there = pickle.loads(pickle.dumps(loaded))
     np.testing.assert_array_equal(there.sample(stranger, 9, seed=1).poses, loaded.sample(stranger, 9, seed=1).poses)
-    assert len(pickle.dumps(loaded)) < 10_000
 
 
 def test_arrays_that_do_not_belong_together_are_refused(tree):

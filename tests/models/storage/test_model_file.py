@@ -75,6 +75,38 @@ def test_foreign_contents_are_refused(saved, member, says):
         store.load_model(saved)
 
 
+def test_large_models_are_not_compressed_and_may_hold_infinities(tmp_path):
+    arrays = {"padded": np.array([1.0, np.inf], dtype=np.float32), "nothing": np.empty((0, 3)), "number": np.array(7)}
+    store.save_model(tmp_path / "tree.npz", "tree", arrays, {}, compressed=False)
+    with np.load(tmp_path / "tree.npz") as file:
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(file[name], array, strict=True)
+            np.testing.assert_array_equal(store.load_model(tmp_path / "tree.npz")[1][name], array, strict=True)
+    with zipfile.ZipFile(tmp_path / "tree.npz") as archive:
+        assert {info.compress_type for info in archive.infolist()} == {zipfile.ZIP_STORED}
+    store.save_model(tmp_path / "again.npz", *store.load_model(tmp_path / "tree.npz"), compressed=False)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "tree.npz").read_bytes()
+    with pytest.raises(ModelError, match="finite"):
+        store.save_model(tmp_path / "again.npz", "tree", {"a": np.array([np.nan])}, {}, compressed=False)
+    with pytest.raises(ModelError, match="finite"):
+        store.save_model(tmp_path / "again.npz", "fpca", {"a": np.array([np.inf])}, {})
+
+
+def test_a_file_larger_than_the_limit_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "LIMIT", 1000)
+    values = np.random.default_rng(0).random(1000)
+    store.save_model(tmp_path / "tree.npz", "tree", {"a": values}, {}, compressed=False)
+    np.testing.assert_array_equal(store.load_model(tmp_path / "tree.npz")[1]["a"], values)
+
+
+def test_every_truncation_is_refused(saved):
+    data = saved.read_bytes()
+    for n in range(0, len(data), 7):
+        saved.write_bytes(data[:n])
+        with pytest.raises(ModelError, match="damaged or not a model file"):
+            store.load_model(saved)
+
+
 def test_plain_npz_is_refused(tmp_path):
     np.savez(tmp_path / "x.npz", a=np.zeros(3))
     with pytest.raises(ModelError, match="not a motionenv model"):
