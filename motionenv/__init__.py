@@ -40,7 +40,7 @@ _NAMES = {
     "models.base": "GaitModel",
     "models.types": "Walker",
     "models.eigenwalkers": "Eigenwalkers",
-    "models.fpca": "FunctionalPCA",
+    "models.fpca": "FunctionalPCA MultilevelFPCA",
     "models.motion_tree": "MotionTree",
     "models.eigenwalkers.walker_prior": "WalkerPrior",
     "models.walking": "WalkingModel",
