@@ -1,21 +1,18 @@
 """Samples drawn while they are needed, without files: for training loops.
 
-`Walkers` is a sequence, and so a map-style data set of `torch`; `Walkers.stream` an iterator of NumPy arrays, and
-`Walkers.torch` an iterable data set of `torch`. All give the samples that `generate` writes.
+`Walkers` is a sequence, and so a map-style data set of PyTorch; `Walkers.stream` an iterator of NumPy arrays. Both give
+the samples that `generate` writes.
 """
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
 from motionenv._core.validation import checked_whole
 from motionenv.data.samples import Sample, Sampler
 from motionenv.data.specification import Specification
-from motionenv.errors import MotionError
-
-if TYPE_CHECKING:
-    from motionenv.data.torch_stream import TorchStream
 
 
 class Walkers:
@@ -30,7 +27,7 @@ class Walkers:
     Example:
         >>> walkers = Walkers(Specification.read("lifting"))
         >>> batch = next(iter(walkers.stream(batch=8)))
-        >>> batch["joints"].shape  # and "pixels", "detected", ...; for PyTorch's DataLoader see `torch`
+        >>> batch["joints"].shape  # and "pixels", "detected", ...
         (8, 60, 15, 3)
     """
 
@@ -58,82 +55,27 @@ class Walkers:
             self._sampler = Sampler(self.spec)
         return self._sampler
 
-    def stream(self, *, batch: int | None = None, rank: int = 0, world: int = 1) -> "Stream":
-        """An iterator of this consumer's share of the samples, in order.
+    def stream(self, *, batch: int | None = None, rank: int = 0, world: int = 1, start: int = 0) -> Iterator[Sample]:
+        """Draw this consumer's share of the samples, in order.
 
         Args:
             batch: samples that are stacked to one dict of arrays; None gives single ones.
             rank, world: number of this consumer, from 0, and how many there are. Their shares are ranges of indices
                 that don't overlap and differ in length by one at most.
+            start: steps to leave out, at no cost, to go on where an earlier stream ended.
 
         Raises:
             MotionError: a number out of range.
         """
-        return Stream(self, batch, rank, world)
-
-    def torch(self, *, batch: int | None = None) -> "TorchStream":
-        """An iterable data set of `torch`, shared among the data loader's workers and the ranks of `torch.distributed`.
-
-        Args:
-            batch: samples that are stacked to one dict of arrays, for a loader with `batch_size=None`; None gives
-                single ones, for the loader to stack.
-        """
-        from motionenv.data.torch_stream import TorchStream
-
-        return TorchStream(self, batch)
+        checked_whole(world, "world", 1)
+        checked_whole(rank, "rank", 0, world - 1)
+        size = 1 if batch is None else checked_whole(batch, "batch", 1)
+        first, stop = rank * len(self) // world, (rank + 1) * len(self) // world
+        drawn = self.sampler.samples(min(first + size * checked_whole(start, "start", 0), stop), stop)
+        return drawn if batch is None else map(stacked, iter(lambda: list(islice(drawn, size)), []))
 
     def __getstate__(self) -> dict[str, Any]:
         return {"spec": self.spec, "_sampler": None}  # each process draws for itself
-
-
-class Stream:
-    """A consumer's share of samples, from `Walkers.stream`; can be stopped, stored and continued at any step.
-
-    Args:
-        walkers: the samples.
-        batch, rank, world: as of `Walkers.stream`.
-    """
-
-    def __init__(self, walkers: Walkers, batch: int | None = None, rank: int = 0, world: int = 1) -> None:
-        checked_whole(world, "world", 1)
-        checked_whole(rank, "rank", 0, world - 1)
-        self.batch = None if batch is None else checked_whole(batch, "batch", 1)
-        self.walkers = walkers
-        self.share = range(rank * len(walkers) // world, (rank + 1) * len(walkers) // world)
-        self._given = 0
-
-    def __len__(self) -> int:
-        """Steps that are left."""
-        left = len(self.share) - self._given
-        return left if self.batch is None else -(-left // self.batch)
-
-    def __iter__(self) -> Iterator[Sample]:
-        samples = self.walkers.sampler.samples(self.share.start + self._given, self.share.stop)
-        size = self.batch or 1
-        waiting: list[Sample] = []
-        for sample in samples:
-            waiting.append(sample)
-            if len(waiting) == size or self._given + len(waiting) == len(self.share):
-                self._given += len(waiting)
-                yield sample if self.batch is None else stacked(waiting)
-                waiting = []
-
-    def state_dict(self) -> dict[str, int]:
-        """The stream's position, for `load_state_dict`."""
-        return {"start": self.share.start, "stop": self.share.stop, "given": self._given}
-
-    def load_state_dict(self, state: dict[str, int]) -> None:
-        """Go on where a stream of the same share was, at no cost.
-
-        Raises:
-            MotionError: `state` is of another share.
-        """
-        if (state["start"], state["stop"]) != (self.share.start, self.share.stop):
-            raise MotionError(
-                f"state is of the samples {state['start']} to {state['stop']}, this stream's are {self.share.start} to "
-                f"{self.share.stop}: use the same specification, rank and world"
-            )
-        self._given = checked_whole(state["given"], "state['given']", 0, len(self.share))
 
 
 def stacked(samples: Iterable[Sample]) -> Sample:

@@ -57,7 +57,6 @@ HOME = {
     "orjson": {"data"},
     "pyarrow": {"data"},
     "pydantic": {"data"},
-    "torch": {"data"},
     "typer": {"cli"},
     "rich": {"cli"},
     "httpx": {"client"},
