@@ -1,7 +1,7 @@
 """The command line.
 
-`motionenv demo | synth | sample | render | lift | track | evaluate | report | fit | models | stimuli | serve |
-bench | mocap | dataset | compile`.
+`motionenv demo | synth | sample | render | lift | track | evaluate | report | compare | fit | models | stimuli |
+serve | bench | mocap | dataset | compile`.
 
 Each command validates its arguments, does the work through the library's public names, shows progress on stderr and
 writes files atomically. User errors end in one line on stderr and exit code 2.
@@ -32,6 +32,7 @@ app.command()(lifting.lift)
 app.command()(tracking.track)
 app.command()(evaluate.evaluate)
 app.command()(gait.report)
+app.command()(gait.compare)
 app.command()(models.fit)
 app.command()(models.models)
 app.command()(dataset.stimuli)

@@ -1,4 +1,4 @@
-"""The `report` command."""
+"""The `report` and `compare` commands."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -55,6 +55,54 @@ def report(
     for name, why in session.left_out.items():
         note(f"{name} was left out: {why}")
     typer.echo(f"{out}  {counted(len(session.strides), 'stride')} of {session.person}")
+
+
+def compare(
+    folders: Annotated[list[Path], typer.Argument(help="One or two folders of captures.")],
+    out: Annotated[Path, typer.Option(help="Output page, .html; .json and .csv are written beside it.")],
+    effect: Annotated[
+        str | None, typer.Option(help="speed, or a column of --people; by default the second folder over the first.")
+    ] = None,
+    adjust: Annotated[str, typer.Option(help="What is held constant: speed or columns, separated by commas.")] = "",
+    people: Annotated[Path | None, typer.Option(help='Table, .csv, with a column "person" and others.')] = None,
+    paired: Annotated[
+        bool | None, typer.Option("--paired/--independent", help="Are equal labels in both folders the same people?")
+    ] = None,
+    side: Annotated[str, typer.Option(help="Whose strides: both, left or right.")] = "both",
+    level: Annotated[float, typer.Option(min=0.5, max=0.999, help="Of the bands.")] = 0.95,
+    fps: Fps = None, unit: Unit = None, map_: Map = None, wands: Wands = "auto",
+) -> None:  # fmt: skip
+    """Compare joint angles of two groups of people, or test what speed or anything else has to do with them.
+
+    A file's name up to the first "_" is the person's label.
+
+    Example: motionenv compare slow fast --paired --out compare.html
+    """
+    from motionenv.gait import compare, read_people, read_table, write_comparison
+
+    check_folder(out)
+    names = [folder.resolve().name for folder in folders]
+    if len(set(names)) < len(names):
+        names = [str(folder) for folder in folders]
+    groups = {}
+    for name, folder in zip(names, folders, strict=True):
+        if not folder.is_dir():
+            raise MotionError(f"{folder} is no folder of captures")
+        with progress(f"reading {name}", None) as step:
+            groups[name], left_out = read_people(
+                folder, marker_map=marker_map(map_), fps=fps, unit=unit, wands=wands, on_file=step
+            )
+        for file, why in left_out.items():
+            note(f"{file} was left out: {why}")
+    found = compare(
+        groups, effect=effect, adjust=[name for name in adjust.split(",") if name],
+        table=None if people is None else read_table(people), paired=paired, side=side, level=level,
+    )  # fmt: skip
+    write_comparison(found, out)
+    for text in (*found.doubts, *found.notes):
+        note(text)
+    differ = [name.replace("_", " ") for name, p in found.p.items() if p <= 1 - level]
+    typer.echo(f"{out}  {found.what}: {', '.join(differ) or 'no angle'} (of {counted(len(found.p), 'angle')})")
 
 
 def _band(group: Path, **how: Any) -> "Band":

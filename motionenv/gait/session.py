@@ -149,7 +149,7 @@ def read_session(
     return Session(tuple(trials), left_out, band, age, sex)
 
 
-def read_group(
+def read_people(
     folder: Path,
     *,
     marker_map: MarkerMap | str | None = None,
@@ -157,8 +157,8 @@ def read_group(
     unit: str | float | None = None,
     wands: str = "auto",
     on_file: Callable[[str], None] = lambda name: None,
-) -> tuple[Band, dict[str, str]]:
-    """The band of the people whose walks are in a folder and its subfolders, and the reasons why files aren't in it.
+) -> tuple[dict[str, list[Trial]], dict[str, str]]:
+    """Each person's walks in a folder and its subfolders, and the reasons why files are left out.
 
     A file's name up to the first "_" is the person's label.
 
@@ -166,9 +166,6 @@ def read_group(
         folder: searched with its subfolders.
         marker_map, fps, unit, wands: as in `motionenv.gait.trial.read_trial`.
         on_file: called with each file's name before it is read.
-
-    Raises:
-        MotionError: fewer than three people with strides.
     """
     checked_choice(wands, "wands", WANDS)
     people: dict[str, list[Trial]] = {}
@@ -184,4 +181,13 @@ def read_group(
             people.setdefault(person_label(path), []).append(trial)
         else:
             left_out[path.name] = "no stride lies wholly in a steady stretch"
+    return people, left_out
+
+
+def read_group(folder: Path, **how: Any) -> tuple[Band, dict[str, str]]:
+    """The band of the people whose walks are in a `folder`, and the reasons why files aren't in it.
+
+    `how` are further arguments of `read_people`. A `MotionError` if fewer than three people have strides.
+    """
+    people, left_out = read_people(folder, **how)
     return band_of(people, f"{len(people)} people with captures in the folder {Path(folder).name}."), left_out

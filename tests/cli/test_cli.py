@@ -15,7 +15,7 @@ from tests.cli.talking import in_a_process, refused
 COMMANDS = [
     "demo", "synth", "sample", "render", "lift", "track", "evaluate", "fit", "models", "serve", "bench",
     "mocap list", "mocap download", "mocap info", "mocap map", "mocap convert", "report", "stimuli",
-    "compile", "dataset presets", "dataset schema", "dataset preview", "dataset make", "dataset verify",
+    "compare", "compile", "dataset presets", "dataset schema", "dataset preview", "dataset make", "dataset verify",
 ]  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motionenv.gait.bands import PROFILE_ANGLES
 from motionenv.gait.profile import Score
@@ -16,9 +17,9 @@ from motionenv.gait.strides import mean_and_sd
 #: Colours of the sides; the report's style sheet uses the same.
 COLOURS = {"left": "#b42318", "right": "#175cd3"}
 
-_WIDTH, _HEIGHT = 300, 210  # [px] of one panel
-_LEFT, _RIGHT, _TOP, _BOTTOM = 36, 14, 26, 32  # margins
-_TICKS = (5.0, 10.0, 20.0)  # distances between ticks
+WIDTH, HEIGHT = 300, 210  # [px] of one panel
+LEFT, RIGHT, TOP, BOTTOM = 36, 14, 26, 32  # margins
+_TICKS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # distances between ticks
 _MOST_TICKS = 7
 _PATH = 560.0  # [px] width of the view from above
 _COLUMN, _TALL, _MOST = 88, 170, 30.0  # [px] of the profile's columns, and [degrees] up to which its axis goes
@@ -73,31 +74,45 @@ def angle_panel(panel: Panel) -> str:
     What leaves the axis is cut off, and marked by an arrow with the value that is furthest out.
     """
     low, high = RANGES[panel.name]
-    across = lambda percent: _LEFT + (_WIDTH - _LEFT - _RIGHT) * np.asarray(percent) / 100.0
-    down = lambda degrees: _TOP + (_HEIGHT - _TOP - _BOTTOM) * (high - np.asarray(degrees)) / (high - low)
+    down = lambda degrees: TOP + (HEIGHT - TOP - BOTTOM) * (high - np.asarray(degrees)) / (high - low)
     percent = np.arange(101.0)
-    parts, drawn = [_stance(panel.toe_off, across), _axes(panel, across, down)], []
+    counts = "&#160; ".join(
+        f'<tspan class="{side}">{"one stride" if len(curves) == 1 else f"n = {len(curves)}"}</tspan>'
+        for side, curves in panel.curves.items()
+    )
+    parts, drawn = [_stance(panel.toe_off), axes(panel.name, low, high, counts)], []
     if panel.band is not None:
         mean, sd = panel.band
-        edge = np.concatenate([mean + sd, (mean - sd)[::-1]])
-        both = np.concatenate([percent, percent[::-1]])
-        drawn.append(f'<polygon class="band" points="{_points(across(both), down(edge))}"/>')
-        drawn.append(_line(across(percent), down(mean), "reference"))
+        drawn.append(band(down(mean - sd), down(mean + sd), "band"))
+        drawn.append(line(across(percent), down(mean), "reference"))
     for side, curves in panel.curves.items():
         one = "single" if len(curves) == 1 else "stride"
-        drawn += [_line(across(percent), down(curve), f"{one} {side}") for curve in curves]
+        drawn += [line(across(percent), down(curve), f"{one} {side}") for curve in curves]
         mean = np.where(np.isfinite(curves).sum(0) > 1, mean_and_sd(curves)[0], np.nan)
-        drawn.append(_line(across(percent), down(mean), f"mean {side}"))
-    box = f"{_LEFT} {_TOP} {_WIDTH - _LEFT - _RIGHT} {_HEIGHT - _TOP - _BOTTOM}"
+        drawn.append(line(across(percent), down(mean), f"mean {side}"))
+    label = f"{panel.name.replace('_', ' ')} in percent of the gait cycle"
+    return framed(label, "".join(parts), "".join(drawn), _beyond(panel))
+
+
+def framed(label: str, behind: str, drawn: str, before: str = "") -> str:
+    """A panel of that `label`: what lies `behind`, what is `drawn` and cut off at the frame, and what is `before`."""
+    box = f"{LEFT} {TOP} {WIDTH - LEFT - RIGHT} {HEIGHT - TOP - BOTTOM}"
     x, y, width, height = box.split()
-    parts.append(
-        f'<svg x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{box}">{"".join(drawn)}</svg>{_beyond(panel)}'
-    )
-    label = panel.name.replace("_", " ")
     return (
-        f'<svg class="panel" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
-        f'aria-label="{escape(label)} in percent of the gait cycle">{"".join(parts)}</svg>'
+        f'<svg class="panel" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(label)}">{behind}'
+        f'<svg x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{box}">{drawn}</svg>{before}</svg>'
     )
+
+
+def across(percent: ArrayLike) -> np.ndarray:
+    """Where values of `percent` of the cycle lie across a panel [px]."""
+    return LEFT + (WIDTH - LEFT - RIGHT) * np.asarray(percent) / 100.0
+
+
+def band(low: np.ndarray, high: np.ndarray, kind: str) -> str:
+    """An area between two curves (101,) [px]."""
+    percent = np.r_[0:101, 100:-1:-1]
+    return f'<polygon class="{kind}" points="{points(across(percent), np.r_[high, low[::-1]])}"/>'
 
 
 def profile(scores: Sequence[Score]) -> str:
@@ -105,16 +120,14 @@ def profile(scores: Sequence[Score]) -> str:
     totals = {"gait_profile_score": "GPS", "deviation": "all of these"}
     shown = [name for name in (*PROFILE_ANGLES, *totals) if any(score.name == name for score in scores)]
     up = lambda degrees: _TALL + 16 - _TALL * min(degrees, _MOST) / _MOST
-    width = _LEFT + _COLUMN * len(shown)
-    parts = [f'<path class="grid" d="M{_LEFT} {up(tick):.1f}H{width}"/>' for tick in (10, 20, 30)]
-    parts += [
-        f'<text class="number" x="{_LEFT - 5}" y="{up(tick) + 3.5:.1f}">{tick}</text>' for tick in (0, 10, 20, 30)
-    ]
+    width = LEFT + _COLUMN * len(shown)
+    parts = [f'<path class="grid" d="M{LEFT} {up(tick):.1f}H{width}"/>' for tick in (10, 20, 30)]
+    parts += [f'<text class="number" x="{LEFT - 5}" y="{up(tick) + 3.5:.1f}">{tick}</text>' for tick in (0, 10, 20, 30)]
     for i, name in enumerate(shown):
         of_name = [score for score in scores if score.name == name]
         bar = (_COLUMN - 14) / max(len(of_name), 2)
         for k, score in enumerate(of_name):
-            x = _LEFT + _COLUMN * i + 7 + bar * k
+            x = LEFT + _COLUMN * i + 7 + bar * k
             group = [up(v) for v in (score.high, score.low, score.median)] if np.isfinite(score.median) else []
             if group:
                 height = group[1] - group[0]
@@ -131,9 +144,9 @@ def profile(scores: Sequence[Score]) -> str:
                 parts.append(f'<path class="median" d="M{x:.1f} {group[2]:.1f}h{bar:.1f}"/>')
             parts.append(f'<text class="percent value" x="{x + bar / 2:.1f}" y="{top - 4:.1f}">{value}</text>')
         words = totals.get(name, name.replace("_", " "))
-        middle = _LEFT + _COLUMN * (i + 0.5)
+        middle = LEFT + _COLUMN * (i + 0.5)
         parts.append(f'<text class="percent" x="{middle:.1f}" y="{_TALL + 31}">{words}</text>')
-    parts.append(f'<path class="axis" d="M{_LEFT} {_TALL + 16}H{width}"/>')
+    parts.append(f'<path class="axis" d="M{LEFT} {_TALL + 16}H{width}"/>')
     return (
         f'<svg class="profile" viewBox="0 0 {width} {_TALL + 38}" style="max-width:{width}px" role="img" '
         f'aria-label="differences from the reference in degrees">{"".join(parts)}</svg>'
@@ -157,7 +170,7 @@ def path_from_above(path: np.ndarray, fps: float, stretches: Sequence[tuple[floa
     parts = []
     for start, end, kind in stretches:
         at = slice(max(round(start * fps), 0), round(end * fps) + 1)
-        parts.append(_line(x[at], y[at], f"path {'steady' if kind == 'steady' else 'left-out'}"))
+        parts.append(line(x[at], y[at], f"path {'steady' if kind == 'steady' else 'left-out'}"))
     metre = f'<path class="axis" d="M20 {height - 14:.1f}h{scale:.1f}"/>'
     text = f'<text x="{20 + scale + 6:.1f}" y="{height - 10:.1f}">1 m</text>'
     start = np.flatnonzero(np.isfinite(x))[0]
@@ -177,65 +190,63 @@ def _beyond(panel: Panel) -> str:
     low, high = RANGES[panel.name]
     ends = {kind: (np.nanmin(v), np.nanmax(v)) for kind, v in shown.items() if np.isfinite(v).any()}
     marks = lambda texts, first, step: "".join(
-        f'<text class="{kind}" x="{_WIDTH - _RIGHT - 4}" y="{first + step * row}">{text}</text>'
+        f'<text class="{kind}" x="{WIDTH - RIGHT - 4}" y="{first + step * row}">{text}</text>'
         for row, (kind, text) in enumerate(texts)
     )
     above = [(kind, f"▲ {most:.0f}°") for kind, (_, most) in ends.items() if most > high]
     below = [(kind, f"▼ {least:.0f}°".replace("-", "−")) for kind, (least, _) in ends.items() if least < low]
-    return marks(above, _TOP + 12, 12) + marks(below, _HEIGHT - _BOTTOM - 5, -12)
+    return marks(above, TOP + 12, 12) + marks(below, HEIGHT - BOTTOM - 5, -12)
 
 
-def _step(length: float) -> float:
+def step_of(length: float) -> float:
     """Distance between ticks [degrees] so that an axis of `length` has a few."""
-    return next(step for step in _TICKS if length / step <= _MOST_TICKS)
+    return next((step for step in _TICKS if length / step <= _MOST_TICKS), length / _MOST_TICKS)
 
 
-def _axes(panel: Panel, across, down) -> str:
-    low, high = RANGES[panel.name]
-    step = _step(high - low)
+def axes(name: str, low: float, high: float, corner: str, before: str = "") -> str:
+    """Frame, ticks and title of a panel of the angle `name` from `low` to `high` [degrees].
+
+    With words in the `corner`, and `before` the name.
+    """
+    step = step_of(high - low)
     parts = []
     for tick in np.arange(np.ceil(low / step) * step, high + step / 100, step):
-        y = float(down(tick))
+        y = float(TOP + (HEIGHT - TOP - BOTTOM) * (high - tick) / (high - low))
         weight = "zero" if abs(tick) < step / 100 else "grid"
-        parts.append(f'<path class="{weight}" d="M{_LEFT} {y:.1f}H{_WIDTH - _RIGHT}"/>')
-        parts.append(f'<text class="number" x="{_LEFT - 5}" y="{y + 3.5:.1f}">{tick:.0f}</text>')
+        parts.append(f'<path class="{weight}" d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
+        parts.append(f'<text class="number" x="{LEFT - 5}" y="{y + 3.5:.1f}">{tick:g}</text>')
     for tick in range(0, 101, 20):
         x = float(across(tick))
-        parts.append(f'<path class="axis" d="M{x:.1f} {_HEIGHT - _BOTTOM}v4"/>')
-        parts.append(f'<text class="percent" x="{x:.1f}" y="{_HEIGHT - _BOTTOM + 16}">{tick}</text>')
-    negative, positive = _MEANS[panel.name]
-    title = panel.name.replace("_", " ").capitalize()
-    counts = "&#160; ".join(
-        f'<tspan class="{side}">{"one stride" if len(curves) == 1 else f"n = {len(curves)}"}</tspan>'
-        for side, curves in panel.curves.items()
-    )
+        parts.append(f'<path class="axis" d="M{x:.1f} {HEIGHT - BOTTOM}v4"/>')
+        parts.append(f'<text class="percent" x="{x:.1f}" y="{HEIGHT - BOTTOM + 16}">{tick}</text>')
+    negative, positive = _MEANS[name]
+    title = escape((before + name.replace("_", " ")).capitalize())
     parts += [
-        f'<rect class="frame" x="{_LEFT}" y="{_TOP}" width="{_WIDTH - _LEFT - _RIGHT}" '
-        f'height="{_HEIGHT - _TOP - _BOTTOM}"/>',
-        f'<text class="title" x="{_LEFT}" y="16">{title} [°]</text>',
-        f'<text class="sign" x="{_LEFT + 4}" y="{_TOP + 11}">+ {positive}</text>',
-        f'<text class="sign" x="{_LEFT + 4}" y="{_HEIGHT - _BOTTOM - 5}">− {negative}</text>',
-        f'<text class="unit" x="{_WIDTH - _RIGHT}" y="16">{counts}</text>',
-        f'<text class="unit" x="{_WIDTH - _RIGHT}" y="{_HEIGHT - 3}">% of gait cycle</text>',
+        f'<rect class="frame" x="{LEFT}" y="{TOP}" width="{WIDTH - LEFT - RIGHT}" height="{HEIGHT - TOP - BOTTOM}"/>',
+        f'<text class="title" x="{LEFT}" y="16">{title} [°]</text>',
+        f'<text class="sign" x="{LEFT + 4}" y="{TOP + 11}">+ {positive}</text>',
+        f'<text class="sign" x="{LEFT + 4}" y="{HEIGHT - BOTTOM - 5}">− {negative}</text>',
+        f'<text class="unit" x="{WIDTH - RIGHT}" y="16">{corner}</text>',
+        f'<text class="unit" x="{WIDTH - RIGHT}" y="{HEIGHT - 3}">% of gait cycle</text>',
     ]
     return "".join(parts)
 
 
-def _stance(toe_off: Mapping[str, float], across) -> str:
+def _stance(toe_off: Mapping[str, float]) -> str:
     """The stance phase shaded, and a line at each side's toe-off."""
     known = {side: at for side, at in toe_off.items() if np.isfinite(at)}
     if not known:
         return ""
-    width = float(across(np.mean(list(known.values())))) - _LEFT
-    height = _HEIGHT - _TOP - _BOTTOM
-    shade = f'<rect class="stance" x="{_LEFT}" y="{_TOP}" width="{width:.1f}" height="{height}"/>'
+    width = float(across(np.mean(list(known.values())))) - LEFT
+    height = HEIGHT - TOP - BOTTOM
+    shade = f'<rect class="stance" x="{LEFT}" y="{TOP}" width="{width:.1f}" height="{height}"/>'
     lines = [
-        f'<path class="toe-off {side}" d="M{float(across(at)):.1f} {_TOP}v{height}"/>' for side, at in known.items()
+        f'<path class="toe-off {side}" d="M{float(across(at)):.1f} {TOP}v{height}"/>' for side, at in known.items()
     ]
     return shade + "".join(lines)
 
 
-def _line(x: np.ndarray, y: np.ndarray, kind: str) -> str:
+def line(x: np.ndarray, y: np.ndarray, kind: str) -> str:
     """A polyline, broken at gaps."""
     known = np.isfinite(x) & np.isfinite(y)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8))).reshape(-1, 2)
@@ -243,5 +254,5 @@ def _line(x: np.ndarray, y: np.ndarray, kind: str) -> str:
     return f'<path class="{kind}" d="{"".join(pieces)}"/>' if pieces else ""
 
 
-def _points(x: np.ndarray, y: np.ndarray) -> str:
+def points(x: np.ndarray, y: np.ndarray) -> str:
     return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(a) and np.isfinite(b))

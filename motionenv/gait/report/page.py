@@ -1,6 +1,7 @@
 """The page of a gait report: one HTML file that needs nothing beside it, on screen and on paper."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
@@ -29,11 +30,12 @@ def page(session: Session) -> str:
     """The report of a `session` as HTML."""
     style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
     title = f"Gait report: {escape(session.person)}"
+    doubts = [f"{trial.name}: {doubt}" for trial in session.trials for doubt in trial.doubts]
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head><body>'
         f"<header><h1>{title}</h1>{_overview(session)}</header>"
-        f"<main>{_doubts(session)}{_notes(session)}{_angles(session)}{_profile(session)}{_table(session)}"
+        f"<main>{alarm(doubts)}{_notes(session)}{_angles(session)}{_profile(session)}{_table(session)}"
         f"{_norms(session)}"
         f"<section><h2>Captures</h2>{''.join(map(_trial, session.trials))}</section></main>"
         f"<footer>{_methods(session)}<p>Made with motionenv {__version__}.</p></footer></body></html>\n"
@@ -55,14 +57,11 @@ def _overview(session: Session) -> str:
     return f'<p class="soft">{" · ".join(parts)}</p>'
 
 
-def _doubts(session: Session) -> str:
-    doubts = [f"{escape(t.name)}: {escape(doubt)}." for t in session.trials for doubt in t.doubts]
+def alarm(doubts: Sequence[str]) -> str:
+    """A box of what isn't plausible; nothing without `doubts`."""
     head = "<p><strong>Not plausible, so doubt the figures below:</strong></p>"
-    return (
-        f'<div class="doubts" role="alert">{head}{"".join(f"<p>{doubt}</p>" for doubt in doubts)}</div>'
-        if doubts
-        else ""
-    )
+    texts = "".join(f"<p>{escape(doubt)}.</p>" for doubt in doubts)
+    return f'<div class="doubts" role="alert">{head}{texts}</div>' if doubts else ""
 
 
 def _notes(session: Session) -> str:
