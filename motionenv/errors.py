@@ -52,13 +52,9 @@ class ServiceError(MotionError):
     """
 
     def __init__(
-        self,
-        detail: str,
-        status: int | None = None,
-        errors: Sequence[Mapping[str, Any]] = (),
-        request_id: str | None = None,
-        retry_after: float | None = None,
-    ) -> None:
+        self, detail: str, status: int | None = None, errors: Sequence[Mapping[str, Any]] = (),
+        request_id: str | None = None, retry_after: float | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(detail)
         self.detail, self.status, self.errors = detail, status, tuple(errors)
         self.request_id, self.retry_after = request_id, retry_after

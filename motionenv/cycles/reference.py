@@ -20,14 +20,9 @@ LEVERAGE = 4.0
 
 
 def to_reference(
-    sequences: Sequence[np.ndarray],
-    alignment: Alignment,
-    fps: ArrayLike,
-    *,
-    samples: int = 128,
-    channels: Sequence[str] | None = None,
-    subjects: Sequence | None = None,
-) -> Cycles:
+    sequences: Sequence[np.ndarray], alignment: Alignment, fps: ArrayLike, *, samples: int = 128,
+    channels: Sequence[str] | None = None, subjects: Sequence | None = None,
+) -> Cycles:  # fmt: skip
     """Cut aligned sequences into cycles and resample each at phases 0, 1/samples, ..., by spline regression.
 
     Sequence i gives K_i = ⌈(T_i - o_i) / p_i⌉ + 1 cycles for o_i ≠ 0, including the partly filled ends. Each cycle and
@@ -71,15 +66,10 @@ def to_reference(
 
 
 def segment(
-    sequences: Sequence[np.ndarray],
-    fps: float | Sequence[float],
-    *,
-    steer: slice | Sequence[int] | None = None,
-    weights: ArrayLike | None = None,
-    samples: int = 128,
-    channels: Sequence[str] | None = None,
+    sequences: Sequence[np.ndarray], fps: float | Sequence[float], *, steer: slice | Sequence[int] | None = None,
+    weights: ArrayLike | None = None, samples: int = 128, channels: Sequence[str] | None = None,
     subjects: Sequence[str] | None = None,
-) -> Cycles:
+) -> Cycles:  # fmt: skip
     """Segment sequences into cycles: `estimate_period` of each, `align`, `to_reference` (paper A, section 3).
 
     Args:

@@ -52,13 +52,9 @@ class TrackingVectorEnv(OfWorld, gymnasium.vector.VectorEnv):
     }
 
     def __init__(
-        self,
-        world: World,
-        *,
-        render_mode: str | None = None,
-        lost_after: float | None = None,
+        self, world: World, *, render_mode: str | None = None, lost_after: float | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.world = world
         self.num_envs = world.n
         self.single_observation_space = world.observation_space

@@ -100,20 +100,11 @@ class Session(OneLine):
 
 
 def read_session(
-    paths: Sequence[Path],
-    *,
-    static: Path | None = None,
-    marker_map: MarkerMap | str | None = None,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    person: str | None = None,
-    wands: str = "auto",
-    band: Band | None = None,
-    age: float | None = None,
-    sex: str | None = None,
+    paths: Sequence[Path], *, static: Path | None = None, marker_map: MarkerMap | str | None = None,
+    fps: float | None = None, unit: str | float | None = None, up: str | None = None, person: str | None = None,
+    wands: str = "auto", band: Band | None = None, age: float | None = None, sex: str | None = None,
     on_step: Callable[[str], None] = lambda name: None,
-) -> Session:
+) -> Session:  # fmt: skip
     """Read and analyse the captures of one person.
 
     Args:
@@ -150,14 +141,9 @@ def read_session(
 
 
 def read_people(
-    folder: Path,
-    *,
-    marker_map: MarkerMap | str | None = None,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    wands: str = "auto",
-    on_file: Callable[[str], None] = lambda name: None,
-) -> tuple[dict[str, list[Trial]], dict[str, str]]:
+    folder: Path, *, marker_map: MarkerMap | str | None = None, fps: float | None = None,
+    unit: str | float | None = None, wands: str = "auto", on_file: Callable[[str], None] = lambda name: None,
+) -> tuple[dict[str, list[Trial]], dict[str, str]]:  # fmt: skip
     """Each person's walks in a folder and its subfolders, and the reasons why files are left out.
 
     A file's name up to the first "_" is the person's label.

@@ -92,13 +92,9 @@ def read_trial(
 
 
 def analyse(
-    capture: Markers | Motion,
-    *,
-    static: Markers | None = None,
-    marker_map: MarkerMap | str | None = None,
-    method: str = "auto",
-    wands: str = "auto",
-) -> Trial:
+    capture: Markers | Motion, *, static: Markers | None = None, marker_map: MarkerMap | str | None = None,
+    method: str = "auto", wands: str = "auto",
+) -> Trial:  # fmt: skip
     """Analyse one capture of a walk.
 
     Args:

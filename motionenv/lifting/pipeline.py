@@ -174,18 +174,11 @@ class Lifted(OneLine):
 
 
 def lift(
-    points: Points,
-    alpha: float | None = None,
-    *,
-    prior: WalkerPrior | str = "walk/prior",
-    elevation: float | None = 0.0,
-    scale: float | None = None,
-    camera: Camera | Sequence[Camera] | np.ndarray | None = None,
-    distortion: Sequence[float] | None = None,
-    robust: bool = True,
-    method: str = "auto",
-    on_progress: Callable[[float], None] | None = None,
-) -> Lifted:
+    points: Points, alpha: float | None = None, *, prior: WalkerPrior | str = "walk/prior",
+    elevation: float | None = 0.0, scale: float | None = None,
+    camera: Camera | Sequence[Camera] | np.ndarray | None = None, distortion: Sequence[float] | None = None,
+    robust: bool = True, method: str = "auto", on_progress: Callable[[float], None] | None = None,
+) -> Lifted:  # fmt: skip
     """Reconstruct a person's motion in 3D from the 2D points of one camera, with uncertainties.
 
     Points in pixels may show anybody who walks, turns, stops, steps aside or runs: they are fitted freely, which serves

@@ -77,14 +77,9 @@ class InitialEstimate(OneLine):
 
 
 def refine(
-    model: WalkerPrior,
-    points: Points,
-    start: InitialEstimate,
-    *,
-    unknown: tuple[str, ...] = ("alpha",),
-    drift: int = 3,
-    robust: bool = True,
-) -> WalkPosterior:
+    model: WalkerPrior, points: Points, start: InitialEstimate, *, unknown: tuple[str, ...] = ("alpha",),
+    drift: int = 3, robust: bool = True,
+) -> WalkPosterior:  # fmt: skip
     """Maximum a posteriori estimate of a walk, by Gauss-Newton from `start`.
 
     The prior fills missing points and missing markers. Ambiguities (such as front or back, for a symmetric walker seen

@@ -45,13 +45,9 @@ def depth(coefficients: np.ndarray, alpha: ArrayLike, elevation: float | np.ndar
 
 
 def project_markers(
-    markers: Markers,
-    alpha: float,
-    *,
-    elevation: float = 0.0,
-    heading: float | None = None,
+    markers: Markers, alpha: float, *, elevation: float = 0.0, heading: float | None = None,
     camera: Camera | None = None,
-) -> Points:
+) -> Points:  # fmt: skip
     """Project a 3D walk, first turned about the vertical to go along x (paper B's definition of the view angle).
 
     Args:

@@ -37,13 +37,9 @@ class MarkerLikelihood(Likelihood):
     """
 
     def __init__(
-        self,
-        view: Camera | Orthographic | float,
-        skeleton: Skeleton | None = None,
-        *,
-        noise: float | None = None,
+        self, view: Camera | Orthographic | float, skeleton: Skeleton | None = None, *, noise: float | None = None,
         outliers: float = 0.02,
-    ) -> None:
+    ) -> None:  # fmt: skip
         if not isinstance(view, Camera | Orthographic) and not (is_number(view) and math.isfinite(view)):
             raise MotionError(f"view must be a Camera, an Orthographic, or a finite angle [rad], got {view!r}")
         checked_number(outliers, "outliers", above=0, below=1)

@@ -74,13 +74,9 @@ def credible_level(
 
 
 def coverage(
-    samples: np.ndarray,
-    log_weights: np.ndarray,
-    truth: np.ndarray,
-    p: ArrayLike,
-    *,
+    samples: np.ndarray, log_weights: np.ndarray, truth: np.ndarray, p: ArrayLike, *,
     seed: int | np.random.Generator | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Fraction (..., 15) of the known truths inside the credible region of level `p`; p for a calibrated belief.
 
     `p` (...) is a level or levels from 0 to 1; `samples`, `log_weights`, `truth` and `seed` are as in `credible_level`.

@@ -15,13 +15,9 @@ from motionenv.types import MARKERS, Markers, Motion, Skeleton
 
 
 def retarget(
-    markers: Markers | Motion,
-    *,
-    marker_map: MarkerMap | str | None = None,
-    skeleton: Skeleton | None = None,
-    static: Markers | None = None,
-    measurements: Measurements | None = None,
-) -> Motion:
+    markers: Markers | Motion, *, marker_map: MarkerMap | str | None = None, skeleton: Skeleton | None = None,
+    static: Markers | None = None, measurements: Measurements | None = None,
+) -> Motion:  # fmt: skip
     """Fit the 25-DOF body to captured joints or markers, of a whole body or of a part of it.
 
     Args:
@@ -74,12 +70,9 @@ def to_markers(markers: Markers, *, marker_map: MarkerMap | str | None = None) -
 
 
 def find_nodes(
-    markers: Markers,
-    *,
-    marker_map: MarkerMap | str | None = None,
-    static: Markers | None = None,
+    markers: Markers, *, marker_map: MarkerMap | str | None = None, static: Markers | None = None,
     measurements: Measurements | None = None,
-) -> Nodes:
+) -> Nodes:  # fmt: skip
     """The body's nodes (frames, 16, 3) [m] in a capture, and the attitude of its head and pelvis.
 
     Args:

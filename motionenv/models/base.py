@@ -142,12 +142,9 @@ class GaitModel(StoredModel):
         return []
 
     def walker(
-        self,
-        seed: int | np.random.Generator | None = None,
-        *,
-        scores: ArrayLike | None = None,
+        self, seed: int | np.random.Generator | None = None, *, scores: ArrayLike | None = None,
         deviations: ArrayLike | None = None,
-    ) -> Walker:
+    ) -> Walker:  # fmt: skip
         """One person, drawn at random or given by scores. Components without a score are average.
 
         Args:
@@ -179,15 +176,9 @@ class GaitModel(StoredModel):
 
     @keyword_arguments(WalkArguments)
     def synthesize(
-        self,
-        seconds: float,
-        fps: float = 30.0,
-        *,
-        walker: Walker | None = None,
-        seed: int | np.random.Generator | None = None,
-        speed: float | None = None,
-        **walk: Unpack[WalkArguments],
-    ) -> Motion:
+        self, seconds: float, fps: float = 30.0, *, walker: Walker | None = None,
+        seed: int | np.random.Generator | None = None, speed: float | None = None, **walk: Unpack[WalkArguments],
+    ) -> Motion:  # fmt: skip
         """New motion (frames, 25). A steady model walks along x from the origin, on the ground z = 0.
 
         Args:
@@ -223,13 +214,9 @@ class GaitModel(StoredModel):
             )
 
     def in_place(
-        self,
-        walkers: Sequence[Walker],
-        *,
-        speed: float | None = None,
-        height: float | None = None,
+        self, walkers: Sequence[Walker], *, speed: float | None = None, height: float | None = None,
         samples: int = SAMPLES,
-    ) -> list[Cycle]:
+    ) -> list[Cycle]:  # fmt: skip
         """One stride in place, at `samples` phases, of each of `walkers` of this model; only with a `treadmill`.
 
         `speed` [m/s] and `height` [m] are as of `synthesize`. `motionenv.models.cycle` checks these arguments.
@@ -239,14 +226,9 @@ class GaitModel(StoredModel):
         )
 
     def synthesize_batch(
-        self,
-        seconds: float,
-        fps: float,
-        *,
-        heights: Sequence[float] | np.ndarray,
-        speeds: Sequence[float | None],
+        self, seconds: float, fps: float, *, heights: Sequence[float] | np.ndarray, speeds: Sequence[float | None],
         seed: int | np.random.Generator | None = None,
-    ) -> list[Motion]:
+    ) -> list[Motion]:  # fmt: skip
         """Motion of `n` new walkers, computed together if `batch_size` exceeds 1, otherwise one by one.
 
         Walks computed together meet their speeds within a few percent.

@@ -21,18 +21,11 @@ if TYPE_CHECKING:
 
 @keyword_arguments(WalkArguments)
 def synthesize(
-    model: str | GaitModel,
-    seconds: float,
-    fps: float = 30.0,
-    *,
-    walker: Walker | None = None,
-    deviations: Sequence[float] | None = None,
-    scores: Sequence[float] | None = None,
-    path: "WalkPath | ArrayLike | None" = None,
-    seed: int | np.random.Generator | None = None,
-    speed: "Speed" = None,
+    model: str | GaitModel, seconds: float, fps: float = 30.0, *, walker: Walker | None = None,
+    deviations: Sequence[float] | None = None, scores: Sequence[float] | None = None,
+    path: "WalkPath | ArrayLike | None" = None, seed: int | np.random.Generator | None = None, speed: "Speed" = None,
     **walk: Unpack[WalkArguments],
-) -> Motion:
+) -> Motion:  # fmt: skip
     """New motion (frames, 25) from a model, with its `GaitModel.synthesize`.
 
     With a path, or a speed that changes, it is made by `motionenv.models.paths.walk_along`.

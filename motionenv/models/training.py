@@ -96,16 +96,10 @@ class Walks:
 
 
 def read_walks(
-    folder: Path,
-    *,
-    fps: float | None = None,
-    unit: str | None = None,
-    marker_map: MarkerMap | None = None,
-    fill: bool = False,
-    up: str | None = None,
-    person: str | None = None,
+    folder: Path, *, fps: float | None = None, unit: str | None = None, marker_map: MarkerMap | None = None,
+    fill: bool = False, up: str | None = None, person: str | None = None,
     on_file: Callable[[str], None] = lambda name: None,
-) -> Walks:
+) -> Walks:  # fmt: skip
     """Read every walk with a stride among the capture files below `folder`.
 
     A file's name up to the first "_" is the person's label, as in CMU's trials. CMU files are recognised by their

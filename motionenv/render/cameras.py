@@ -40,14 +40,9 @@ _NEAREST = 0.1  # [m] least distance between the camera of `fit_view` and the ne
 
 
 def look_at(
-    eye: ArrayLike,
-    target: ArrayLike,
-    *,
-    width: int = 640,
-    height: int = 480,
-    fov_degrees: float = 40.0,
+    eye: ArrayLike, target: ArrayLike, *, width: int = 640, height: int = 480, fov_degrees: float = 40.0,
     up: ArrayLike = (0, 0, 1),
-) -> Camera:
+) -> Camera:  # fmt: skip
     """A camera at `eye` (3,) [m] with `target` (3,) [m] in the centre of its image.
 
     Args:

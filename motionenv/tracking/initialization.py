@@ -74,16 +74,10 @@ class _Bank:
 
 
 def automatic_start(
-    likelihood: ImageLikelihood,
-    observations: Sequence[Mapping[str, Any]],
-    *,
-    fps: float = 30.0,
-    n: int = 10_000,
-    candidates: int = 64,
-    model: WalkingModel | str = "walk/fpca",
-    size: float = 0.0,
+    likelihood: ImageLikelihood, observations: Sequence[Mapping[str, Any]], *, fps: float = 30.0, n: int = 10_000,
+    candidates: int = 64, model: WalkingModel | str = "walk/fpca", size: float = 0.0,
     seed: int | np.random.Generator | None = None,
-) -> Start:
+) -> Start:  # fmt: skip
     """Estimate candidates for the first pose from the first images.
 
     Args:

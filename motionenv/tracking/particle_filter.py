@@ -117,17 +117,10 @@ class ParticleFilter:
     """
 
     def __init__(
-        self,
-        prior: Prior,
-        likelihood: Likelihood,
-        n: int = 1000,
-        *,
-        resample: float = 0.5,
-        layers: int = 1,
-        hidden: float = 0.02,
-        restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
+        self, prior: Prior, likelihood: Likelihood, n: int = 1000, *, resample: float = 0.5, layers: int = 1,
+        hidden: float = 0.02, restart: Callable[[Mapping[str, Any]], Start | None] | None = None,
         seed: int | np.random.Generator | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         check_filter(n, resample, layers, hidden)
         scored = likelihood.skeleton or prior.skeleton
         if abs(scored.height / prior.skeleton.height - 1) > _ALIKE:

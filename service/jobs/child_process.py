@@ -37,12 +37,9 @@ class Failed(Exception):
 
 
 async def run(
-    work: dict[str, Any],
-    folder: Path,
-    seconds: float,
-    memory: int,
+    work: dict[str, Any], folder: Path, seconds: float, memory: int,
     on_progress: Callable[[float, str], Awaitable[None]],
-) -> None:
+) -> None:  # fmt: skip
     """Run a job in a process that dies with this one, in `folder`, with files in `input`; it writes `result`.
 
     `work` is kind and settings, as `service.jobs.worker` expects them, `memory` a limit of address space [bytes];

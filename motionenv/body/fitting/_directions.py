@@ -30,14 +30,9 @@ _ROUNDS = 8
 
 
 def steady_directions(
-    vectors: np.ndarray,
-    time: np.ndarray,
-    neutral: np.ndarray,
-    *,
-    known: float,
-    stiffness: float,
+    vectors: np.ndarray, time: np.ndarray, neutral: np.ndarray, *, known: float, stiffness: float,
     reverse: np.ndarray | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Continuous directions θ (frames,) [rad] of vectors.
 
     Args:

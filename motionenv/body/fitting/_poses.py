@@ -15,12 +15,9 @@ _NECK, _HEAD = NODES.index("neck"), NODES.index("head")
 
 
 def fit_poses(
-    nodes: ArrayLike,
-    skeleton: Skeleton,
-    fps: float,
-    head_side: np.ndarray | None = None,
+    nodes: ArrayLike, skeleton: Skeleton, fps: float, head_side: np.ndarray | None = None,
     torso: np.ndarray | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """The pose vectors that bring the nodes of `skeleton` closest to captured ones.
 
     Limb directions start at the fitted torso's shoulder and hip, so that errors don't accumulate along a limb.

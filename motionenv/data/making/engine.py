@@ -35,14 +35,9 @@ class Outcome:
 
 
 def run(
-    work: Callable[[Any], Any],
-    tasks: Sequence[Any],
-    *,
-    executor: Executor | None = None,
-    workers: int | None = None,
-    patience: float = 3600.0,
-    on_done: Callable[[Any], object] | None = None,
-) -> Outcome:
+    work: Callable[[Any], Any], tasks: Sequence[Any], *, executor: Executor | None = None, workers: int | None = None,
+    patience: float = 3600.0, on_done: Callable[[Any], object] | None = None,
+) -> Outcome:  # fmt: skip
     """Do `work(task)` for all tasks; one that fails is tried three times, and Ctrl-C ends the work.
 
     Args:

@@ -56,17 +56,10 @@ class _Job:
 
 
 def generate(
-    spec: Specification,
-    out: str | Path,
-    shards: Iterable[int] | None = None,
-    executor: Executor | None = None,
-    resume: str = "if-possible",
-    *,
-    format: str = "webdataset",
-    workers: int | None = None,
-    patience: float = 3600.0,
+    spec: Specification, out: str | Path, shards: Iterable[int] | None = None, executor: Executor | None = None,
+    resume: str = "if-possible", *, format: str = "webdataset", workers: int | None = None, patience: float = 3600.0,
     on_shard: Callable[[dict], object] | None = None,
-) -> Made:
+) -> Made:  # fmt: skip
     """Make a data set, or what is missing of it.
 
     A script that calls this with more than one worker needs `if __name__ == "__main__":`, as Python's processes do.

@@ -29,14 +29,9 @@ def camera_of(state: np.ndarray) -> Camera:
 
 
 def draw(
-    state: np.ndarray,
-    pillars: np.ndarray,
-    walks: np.ndarray,
-    joints: np.ndarray,
-    hues: np.ndarray,
-    points: np.ndarray,
+    state: np.ndarray, pillars: np.ndarray, walks: np.ndarray, joints: np.ndarray, hues: np.ndarray, points: np.ndarray,
     beliefs: np.ndarray | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """The map and the camera's view side by side, uint8 (H, W, 3). True positions are dots, beliefs rings of 2 σ.
 
     Args:

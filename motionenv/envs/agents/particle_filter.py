@@ -62,19 +62,11 @@ class TrackingAgent:
     """
 
     def __init__(
-        self,
-        env: Any,
-        prior: Prior | Callable[[Any, int], Prior] | None = None,
-        n: int = 1000,
-        *,
+        self, env: Any, prior: Prior | Callable[[Any, int], Prior] | None = None, n: int = 1000, *,
         likelihood: Callable[[Camera, Skeleton], Likelihood] | None = None,
-        start: Callable[[Any, int], Start] | None = None,
-        seed: int | np.random.Generator | None = None,
-        threads: int | None = None,
-        resample: float = 0.5,
-        layers: int = 1,
-        hidden: float = 0.02,
-    ) -> None:
+        start: Callable[[Any, int], Start] | None = None, seed: int | np.random.Generator | None = None,
+        threads: int | None = None, resample: float = 0.5, layers: int = 1, hidden: float = 0.02,
+    ) -> None:  # fmt: skip
         self._actions = Actions(env)
         if self._actions.points:
             raise MotionError("TrackingAgent follows people in pictures: use WalkerTracking or ArmTracking")

@@ -20,21 +20,11 @@ from motionenv.mocap import MarkerMap
 
 
 def write_report(
-    paths: Sequence[Path],
-    out: Path,
-    *,
-    static: Path | None = None,
-    marker_map: MarkerMap | str | None = None,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    person: str | None = None,
-    wands: str = "auto",
-    band: Band | None = None,
-    age: float | None = None,
-    sex: str | None = None,
+    paths: Sequence[Path], out: Path, *, static: Path | None = None, marker_map: MarkerMap | str | None = None,
+    fps: float | None = None, unit: str | float | None = None, up: str | None = None, person: str | None = None,
+    wands: str = "auto", band: Band | None = None, age: float | None = None, sex: str | None = None,
     on_step: Callable[[str], None] = lambda name: None,
-) -> Session:
+) -> Session:  # fmt: skip
     """Write the gait report of one person to the page `out`, .html, and beside it the same figures as .json and .csv.
 
     Args:

@@ -135,15 +135,10 @@ def limb_lengths(positions: np.ndarray) -> dict[str, float]:
 
 
 def fit_freely(
-    points: Points,
-    camera: Camera | Sequence[Camera] | np.ndarray | None = None,
-    *,
-    distortion: Sequence[float] | None = None,
-    elevation: float | None = 0.0,
-    network: PostureNetwork | None = None,
-    settings: Settings = DEFAULTS,
-    on_progress: Callable[[float], None] | None = None,
-) -> FreeFit:
+    points: Points, camera: Camera | Sequence[Camera] | np.ndarray | None = None, *,
+    distortion: Sequence[float] | None = None, elevation: float | None = 0.0, network: PostureNetwork | None = None,
+    settings: Settings = DEFAULTS, on_progress: Callable[[float], None] | None = None,
+) -> FreeFit:  # fmt: skip
     """Fit somebody's motion to `points` in pixels.
 
     Args:

@@ -31,11 +31,9 @@ class Rays:
 
 
 def rays_of(
-    pixels: np.ndarray,
-    camera: Camera | Sequence[Camera] | np.ndarray | None,
-    distortion: Sequence[float] | None = None,
-    elevation: float = 0.0,
-) -> Rays:
+    pixels: np.ndarray, camera: Camera | Sequence[Camera] | np.ndarray | None,
+    distortion: Sequence[float] | None = None, elevation: float = 0.0,
+) -> Rays:  # fmt: skip
     """Rays through `pixels` (frames, 15, 2).
 
     Args:

@@ -112,14 +112,9 @@ class Reconstruction(OneLine):
 
 
 def least_squares(
-    model: FourierModel,
-    w2: np.ndarray,
-    alpha: ArrayLike,
-    *,
-    variance: float = VARIANCE,
-    elevation: float = 0.0,
+    model: FourierModel, w2: np.ndarray, alpha: ArrayLike, *, variance: float = VARIANCE, elevation: float = 0.0,
     n_components: int | None = None,
-) -> Reconstruction:
+) -> Reconstruction:  # fmt: skip
     """Approach I: walkers of the model whose projection is closest to the data (eq. 3.9).
 
     Args:

@@ -82,19 +82,11 @@ class Views(OneLine):
 
 
 def find_view(
-    model: FourierModel,
-    w2: ArrayLike,
-    *,
-    approach: str = "map",
-    variance: float | None = VARIANCE,
-    n_components: int | None = None,
-    phase: float | str = 0.0,
-    elevation: float | str | tuple[float, float] = 0.0,
-    scale: float | str = 1.0,
-    offset: str = "known",
-    alphas: float | tuple[float, float] | None = None,
+    model: FourierModel, w2: ArrayLike, *, approach: str = "map", variance: float | None = VARIANCE,
+    n_components: int | None = None, phase: float | str = 0.0, elevation: float | str | tuple[float, float] = 0.0,
+    scale: float | str = 1.0, offset: str = "known", alphas: float | tuple[float, float] | None = None,
     measurement: float = 0.0,
-) -> Views:
+) -> Views:  # fmt: skip
     """Estimate the view of each sequence (eqs. 4.5, 4.6).
 
     Args:

@@ -55,13 +55,9 @@ class ClinicalAngles(OneLine):
 
 
 def clinical_angles(
-    capture: Markers | Motion,
-    *,
-    static: Markers | None = None,
-    measurements: Measurements | None = None,
-    marker_map: MarkerMap | str | None = None,
-    wands: str = "auto",
-) -> ClinicalAngles:
+    capture: Markers | Motion, *, static: Markers | None = None, measurements: Measurements | None = None,
+    marker_map: MarkerMap | str | None = None, wands: str = "auto",
+) -> ClinicalAngles:  # fmt: skip
     """Joint angles of the lower body.
 
     From markers by the Conventional Gait Model, with the measurements that the file states (see `lower_body`). From a
@@ -110,12 +106,9 @@ def _of_plane(landmarks: Landmarks, frames: int) -> ClinicalAngles:
 
 
 def person_of(
-    capture: Markers,
-    *,
-    static: Markers | None = None,
-    measurements: Measurements | None = None,
+    capture: Markers, *, static: Markers | None = None, measurements: Measurements | None = None,
     marker_map: MarkerMap | str | None = None,
-) -> tuple[Measurements, Calibration | None]:
+) -> tuple[Measurements, Calibration | None]:  # fmt: skip
     """A person's measurements, and what a standing trial adds to them.
 
     Args:

@@ -98,12 +98,8 @@ def harrington_hip(segment: Segment, positions: dict[str, np.ndarray], side: str
 
 
 def chord(
-    proximal: np.ndarray,
-    lateral: np.ndarray,
-    wand: np.ndarray,
-    distance: float,
-    turn: np.ndarray | float = 0.0,
-) -> np.ndarray:
+    proximal: np.ndarray, lateral: np.ndarray, wand: np.ndarray, distance: float, turn: np.ndarray | float = 0.0,
+) -> np.ndarray:  # fmt: skip
     """Joint centre (frames, 3) by the chord function, from markers and centres (frames, 3) [m].
 
     It lies in the plane of the `proximal` centre (of the joint above), the `lateral` marker on the joint's axis and the

@@ -21,12 +21,9 @@ _ELSEWHERE = (
 
 
 def detect_people(
-    pictures: Iterable[np.ndarray],
-    *,
-    weights: tuple[Any, Any] | None = None,
-    on_progress: Callable[[int], None] | None = None,
-    name: str = "the film",
-) -> tuple[list[Track], int]:
+    pictures: Iterable[np.ndarray], *, weights: tuple[Any, Any] | None = None,
+    on_progress: Callable[[int], None] | None = None, name: str = "the film",
+) -> tuple[list[Track], int]:  # fmt: skip
     """Tracks of everybody and the number of frames, as of `motionenv.mocap.keypoints.detections.read`.
 
     Args:

@@ -39,13 +39,9 @@ class _Bone:
 
 
 def read(
-    path: str | Path,
-    asf: str | Path | None = None,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    override: bool = True,
-) -> Markers:
+    path: str | Path, asf: str | Path | None = None, fps: float | None = None, unit: str | float | None = None,
+    up: str | None = None, override: bool = True,
+) -> Markers:  # fmt: skip
     """Read the root and the end of every bone. Points are named like their bone: "lfemur" is the left knee.
 
     (In the CMU database "lradius" ends at two thirds of the forearm, where it twists; "lwrist" is the rest of it.)

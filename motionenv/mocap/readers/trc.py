@@ -16,12 +16,9 @@ _EVEN = 0.1  # relative tolerance of the steps of the Time column, which is ofte
 
 
 def read(
-    path: str | Path,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
+    path: str | Path, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
     override: bool = True,
-) -> Markers:
+) -> Markers:  # fmt: skip
     """Read the markers of a TRC file; blanks and points at exactly (0, 0, 0) are gaps: NaN.
 
     Decimal commas, missing or additional tabs, and columns separated by blanks are read too. "NumMarkers" is ignored:

@@ -89,10 +89,8 @@ class WalkerPrior(FourierModel):
         self.merge = merge
 
     def fit(
-        self,
-        motions: Iterable[FourierWalker | Markers | Motion],
-        subjects: Sequence[str] | None = None,
-    ) -> "WalkerPrior":
+        self, motions: Iterable[FourierWalker | Markers | Motion], subjects: Sequence[str] | None = None,
+    ) -> "WalkerPrior":  # fmt: skip
         """Fit components to walks and their mirror images; estimate errors by cross-validation over people.
 
         Args:

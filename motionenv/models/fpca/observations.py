@@ -142,13 +142,9 @@ def missed(edges: np.ndarray, m: int) -> np.ndarray:
 
 
 def in_parts(
-    kernel: Callable,
-    data: Observations,
-    tables: Sequence[np.ndarray],
-    found: Sequence[np.ndarray],
-    shapes: Sequence[tuple[int, ...]],
-    *more,
-) -> list[np.ndarray]:
+    kernel: Callable, data: Observations, tables: Sequence[np.ndarray], found: Sequence[np.ndarray],
+    shapes: Sequence[tuple[int, ...]], *more,
+) -> list[np.ndarray]:  # fmt: skip
     """Run a kernel over the cycles of `data` in threads, each with its own tallies; return the sums of these.
 
     The kernel, from `_gap_kernels`, takes (start, stop, data, tables, found, tallies, …): `tables` are read-only input,

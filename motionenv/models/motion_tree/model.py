@@ -268,14 +268,9 @@ class MotionTree(GaitModel):
         return motion if request.height is None else scaled(motion, request.height)
 
     def generator(
-        self,
-        start: int | str | History | None = None,
-        *,
-        seed: int | np.random.Generator | None = None,
-        upper: "MotionTree | None" = None,
-        target: Target | None = None,
-        **options: Any,
-    ) -> MotionGenerator:
+        self, start: int | str | History | None = None, *, seed: int | np.random.Generator | None = None,
+        upper: "MotionTree | None" = None, target: Target | None = None, **options: Any,
+    ) -> MotionGenerator:  # fmt: skip
         """A generator of motion from this tree: `step(frames)` returns the next poses, `motion(seconds)` a `Motion`.
 
         Args:

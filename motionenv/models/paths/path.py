@@ -144,14 +144,9 @@ class WalkPath(OneLine):
 
 
 def random_path(
-    rng: np.random.Generator,
-    length: float,
-    *,
-    radius: float = 2.0,
-    scale: float = 3.0,
-    heading: float = 0.0,
+    rng: np.random.Generator, length: float, *, radius: float = 2.0, scale: float = 3.0, heading: float = 0.0,
     start: ArrayLike = (0.0, 0.0),
-) -> WalkPath:
+) -> WalkPath:  # fmt: skip
     """A path that winds left and right: curvature is a smooth Gaussian process of `rng`, kept within ±1/radius.
 
     Args:

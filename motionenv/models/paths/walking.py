@@ -25,16 +25,9 @@ Speed = float | Callable[[float], float] | list | tuple | np.ndarray | None
 
 @keyword_arguments(WalkArguments)
 def walk_along(
-    model: GaitModel,
-    path: WalkPath,
-    seconds: float,
-    fps: float = 30.0,
-    *,
-    walker: Walker | None = None,
-    seed: int | np.random.Generator | None = None,
-    speed: Speed = None,
-    **walk: Unpack[WalkArguments],
-) -> Motion:
+    model: GaitModel, path: WalkPath, seconds: float, fps: float = 30.0, *, walker: Walker | None = None,
+    seed: int | np.random.Generator | None = None, speed: Speed = None, **walk: Unpack[WalkArguments],
+) -> Motion:  # fmt: skip
     """A person of `model` walks along `path`: motion (frames, 25) that starts at the path's start.
 
     Steady models bend their straight walks (`bend`). Where speed changes, walks of the same person at several speeds

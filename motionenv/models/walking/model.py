@@ -214,18 +214,10 @@ class WalkingModel(GaitModel):
         return np.exp(self.person_mean_[-2] + deviations @ self._tables.pace)
 
     def walks(
-        self,
-        seconds: float,
-        fps: float = 30.0,
-        *,
-        n: int,
-        seed: int | np.random.Generator | None = None,
-        stride: WalkerScores | None = None,
-        speed: float | None = None,
-        phase: float = 0.0,
-        variation: float = 1.0,
+        self, seconds: float, fps: float = 30.0, *, n: int, seed: int | np.random.Generator | None = None,
+        stride: WalkerScores | None = None, speed: float | None = None, phase: float = 0.0, variation: float = 1.0,
         height: float | None = None,
-    ) -> Motion:
+    ) -> Motion:  # fmt: skip
         """Walks (n, frames, 25) of many people with one body, otherwise like `synthesize`, of `seconds` [s] at `fps`.
 
         Args:

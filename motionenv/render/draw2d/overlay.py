@@ -18,13 +18,9 @@ _SIDES = np.array([LEFT if n.startswith("left") else RIGHT if n.startswith("righ
 
 
 def draw_pose(
-    rgb: np.ndarray,
-    markers: np.ndarray,
-    camera: Camera | Orthographic,
-    *,
-    width: float = 3.0,
+    rgb: np.ndarray, markers: np.ndarray, camera: Camera | Orthographic, *, width: float = 3.0,
     colour: Sequence[float] | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Copies of images with a stick figure overlay, such as an estimate.
 
     Args:

@@ -16,14 +16,9 @@ from motionenv.types import Camera
 
 
 def render_points(
-    markers: ArrayLike,
-    camera: Camera | Orthographic | Sequence[Camera],
-    *,
-    radius: float = 4.0,
-    colour: ArrayLike = (255, 255, 255),
-    background: ArrayLike = (0, 0, 0),
-    lines: bool = False,
-) -> np.ndarray:
+    markers: ArrayLike, camera: Camera | Orthographic | Sequence[Camera], *, radius: float = 4.0,
+    colour: ArrayLike = (255, 255, 255), background: ArrayLike = (0, 0, 0), lines: bool = False,
+) -> np.ndarray:  # fmt: skip
     """Images of dots at the markers, uint8 (..., H, W, 3), antialiased by exact coverage: they don't flicker.
 
     Nearer dots occlude farther ones. Missing markers (NaN) and those behind the camera are not drawn. For a dot that

@@ -108,14 +108,9 @@ class FPCAPrior(SizedPrior):
     """
 
     def __init__(
-        self,
-        model: WalkingModel | str = "walk/fpca",
-        *,
-        skeleton: Skeleton | None = None,
-        fps: float = 30.0,
-        backwards: bool = False,
-        size: float = 0.0,
-    ) -> None:
+        self, model: WalkingModel | str = "walk/fpca", *, skeleton: Skeleton | None = None, fps: float = 30.0,
+        backwards: bool = False, size: float = 0.0,
+    ) -> None:  # fmt: skip
         model = load(model) if isinstance(model, str) else model
         if not isinstance(model, WalkingModel):
             raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(model).__name__}")

@@ -63,14 +63,9 @@ class VelocityPrior(Prior):
     """
 
     def __init__(
-        self,
-        *,
-        skeleton: Skeleton | None = None,
-        fps: float = 30.0,
-        part: str = "body",
-        change: np.ndarray | None = None,
-        velocity: np.ndarray | None = None,
-    ) -> None:
+        self, *, skeleton: Skeleton | None = None, fps: float = 30.0, part: str = "body",
+        change: np.ndarray | None = None, velocity: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
         self.fps, self.size, self._part = checked_fps(fps), 0.0, part
         self.skeleton = from_height() if skeleton is None else skeleton
         self.moves = moving_entries(part)

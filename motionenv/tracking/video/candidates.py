@@ -142,13 +142,9 @@ def candidates(movers: Sequence[Mover], labels: np.ndarray, fps: float, scale: f
 
 
 def chosen(
-    found: Sequence[Candidate],
-    *,
-    person: int | None = None,
-    box: Sequence[float] | None = None,
-    point: Sequence[float] | None = None,
-    at: float | None = None,
-) -> Candidate:
+    found: Sequence[Candidate], *, person: int | None = None, box: Sequence[float] | None = None,
+    point: Sequence[float] | None = None, at: float | None = None,
+) -> Candidate:  # fmt: skip
     """The candidate of `found` that is asked for, or the likeliest walker.
 
     Args:

@@ -82,22 +82,12 @@ class VideoTrack:
 
 
 def track_video(
-    film: Film | str | Path,
-    camera: Camera | None = None,
-    *,
-    height: float | None = None,
-    person: int | None = None,
-    box: Sequence[float] | None = None,
-    point: Sequence[float] | None = None,
-    at: float | None = None,
-    prior: MakePrior | None = None,
-    particles: int = 2000,
-    layers: int = 2,
-    attempts: int = 4,
-    seed: int | np.random.Generator | None = None,
-    threads: int | None = None,
+    film: Film | str | Path, camera: Camera | None = None, *, height: float | None = None, person: int | None = None,
+    box: Sequence[float] | None = None, point: Sequence[float] | None = None, at: float | None = None,
+    prior: MakePrior | None = None, particles: int = 2000, layers: int = 2, attempts: int = 4,
+    seed: int | np.random.Generator | None = None, threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> VideoTrack:
+) -> VideoTrack:  # fmt: skip
     """Track a person in a film.
 
     Args:

@@ -22,13 +22,9 @@ from motionenv.types import Event, Markers, Recording
 
 
 def read(
-    path: str | Path,
-    fps: float | None = None,
-    unit: str | float | None = None,
-    up: str | None = None,
-    person: str | None = None,
-    override: bool = True,
-) -> Markers:
+    path: str | Path, fps: float | None = None, unit: str | float | None = None, up: str | None = None,
+    person: str | None = None, override: bool = True,
+) -> Markers:  # fmt: skip
     """Read the markers and virtual points of a C3D file, and what it holds beside them.
 
     All encodings are read: integers and floats of Intel, DEC and SGI/MIPS processors. A subject's name in front of a
