@@ -33,26 +33,13 @@ __version__ = "0.3.0"
 _NAMES = {
     "types": "Camera Cycles Frame Markers Motion Points Skeleton",
     "errors": "EngineError FormatError GapError ModelError MotionError ServiceError",
-    "mocap": "read read_motion retarget write",
-    "mocap.keypoints": "read_points",
-    "body": "from_height markers",
-    "cycles": "segment",
-    "models.base": "GaitModel",
-    "models.types": "Walker",
-    "models.eigenwalkers": "Eigenwalkers",
-    "models.fpca": "FunctionalPCA MultilevelFPCA",
-    "models.motion_tree": "MotionTree",
-    "models.eigenwalkers.walker_prior": "WalkerPrior",
-    "models.walking": "WalkingModel",
-    "models.filling": "fill",
-    "models.registry": "load",
-    "models.synthesis": "synthesize",
-    "lifting": "lift",
-    "render": "Scene film",
-    "render.cameras": "fit_view",
-    "render.video.encode": "stream_video write_video",
-    "client": "Client",
-}
+    "mocap": "read read_motion retarget write", "mocap.keypoints": "read_points", "body": "from_height markers",
+    "cycles": "segment", "models.base": "GaitModel", "models.types": "Walker", "models.eigenwalkers": "Eigenwalkers",
+    "models.fpca": "FunctionalPCA MultilevelFPCA", "models.motion_tree": "MotionTree",
+    "models.eigenwalkers.walker_prior": "WalkerPrior", "models.walking": "WalkingModel", "models.filling": "fill",
+    "models.registry": "load", "models.synthesis": "synthesize", "lifting": "lift", "render": "Scene film",
+    "render.cameras": "fit_view", "render.video.encode": "stream_video write_video", "client": "Client",
+}  # fmt: skip
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 #: Packages that users begin with; the others can be imported too.
 _PACKAGES = {"data", "envs", "gait", "lifting", "mocap", "models", "render", "tracking"}

@@ -21,25 +21,17 @@ from service.jobs.store import Full
 MEDIA_TYPE = "application/problem+json"
 #: Kinds of problems by the last part of their `type`: status and title.
 KINDS: dict[str, tuple[int, str]] = {
-    "malformed-request": (400, "The request can't be read"),
-    "no-key": (401, "This service needs an API key"),
-    "unknown-key": (401, "The API key isn't known"),
-    "cross-site": (403, "Pages of other sites may not do this"),
-    "not-found": (404, "There is no such thing"),
-    "method-not-allowed": (405, "The path takes other methods"),
+    "malformed-request": (400, "The request can't be read"), "no-key": (401, "This service needs an API key"),
+    "unknown-key": (401, "The API key isn't known"), "cross-site": (403, "Pages of other sites may not do this"),
+    "not-found": (404, "There is no such thing"), "method-not-allowed": (405, "The path takes other methods"),
     "format-not-offered": (406, "No format that is accepted is offered"),
-    "conflict": (409, "The state of a job or model doesn't allow this"),
-    "too-large": (413, "The body is too large"),
+    "conflict": (409, "The state of a job or model doesn't allow this"), "too-large": (413, "The body is too large"),
     "wrong-media-type": (415, "The body is of another media type"),
-    "range-not-satisfiable": (416, "There is no such part of the file"),
-    "invalid-field": (422, "A field is invalid"),
-    "rate-limited": (429, "Too many requests"),
-    "internal-error": (500, "The service failed"),
-    "not-possible-here": (501, "This machine can't do that"),
-    "busy": (503, "The service is busy or starting"),
-    "timeout": (504, "It took too long"),
-    "disk-full": (507, "The disk is full"),
-}
+    "range-not-satisfiable": (416, "There is no such part of the file"), "invalid-field": (422, "A field is invalid"),
+    "rate-limited": (429, "Too many requests"), "internal-error": (500, "The service failed"),
+    "not-possible-here": (501, "This machine can't do that"), "busy": (503, "The service is busy or starting"),
+    "timeout": (504, "It took too long"), "disk-full": (507, "The disk is full"),
+}  # fmt: skip
 _USUAL = {status: kind for kind, (status, _) in reversed(KINDS.items())}
 #: The detail of a 507.
 FULL = "the service's disk is full: remove jobs or models, or contact its operator"

@@ -23,13 +23,10 @@ from motionenv.envs.tasks import register
 
 #: Public names and the modules that hold them.
 _NAMES = {
-    "active.tracking": "ActiveTracking ActiveTrackingVector",
-    "arm": "ArmTracking ArmTrackingVector",
-    "markers": "MarkerTracking MarkerTrackingVector",
-    "base": "TrackingEnv",
-    "vector": "TrackingVectorEnv",
+    "active.tracking": "ActiveTracking ActiveTrackingVector", "arm": "ArmTracking ArmTrackingVector",
+    "markers": "MarkerTracking MarkerTrackingVector", "base": "TrackingEnv", "vector": "TrackingVectorEnv",
     "walker": "WalkerTracking WalkerTrackingVector",
-}
+}  # fmt: skip
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = sorted(_HOME)

@@ -70,13 +70,9 @@ class Series(OneLine):
     def __post_init__(self) -> None:
         n = len(MARKERS)
         shapes = {
-            "coefficients": (_PARTS, n, 2),
-            "drift": (None, 2),
-            "size": (3,),
-            "covariance": (n, _PARTS, _PARTS),
-            "rms": (n,),
-            "weights": (None, n),
-        }
+            "coefficients": (_PARTS, n, 2), "drift": (None, 2), "size": (3,), "covariance": (n, _PARTS, _PARTS),
+            "rms": (n,), "weights": (None, n),
+        }  # fmt: skip
         for key, shape in shapes.items():
             object.__setattr__(self, key, frozen(getattr(self, key), shape, f"Series.{key}"))
 
@@ -236,19 +232,11 @@ class _Normal:
         total = (self.weights[..., None] * about**2).sum()
         power = np.polynomial.polynomial.polyfit(self.t, self.path @ path, self.path.shape[1])
         return Series(
-            coefficients,
-            frequency,
-            frequency * len(self.t) / points.fps,
-            power,
-            size,
+            coefficients, frequency, frequency * len(self.t) / points.fps, power, size,
             self._covariance(frequency, off),
             np.sqrt((_mean(np.nan_to_num(off) ** 2, self.seen)).mean(axis=-1)) + 0 * found[:, 0, 0],
-            1 - left / total if total > 0 else 0.0,
-            self.weights,
-            points.unit,
-            points.fps,
-            points.name,
-        )
+            1 - left / total if total > 0 else 0.0, self.weights, points.unit, points.fps, points.name,
+        )  # fmt: skip
 
     def _determined(self, matrix: np.ndarray) -> np.ndarray:
         """Markers seen in enough frames and phases to determine five coefficients."""

@@ -234,15 +234,10 @@ def _steady(model: WalkerPrior, points: Points, alpha, elevation, scale, robust:
     series = fourier_points(points)
     check_series(series)
     best_views = partial(
-        find_view,
-        model,
-        series.coefficients,
-        variance=None,
-        phase="unknown",
+        find_view, model, series.coefficients, variance=None, phase="unknown",
         elevation="unknown" if elevation is None else elevation,
-        scale=1.0 if points.unit == "m" else "unknown" if scale is None else scale,
-        offset="unknown",
-    )
+        scale=1.0 if points.unit == "m" else "unknown" if scale is None else scale, offset="unknown",
+    )  # fmt: skip
     views = best_views(alphas=alpha)
     free = views if alpha is None else best_views()
     unknown = [name for name, given in (("alpha", alpha), ("elevation", elevation), ("scale", scale)) if given is None]

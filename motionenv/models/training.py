@@ -86,13 +86,10 @@ class Walks:
         bends = np.abs([stride.curvature for stride in strides])
         kinds = [stride.activity for stride in strides]
         return {
-            "people": len(set(self.subjects)),
-            "trials": len(self.motions),
-            "strides": len(strides),
+            "people": len(set(self.subjects)), "trials": len(self.motions), "strides": len(strides),
             **{f"{kind} strides": kinds.count(kind) for kind in ("running",) if kind in kinds},
-            "speeds": _range(speeds, "m/s"),
-            "curvatures": _range(bends, "1/m"),
-        }
+            "speeds": _range(speeds, "m/s"), "curvatures": _range(bends, "1/m"),
+        }  # fmt: skip
 
 
 def read_walks(
@@ -207,15 +204,10 @@ def _range(values: np.ndarray, unit: str) -> str:
 def _card(name: str, walks: Walks, command: str) -> dict:
     known = _CMU_CARD if walks.cmu else _UNKNOWN_CARD
     return {
-        "model": name,
-        **walks.summary(),
-        "frames": int(sum(len(m.poses) for m in walks.motions)),
-        "seconds": round(sum(m.seconds for m in walks.motions), 1),
-        **_parts(walks.motions),
-        **{key: text.format(_USES[name]) for key, text in known.items()},
-        "command": command,
-        "motionenv": __version__,
-    }
+        "model": name, **walks.summary(), "frames": int(sum(len(m.poses) for m in walks.motions)),
+        "seconds": round(sum(m.seconds for m in walks.motions), 1), **_parts(walks.motions),
+        **{key: text.format(_USES[name]) for key, text in known.items()}, "command": command, "motionenv": __version__,
+    }  # fmt: skip
 
 
 def _parts(motions: tuple[Motion, ...]) -> dict[str, str]:

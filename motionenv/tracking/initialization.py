@@ -144,14 +144,9 @@ def _build_bank(model: WalkingModel | str, skeleton: Skeleton, seconds: float, r
         raise MotionError(f"model must be a WalkingModel such as walk/fpca, got {type(walking).__name__}")
     strides = walking.sample(_GAITS, seed=rng)
     walks = walking.walks(
-        _PACES[1] * seconds + _SPARE,
-        _BANK_FPS,
-        n=_GAITS,
-        stride=strides,
-        seed=rng,
-        variation=0.0,
+        _PACES[1] * seconds + _SPARE, _BANK_FPS, n=_GAITS, stride=strides, seed=rng, variation=0.0,
         height=skeleton.height,
-    )
+    )  # fmt: skip
     return _Bank(np.asarray(walks.poses), strides.seconds)
 
 

@@ -238,11 +238,8 @@ def _inspected(path: Path, marker_map: MarkerMap | None, **how: Any) -> dict[str
         motion = held if isinstance(held, Motion) else motionenv.retarget(held, marker_map=marker_map)
         shown = _shown(motion) | {"points": None if ours else _thinned(held.positions.round(4), motion.fps)}
         told |= {
-            "motion": shown,
-            "notes": [*map(plain, motion.notes)],
-            "straightness": straightness(motion),
-            "walk": None,
-        }
+            "motion": shown, "notes": [*map(plain, motion.notes)], "straightness": straightness(motion), "walk": None,
+        }  # fmt: skip
         if told["doubts"]:
             raise MotionError("no model learns from it, as it can't be of a person as it was read")
         told["walk"] = _walk(motion, held, marker_map)

@@ -92,12 +92,9 @@ def _head(spec: Specification, form: str) -> dict[str, Any]:
     from motionenv import __version__
 
     return {
-        "specification": spec.model_dump(mode="json"),
-        "hash": spec.hash,
-        "format": form,
-        "motionenv": __version__,
+        "specification": spec.model_dump(mode="json"), "hash": spec.hash, "format": form, "motionenv": __version__,
         "models": {name: _model_version(name) for name in spec.people.models},
-    }
+    }  # fmt: skip
 
 
 def _model_version(name: str) -> str:

@@ -49,11 +49,8 @@ class Drawing:
         people[frame.limbs == 0] = 0
         whole = (len(which), frames, self.spec.pictures.height, self.spec.pictures.width)
         found = {
-            "limbs": frame.limbs,
-            "people": people,
-            "depth": frame.depth,
-            "mask": 255 * (people == 1).view(np.uint8),
-        }
+            "limbs": frame.limbs, "people": people, "depth": frame.depth, "mask": 255 * (people == 1).view(np.uint8),
+        }  # fmt: skip
         found = {name: picture.reshape(whole) for name, picture in found.items()}
         return found if frame.rgb is None else found | {"rgb": frame.rgb.reshape(*whole, 3)}
 

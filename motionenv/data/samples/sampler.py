@@ -111,12 +111,9 @@ class Sampler:
         pixels, depth = views.project(group.joints[which], which)
         pixels[depth <= 0] = np.nan
         known = {
-            "poses": group.poses[which],
-            "joints": group.joints[which],
-            "pixels": pixels,
-            "phase": group.phase[which],
+            "poses": group.poses[which], "joints": group.joints[which], "pixels": pixels, "phase": group.phase[which],
             "contact": group.contact[which],
-        }
+        }  # fmt: skip
         found = {name: values for name, values in known.items() if name in wanted}
         if "detected" in wanted:
             found["detected"] = self._detected(group, which, pixels)

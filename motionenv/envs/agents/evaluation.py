@@ -122,12 +122,9 @@ def _play_vector(env, agent: Agent, tally: _Tally, seed: int | None) -> None:
 
 #: Shipped agents by name.
 AGENTS: dict[str, Callable[[Any], Agent]] = {
-    "mean-pose": MeanPose,
-    "blob": Blob,
-    "constant-velocity": ConstantVelocity,
-    "particle-filter": lambda env: TrackingAgent(env, seed=0, threads=1),
-    "oracle": Oracle,
-}
+    "mean-pose": MeanPose, "blob": Blob, "constant-velocity": ConstantVelocity,
+    "particle-filter": lambda env: TrackingAgent(env, seed=0, threads=1), "oracle": Oracle,
+}  # fmt: skip
 #: Seed of an evaluation's first episode; those that follow have the next ones.
 FIRST_SEED = 1_000_000
 

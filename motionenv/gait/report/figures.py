@@ -26,20 +26,14 @@ _COLUMN, _TALL, _MOST = 88, 170, 30.0  # [px] of the profile's columns, and [deg
 
 #: What negative and positive values of an angle mean.
 _MEANS = {
-    "pelvis_tilt": ("posterior", "anterior"),
-    "pelvis_obliquity": ("down", "up"),
-    "pelvis_rotation": ("external", "internal"),
-    "hip_flexion": ("extension", "flexion"),
-    "hip_adduction": ("abduction", "adduction"),
-    "hip_rotation": ("external", "internal"),
-    "knee_flexion": ("extension", "flexion"),
-    "knee_adduction": ("valgus", "varus"),
-    "knee_rotation": ("external", "internal"),
-    "ankle_dorsiflexion": ("plantarflexion", "dorsiflexion"),
-    "ankle_adduction": ("eversion", "inversion"),
-    "ankle_rotation": ("external", "internal"),
+    "pelvis_tilt": ("posterior", "anterior"), "pelvis_obliquity": ("down", "up"),
+    "pelvis_rotation": ("external", "internal"), "hip_flexion": ("extension", "flexion"),
+    "hip_adduction": ("abduction", "adduction"), "hip_rotation": ("external", "internal"),
+    "knee_flexion": ("extension", "flexion"), "knee_adduction": ("valgus", "varus"),
+    "knee_rotation": ("external", "internal"), "ankle_dorsiflexion": ("plantarflexion", "dorsiflexion"),
+    "ankle_adduction": ("eversion", "inversion"), "ankle_rotation": ("external", "internal"),
     "foot_progression": ("external", "internal"),
-}
+}  # fmt: skip
 
 #: Range of each angle's axis [degrees], the same in every report, so that reports can be compared at a glance.
 RANGES = {

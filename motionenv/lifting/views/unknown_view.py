@@ -188,15 +188,10 @@ class _Found:
         k = int(np.isfinite(self.cost).sum(axis=1).max())
         circular = np.pi - (np.pi - self.angles[..., [0, 2]]) % (2 * np.pi)
         fields = {
-            "alpha": circular[..., 0],
-            "elevation": self.angles[..., 1],
-            "phase": circular[..., 1],
-            "scale": 1 / self.tau,
-            "offset": self.offset,
-            "scores": self.scores,
-            "objective": self.cost,
+            "alpha": circular[..., 0], "elevation": self.angles[..., 1], "phase": circular[..., 1],
+            "scale": 1 / self.tau, "offset": self.offset, "scores": self.scores, "objective": self.cost,
             "alpha_deviation": np.sqrt(self.variance),
-        }
+        }  # fmt: skip
         others = Views(**{name: f[:, 1:k].reshape((*shape, k - 1, *f.shape[2:])) for name, f in fields.items()})
         best = {name: f[:, 0].reshape((*shape, *f.shape[2:])) for name, f in fields.items()}
         return Views(**best, alternatives=others)

@@ -181,15 +181,11 @@ def _events(events: Sequence[Event], fps: float, first: int, subject: str) -> di
     minutes = np.floor(seconds / 60)
     labels, descriptions, icons = zip(*(_KINDS[event.kind] for event in ordered), strict=True)
     return {
-        "USED": len(ordered),
-        "CONTEXTS": [event.side.title() for event in ordered],
-        "LABELS": labels,
-        "DESCRIPTIONS": descriptions,
-        "SUBJECTS": [subject] * len(ordered),
-        "TIMES": np.stack([minutes, seconds - 60 * minutes], axis=1),
-        "ICON_IDS": np.array(icons),
+        "USED": len(ordered), "CONTEXTS": [event.side.title() for event in ordered], "LABELS": labels,
+        "DESCRIPTIONS": descriptions, "SUBJECTS": [subject] * len(ordered),
+        "TIMES": np.stack([minutes, seconds - 60 * minutes], axis=1), "ICON_IDS": np.array(icons),
         "GENERIC_FLAGS": np.zeros(len(ordered), dtype=int),
-    }
+    }  # fmt: skip
 
 
 def _angle_points(angles: Angles | None, frames: int) -> dict[str, np.ndarray]:

@@ -61,18 +61,10 @@ def parameters(model: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 def _described(model: GaitModel, height: float) -> dict[str, Any]:
     treadmill = model.treadmill()
     return {
-        "kind": model.kind,
-        "about": model.about,
-        "treadmill": None if treadmill is None else treadmill.frame,
+        "kind": model.kind, "about": model.about, "treadmill": None if treadmill is None else treadmill.frame,
         "steerable": model.steerable,
-        "learned_speeds": [float(v) if np.isfinite(v) else None for v in model.learned_speeds()],
-        "height": height,
-        "ankle_height": skeleton.ANKLE_HEIGHT,
-        "limb_segments": skeleton.LIMB_SEGMENT.tolist(),
-        "limb_nodes": skeleton.LIMB_NODES.tolist(),
-        "clothes": skeleton.CLOTHES,
-        "colours": skeleton.COLOURS,
-        "edges": skeleton.EDGES,
-        "markers": MARKERS,
-        "pose": POSE,
-    }
+        "learned_speeds": [float(v) if np.isfinite(v) else None for v in model.learned_speeds()], "height": height,
+        "ankle_height": skeleton.ANKLE_HEIGHT, "limb_segments": skeleton.LIMB_SEGMENT.tolist(),
+        "limb_nodes": skeleton.LIMB_NODES.tolist(), "clothes": skeleton.CLOTHES, "colours": skeleton.COLOURS,
+        "edges": skeleton.EDGES, "markers": MARKERS, "pose": POSE,
+    }  # fmt: skip

@@ -425,14 +425,9 @@ class WalkingModel(GaitModel):
         markers, poses, standing = (np.empty((n, samples, *shape)) for shape in ((15, 3), (25,), (2,)))
         out = markers, poses, standing, np.empty(n), seconds
         walk_in_place(
-            scores,
-            floors_of(self._tables, scores),
-            speeds,
-            math.ceil(SAMPLES / samples),
-            self._tables.terms,
-            bodies,
+            scores, floors_of(self._tables, scores), speeds, math.ceil(SAMPLES / samples), self._tables.terms, bodies,
             out,
-        )
+        )  # fmt: skip
         if lacking := lacking_angles(self):
             poses[..., lacking] = np.nan
             markers[~known_markers(poses)] = np.nan

@@ -138,15 +138,10 @@ def track_video(
     held, present = reasons == FOLLOWED, reasons != ABSENT
     return VideoTrack(
         motion=Motion(_spread(best.poses, held, frames), skeleton, seen.fps, f"{seen.film.path}"),
-        particles=_spread(best.particles, held, frames),
-        effective=_spread(best.effective, held, frames),
-        overlap=_spread(best.overlap, present, frames),
-        expected=_spread(best.poses, present, frames),
-        camera=whole,
-        guessed=camera is None,
-        reasons=reasons,
-        person=who,
-    )
+        particles=_spread(best.particles, held, frames), effective=_spread(best.effective, held, frames),
+        overlap=_spread(best.overlap, present, frames), expected=_spread(best.poses, present, frames), camera=whole,
+        guessed=camera is None, reasons=reasons, person=who,
+    )  # fmt: skip
 
 
 def find_people(film: Film | str | Path) -> list[Candidate]:

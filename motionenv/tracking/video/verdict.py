@@ -7,13 +7,9 @@ import numpy as np
 
 #: Reasons, by number.
 REASONS = (
-    "followed",
-    "not wholly in the picture",
-    "hidden: nothing of the person is seen",
-    "the outline doesn't fit the body",
-    "the body jumps",
-    "too little of the track holds",
-)
+    "followed", "not wholly in the picture", "hidden: nothing of the person is seen",
+    "the outline doesn't fit the body", "the body jumps", "too little of the track holds",
+)  # fmt: skip
 FOLLOWED, ABSENT, HIDDEN, MISFIT, JUMP, TOO_LITTLE = range(len(REASONS))
 
 # Chosen on the development films of `benchmarks/tracking/choosing.py`: of every 60 of them, drawn with replacement, at
