@@ -24,18 +24,12 @@ def model(name: str) -> Any:
     """A likelihood with known camera and body."""
     from motionenv import likelihoods
 
-    if name == "ProductLikelihood":
-        return likelihoods.ProductLikelihood(
-            [model("SilhouetteLikelihood"), model("AppearanceLikelihood")], [0.7, 0.4], outliers=0.01
-        )
     return getattr(likelihoods, name)(camera(), walk().skeleton)
 
 
 @output("likelihood of silhouettes", "SilhouetteLikelihood", "mask")
 @output("likelihood of colours", "SilhouetteLikelihood", "rgb")
 @output("likelihood of depth", "SilhouetteLikelihood", "depth")
-@output("likelihood of appearance", "AppearanceLikelihood", "rgb")
-@output("likelihood of silhouettes and appearance", "ProductLikelihood", "mask", "rgb")
 def _likelihood(name: str, *senses: str) -> Any:
     made, seen, found = model(name), pictures(), []
     given = {"mask": seen.limbs > 0, "rgb": seen.rgb, "depth": seen.depth}
@@ -71,22 +65,17 @@ def prior(name: str) -> Any:
 
 
 @output("track with FPCAPrior", "FPCAPrior")
-@output("track with FPCAPrior, silhouettes, edges and annealing", "FPCAPrior", "ProductLikelihood", layers=2)
+@output("track with FPCAPrior and annealing", "FPCAPrior", layers=2)
 @output("track with TreePrior", "TreePrior", layers=2)
 @output("track with VelocityPrior", "VelocityPrior")
 @output("track with MixturePrior, without annealing", "MixturePrior")
-def _track(name: str, likelihood: str = "SilhouetteLikelihood", **options) -> Any:
+def _track(name: str, **options) -> Any:
     from motionenv.tracking import ParticleFilter, Start
 
     made = prior(name)
-    tracker = ParticleFilter(made, model(likelihood), n=150, seed=1, **options)
+    tracker = ParticleFilter(made, model("SilhouetteLikelihood"), n=150, seed=1, **options)
     tracker.start(Start.at(walk().poses[0]))
-    product = likelihood == "ProductLikelihood"  # its second part looks at colours
-    seen = pictures()
-    beliefs = [
-        tracker.step(mask=limbs > 0, **({"rgb": rgb} if product else {}))
-        for limbs, rgb in zip(seen.limbs, seen.rgb, strict=True)
-    ]
+    beliefs = [tracker.step(mask=limbs > 0) for limbs in pictures().limbs]
     return [[b.poses, b.log_weights, b.mean, b.effective, b.log_evidence, b.lost] for b in beliefs]
 
 

@@ -8,7 +8,6 @@ from motionenv.envs.agents.evaluation import evaluate
 from motionenv.errors import MotionError
 from motionenv.likelihoods import SilhouetteLikelihood
 from motionenv.likelihoods.background import Background
-from motionenv.likelihoods.product import ProductLikelihood
 from motionenv.render.cameras import view
 from motionenv.tracking import Film, FPCAPrior, MixturePrior, ParticleFilter, VelocityPrior, reaching_tree, track_video
 from motionenv.tracking.initialization import automatic_start
@@ -104,7 +103,6 @@ def test_a_generator_is_taken_as_it_is():
         (lambda v: evaluate(None, None, v), "episodes"),
         (lambda v: Background(least=v), "least"),
         (lambda v: SilhouetteLikelihood(CAMERA, misses=v), "misses"),
-        (lambda v: ProductLikelihood([SilhouetteLikelihood(CAMERA)], outliers=v), "outliers"),
     ],
 )
 def test_words_are_refused_by_name_at_every_entrance(call, name):

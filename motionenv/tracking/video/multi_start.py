@@ -23,14 +23,13 @@ import numpy as np
 
 from motionenv.body import LIMBS, mirror
 from motionenv.errors import MotionError
-from motionenv.likelihoods.appearance import COLOURS
 from motionenv.likelihoods.silhouette import SilhouetteLikelihood
 from motionenv.tracking.initialization import SPREAD, automatic_start
 from motionenv.tracking.particle_filter import Belief, ParticleFilter
 from motionenv.tracking.priors.base import Prior, Start, systematic
 from motionenv.tracking.priors.guided import GuidedPrior
 from motionenv.tracking.video.guide import DEVIATION, Guide
-from motionenv.tracking.video.survey import Look
+from motionenv.tracking.video.survey import COLOURS, Look
 from motionenv.types import Camera, Skeleton
 
 _START = 1.0  # [s] duration of the images used for initialisation

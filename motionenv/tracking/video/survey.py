@@ -9,7 +9,6 @@ import numpy as np
 
 from motionenv._core.validation import checked_fps, checked_number
 from motionenv.errors import FormatError, MotionError
-from motionenv.likelihoods.appearance import colour_bins
 from motionenv.likelihoods.background import picture
 from motionenv.render.video.decode import VideoInfo, narrowed, read_frames, video_info
 from motionenv.tracking.video.candidates import Candidate, candidates
@@ -24,6 +23,10 @@ _TALL = 90.0  # [pixels] desired height of the person in the second
 _MOST_PIXELS = 1.2e8  # most pixels of the whole second look
 _BESIDE = 0.6  # space around the person's way, in heights
 _MOST_FPS = 31.0  # videos with a higher rate are decimated by a whole number
+
+
+_BINS = 8  # of each colour channel
+COLOURS = _BINS**3  # bins of a histogram
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +173,12 @@ def look(at: Survey, who: Candidate, frames: slice, whole: Camera) -> Look:
     camera = Camera(K, camera.R, camera.t, *(end - corner).tolist())
     boxes = (boxes + 0.5) * scale - 0.5 - np.repeat(corner, 2)
     return Look(at.fps, camera, np.stack(mine).astype(np.float32), colours, boxes, who.mover.merged[frames])
+
+
+def colour_bins(rgb: np.ndarray) -> np.ndarray:
+    """Histogram bin (height, width), below `COLOURS`, of each pixel of `rgb`, uint8 (height, width, 3)."""
+    r, g, b = np.moveaxis(rgb.astype(np.int64) * _BINS // 256, -1, 0)
+    return (r * _BINS + g) * _BINS + b
 
 
 def _inside(region, shape: tuple[int, int], scale: float) -> np.ndarray:

@@ -7,14 +7,13 @@ import pytest
 
 from motionenv.body import from_height, markers
 from motionenv.likelihoods import SilhouetteLikelihood
-from motionenv.likelihoods.appearance import COLOURS, colour_bins
 from motionenv.models.synthesis import synthesize
 from motionenv.render import render
 from motionenv.render.cameras import view
 from motionenv.tracking import FPCAPrior
 from motionenv.tracking.priors.base import Start
 from motionenv.tracking.video.multi_start import MultiStart, _reflected, advantage, exchanged, overlap
-from motionenv.tracking.video.survey import Look
+from motionenv.tracking.video.survey import COLOURS, Look, colour_bins
 from motionenv.types import MARKERS
 
 CAMERA = view(0.0, width=96, height=96, distance=5.0)
