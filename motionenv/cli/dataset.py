@@ -72,7 +72,7 @@ def preview(
         write_image(out, contact_sheet(wanted, samples))
     typer.echo(f"{out}  the first samples, with their joints")
     with err.status("measuring"):
-        typer.echo(estimate(wanted, format).text(workers))
+        typer.echo(estimate(wanted, format, workers))
 
 
 def make(

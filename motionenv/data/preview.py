@@ -3,7 +3,6 @@
 import math
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,30 +19,11 @@ _FRAMES = 4096  # most that are made to measure
 _GREY = 60
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """Cost of a data set, extrapolated from a small part of it; `core_hours` are of cores like this machine's."""
+def estimate(spec: Specification, form: str = "webdataset", workers: int = 1) -> str:
+    """What the data set of `spec` takes with so many `workers`, in words, for cores like this machine's.
 
-    frames: int
-    samples: int
-    shards: int
-    bytes: int
-    core_hours: float
-
-    def text(self, workers: int) -> str:
-        """A paragraph for people, for so many `workers`."""
-        hours = self.core_hours / workers
-        long = (
-            f"{hours:.1f} h" if hours >= 1 else f"{60 * hours:.1f} min" if hours >= 1 / 60 else f"{3600 * hours:.0f} s"
-        )
-        return (
-            f"{self.frames:,} frames in {self.samples:,} samples and {self.shards:,} shards: {_size(self.bytes)}, "
-            f"{self.core_hours:,.2f} core hours; {long} with {workers} worker(s)"
-        )
-
-
-def estimate(spec: Specification, form: str = "webdataset") -> Estimate:
-    """Make a group of `spec`'s samples in the format `form` in a folder that is then deleted, and extrapolate."""
+    Extrapolated from a group of samples, made in the format `form` in a folder that is then deleted.
+    """
     written = format_of(form)
     written.check(spec)
     sampler = Sampler(spec)
@@ -59,8 +39,11 @@ def estimate(spec: Specification, form: str = "webdataset") -> Estimate:
         spent = time.process_time() - began
         size = sum(file.stat().st_size for file in made.rglob("*") if file.is_file())
     share = spec.samples / count
-    frames = spec.samples * spec.clip
-    return Estimate(frames, spec.samples, spec.shards, round(size * share), spent * share / 3600)
+    frames, hours = spec.samples * spec.clip, spent * share / 3600
+    return (
+        f"{frames:,} frames in {spec.samples:,} samples and {spec.shards:,} shards: {size * share / 1e9:,.3g} GB, "
+        f"{hours:,.3g} core hours; {60 * hours / workers:,.3g} min with {workers} worker(s)"
+    )
 
 
 def contact_sheet(spec: Specification, samples: int = 16) -> np.ndarray:
@@ -105,12 +88,3 @@ def _drawn(sample: Sample, spec: Specification, now: dict[str, np.ndarray]) -> n
 
 def _framed(tile: np.ndarray) -> np.ndarray:
     return np.pad(tile, ((2, 2), (2, 2), (0, 0)), constant_values=_GREY)
-
-
-def _size(count: float) -> str:
-    """Bytes as "12.3 GB"."""
-    for unit in ("bytes", "kB", "MB", "GB", "TB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} PB"
