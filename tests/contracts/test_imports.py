@@ -53,6 +53,7 @@ HOME = {
     "PIL": {"render", "data"},
     "matplotlib": {"lifting", "gait", "models"},
     "sklearn": {"_core"},
+    "skfda": {"cycles"},
     "gymnasium": {"envs"},
     "orjson": {"data"},
     "pyarrow": {"data"},
@@ -158,7 +159,7 @@ def declared(*extras: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folder", "extras"),
     [
-        ("motionenv", ("agents", "data", "detect", "plots", "sklearn")),
+        ("motionenv", ("agents", "data", "detect", "elastic", "plots", "sklearn")),
         ("service", ("telemetry",)),
         ("tests", ("test", "agents", "data", "integrations", "telemetry")),
         ("benchmarks", ("test", "bench")),
