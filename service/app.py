@@ -14,7 +14,6 @@ from service import errors
 from service.jobs.backend import Backend
 from service.jobs.manager import JobManager
 from service.observability.metrics import Metrics
-from service.observability.tracing import tracer_provider
 from service.routes import (
     cycles,
     docs,
@@ -49,7 +48,6 @@ class Service:
         self.worker_pool = WorkerPool(settings.threads, settings.waiting, self.metrics.computing)
         self.opengl_pool = WorkerPool(1, settings.waiting, self.metrics.computing, name="opengl")  # contexts need one
         self.jobs = JobManager(settings, self.backend)
-        self.tracing = tracer_provider(settings.traces, settings.trace_share) if settings.traces else None
         self.ready = False  # whether the models are loaded
 
 
@@ -68,15 +66,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         await service.backend.close()
         service.worker_pool.close()
         service.opengl_pool.close()
-        if service.tracing is not None:
-            service.tracing.shutdown()
 
     app = FastAPI(
         title="motionenv", version=__version__, description=docs.DESCRIPTION, lifespan=lifespan,
         redirect_slashes=False, docs_url=None, redoc_url=None,  # FastAPI's load their scripts from a CDN
         generate_unique_id_function=lambda route: route.name,
-        telemetry={"tracing": service.tracing is not None, "tracer_provider": service.tracing, "metrics": False,
-                   "logs": False, "operation_spans": False},
     )  # fmt: skip
     app.state.service = service
     app.add_middleware(CompressionMiddleware)

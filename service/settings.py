@@ -68,14 +68,6 @@ class Settings(BaseSettings):
         description="Requests per minute for each key or address, counted by each process; 0: unlimited.",
     )
 
-    traces: str = Field(
-        "", description="Address of an OpenTelemetry collector (OTLP over HTTP), such as "
-        "http://localhost:4318/v1/traces; needs motionenv[telemetry]. Empty: no traces.",
-    )  # fmt: skip
-    trace_share: float = Field(
-        0.01, ge=0, le=1, description="Share of requests that are traced; those with a traceparent follow its flag."
-    )
-
     max_upload: int = Field(64 * _MEGABYTE, ge=1, description="Maximum size of an upload [bytes].")
     max_json: int = Field(12 * _MEGABYTE, ge=1, description="Maximum size of any other request body [bytes].")
     max_frames: int = Field(36_000, ge=1, description="Maximum number of frames of a motion.")

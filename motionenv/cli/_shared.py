@@ -133,6 +133,13 @@ def check_folder(out: Path) -> None:
         raise MotionError(f"can't write {out}: there is no folder {out.parent}; create it, or choose another")
 
 
+def check_picture(out: Path, option: str) -> None:
+    """Check the file to which matplotlib is to draw, before any work; `option` names it."""
+    if out.suffix.lower() not in (".pdf", ".png", ".svg"):
+        raise MotionError(f"{option} must end in .pdf, .png or .svg, got {out}")
+    check_folder(out)
+
+
 def parsed_numbers(text: str | None, name: str) -> list[float] | None:
     """Numbers from "1,0,-2"; None from None. `name` is the option, with its dashes."""
     try:

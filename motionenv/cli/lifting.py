@@ -8,7 +8,18 @@ import numpy as np
 import typer
 
 from motionenv._core.files import atomic_write
-from motionenv.cli._shared import Fps, Unit, Weights, check_folder, detected, err, note, parsed_size, parsed_view
+from motionenv.cli._shared import (
+    Fps,
+    Unit,
+    Weights,
+    check_folder,
+    check_picture,
+    detected,
+    err,
+    note,
+    parsed_size,
+    parsed_view,
+)  # fmt: skip
 from motionenv.errors import MotionError
 from motionenv.types import MARKERS, Points
 
@@ -16,7 +27,6 @@ _POINTS = {".json"}
 _FILMS = {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".webm"}
 _WITH_GAPS = {".c3d", ".csv", ".npz", ".trc"}
 _PELVIS = MARKERS.index("pelvis")
-_PICTURES = {".png", ".pdf", ".svg"}
 
 
 def lift(
@@ -53,11 +63,9 @@ def lift(
     from motionenv.mocap.writing import check_suffix
 
     check_suffix(out)
-    if plot is not None and plot.suffix.lower() not in _PICTURES:
-        raise MotionError(f"--plot must end in {', '.join(sorted(_PICTURES))}, got {plot}")
-    for path in (out, plot):
-        if path is not None:
-            check_folder(path)
+    check_folder(out)
+    if plot is not None:
+        check_picture(plot, "--plot")
     alpha = None if view == "unknown" else parsed_view(view)
     of_detector = {"person": person, "format": format, "size": None if size is None else parsed_size(size)}
     if weights is not None and points.suffix.lower() not in _FILMS:

@@ -5,7 +5,20 @@ from typing import Annotated
 
 import typer
 
-from motionenv.cli._shared import Fill, Fps, Map, Person, Unit, Up, check_folder, err, marker_map, note, progress
+from motionenv.cli._shared import (
+    Fill,
+    Fps,
+    Map,
+    Person,
+    Unit,
+    Up,
+    check_folder,
+    check_picture,
+    err,
+    marker_map,
+    note,
+    progress,
+)
 from motionenv.errors import MotionError
 
 
@@ -46,13 +59,15 @@ def fit(
         _fit_walk(model, mocap, out, command, _groups(group), **reading)
 
 
-def models() -> None:
+def models(context: typer.Context) -> None:
     """List the models of all installed packages, with their model cards.
 
     Example: motionenv models
     """
     from motionenv.models import card, names
 
+    if context.invoked_subcommand is not None:
+        return
     for name in names():
         typer.echo(name)
         try:
@@ -61,6 +76,46 @@ def models() -> None:
             told = {"unavailable": error}
         for key, value in told.items():
             typer.echo(f"    {key}: {value}")
+
+
+def describe(
+    model: Annotated[str, typer.Argument(help="Name or file of the model.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Picture to draw: mean ± 2 SD along components (.png, .pdf, .svg).")
+    ] = None,
+) -> None:
+    """Describe one model: its card, what it learned, and the share of variance of its components.
+
+    Example: motionenv models describe walk/fpca --out components.png
+    """
+    from motionenv._core.files import atomic_write
+    from motionenv.models import load
+    from motionenv.models.fpca import FunctionalPCA, plots
+
+    if out is not None:
+        check_picture(out, "--out")
+    made = load(model)
+    told = {key: value for key, value in made.describe().items() if value not in (None, [], {}, "")}
+    for part in told.pop("components", []):
+        share, deviation = part["share"], part["deviation"]
+        told[part["name"]] = f"{share:.1%} of variance, standard deviation {deviation:.3g}"
+    for key, value in told.items():
+        if isinstance(value, dict):
+            typer.echo(f"{key}:")
+            for name, what in value.items():
+                typer.echo(f"    {name}: {_figure(what)}")
+        else:
+            typer.echo(f"{key}: {', '.join(value) if isinstance(value, list) else _figure(value)}")
+    if out is not None:
+        fpca = getattr(made, "fpca_", made)
+        if not isinstance(fpca, FunctionalPCA):
+            raise MotionError(f"--out draws components of angle curves, which {made.kind} models don't have: omit it")
+        with atomic_write(out) as temporary:
+            plots.components(fpca).savefig(temporary)
+
+
+def _figure(value) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _groups(given: list[str] | None) -> dict[str, list[str]] | None:

@@ -1,4 +1,4 @@
-"""Client of a service that `motionenv serve` runs: models, motions, lifting, jobs and endless streams.
+"""Client of a service that `motionenv serve` runs: models, motions, lifting, and jobs.
 
     >>> with motionenv.Client("http://127.0.0.1:8000") as client:  # doctest: +SKIP
     ...     motion = client.synthesize("walk/fpca", seconds=4, fps=30, seed=1, speed=1.3)
@@ -9,7 +9,5 @@ The same seed gives the same motion, to the last bit, as `motionenv.synthesize`.
 
 from motionenv.client.client import Client, Picture, Walk
 from motionenv.client.jobs import Job
-from motionenv.client.responses import LiftedPoints
-from motionenv.client.streams import Stream
 
-__all__ = ["Client", "Job", "LiftedPoints", "Picture", "Stream", "Walk"]
+__all__ = ["Client", "Job", "Picture", "Walk"]

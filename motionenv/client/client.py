@@ -1,11 +1,11 @@
-"""The client: one method for each operation of the service."""
+"""The client: motion, films, models and jobs of a service."""
 
 import json
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack
+from typing import Any, Self, TypedDict, Unpack
 from urllib.parse import quote
 
 import numpy as np
@@ -13,15 +13,9 @@ import numpy as np
 from motionenv.arguments import WalkArguments, keyword_arguments
 from motionenv.client.connection import Connection
 from motionenv.client.jobs import Job
-from motionenv.client.responses import LiftedPoints, cycle, lifted, samples
-from motionenv.client.streams import Stream
 from motionenv.errors import MotionError
 from motionenv.mocap import MarkerMap, npz
-from motionenv.types import Camera, Motion, Points
-
-if TYPE_CHECKING:
-    from motionenv.models import Cycle
-    from motionenv.models.motion_tree import Samples
+from motionenv.types import Motion
 
 _NPZ = "application/x-npz"
 _FILES = {
@@ -168,62 +162,6 @@ class Client:
         body, accept = _walk(model, seconds, fps, walk, picture), _media_type(Path(out).suffix)
         self._connection.save(out, "POST", "/v1/synthesis", json=body, headers={"Accept": accept})
 
-    @keyword_arguments(Walk)
-    def gait(self, model: str, seconds: float = 8.0, fps: float = 100.0, **walk: Unpack[Walk]) -> dict[str, Any]:
-        """The gait of a walk that a model makes: step parameters, events, and joint angles over the gait cycle.
-
-        Args:
-            model, walk: as of `synthesize`.
-            seconds, fps: duration [s], at least 2, and frame rate [Hz], at least 30.
-        """
-        return self._connection.request("POST", "/v1/gait", json=_walk(model, seconds, fps, walk, None)).json()
-
-    def cycle(
-        self, model: str, *, seed: int | None = None, deviations: Sequence[float] | None = None,
-        scores: Sequence[float] | None = None, speed: float | None = None, height: float | None = None,
-        samples: int = 96,
-    ) -> "Cycle":  # fmt: skip
-        """One stride of a walker in place, as `motionenv.models.cycle`.
-
-        Args:
-            model: its name.
-            seed, deviations, scores: the walker, by one of them; None takes the average one.
-            speed: [m/s]; None takes the walker's own.
-            height: body height [m]; None takes the walker's own.
-            samples: number of phases.
-        """
-        given = {"seed": seed, "deviations": deviations, "scores": scores, "speed": speed, "height": height}
-        body = {name: np.asarray(value).tolist() for name, value in given.items() if value is not None}
-        body |= {"model": model, "samples": samples}
-        return cycle(self._connection.request("POST", "/v1/cycles", json=body, headers={"Accept": _NPZ}).content)
-
-    def stimuli(self, asked: Mapping[str, Any], out: str | Path) -> None:
-        """Save a set of point-light stimuli as a ZIP archive.
-
-        Args:
-            asked: the set, as `motionenv.data.stimuli.StimulusSet` has it: people, displays, seconds, fps and so on.
-            out: path of the archive.
-
-        Raises:
-            ServiceError: the service refuses the set, and says which field is wrong.
-        """
-        self._connection.save(out, "POST", "/v1/stimuli", json=dict(asked), headers={"Accept": "application/zip"})
-
-    def tree_samples(
-        self, history: Motion | np.ndarray | str | None = None, n: int = 1, *, model: str = "mixed/tree", **how: Any
-    ) -> "Samples":
-        """Draw next poses from a tree, as `MotionTree.sample(..., probability=True)`.
-
-        Args:
-            history: poses (10 to 120, 25) [m, rad] at 30 frames/s, oldest first; or the name of an activity, of which
-                the seed picks a window; or None for any.
-            n: number of draws.
-            model: the tree's name.
-            how: seed, temperature, method, carry and noise, as of `MotionTree.sample`.
-        """
-        body = {"model": model, "n": n, **_beginning(history), **how}
-        return samples(self._connection.request("POST", "/v1/tree/samples", json=body).json())
-
     def tree_synthesize(
         self, seconds: float, history: Motion | np.ndarray | str | None = None, *, model: str = "mixed/tree", **how: Any
     ) -> Motion:
@@ -231,43 +169,12 @@ class Client:
 
         Args:
             seconds: duration [s].
-            history, model: what the motion continues, and the tree, as in `tree_samples`.
+            history: poses (10 to 120, 25) [m, rad] at 30 frames/s, oldest first; or the name of an activity, of which
+                the seed picks a window; or None for any.
+            model: the tree's name.
             how: seed, temperature, method, blend, contact; and to steer, activity, heading [degrees], speed [m/s].
         """
         return self._motion("/v1/tree/synthesis", {"model": model, "seconds": seconds, **_beginning(history), **how})
-
-    def lift(
-        self, points: Points, alpha: float | None = None, *, elevation: float | None = 0.0, scale: float | None = None,
-        robust: bool = True, camera: Camera | Sequence[Camera] | np.ndarray | None = None,
-        distortion: Sequence[float] | None = None, method: str = "auto",
-    ) -> LiftedPoints:  # fmt: skip
-        """Reconstruct motion in 3D from 2D points of one camera, as `motionenv.lift`.
-
-        Args:
-            points: (frames, 15, 2), with confidences or not; NaN where missing.
-            alpha: view angle [rad]; None estimates it.
-            elevation: by how much the camera looks down [rad]; None estimates it.
-            scale: pixels per metre at the walker; None estimates it.
-            robust: whether outliers of a steady walk count less.
-            camera: with its pose, one for each frame if it moves, or only its intrinsics (3, 3) [pixels]; None guesses
-                them.
-            distortion: OpenCV's coefficients of its lens.
-            method: "steady", "free" or "auto".
-
-        Raises:
-            MotionError: distortion without a camera, cameras of several focal lengths, or no camera at all.
-        """
-        seen = points.positions
-        if points.confidence is not None:
-            seen = np.concatenate([seen, points.confidence[..., None]], axis=-1)
-        body = {
-            "points": np.where(np.isfinite(seen), seen, None).tolist(),  # type: ignore[call-overload]
-            "fps": points.fps, "unit": points.unit, "scale": scale, "robust": robust,
-            "view": None if alpha is None else float(np.degrees(alpha)),
-            "elevation": "unknown" if elevation is None else float(np.degrees(elevation)),
-            "camera": _camera(camera, distortion), "method": method,
-        }  # fmt: skip
-        return lifted(self._connection.request("POST", "/v1/lift", json=body).json())
 
     def fit(self, name: str, files: Iterable[str | Path], *, kind: str = "fpca", **how: Any) -> Job:
         """Fit a model to motion capture.
@@ -349,10 +256,6 @@ class Client:
         response = self._connection.request("GET", "/v1/jobs", params={"limit": limit}).json()
         return [Job(self._connection, one) for one in response["jobs"]]
 
-    def stream(self, model: str = "walk/fpca", **settings: Any) -> Stream:
-        """Endless motion of a model in real time: an iterator over poses; for its settings see `Stream.change`."""
-        return Stream(self._connection, {"model": model, **settings})
-
     def _motion(self, path: str, body: Mapping[str, Any]) -> Motion:
         """A motion, requested as NPZ, which is lossless and the fastest to read."""
         response = self._connection.request("POST", path, json=body, headers={"Accept": _NPZ})
@@ -391,27 +294,6 @@ def _beginning(history: Motion | np.ndarray | str | None) -> dict[str, Any]:
     if isinstance(history, str):
         return {"start": history}
     return {"history": np.asarray(getattr(history, "poses", history), dtype=float).tolist()}
-
-
-def _camera(camera: Camera | Sequence[Camera] | np.ndarray | None, distortion: Sequence[float] | None) -> dict | None:
-    """The field `camera` of a request to lift."""
-    if camera is None:
-        if distortion is not None:
-            raise MotionError("distortion needs camera: give the lens's intrinsics (3, 3) too")
-        return None
-    pose: dict[str, Any] = {"distortion": None if distortion is None else list(map(float, distortion))}
-    if isinstance(camera, np.ndarray):
-        return {"K": camera.tolist(), **pose}
-    if isinstance(camera, Camera):
-        return {"K": camera.K.tolist(), **pose, "R": camera.R.tolist(), "t": camera.t.tolist()}
-    if not camera or not all(isinstance(one, Camera) for one in camera):
-        raise MotionError("camera must be a Camera, one for each frame, or an array (3, 3) of its intrinsics")
-    if any((one.K != camera[0].K).any() for one in camera):
-        raise MotionError(
-            "camera must have the same intrinsics K in all frames: lift films that zoom without a service"
-        )
-    poses = [{"R": one.R.tolist(), "t": one.t.tolist()} for one in camera]
-    return {"K": camera[0].K.tolist(), **pose, "poses": poses}
 
 
 def _media_type(suffix: str, known: Mapping[str, str] = _SAVED) -> str:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motionenv._core.figures import BLUE, GREY, ORANGE, new_figure
 from motionenv.body import EDGES
-from motionenv.errors import MotionError
 from motionenv.lifting.pipeline import Lifted
 from motionenv.lifting.view_geometry import axes as axes_of
 from motionenv.types import MARKERS
@@ -16,7 +16,6 @@ from motionenv.types import MARKERS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "0.35"  # apart for colour-blind eyes too
 _POSTURES = 5  # equally spaced in one cycle, as in fig. 4
 _SHOWN = ("left_ankle", "right_ankle", "left_wrist", "right_wrist", "head")
 _PELVIS = MARKERS.index("pelvis")
@@ -65,27 +64,6 @@ def _seen(lifted: Lifted) -> tuple[np.ndarray, np.ndarray, float]:
     away = ways.mean(axis=0) / np.linalg.norm(ways.mean(axis=0))
     across = np.cross(away, [0.0, 0.0, 1.0]) / np.linalg.norm(away[:2])
     return np.stack([across, np.cross(across, away), away]), free.focal / (ways @ away), 1.0
-
-
-def new_figure(
-    rows: int, columns: int, size: tuple[float, float], *, sharex: bool = True
-) -> "tuple[Figure, np.ndarray]":
-    """A figure that pyplot knows nothing of, so that no state is shared, and its axes (`rows`, `columns`).
-
-    `size` is (width, height) [inches]; `sharex` lets panels share their horizontal axis. A `MotionError` if matplotlib
-    isn't installed.
-    """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MotionError("figures need matplotlib: pip install 'motionenv[plots]'") from None
-    figure = Figure(figsize=size, dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, sharex=sharex, sharey="row", squeeze=False)
-    for panel in axes.flat:
-        panel.spines[["top", "right"]].set_visible(False)
-    return figure, axes
 
 
 def _about_pelvis(positions: np.ndarray) -> np.ndarray:

@@ -1,1 +1,1 @@
-"""Logs, metrics and traces for the operator."""
+"""Logs and metrics for the operator."""

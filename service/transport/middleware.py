@@ -10,7 +10,6 @@ import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.observability.metrics import Metrics
-from service.observability.tracing import trace_of
 from service.settings import Settings
 from service.transport.access import send_problem
 
@@ -34,7 +33,7 @@ class ObservabilityMiddleware:
             await self.app(scope, receive, send)
             return
         headers = dict(scope["headers"])
-        response = _Response(send, _request_id(headers), headers.get(b"traceparent"))
+        response = _Response(send, _request_id(headers))
         scope["request_id"] = response.request_id
         self.metrics.running.inc()
         try:
@@ -91,14 +90,14 @@ class ObservabilityMiddleware:
         _log.info(
             "request", request_id=response.request_id, method=scope["method"], path=scope["path"], route=route,
             status=response.status, seconds=round(seconds, 6), bytes=response.size,
-            client=client[0] if client else None, key=scope.get("key"), trace=trace_of(response.traceparent),
+            client=client[0] if client else None, key=scope.get("key"),
         )  # fmt: skip
 
 
 class _Response:
-    def __init__(self, send: Send, request_id: str, traceparent: bytes | None):
+    def __init__(self, send: Send, request_id: str):
         self.begun, self.status, self.size = time.perf_counter(), 0, 0
-        self.request_id, self.traceparent, self._send = request_id, traceparent, send
+        self.request_id, self._send = request_id, send
         self.deadline: asyncio.Timeout | None = None
 
     async def send(self, message: Message) -> None:

@@ -1,5 +1,6 @@
 """`motionenv fit` and `motionenv models` as people type them."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -18,6 +19,19 @@ def test_models_are_listed_with_their_cards(run):
     assert result.out.count("model licence: MIT") == 4
     assert result.out.count("command: motionenv fit") == 3
     assert "mixed/tree\n    model: mixed/tree\n    people: 48" in result.out
+
+
+def test_a_model_is_described_and_drawn(run, tmp_path):
+    result = run("models", "describe", "walk/fpca", "--out", "c.png")
+    assert (result.code, (tmp_path / "c.png").read_bytes()[:4]) == (0, b"\x89PNG"), result.err
+    shares = [float(share) for share in re.findall(r"component \d+: ([\d.]+)% of variance", result.out)]
+    assert shares == pytest.approx(100 * motionenv.load("walk/fpca").components().shares, abs=0.06)
+    assert "    people: 11\n" in result.out
+    refused(
+        run("models", "describe", "walk/fpca", "--out", "c.tiff"), "--out must end in .pdf, .png or .svg, got c.tiff"
+    )
+    refused(run("models", "describe", "mixed/tree", "--out", "c.png"), "tree models don't have: omit it")
+    refused(run("models", "describe", "walk/fcpa"), "did you mean walk/fpca?")
 
 
 def test_fit_learns_a_model_that_walks(run, mocap, tmp_path):

@@ -51,7 +51,7 @@ HOME = {
     "pyglet": {"render"},
     "av": {"render"},
     "PIL": {"render", "data"},
-    "matplotlib": {"lifting", "gait", "models"},
+    "matplotlib": {"_core", "lifting", "models"},
     "sklearn": {"_core"},
     "skfda": {"cycles"},
     "gymnasium": {"envs"},
@@ -61,7 +61,6 @@ HOME = {
     "typer": {"cli"},
     "rich": {"cli"},
     "httpx": {"client"},
-    "websockets": {"client"},
 }
 
 #: Distributions not called like the module that they bring; pyrender asks for the OpenGL and pyglet that it needs.
@@ -77,7 +76,6 @@ DISTRIBUTION = {
     "python_multipart": "python-multipart",
     "prometheus_client": "prometheus-client",
     "pydantic_settings": "pydantic-settings",
-    "opentelemetry": "opentelemetry-sdk",
     "sklearn": "scikit-learn",
     "stable_baselines3": "stable-baselines3",
 }
@@ -160,8 +158,8 @@ def declared(*extras: str) -> set[str]:
     ("folder", "extras"),
     [
         ("motionenv", ("agents", "data", "detect", "elastic", "plots", "sklearn")),
-        ("service", ("telemetry",)),
-        ("tests", ("test", "agents", "data", "integrations", "telemetry")),
+        ("service", ()),
+        ("tests", ("test", "agents", "data", "integrations")),
         ("benchmarks", ("test", "bench")),
     ],
 )

@@ -385,6 +385,20 @@ class FunctionalPCA(Estimator, StoredModel):
             raise GapError("these cycles have no samples, so the model can't be scored on them")
         return float(self.score_samples(flat).sum() / seen)
 
+    def describe(self) -> dict[str, Any]:
+        """JSON-serialisable description: what was learned from, and each component's share and deviation."""
+        pairs = zip(self.explained_variance_ratio_.tolist(), np.sqrt(self.explained_variance_).tolist(), strict=True)
+        return {
+            "kind": self.kind,
+            "card": self.card_,
+            "dimensions": {"components": self.n_components_, "cycles": self.n_cycles_, "channels": len(self.channels_)},
+            "components": [
+                {"name": f"component {j + 1}", "share": share, "deviation": deviation}
+                for j, (share, deviation) in enumerate(pairs)
+            ],
+            "residuals": self.noise_ratio_,
+        }
+
     def save(self, path: str | Path, card: dict | None = None) -> None:
         """Calibrate bands, and write the model to `path` (.npz) with a `card`, as `ModelFile.save`."""
         self._check_fitted()
@@ -407,7 +421,7 @@ class FunctionalPCA(Estimator, StoredModel):
         model = cls(**meta["settings"])
         model._check_settings()
         model.channels_, model.subjects_ = tuple(meta["channels"]), tuple(meta["subjects"])
-        model.n_cycles_ = meta["n_cycles"]
+        model.n_cycles_, model.selection_ = meta["n_cycles"], None
         n, m = 2 * model.n_harmonics - 1, len(model.channels_)
         q = len(arrays["explained_variance_"]) if not isinstance(model.n_components, int) else model.n_components
         shapes: dict[str, tuple] = {"explained_variance_": (q,), "white_variance_": (m,)}

@@ -165,6 +165,15 @@ class MultilevelFPCA(Estimator, StoredModel):
             drawn += residuals.reshape(drawn.shape)
         return drawn
 
+    def describe(self) -> dict[str, Any]:
+        """JSON-serialisable description: `FunctionalPCA.describe` of the space, and each level's share."""
+        self._check_fitted()
+        levels = dict(zip(self.levels_, self.variance_ratio_.tolist(), strict=True))
+        return self.fpca_.describe() | {
+            "kind": self.kind, "card": self.card_, "levels": levels, "residuals": self.noise_ratio_, "icc": self.icc_,
+            "shrinkage": self.shrinkage_,
+        }  # fmt: skip
+
     def to_arrays(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and JSON-serialisable settings from which `from_arrays` restores the model."""
         self._check_fitted()

@@ -1,7 +1,6 @@
 """Prediction of the next pose from a drawn window, as in the paper or by analog forecasting.
 
 Paper C takes the pose after the window, with a little Gaussian noise (section 4.2). But neighbours in a database differ
-from numpy.typing import ArrayLike
 from the current motion by far more than a body moves in one frame. Analog forecasting therefore adds the difference
 (Lguensat et al. 2017, "The analog data assimilation", eq. 5 and 6). Here it adds a share of the difference, fitted for
 each parameter by least squares over pairs of neighbours from different sequences:

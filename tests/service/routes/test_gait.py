@@ -49,8 +49,3 @@ def test_a_walk_without_strides_is_told(server):
     assert "no stride of even speed" in answer.json()["detail"]
     short = server.http.post("/v1/gait", json={"seconds": 1}).json()
     assert short["errors"][0]["bound"] == {"ge": 2.0}
-
-
-def test_the_client_asks(server):
-    with motionenv.Client(server.url) as client:
-        assert client.gait("walk/fpca", seed=3)["captures"][0]["strides"] > 8

@@ -1,14 +1,12 @@
 """`POST /v1/lift` against `motionenv.lift` and the truth."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import motionenv
 from motionenv.body import markers
-from motionenv.client import Client
 from motionenv.lifting import project_markers
 from motionenv.models.paths import WalkPath
 from motionenv.render.cameras import fit_view
@@ -50,22 +48,19 @@ def test_a_camera_and_confidences_are_used(server):
     camera = fit_view(places, 0.4, width=640, height=480, elevation=0.12)
     confidence = np.random.default_rng(0).uniform(0.5, 1, places.shape[:2])
     seen = motionenv.Points(camera.project(places)[0], 30.0, "px", confidence=confidence)
-    with Client(server.url) as client:
-        for told, lens in ((camera, None), ([camera] * 90, None), (camera.K, [0.01, 0, 0, 0])):
-            there = client.lift(seen, camera=told, distortion=lens, method="free")
-            here = motionenv.lift(seen, camera=told, distortion=lens, method="free")
-            np.testing.assert_allclose(there.markers.positions, here.positions, atol=1e-9)
-            np.testing.assert_allclose(there.band, here.band, atol=1e-9)
-        with pytest.raises(motionenv.MotionError, match="needs camera"):
-            client.lift(seen, distortion=[0.01, 0, 0, 0])
-        with pytest.raises(motionenv.MotionError, match="one pose for each of the 90 frames, got 2"):
-            client.lift(seen, camera=[camera] * 2)
-        for wrong in ([], camera.K.tolist()):
-            with pytest.raises(motionenv.MotionError, match="camera must be a Camera, one for each frame, or"):
-                client.lift(seen, camera=wrong)
-        zoomed = replace(camera, K=camera.K * [[2, 1, 1], [1, 2, 1], [1, 1, 1]])
-        with pytest.raises(motionenv.MotionError, match="same intrinsics"):
-            client.lift(seen, camera=[camera, zoomed])
+    pose = {"R": camera.R.tolist(), "t": camera.t.tolist()}
+    body = asked(seen, method="free")
+    body["points"] = np.concatenate([seen.positions, confidence[..., None]], axis=-1).tolist()
+    for known, field, lens in (
+        (camera, pose, None), ([camera] * 90, {"poses": [pose] * 90}, None), (camera.K, {}, [0.01, 0, 0, 0]),
+    ):  # fmt: skip
+        body["camera"] = {"K": camera.K.tolist(), "distortion": lens, **field}
+        there = server.http.post("/v1/lift", json=body).json()
+        here = motionenv.lift(seen, camera=known, distortion=lens, method="free")
+        np.testing.assert_allclose(there["positions"], here.positions, atol=1e-9)
+        np.testing.assert_allclose(there["band"], here.band, atol=1e-9)
+    body["camera"] = {"K": camera.K.tolist(), "poses": [pose] * 2}
+    assert "one pose for each of the 90 frames, got 2" in server.http.post("/v1/lift", json=body).text
 
 
 @pytest.mark.parametrize(

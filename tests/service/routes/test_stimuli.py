@@ -4,7 +4,6 @@ import io
 import json
 import zipfile
 
-from motionenv.client import Client
 from motionenv.data.stimuli import StimulusSet, zipped
 from tests.service.waiting import until
 
@@ -26,12 +25,6 @@ def test_the_archive_is_the_one_that_python_makes(server):
     assert again.content == got.content
     same = server.http.post("/v1/stimuli", json=ASKED, headers={"If-None-Match": got.headers["ETag"]})
     assert same.status_code == 304
-
-
-def test_the_client_saves_it(server, tmp_path):
-    with Client(server.url) as client:
-        client.stimuli(ASKED, tmp_path / "set.zip")
-    assert (tmp_path / "set.zip").read_bytes() == b"".join(zipped(StimulusSet.of(ASKED)))
 
 
 def test_what_is_wrong_is_named(server):

@@ -1,7 +1,11 @@
 """Models go from one service to another as files, and jobs on files belong to the key that made them."""
 
+import json
+
 import httpx
+import numpy as np
 import pytest
+from websockets.sync.client import connect
 
 import motionenv
 from tests.service.jobs.handing import as_file, ended, uploads
@@ -110,14 +114,23 @@ def test_a_stream_of_ones_own_model_goes_on_when_it_is_replaced(shared, files):
     anna = shared["anna"]
     added(anna, files[0], name="live")
     url = str(anna.base_url)
-    with motionenv.Client(url, KEYS["anna"]) as client, client.stream("fitted/live", seed=1, fps=60) as stream:
-        before = [next(stream) for _ in range(10)]
+    url = f"ws{url.removeprefix('http')}/v1/stream"
+
+    def opened(key: str):
+        return connect(url, additional_headers={"Authorization": f"Bearer {key}"})
+
+    asked = json.dumps({"model": "fitted/live", "seed": 1, "fps": 60})
+    with opened(KEYS["anna"]) as stream:
+        stream.send(asked)
+        assert json.loads(stream.recv())["type"] == "settings"
+        before = [np.frombuffer(stream.recv(), "<f4") for _ in range(10)]
         added(anna, files[1], name="live", replace="true")
-        after = [next(stream) for _ in range(60)]
+        after = [np.frombuffer(stream.recv(), "<f4") for _ in range(60)]
     steps = [abs(b - a).max() for a, b in zip([*before, *after], [*before, *after][1:], strict=False)]
     assert max(steps) < 0.35
-    with motionenv.Client(url, KEYS["bert"]) as other, pytest.raises(motionenv.ServiceError, match="no model"):
-        other.stream("fitted/live", seed=1)
+    with opened(KEYS["bert"]) as other:
+        other.send(asked)
+        assert "no model" in json.loads(other.recv())["detail"]
 
 
 def test_the_client_saves_and_uploads(shared, files, tmp_path):
