@@ -9,7 +9,8 @@ class ContactRule(NamedTuple):
     Attributes:
         stiffness: softness of the stop that keeps knees and elbows from bending backwards [rad].
         give: softness of the floor that keeps ankles up [body heights].
-        firmness: how clearly one foot must move back faster than the other to stand alone [m/s].
+        firmness: how much faster than the other the ball of a foot must move back to carry the body alone [m/s].
+        lower: how much lower than the other an ankle must be to say alone how high the body is [m].
         marker_firmness: the same for walks of markers, as a share of the fastest.
         smoothing: standard deviation of the smoothing of the root's velocity [s].
         shifting: standard deviation of the smoothing with which weight shifts between the feet [s].
@@ -21,10 +22,11 @@ class ContactRule(NamedTuple):
 
     stiffness: float = 0.03
     give: float = 0.002
-    firmness: float = 0.15
+    firmness: float = 0.02
+    lower: float = 0.01
     marker_firmness: float = 0.1
     smoothing: float = 0.01
-    shifting: float = 0.05
+    shifting: float = 0.02
     settling: float = 0.015
     reach: float = 0.04
     looseness: float = 0.1

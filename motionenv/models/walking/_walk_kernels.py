@@ -1,7 +1,8 @@
 """Walks of `motionenv.models.walking.model`, one walker at a time, and the way of the root over the ground.
 
-The foot that moves back fastest under the body stands: the body moves forward as fast, and is as high as that ankle's
-height says (`carry`). What the feet still slip, a centimetre or two, is taken out at the hips (`plant`).
+The foot whose ball moves back fastest under the body stands, in double support the one behind, over which people roll
+on while the other foot lands: the body moves forward as fast, and is as high as the lower ankle's height says (`carry`).
+What the feet still slip is taken out at the hips (`plant`). Each walk is turned so that its even cycle goes along x.
 
 A block of `LANES` samples lies in rows of one flat array whose row numbers are known to the compiler, so that each loop
 over samples becomes vector instructions; sines, cosines and exponentials are polynomials for the same reason. Time is
@@ -38,6 +39,7 @@ _WORK, _MORE = 33, 34
 ROWS = 35
 #: Samples in a block.
 LANES = 16
+_COARSE = 64  # samples of a cycle that tell where it goes
 
 _MIDSWING = (0.8, 0.3)  # [cycles] phase at which the left and the right foot is in the air
 TRUNCATE = 4.0  # standard deviations at which Gaussians end
@@ -292,21 +294,29 @@ def walk(start, stop, scores, floors, seconds, speeds, points, clock, terms, bod
     samples = (frames - 1) * finer + 1 + 2 * pad
     rows = np.empty((ROWS, samples + finer + LANES))
     curves = np.empty((points.shape[1], terms.shape[1]))
+    even, cycle, ring = np.zeros((4, scores.shape[1])), np.empty((4, terms.shape[1])), np.empty((ROWS, _COARSE + LANES))
     for i in range(start, stop):
         speed, offsets, height = speeds[i], bodies[0][i], bodies[1][i]
         body = (offsets, height)
+        _curves(scores[i], even, terms, cycle)
+        _move(cycle, floors[i], (float(_COARSE), 0, 1.0, 0.0), _COARSE, 1, body, ring, poses[i, :0])
+        _, _, x, y = _cycle_carried(ring, _COARSE, seconds[i], height)
+        c, s = x / math.sqrt(x * x + y * y), y / math.sqrt(x * x + y * y)
         most = (samples + finer) / rate / (shortest if speed > 0.0 else seconds[i])  # strides
         _curves(scores[i], points[i], terms, curves[: int(most) + 5])
         floor, stride = floors[i], seconds[i]
         for _ in range(CONTACT.turns if speed > 0.0 else 0):
             _move(curves, floor, (rate, pad, stride, phase), samples + finer, finer, body, rows, poses[i, :0])
             carry(rows, samples + finer, rate, height)
-            reached = (rows[X, pad + frames * finer] - rows[X, pad]) * rate / (finer * frames)
+            last = pad + frames * finer
+            reached = c * (rows[X, last] - rows[X, pad]) + s * (rows[Y, last] - rows[Y, pad])
+            reached *= rate / (finer * frames)
             stride = max(stride * (max(reached, 0.0) / speed) ** 0.75, shortest)
         pace = (rate, pad, stride, phase)
         _move(curves, floor, pace, samples, finer, body, rows, poses[i])
         carry(rows, samples, rate, height)
         plant(rows, samples, rate, pad, finer, _phases(pace, samples), offsets[9:11], poses[i])
+        _head(poses[i], c, s)
 
 
 @jit
@@ -338,12 +348,8 @@ def walk_in_place(scores, floors, speeds, finer, terms, bodies, out):
         _move(curves, floors[i], (float(count), 0, 1.0, 0.0), count, finer, (offsets, height), ring, poses[i])
         for _ in range(CONTACT.turns if speeds[i] > 0.0 else 1):
             rate = count / seconds[i]
-            # Steps that the cycle belongs to begin and end within 0.8 cycles of it; smoothing reaches beyond them.
-            pad = int(count + TRUNCATE * CONTACT.shifting * rate)
+            rows, pad, x, y = _cycle_carried(ring, count, seconds[i], height)
             total = count + 2 * pad
-            rows = _around(ring, count, pad, total)
-            carry(rows, total, rate, height)
-            x, y = rows[X, pad + count] - rows[X, pad], rows[Y, pad + count] - rows[Y, pad]
             strides[i] = math.sqrt(x * x + y * y)
             seconds[i] = strides[i] / speeds[i] if speeds[i] > 0.0 else seconds[i]
         plant(rows, total, rate, pad, finer, _phases((float(count), pad, 1.0, 0.0), total), offsets[9:11], poses[i])
@@ -355,6 +361,17 @@ def walk_in_place(scores, floors, speeds, finer, terms, bodies, out):
             for marker in range(15):
                 for axis in range(3):
                     markers[i, f, marker, axis] = nodes[marker, axis]
+
+
+@jit
+def _cycle_carried(ring, count, seconds, height):
+    """Rows of a cycle of `count` samples, carried over the ground; samples before it, and the way [m] that it goes."""
+    rate = count / seconds
+    # Steps that the cycle belongs to begin and end within 0.8 cycles of it; smoothing reaches beyond them.
+    pad = int(count + TRUNCATE * CONTACT.shifting * rate)
+    rows = _around(ring, count, pad, count + 2 * pad)
+    carry(rows, count + 2 * pad, rate, height)
+    return rows, pad, rows[X, pad + count] - rows[X, pad], rows[Y, pad + count] - rows[Y, pad]
 
 
 @jit
@@ -376,10 +393,19 @@ def _stay(poses, x, y):
         poses[f, 1] -= f / samples * y
         mean_x += poses[f, 0] / samples
         mean_y += poses[f, 1] / samples
-    length, heading = math.sqrt(x * x + y * y), math.atan2(y, x)
-    c, s = x / length, y / length
     for f in range(samples):
-        ahead, left = poses[f, 0] - mean_x, poses[f, 1] - mean_y
+        poses[f, 0] -= mean_x
+        poses[f, 1] -= mean_y
+    length = math.sqrt(x * x + y * y)
+    _head(poses, x / length, y / length)
+
+
+@jit
+def _head(poses, c, s):
+    """Turn poses (samples, 25) so that the direction (c, s) is that of x."""
+    heading = math.atan2(s, c)
+    for f in range(len(poses)):
+        ahead, left = poses[f, 0], poses[f, 1]
         poses[f, 0], poses[f, 1] = c * ahead + s * left, c * left - s * ahead
         poses[f, 5] -= heading
 
@@ -414,33 +440,42 @@ def carry(rows, samples, rate, height):
 
     The legs' rows are filled in; there are `samples` of each, `rate` per second, of a body of `height` [m].
     """
-    z, work, more = rows[Z], rows[_WORK], rows[_MORE]
-    left, right = rows[STANDS], rows[STANDS + 1]
+    z, work, more, left, right = rows[Z], rows[_WORK], rows[_MORE], rows[STANDS], rows[STANDS + 1]
     for t in range(samples):
-        work[t] = (rows[LEG_ROWS + ANKLE_X, t] - rows[ANKLE_X, t]) / CONTACT.firmness
-    _gradient(work, samples, rate, more)
+        more[t] = (rows[LEG_ROWS + ANKLE, t] - rows[ANKLE, t]) / CONTACT.lower
+    _share(more, samples, work)
+    smooth(work, samples, CONTACT.settling * rate, more)
     for t in range(samples):
-        ahead = more[t]
-        swings = decay(ahead if ahead > 0.0 else -ahead)
-        stands = 1.0 / (1.0 + swings)
-        swings *= stands
-        left[t], right[t] = (stands if ahead > 0.0 else swings), (swings if ahead > 0.0 else stands)
-    smooth(left, samples, CONTACT.shifting * rate, work)
-    for t in range(samples):
-        more[t] = rows[LEG_ROWS + ANKLE, t] - rows[LEG_ROWS + ANKLE_Z, t]
-    for t in range(samples):
-        z[t] = more[t] + work[t] * ((rows[ANKLE, t] - rows[ANKLE_Z, t]) - more[t])
+        other = rows[LEG_ROWS + ANKLE, t] - rows[LEG_ROWS + ANKLE_Z, t]
+        z[t] = other + more[t] * ((rows[ANKLE, t] - rows[ANKLE_Z, t]) - other)
     _balls(rows, samples, height)
     for axis in range(2):
-        way = rows[X + axis]
-        _gradient(rows[_BALLS + axis], samples, rate, work)
-        _gradient(rows[_BALLS + 2 + axis], samples, rate, more)
+        _gradient(rows[_BALLS + axis], samples, rate, rows[_SURELY + axis])
+        _gradient(rows[_BALLS + 2 + axis], samples, rate, rows[_SMOOTH + axis])
+    for t in range(samples):
+        more[t] = (rows[_SMOOTH, t] - rows[_SURELY, t]) / CONTACT.firmness
+    _share(more, samples, right)
+    for axis in range(2):
+        way, speed = rows[X + axis], rows[_SURELY + axis]
         for t in range(samples):
-            more[t] = -(left[t] * work[t] + right[t] * more[t])
-        smooth(more, samples, CONTACT.smoothing * rate, work)
+            more[t] = -(right[t] * speed[t] + (1.0 - right[t]) * rows[_SMOOTH + axis, t])
+        smooth(more, samples, CONTACT.smoothing * rate, speed)
         way[0] = 0.0
         for t in range(1, samples):
-            way[t] = way[t - 1] + 0.5 * (work[t] + work[t - 1]) / rate
+            way[t] = way[t - 1] + 0.5 * (speed[t] + speed[t - 1]) / rate
+    smooth(right, samples, CONTACT.shifting * rate, left)
+    for t in range(samples):
+        right[t] = 1.0 - left[t]
+
+
+@jit
+def _share(ahead, samples, out):
+    """Write the logistic function of `ahead` (samples,)."""
+    for t in range(samples):
+        a = ahead[t]
+        swings = decay(a if a > 0.0 else -a)
+        stands = 1.0 / (1.0 + swings)
+        out[t] = stands if a > 0.0 else swings * stands
 
 
 @jit

@@ -131,7 +131,7 @@ class WalkingModel(GaitModel):
         self.__dict__.pop("_tables", None)
         rank = min(_USUAL, len(cycles.values) - 1) if self.n_components is None else self.n_components
         # With least_seen=0.5 the second component would have two thirds of its variance: for the next shipped models.
-        fpca = FunctionalPCA(rank, self.n_harmonics, residual_harmonics=0, least_seen=0.0, max_iter=2000)
+        fpca = FunctionalPCA(rank, self.n_harmonics, residual_harmonics=0, least_seen=0.5, max_iter=2000)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FitWarning)  # what they advise isn't an argument here
             fpca.fit(cycles)

@@ -44,11 +44,11 @@ def soles(motion) -> np.ndarray:
 def steps(motion) -> list[np.ndarray]:
     """Per whole step of each walker (n, frames) the ways (frames, 2) [m] of the ball of the foot that stands.
 
-    That foot is the one whose ankle moves back fastest relative to the pelvis; a step ends when it changes.
+    That foot is the one whose ball moves back fastest relative to the pelvis; a step ends when it changes.
     """
     nodes, rotations = forward(motion.poses, motion.skeleton)
     ball = (nodes[..., ANKLES, :] + rotations[..., FEET, :, :] @ (FOOT_BALL * motion.skeleton.height))[..., :2]
-    stands = np.gradient(nodes[..., ANKLES, 0] - nodes[..., 2:3, 0], axis=1).argmin(axis=-1)
+    stands = np.gradient(ball[..., 0] - nodes[..., 2:3, 0], axis=1).argmin(axis=-1)
     found = []
     for ways, foot in zip(ball, stands, strict=True):
         cuts = np.split(np.arange(len(foot)), np.flatnonzero(np.diff(foot)) + 1)[1:-1]
@@ -69,13 +69,13 @@ def mean_speed(motion) -> np.ndarray:
 def test_standing_feet_stay_where_they_are(crowd):
     drift = drifts(crowd)
     assert len(drift) > 400
-    assert np.percentile(drift, [50, 95, 99]) == pytest.approx([0, 0, 0], abs=0.02)
+    assert np.percentile(drift, [50, 95, 99]) == pytest.approx([0, 0, 0], abs=0.008)
     assert np.median(drift) < 0.005
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.2, 1.6, 2.2])
 def test_feet_stand_at_every_speed(model, speed):
-    assert np.percentile(drifts(model.walks(6, 60, n=20, seed=2, speed=speed)), 99) < 0.02
+    assert np.percentile(drifts(model.walks(6, 60, n=20, seed=2, speed=speed)), 99) < 0.012
 
 
 def test_standing_feet_are_slow(crowd):
@@ -285,3 +285,16 @@ def test_given_walkers_and_requests_must_agree(model):
     with pytest.raises(MotionError, match=r"speed must be a number of m/s from 0\.1 to 3, got 99\.0"):
         model.walks(2, 30, stride=three, n=3, speed=99.0)
     assert np.isfinite(model.walks(20, 30, stride=three, n=3, speed=3.0).poses).all()
+
+
+def test_walks_go_straight(model):
+    """Over 20 s, whoever walks, however asymmetric; without variation, each stride goes exactly along x."""
+    ways = model.walks(20, 30, n=40, seed=3).poses[:, -1, :2]
+    assert np.degrees(np.abs(np.arctan2(ways[:, 1], ways[:, 0]))).max() < 0.8
+    even = model.walks(8, 60, n=40, seed=3, variation=0.0)
+    seconds = model.sample(40, seed=3).seconds
+    for poses, stride in zip(even.poses[..., :2], seconds, strict=True):
+        frames = np.arange(4) * stride * 60
+        places = np.stack([np.interp(frames, np.arange(len(poses)), axis) for axis in poses.T], axis=-1)
+        directions = np.degrees(np.arctan2(*np.diff(places, axis=0).T[::-1]))
+        assert np.abs(directions).max() < 0.3
