@@ -31,6 +31,7 @@ def fit(
     group: Annotated[list[str] | None, typer.Option(
         help="Eigenwalkers: NAME=PERSON,PERSON,… twice, for the axis between two groups of people.")] = None,
     activity: Annotated[str | None, typer.Option(help="Tree: activity of all clips; by default from names.")] = None,
+    straight: Annotated[bool, typer.Option("--straight", help="Walks: only long, straight and steady ones.")] = False,
 ) -> None:  # fmt: skip
     """Fit a walking model, or a tree of any motion, to motion capture.
 
@@ -44,19 +45,23 @@ def fit(
         training.check_name(model)
         if mirrored or activity is not None:
             raise MotionError(f"--mirrored and --activity are only for tree, not for {model}: omit them")
+    elif straight:
+        raise MotionError("--straight is only for walking models, not for tree: omit it")
     check_folder(out)
     asked = {
         "--fps": None if fps is None else f"{fps:g}", "--unit": unit, "--up": up, "--person": person, "--map": map_,
         "--activity": activity,
     }  # fmt: skip
     options = "".join(f" {key} {value}" for key, value in asked.items() if value)
-    options += " --fill" * fill + " --mirrored" * mirrored + "".join(f" --group {one}" for one in group or ())
+    flags = {"--fill": fill, "--straight": straight, "--mirrored": mirrored}
+    options += "".join(f" {flag}" for flag, given in flags.items() if given)
+    options += "".join(f" --group {one}" for one in group or ())
     command = f"motionenv fit {model} --mocap {mocap.name}{options} --out {out.name}"
     reading = {"fps": fps, "unit": unit, "up": up, "person": person, "marker_map": marker_map(map_), "fill": fill}
     if model == "tree":
         _fit_tree(mocap, out, command, activity=activity, mirrored=mirrored, **reading)
     else:
-        _fit_walk(model, mocap, out, command, _groups(group), **reading)
+        _fit_walk(model, mocap, out, command, _groups(group), straight, **reading)
 
 
 def models(context: typer.Context) -> None:
@@ -128,11 +133,12 @@ def _groups(given: list[str] | None) -> dict[str, list[str]] | None:
     return {name: [who.strip() for who in people.split(",")] for name, _, people in parts}
 
 
-def _fit_walk(model, mocap, out, command, groups, **reading) -> None:
+def _fit_walk(model, mocap, out, command, groups, straight, **reading) -> None:
     from motionenv.models import training
 
     with progress("reading walks", None) as step:
         walks = training.read_walks(mocap, on_file=step, **reading)
+    walks = walks.straight() if straight else walks
     for name, why in walks.left_out.items():
         note(f"left out {name}: {why}")
     with err.status(f"fitting {model} to {len(walks.motions)} walks of {len(set(walks.subjects))} people"):

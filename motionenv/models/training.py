@@ -77,6 +77,8 @@ class Walks:
         """Those that are long, straight and steady, and so cut by their period: the shipped models' are CMU's."""
         kept = [walk.found == "period" for walk in self.strides]
         some: dict[str, Any] = {name: tuple(compress(getattr(self, name), kept)) for name in _OF_WALKS}
+        if not any(kept):
+            raise MotionError("no walk is long, straight and steady: leave --straight out")
         return replace(self, **some)
 
     def summary(self) -> dict[str, int | str]:

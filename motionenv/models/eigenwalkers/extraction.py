@@ -11,12 +11,13 @@ from scipy.optimize import minimize_scalar
 
 from motionenv.errors import GapError, MotionError
 from motionenv.models.eigenwalkers import fourier_series as series
-from motionenv.models.eigenwalkers.fourier_series import LEFT_ANKLE, PARTS, PELVIS, RIGHT_ANKLE, FourierWalker
+from motionenv.models.eigenwalkers.fourier_series import HIGHER, LEFT_ANKLE, PARTS, PELVIS, RIGHT_ANKLE, FourierWalker
 from motionenv.types import MARKERS, Markers, Motion
 
 if TYPE_CHECKING:
     from motionenv.gait import Stride
 
+_PARTS = len(PARTS)
 _TRAVEL = 0.2  # [m/s] least speed at which the pelvis' velocity, and not the body's orientation, gives the heading
 _LEAST = 8  # frames in which a marker must be seen, for five coefficients
 _DETERMINED = 0.01  # least eigenvalue of the normal equations per frame; 0.5 if all phases are seen equally often
@@ -60,12 +61,15 @@ def fourier_walker(
     if frequency * seconds < _STRIDES:
         raise GapError(f"{markers.name or 'this walk'} has fewer than two strides in its steady stretch: leave it out")
     coefficients, velocity, variance = _series(positions, gaps, t, frequency, drift)
-    power = series.harmonic_power(coefficients)
+    power = series.harmonic_power(coefficients[:_PARTS])
     shares = power / (power.sum() + variance)
     way = _way(coefficients[0], velocity, markers.name)
-    w = series.grounded(series.centred(series.in_phase(_turned(coefficients, way))))
+    all_ = series.in_phase(_turned(coefficients, way))
+    w = series.grounded(series.centred(all_[:_PARTS]))
     heading = float(np.arctan2(way[1], way[0]))
-    return FourierWalker(w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name, heading)
+    return FourierWalker(
+        w, frequency, float(velocity @ way), shares, frequency * seconds, markers.name, heading, all_[_PARTS:]
+    )
 
 
 def walker_of_strides(markers: Markers, strides: Sequence[Stride], headings: np.ndarray) -> FourierWalker:
@@ -91,9 +95,9 @@ def walker_of_strides(markers: Markers, strides: Sequence[Stride], headings: np.
         if not any(PELVIS in some and len(still[frames]) >= _LEAST for frames, some in gaps):
             continue
         coefficients, _, variance = _series(still, gaps, t, 1 / stride.seconds, 0)
-        if np.isfinite(coefficients[:, LEFT_ANKLE]).all() or np.isfinite(coefficients[:, RIGHT_ANKLE]).all():
+        if np.isfinite(coefficients[:_PARTS, [LEFT_ANKLE, RIGHT_ANKLE]]).all((0, 2)).any():
             found.append(series.centred(series.in_phase(coefficients)))
-            shares = series.harmonic_power(coefficients)
+            shares = series.harmonic_power(coefficients[:_PARTS])
             power.append(shares / (shares.sum() + variance))
     if not found:
         raise GapError(f"{markers.name or 'this walk'} shows the pelvis and an ankle in no whole stride: leave it out")
@@ -102,9 +106,10 @@ def walker_of_strides(markers: Markers, strides: Sequence[Stride], headings: np.
     seconds = np.array([stride.seconds for stride in strides])
     speed = sum(stride.length for stride in strides) / seconds.sum()
     heading = float(np.angle(np.exp(1j * headings).sum()))
+    w = series.in_phase(w)
     return FourierWalker(
-        series.grounded(series.in_phase(w)), float(np.exp(-np.log(seconds).mean())), float(speed), np.mean(power, 0),
-        len(strides), markers.name, heading,
+        series.grounded(w[:_PARTS]), float(np.exp(-np.log(seconds).mean())), float(speed), np.mean(power, 0),
+        len(strides), markers.name, heading, w[_PARTS:],
     )  # fmt: skip
 
 
@@ -228,22 +233,30 @@ def _turned(coefficients: np.ndarray, way: np.ndarray) -> np.ndarray:
 
 
 def _series(positions, gaps, t, frequency: float, drift: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """Coefficients (5, 15, 3), mean velocity (2,) of the pelvis and residual variance [m²] at one frequency."""
-    basis = series.columns(2 * np.pi * frequency * t)
+    """Coefficients (17, 15, 3), mean velocity (2,) of the pelvis and residual variance [m²] at one frequency.
+
+    The first five are eq. 3.1's; those of the `HIGHER` harmonics, and the variance, are of what these leave.
+    """
+    every = series.columns(2 * np.pi * frequency * t, harmonics=HIGHER[-1])
+    basis, finer = every[:, :_PARTS], every[:, _PARTS:]
     path = (t / t[-1])[:, None] ** np.arange(1, drift + 1)
     there = next(frames for frames, some in gaps if PELVIS in some)
-    bent = np.linalg.lstsq(np.column_stack([basis, path])[there], positions[there, PELVIS], rcond=None)[0][len(PARTS) :]
+    bent = np.linalg.lstsq(np.column_stack([basis, path])[there], positions[there, PELVIS], rcond=None)[0][_PARTS:]
     travel = path @ (bent * [1.0, 1.0, 0.0])
     still = positions - travel[:, None, :]
-    coefficients, variance = np.full((len(PARTS), len(MARKERS), 3), np.nan), 0.0
+    coefficients, variance = np.full((every.shape[1], len(MARKERS), 3), np.nan), 0.0
     for frames, some in gaps:
         a = basis[frames]
         if len(a) < _LEAST or np.linalg.eigvalsh(a.T @ a)[0] < _DETERMINED * len(a):
             continue
         y = still[np.ix_(frames, some)].reshape(len(a), -1)
         x = np.linalg.solve(a.T @ a, a.T @ y)
-        variance += ((y - a @ x) ** 2).sum() / len(a)
-        coefficients[:, some] = x.reshape(len(PARTS), -1, 3)
+        rest = y - a @ x
+        variance += (rest**2).sum() / len(a)
+        coefficients[:_PARTS, some] = x.reshape(_PARTS, -1, 3)
+        normal = finer[frames].T @ finer[frames]
+        if np.linalg.eigvalsh(normal)[0] >= _DETERMINED * len(a):
+            coefficients[_PARTS:, some] = np.linalg.solve(normal, finer[frames].T @ rest).reshape(len(normal), -1, 3)
     return coefficients, (travel[-1] - travel[0])[:2] / np.ptp(t), variance
 
 

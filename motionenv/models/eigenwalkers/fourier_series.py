@@ -10,6 +10,9 @@ r"""Periodic walking as a short Fourier series: paper B, section 3.1 (Zhang & Tr
 - Phase: at phase 0 the fundamental of the left ankle's lead over the right one is greatest. The left foot is furthest
   ahead, about at heel strike.
 - Frequency: stored beside w, not in it.
+
+Two harmonics bend the knee by several degrees at contact and put the foot down late. Walks that are made therefore have
+`HIGHER` harmonics beyond w: those of the average walker, in proportion to the length of strides. They aren't part of w.
 """
 
 from __future__ import annotations
@@ -26,6 +29,8 @@ from motionenv.types import MARKERS, frozen
 
 #: The rows of w.
 PARTS = ("p0", "p1", "q1", "p2", "q2")
+#: The harmonics beyond them of walks that are made.
+HIGHER = (3, 4, 5, 6, 7, 8)
 #: Markers without which a walker can't walk: of the pelvis and the legs.
 WALKING = ("pelvis", *MARKERS[MARKERS.index("left_hip") :])
 LEFT_ANKLE, RIGHT_ANKLE, PELVIS = (MARKERS.index(n) for n in ("left_ankle", "right_ankle", "pelvis"))
@@ -38,7 +43,7 @@ _LEGS = [[MARKERS.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")
 _SHOULDERS = [MARKERS.index("left_shoulder"), MARKERS.index("right_shoulder")]
 _PHASES = np.arange(48) * (2 * np.pi / 48)
 _TWELVE = _PHASES[::4]
-_ROLL = 1.086  # feet roll over their balls: mean ratio of the stride lengths of `locomotion.gait` to the ankle's, ± 1 %
+_ROLL = 1.086  # feet roll over their balls: mean ratio of the stride lengths of two harmonics to the ankle's, ± 1 %
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,6 +59,7 @@ class FourierWalker(OneLine):
         strides: number of strides seen.
         name: origin of the walk, for people.
         heading: direction of walking in the capture's world, from x towards y [rad].
+        higher: (12, 15, 3) [m], sine and cosine of each of the `HIGHER` harmonics; None or NaN if unknown.
     """
 
     coefficients: np.ndarray
@@ -63,38 +69,46 @@ class FourierWalker(OneLine):
     strides: float = np.nan
     name: str = ""
     heading: float = np.nan
+    higher: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         coefficients = frozen(self.coefficients, (len(PARTS), len(MARKERS), 3), "FourierWalker.coefficients")
         object.__setattr__(self, "coefficients", coefficients)
         object.__setattr__(self, "shares", frozen(self.shares, (2,), "FourierWalker.shares"))
+        if self.higher is not None:
+            shape = 2 * len(HIGHER), len(MARKERS), 3
+            object.__setattr__(self, "higher", frozen(self.higher, shape, "FourierWalker.higher"))
         if np.isinf(coefficients).any() or not 0 < self.frequency < np.inf:
             raise MotionError(
                 f"FourierWalker needs coefficients without infinity, frequency above 0: got {self.frequency!r}"
             )
 
 
-def columns(phase: ArrayLike, derivative: int = 0) -> np.ndarray:
-    """The five functions of eq. 3.1 at phases ωt (...) [rad], (..., 5): 1, sin, cos, sin 2, cos 2, or a derivative."""
+def columns(phase: ArrayLike, derivative: int = 0, harmonics: int = 2) -> np.ndarray:
+    """The five functions of eq. 3.1 at phases ωt (...) [rad], (..., 5): 1, sin, cos, sin 2, cos 2, or a derivative.
+
+    With more `harmonics`, their sine and cosine follow.
+    """
     phase = np.asarray(phase, dtype=np.float64)
     turn = derivative * np.pi / 2
-    waves = [2 ** (derivative * i) * f((i + 1) * phase + turn) for i in (0, 1) for f in (np.sin, np.cos)]
+    waves = [h**derivative * f(h * phase + turn) for h in range(1, harmonics + 1) for f in (np.sin, np.cos)]
     return np.stack([np.full_like(phase, 0.0 if derivative else 1.0), *waves], axis=-1)
 
 
 def positions_at(coefficients: np.ndarray, phase: ArrayLike, derivative: int = 0) -> np.ndarray:
     """Marker positions in place (..., frames, 15, 3) [m] (eq. 3.1), or a derivative of them by phase.
 
-    Coefficients are (..., 5, 15, 3) [m], phases ωt (frames,) [rad].
+    Coefficients are (..., 5, 15, 3) [m], or more if there are more harmonics, phases ωt (frames,) [rad].
     """
-    return np.einsum("th,...hmc->...tmc", columns(phase, derivative), coefficients)
+    waves = columns(phase, derivative, coefficients.shape[-3] // 2)
+    return np.einsum("th,...hmc->...tmc", waves, coefficients)
 
 
 def later(coefficients: ArrayLike, phase: ArrayLike) -> np.ndarray:
-    """Coefficients (..., 5, 15, 3) of the same motion with `phase` (...) [rad] as its new zero."""
+    """Coefficients (..., 5, 15, 3), or more, of the same motion with `phase` (...) [rad] as its new zero."""
     w = np.asarray(coefficients, dtype=np.float64)
     moved = w.copy()
-    for h in (1, 2):
+    for h in range(1, w.shape[-3] // 2 + 1):
         s, c = (f(h * np.asarray(phase, dtype=np.float64))[..., None, None] for f in (np.sin, np.cos))
         p, q = w[..., 2 * h - 1, :, :], w[..., 2 * h, :, :]
         moved[..., 2 * h - 1, :, :], moved[..., 2 * h, :, :] = c * p - s * q, s * p + c * q
@@ -104,11 +118,12 @@ def later(coefficients: ArrayLike, phase: ArrayLike) -> np.ndarray:
 def mirrored(coefficients: ArrayLike) -> np.ndarray:
     """Coefficients (..., 5, 15, 3) of the mirror image, half a stride later, so that its left foot is furthest ahead.
 
-    Left and right markers swap, y changes sign, and half a stride changes the sign of the fundamental.
+    Left and right markers swap, y changes sign, and half a stride changes the sign of odd harmonics, of which there may
+    be more than the first.
     """
     w = np.asarray(coefficients, dtype=np.float64)[..., OTHER_SIDE, :] * [1.0, -1.0, 1.0]
-    w[..., 1:3, :, :] *= -1
-    return w
+    odd = (np.arange(w.shape[-3]) + 1) // 2 % 2 == 1
+    return np.where(odd[:, None, None], -w, w)
 
 
 def in_phase(coefficients: ArrayLike) -> np.ndarray:

@@ -33,7 +33,7 @@ _PADDING = 0.375  # of a cycle, before and after it, so that what smooths over t
 class Gait:
     """Body of a Fourier walker, and its way over the ground."""
 
-    coefficients: np.ndarray  # (5, 15, 3) [m], standing on z = 0
+    coefficients: np.ndarray  # (5, 15, 3) [m] or more, standing on z = 0
     skeleton: Skeleton  # the cylinder body, limbs as long as between the markers
     poses: np.ndarray  # (SAMPLES, 25) of the body that follows the markers in place
     lift: float  # by how much the fitted body is raised [m], so that its lowest foot touches the ground
@@ -95,7 +95,10 @@ class Gait:
 
 
 def gait(coefficients: ArrayLike) -> Gait:
-    """Body and way of a walker (5, 15, 3) [m], or a GapError for a marker of pelvis or legs; keeps the last ones."""
+    """Body and way of a walker (5, 15, 3) [m], or with more harmonics; keeps the last ones.
+
+    A GapError if a marker of pelvis or legs is unknown.
+    """
     coefficients = np.asarray(coefficients, dtype=np.float64)
     unknown = [name for name in WALKING if np.isnan(coefficients[:, MARKERS.index(name)]).any()]
     if unknown:
@@ -105,7 +108,7 @@ def gait(coefficients: ArrayLike) -> Gait:
 
 @lru_cache(maxsize=64)
 def _gait(coefficients: bytes) -> Gait:
-    w = grounded(np.frombuffer(coefficients).reshape(5, len(MARKERS), 3))
+    w = grounded(np.frombuffer(coefficients).reshape(-1, len(MARKERS), 3))
     skeleton = fit_skeleton(_nodes(positions_at(w, _PHASES)))
     poses = _fitted(w, skeleton, SAMPLES, 0.0)
     lift = float(ANKLE_HEIGHT * skeleton.height - feet(poses, skeleton)[0][..., 2].min())

@@ -7,7 +7,7 @@ import numpy as np
 
 from motionenv.errors import MotionError
 from motionenv.models.eigenwalkers.extraction import fourier_walker
-from motionenv.models.eigenwalkers.fourier_series import PARTS, FourierWalker, centred, in_phase, mirrored
+from motionenv.models.eigenwalkers.fourier_series import HIGHER, PARTS, FourierWalker, centred, in_phase, mirrored
 from motionenv.types import MARKERS, Markers, Motion
 
 COEFFICIENTS = (len(PARTS), len(MARKERS), 3)  #: shape of a walker's coefficients
@@ -20,6 +20,7 @@ class Table:
     rows: np.ndarray  # (n, 5, 15, 3) [m], NaN where unknown
     frequencies: np.ndarray  # (n,) strides per second [Hz]
     people: tuple[str, ...]  # (n,) the person's label
+    higher: np.ndarray | None = None  # (n, 12, 15, 3) [m] higher harmonics, NaN where unknown
 
     def __len__(self) -> int:
         return len(self.people)
@@ -44,7 +45,10 @@ def read_walks(walks: Iterable[FourierWalker | Markers | Motion], subjects: Sequ
     labels = [str(s) for s in (range(len(made)) if subjects is None else subjects)]
     if len(labels) != len(made):
         raise MotionError(f"fit needs a subject for each walk, got {len(made)} walks and {len(labels)} subjects")
-    return Table(np.stack([w.coefficients for w in made]), np.array([w.frequency for w in made]), tuple(labels))
+    unknown = np.full((2 * len(HIGHER), len(MARKERS), 3), np.nan)
+    higher = np.stack([unknown if w.higher is None else w.higher for w in made])
+    rows, frequencies = np.stack([w.coefficients for w in made]), np.array([w.frequency for w in made])
+    return Table(rows, frequencies, tuple(labels), higher)
 
 
 def mean_walkers(table: Table, people: Sequence[str]) -> Table:

@@ -1,8 +1,9 @@
 """Walks of `motionenv.models.walking.model`, one walker at a time, and the way of the root over the ground.
 
 The foot whose ball moves back fastest under the body stands, in double support the one behind, over which people roll
-on while the other foot lands: the body moves forward as fast, and is as high as the lower ankle's height says (`carry`).
-What the feet still slip is taken out at the hips (`plant`). Each walk is turned so that its even cycle goes along x.
+on while the other foot lands: the body moves forward as fast, and is as high as the lower ankle's height says
+(`carry`). What the feet still slip is taken out at the hips (`plant`). Each walk is turned so that its even cycle goes
+along x.
 
 A block of `LANES` samples lies in rows of one flat array whose row numbers are known to the compiler, so that each loop
 over samples becomes vector instructions; sines, cosines and exponentials are polynomials for the same reason. Time is
@@ -440,14 +441,8 @@ def carry(rows, samples, rate, height):
 
     The legs' rows are filled in; there are `samples` of each, `rate` per second, of a body of `height` [m].
     """
-    z, work, more, left, right = rows[Z], rows[_WORK], rows[_MORE], rows[STANDS], rows[STANDS + 1]
-    for t in range(samples):
-        more[t] = (rows[LEG_ROWS + ANKLE, t] - rows[ANKLE, t]) / CONTACT.lower
-    _share(more, samples, work)
-    smooth(work, samples, CONTACT.settling * rate, more)
-    for t in range(samples):
-        other = rows[LEG_ROWS + ANKLE, t] - rows[LEG_ROWS + ANKLE_Z, t]
-        z[t] = other + more[t] * ((rows[ANKLE, t] - rows[ANKLE_Z, t]) - other)
+    more, left, right = rows[_MORE], rows[STANDS], rows[STANDS + 1]
+    _lift(rows, samples, rate)
     _balls(rows, samples, height)
     for axis in range(2):
         _gradient(rows[_BALLS + axis], samples, rate, rows[_SURELY + axis])
@@ -466,6 +461,19 @@ def carry(rows, samples, rate, height):
     smooth(right, samples, CONTACT.shifting * rate, left)
     for t in range(samples):
         right[t] = 1.0 - left[t]
+
+
+@jit
+def _lift(rows, samples, rate):
+    """Write the root's height [m] over the lower ankle."""
+    z, work, more = rows[Z], rows[_WORK], rows[_MORE]
+    for t in range(samples):
+        more[t] = (rows[LEG_ROWS + ANKLE, t] - rows[ANKLE, t]) / CONTACT.lower
+    _share(more, samples, work)
+    smooth(work, samples, CONTACT.settling * rate, more)
+    for t in range(samples):
+        other = rows[LEG_ROWS + ANKLE, t] - rows[LEG_ROWS + ANKLE_Z, t]
+        z[t] = other + more[t] * ((rows[ANKLE, t] - rows[ANKLE_Z, t]) - other)
 
 
 @jit
