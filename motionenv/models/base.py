@@ -20,6 +20,7 @@ from motionenv.arguments import ARGUMENTS, Request, WalkArguments, keyword_argum
 from motionenv.body.skeleton import from_height
 from motionenv.errors import ExtrapolationWarning, MotionError
 from motionenv.models.contact_rule import SAMPLES
+from motionenv.models.people.population import Person
 from motionenv.models.storage.model_file import StoredModel
 from motionenv.models.traits import traits
 from motionenv.models.types import Components, Cycle, Trait, Treadmill, Walker
@@ -147,6 +148,9 @@ class GaitModel(StoredModel):
     ) -> Walker:  # fmt: skip
         """One person, drawn at random or given by scores. Components without a score are average.
 
+        Who is given by scores or deviations walks at the mean pace of people of that height: scores are a style, which
+        doesn't change speed (`motionenv.models.people.average_person`).
+
         Args:
             seed: int or Generator to draw with.
             scores: up to q scores along the components.
@@ -172,7 +176,11 @@ class GaitModel(StoredModel):
             )
         made, first = components.means.copy(), slice(len(values))
         made[first] = values if deviations is None else made[first] + values * components.deviations[first]
-        return Walker(self.kind, tuple(made))
+        return Walker(self.kind, tuple(made), person=self._person_of(made))
+
+    def _person_of(self, scores: np.ndarray) -> Person | None:
+        """Body and pace of whoever is given by `scores` (q,) alone; None where scores say nothing of them."""
+        return None
 
     @keyword_arguments(WalkArguments)
     def synthesize(

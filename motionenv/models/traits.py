@@ -1,8 +1,8 @@
-"""Directions in which a walk changes in ways that people name: slower or faster, flatter or bouncier.
+"""Directions in which a walk changes in ways that people name: flatter or bouncier, leaning back or forward.
 
-Each feature of gait, measured on walkers drawn from the model, is regressed on their scores in standard deviations. As
-these have variance 1, the regression's weights point in the direction of steepest change of the feature. One step of a
-trait is one standard deviation in that direction.
+Each feature of gait, measured on walkers drawn from the model at one pace, is regressed on their scores in standard
+deviations. As these have variance 1, the regression's weights point in the direction of steepest change of the feature.
+One step of a trait is one standard deviation in that direction.
 """
 
 from __future__ import annotations
@@ -59,10 +59,9 @@ def measured(components: Components, treadmill: Treadmill, deviations: ArrayLike
 
 @dataclass(frozen=True, eq=False)
 class _Walkers:
-    """Markers (n, samples, 15, 3) [m] of a cycle in place, speeds (n,) [m/s] and body heights (n,) [m]."""
+    """Markers (n, samples, 15, 3) [m] of a cycle in place, and body heights (n,) [m]."""
 
     markers: np.ndarray
-    speeds: np.ndarray
     heights: np.ndarray
 
     def of(self, name: str) -> np.ndarray:
@@ -101,7 +100,6 @@ def _lean(w: _Walkers) -> np.ndarray:
 
 #: Features by name: words for little and much of it, unit, and the function that measures it.
 FEATURES: dict[str, tuple[str, str, str, Callable[[_Walkers], np.ndarray]]] = {
-    "pace": ("slow", "fast", "m/s", lambda w: w.speeds),
     "bounce": ("flat", "bouncy", "body heights", _bounce),
     "arm swing": ("still arms", "swinging arms", "body heights", _swing),
     "arm spread": ("narrow arms", "wide arms", "body heights", lambda w: _apart(w, "wrist")),

@@ -18,7 +18,8 @@ class Walker(OneLine):
     Attributes:
         kind: kind of the model.
         scores: scores along the model's components, if it has any.
-        stride_seconds: stride time [s] at the walker's own speed; None takes what the model expects of the scores.
+        stride_seconds: stride time [s] at the walker's own speed; None takes what makes the person's speed
+            or, without a person, what the model expects of the scores.
         person: the person's body, comfortable speed and walk ratio; None takes the model's average body.
         start: index of the database window at which the motion starts, in a model that has a database.
     """
@@ -105,15 +106,15 @@ class Treadmill(OneLine):
         arrays: see `motionenv.models.parameters`.
         offsets: (16, 3) node offsets of the drawn body, in body heights.
         height: height of the average body [m].
-        crowd: maps scores (n, q) of many walkers to markers (n, samples, 15, 3) [m] in place, speeds (n,) [m/s] and
-            body heights (n,) [m].
+        crowd: maps scores (n, q) of many walkers to markers (n, samples, 15, 3) [m] in place, at the mean pace of
+            people, and body heights (n,) [m].
     """
 
     frame: str
     arrays: dict[str, np.ndarray]
     offsets: np.ndarray
     height: float
-    crowd: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+    crowd: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)

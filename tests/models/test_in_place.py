@@ -11,6 +11,7 @@ from motionenv.body import feet, limit_excess
 from motionenv.body.skeleton import ANKLE_HEIGHT
 from motionenv.models import cycle
 from motionenv.models.contact_rule import SAMPLES
+from motionenv.models.people import average_person
 
 PEOPLE = [(), *np.random.default_rng(3).uniform(-2, 2, (4, 8)).tolist()]
 MODELS = ["walk/fpca", "walk/eigenwalkers", "walk/prior"]
@@ -35,7 +36,7 @@ def over_the_ground(model, walker, made, **asked):
 @pytest.mark.parametrize(("samples", "asked"), [(96, {}), (96, {"height": 1.3}), (24, {}), (133, {})])
 def test_a_walker_of_poses_stands_and_steps_as_over_the_ground(deviations, samples, asked):
     model = motionenv.load("walk/fpca")
-    walker = model.walker(deviations=deviations)
+    walker = motionenv.Walker(model.kind, model.walker(deviations=deviations).scores)  # at the pace of the scores
     made = cycle(model, walker=walker, samples=samples, **asked)
     if samples < SAMPLES:  # contact is looked at more often than is shown
         finer = cycle(model, walker=walker, samples=4 * samples, **asked)
@@ -112,14 +113,14 @@ def test_many_at_once_are_each_one(model):
     components = model.components()
     scores = components.means + components.deviations * np.random.default_rng(1).uniform(-1, 1, (3, len(components)))
     walkers = [model.walker(scores=row) for row in scores]
-    markers, speeds, heights = model.treadmill().crowd(scores)
+    markers, heights = model.treadmill().crowd(scores)
     for i, made in enumerate(model.in_place(walkers, samples=SAMPLES)):
         alone = cycle(model, scores=scores[i])
-        np.testing.assert_array_equal(made.poses, alone.poses)
+        np.testing.assert_allclose(made.poses, alone.poses, rtol=0, atol=1e-12)
         # Without fitting bodies, the way of markers isn't known to the millimetre.
-        tolerance = 1e-12 if model.kind == "walking" else 0.04
+        tolerance = 1e-12 if model.kind == "walking" else 0.05
         np.testing.assert_allclose(markers[i], made.markers, atol=tolerance)
-        assert speeds[i] == pytest.approx(made.speed, rel=tolerance)
+        assert made.speed == pytest.approx(average_person(heights[i]).speed, rel=1e-9)  # style doesn't change speed
         assert heights[i] == pytest.approx(made.body.height, rel=tolerance)
 
 

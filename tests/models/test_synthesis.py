@@ -7,6 +7,7 @@ import motionenv
 from motionenv.body import markers
 from motionenv.errors import ModelError, MotionError
 from motionenv.models.fpca.model import FunctionalPCA
+from motionenv.models.people import average_person
 from motionenv.models.synthesis import synthesize
 from motionenv.models.transforms import scaled
 from motionenv.models.walking.preprocessing import gait_channels, walking_cycles
@@ -98,10 +99,19 @@ def test_deviations_are_along_the_components(model):
     assert (synthesize(fitted, 2, 30, seed=3, deviations=[0, -1.5]).poses != walks[0].poses).any()
 
 
-def test_a_given_walker_has_the_scores_and_the_pace_that_were_asked_for():
+def test_a_given_style_walks_at_the_pace_of_people():
+    for name in ("walk/fpca", "walk/eigenwalkers", "walk/prior"):
+        for deviations in ([], [2.0], [-2.0, 1.0]):
+            walk = synthesize(name, 8, 60, deviations=deviations, variation=0.0)
+            speed = (walk.poses[-1, 0] - walk.poses[0, 0]) * 60 / 479
+            assert speed == pytest.approx(average_person(walk.skeleton.height).speed, rel=0.04)
+
+
+def test_a_walker_of_scores_alone_has_them_and_their_pace():
     model = motionenv.load("walk/fpca")
     mean, deviation = model.components().means, model.components().deviations
-    motion = synthesize(model, 8, 60, deviations=[1.0, -0.5], variation=0.0)
+    walker = motionenv.Walker(model.kind, model.walker(deviations=[1.0, -0.5]).scores)
+    motion = model.synthesize(8, 60, walker=walker, variation=0.0)
     cycles = walking_cycles([gait_channels(motion)], [60], ["her"])
     got = np.median(model.fpca_.transform(cycles.values), axis=0)
     np.testing.assert_allclose((got - mean)[:2] / deviation[:2], [1.0, -0.5], atol=0.25)

@@ -22,8 +22,8 @@ print(f"{fpca.n_components_} components explain {shares.sum():.0%}; residuals ar
 figure = plots.scree(fpca)
 
 # %%
-# Two standard deviations along each component to either side of the mean, in the angles that differ most between people:
-# the usual way to see what a component is.
+# Two standard deviations along each component to either side of the mean, in the angles that differ most between
+# people: the usual way to see what a component is.
 
 figure = plots.components(fpca)
 

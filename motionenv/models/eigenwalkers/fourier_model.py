@@ -29,7 +29,7 @@ from motionenv.models.eigenwalkers.speed import at_speed, longer
 from motionenv.models.eigenwalkers.table import COEFFICIENTS
 from motionenv.models.fpca.em_fit import fit_ppca
 from motionenv.models.fpca.observations import Observations, group_centres
-from motionenv.models.people.population import draw_person
+from motionenv.models.people.population import Person, average_person, draw_person
 from motionenv.models.transforms import scaled
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.types import MARKERS, SPEED_RANGE, Markers, Motion
@@ -246,11 +246,16 @@ class FourierModel(GaitModel):
             cycle, markers=size * cycle.markers, poses=body.poses, body=body.skeleton, stride=size * cycle.stride
         )
 
-    def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """`Treadmill.crowd` of `scores` (n, q): no bodies are fitted, so the ankles say how far a stride goes."""
-        w = grounded(self.inverse_transform(scores))
-        positions = positions_at(w, np.arange(SAMPLES) * (2 * np.pi / SAMPLES))
-        return positions, _MADE * stride_lengths(w) * self.frequency(scores), body_heights(w)
+    def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`Treadmill.crowd` of `scores` (n, q): no bodies are fitted."""
+        w = self.inverse_transform(scores)
+        heights = body_heights(w)
+        steps = np.array([average_person(height).step_length for height in heights])
+        w = grounded(longer(self, w, np.log(2 * steps / (_MADE * stride_lengths(w)))))
+        return positions_at(w, np.arange(SAMPLES) * (2 * np.pi / SAMPLES)), heights
+
+    def _person_of(self, scores: np.ndarray) -> Person:
+        return average_person(float(body_heights(self.inverse_transform(scores)[None])[0]))
 
     def body(self, height: float | None = None) -> None:
         """None for any `height`: each walker's markers determine its limb lengths."""

@@ -72,6 +72,11 @@ class Person(OneLine):
         return Skeleton(offsets * height, limb_radii(height), height)
 
 
+def average_person(height: float) -> Person:
+    """Who has average proportions, pace and walk ratio at that `height` [m]: one of those that `draw_person` draws."""
+    return Person(height, 1.0, 1.0, 1.0, float(np.sqrt(_size(height)) * _PACE[0]), _WALK_RATIO[0] * height)
+
+
 def draw_person(rng: np.random.Generator, *, height: float | None = None, about: float = _MEAN_HEIGHT) -> Person:
     """Draw an adult, man or woman.
 
@@ -83,10 +88,15 @@ def draw_person(rng: np.random.Generator, *, height: float | None = None, about:
     """
     sex = int(rng.integers(2))
     z = np.clip(rng.standard_normal(6), -_MOST, _MOST)
-    size = 1.0 if _ADULT[0] <= about <= _ADULT[1] else about / _MEAN_HEIGHT
+    size = _size(about)
     mean, deviation = _STATURE[sex]
     stature = size * (mean + deviation * z[0]) if height is None else height
     legs, shoulders, hips = (of[0][sex] + of[1] * d for of, d in zip((_LEGS, _SHOULDERS, _HIPS), z[1:4], strict=True))
     speed = np.sqrt(size) * (_PACE[0] + _PACE[1] * z[4])
     ratio = _WALK_RATIO[0] * stature * np.exp(_WALK_RATIO[1] * z[5])
     return Person(*(float(value) for value in (stature, legs, shoulders, hips, speed, ratio)))
+
+
+def _size(height: float) -> float:
+    """1 for the height [m] of adults, else how much larger than the average adult's it is."""
+    return 1.0 if _ADULT[0] <= height <= _ADULT[1] else height / _MEAN_HEIGHT

@@ -29,7 +29,7 @@ from motionenv.models.base import GaitModel
 from motionenv.models.contact_rule import SAMPLES
 from motionenv.models.fpca.model import FunctionalPCA
 from motionenv.models.people.pace import Pace, fit_pace
-from motionenv.models.people.population import draw_person
+from motionenv.models.people.population import Person, average_person, draw_person
 from motionenv.models.types import Components, Cycle, Treadmill, Walker
 from motionenv.models.walking.tables import (
     CHANNELS,
@@ -169,8 +169,7 @@ class WalkingModel(GaitModel):
         fpca, q = self.fpca_, self.fpca_.n_components_
         spread = 1.5 * root_of(self.person_covariance_[:q, :q])  # a little wider than people
         scores = self.person_mean_[:q] + np.random.default_rng(0).standard_normal((_DRAWN, q)) @ spread
-        speeds = self.crowd(scores)[1]
-        lengths = np.log(speeds * self.stride_seconds(scores) / self.height_)
+        lengths = np.log(self._of_mean_body(scores, 0.0)[1] / self.height_)
         knees = [fpca.channels_.index(f"{side}_knee_flexion") for side in ("left", "right")]
         bend = np.mean([fpca.components_[:, fpca.mean_[:, i].argmax(), i] for i in knees], axis=0)
         own = self.standard(rows[:, :q]), people, rows[:, q + 1], rows[:, q] + rows[:, q + 1]
@@ -269,18 +268,25 @@ class WalkingModel(GaitModel):
     ) -> list[Cycle]:  # fmt: skip
         """One stride in place, at `samples` phases, of each of `walkers`, at a `speed` [m/s], of a `height` [m]."""
         stride, bodies, shapes = self._people(walkers, [height] * len(walkers))
-        markers, poses, standing, strides, seconds = self._cycles(stride, shapes, speed, samples)
+        speeds = self._asked(walkers, [speed] * len(walkers))
+        markers, poses, standing, strides, seconds = self._cycles(stride, shapes, speeds, samples)
         return [
             Cycle(markers[i], poses[i], standing[i], bodies[i], float(strides[i]), float(seconds[i]))
             for i in range(len(walkers))
         ]
 
-    def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """`Treadmill.crowd` of `scores` (n, q): walkers of the mean body at the stride times that suit them."""
-        body, seconds = self.skeleton(), self.stride_seconds(scores)
-        shapes = np.repeat(body.offsets[None], len(scores), axis=0), np.full(len(scores), body.height)
-        markers, _, _, strides, _ = self._cycles(WalkerScores(scores, seconds), shapes, None, SAMPLES)
-        return markers, strides / seconds, shapes[1]
+    def crowd(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`Treadmill.crowd` of `scores` (n, q): walkers of the mean body at the mean pace of people."""
+        markers, _, heights = self._of_mean_body(scores, average_person(self.height_).speed)
+        return markers, heights
+
+    def _of_mean_body(self, scores: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Markers of cycles in place, strides (n,) [m] and heights (n,) [m] at a `speed`, or with 0 their own."""
+        n, body = len(scores), self.skeleton()
+        shapes = np.repeat(body.offsets[None], n, axis=0), np.full(n, body.height)
+        own = WalkerScores(scores, self.stride_seconds(scores))
+        markers, _, _, strides, _ = self._cycles(own, shapes, np.full(n, speed), SAMPLES)
+        return markers, strides, shapes[1]
 
     def body(self, height: float | None = None) -> Skeleton:
         """The mean body, scaled to `height` [m]."""
@@ -333,8 +339,16 @@ class WalkingModel(GaitModel):
     def _motions(self, walkers: list[Walker], heights, speeds, request: Request, rng) -> list[Motion]:
         """Walks of people with their own bodies, heights [m] and speeds [m/s], which may be None."""
         stride, bodies, shapes = self._people(walkers, heights)
-        poses = self._poses(stride, request, rng, shapes, np.array([speed or 0.0 for speed in speeds]))
+        poses = self._poses(stride, request, rng, shapes, self._asked(walkers, speeds))
         return [Motion(p, body, request.fps, "walk") for p, body in zip(poses, bodies, strict=True)]
+
+    def _asked(self, walkers: Sequence[Walker], speeds) -> np.ndarray:
+        """Speeds (n,) [m/s] to walk at, 0 for that of the stride time; None is the person's of who has no such time."""
+        own = [w.person.speed if w.person is not None and w.stride_seconds is None else 0.0 for w in walkers]
+        return np.array([mine if speed is None else speed for mine, speed in zip(own, speeds, strict=True)])
+
+    def _person_of(self, scores: np.ndarray) -> Person:
+        return average_person(self.height_)
 
     def _people(self, walkers: Sequence[Walker], heights) -> tuple[WalkerScores, list[Skeleton], tuple]:
         """Scores and stride times of people, their bodies, and these as offsets (n, 16, 3) and heights (n,) [m]."""
@@ -413,13 +427,15 @@ class WalkingModel(GaitModel):
 
         everywhere.share(fill, -(-n // _TOGETHER))
 
-    def _cycles(self, stride: WalkerScores, bodies, speed: float | None, samples: int) -> tuple[np.ndarray, ...]:
-        """Markers, poses and standing (n, samples, ...) in place, stride lengths (n,) [m] and times (n,) [s]."""
+    def _cycles(self, stride: WalkerScores, bodies, speeds: np.ndarray, samples: int) -> tuple[np.ndarray, ...]:
+        """Markers, poses and standing (n, samples, ...) in place, stride lengths (n,) [m] and times (n,) [s].
+
+        At `speeds` (n,) [m/s]; all 0 for those of the stride times.
+        """
         from motionenv.models.walking._walk_kernels import walk_in_place
 
         n = len(stride.seconds)
-        speeds = np.full(n, speed or 0.0)
-        if speed is not None:
+        if speeds.any():
             stride = self._at_speeds(stride, bodies, speeds)
         scores, seconds = np.ascontiguousarray(stride.scores, dtype=np.float64), np.array(stride.seconds, dtype=float)
         markers, poses, standing = (np.empty((n, samples, *shape)) for shape in ((15, 3), (25,), (2,)))

@@ -72,7 +72,7 @@ def test_it_walks_on_its_legs_and_has_no_arms(lower):
     assert np.isnan(walk.poses[:, 6:17]).all()
     assert np.isfinite(np.delete(walk.poses, range(6, 17), axis=1)).all()
     assert (walk.poses[-1, 0] - walk.poses[0, 0]) * 60 / 119 == pytest.approx(1.4, rel=0.05)
-    assert {trait.name for trait in lower.traits()} == {"pace", "bounce", "step width", "height"}
+    assert {trait.name for trait in lower.traits()} == {"bounce", "step width", "height"}
     assert np.isfinite(motionenv.fill(walk).poses).all()
 
 

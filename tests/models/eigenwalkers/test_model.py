@@ -6,8 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
+import motionenv
 from motionenv.errors import ModelError, MotionError
-from motionenv.models.eigenwalkers.fourier_series import FourierWalker, centred, grounded, in_phase, positions_at
+from motionenv.models.eigenwalkers.fourier_series import (
+    FourierWalker,
+    centred,
+    grounded,
+    in_phase,
+    positions_at,
+    stride_lengths,
+)
 from motionenv.models.eigenwalkers.model import Eigenwalkers
 from motionenv.models.eigenwalkers.walker_prior import WalkerPrior
 from motionenv.models.registry import load
@@ -160,9 +168,11 @@ def test_drawn_walkers_have_the_models_moments(model):
 
 def test_in_place_it_is_equation_3_1(model):
     k = np.sqrt(model.explained_variance_) * [1, -1, 0.5]
-    made = model.synthesize_markers(2.0, 50.0, walker=model.walker(scores=k), phase=0.25, overground=False)
+    walker = motionenv.Walker(model.kind, tuple(k))
+    made = model.synthesize_markers(2.0, 50.0, walker=walker, phase=0.25, overground=False)
     phase = 2 * np.pi * (0.25 + float(model.frequency(k)) * np.arange(100) / 50)
-    expected = positions_at(grounded(model.inverse_transform(k)), phase)
+    w = model.inverse_transform(k)
+    expected = positions_at(grounded(np.concatenate([w, stride_lengths(w) * model.higher_])), phase)
     np.testing.assert_allclose(made.positions, expected, atol=1e-9)
     assert made.names == MARKERS
 

@@ -82,7 +82,7 @@ def test_it_is_stored_described_and_exported(lower, tmp_path):
     assert np.isnan(arrays["mean"][:, :11]).all()
     assert np.isfinite(arrays["mean"][:, 11:]).all()
     assert np.isfinite(arrays["components"]).all()
-    assert {trait["name"] for trait in description["traits"]} == {"pace", "bounce", "step width"}
+    assert {trait["name"] for trait in description["traits"]} == {"bounce", "step width"}
     assert again.describe()["dimensions"]["channels"] == 13
     assert np.isfinite(lower.score([walk for walk in [lower.synthesize(5.0, 50.0, seed=2)]]))
 

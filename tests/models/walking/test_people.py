@@ -18,7 +18,8 @@ def model():
 def test_it_knows_how_long_strides_are(model):
     """Log stride lengths within 3 % of those of walking in place, of people who were not drawn to learn it."""
     scores = model.sample(60, seed=11).scores
-    lengths = np.log([cycle(model, scores=each).stride / model.height_ for each in scores])
+    walkers = [motionenv.Walker(model.kind, tuple(each)) for each in scores]  # each at the pace of the scores
+    lengths = np.log([cycle(model, walker=each).stride / model.height_ for each in walkers])
     assert (model.pace_.log_length(model.standard(scores)) - lengths).std() < 0.03
 
 
@@ -26,9 +27,8 @@ def test_knees_bend_with_speed_as_in_published_walks(model):
     """About 15° per log stride length at the knee's greatest flexion, where its curve is steep in no direction."""
     z = np.zeros((1, 8))
     longer, shorter = (model.pace_.longer(z, change, model.pace_.direction) for change in (0.1, -0.1))
-    peaks = [
-        np.degrees(cycle(model, deviations=each[0]).poses[:, [20, 24]].max(axis=0).mean()) for each in (longer, shorter)
-    ]
+    walkers = [motionenv.Walker(model.kind, model.walker(deviations=each[0]).scores) for each in (longer, shorter)]
+    peaks = [np.degrees(cycle(model, walker=each).poses[:, [20, 24]].max(axis=0).mean()) for each in walkers]
     assert (peaks[0] - peaks[1]) / 0.2 == pytest.approx(15, abs=8)
 
 
@@ -54,7 +54,7 @@ def test_a_model_of_one_walk_or_two_walks_like_them(walks, count, tmp_path):
     loaded = motionenv.load(tmp_path / "one.npz")
     mean = loaded.person_mean_[:-2]
     assert float(loaded.stride_seconds(mean)) == pytest.approx(np.exp(loaded.person_mean_[-2]))
-    assert cycle(loaded, scores=mean).speed == pytest.approx(1.2, abs=0.1)
+    assert cycle(loaded, walker=motionenv.Walker("walking", tuple(mean))).speed == pytest.approx(1.2, abs=0.1)
     for options in ({}, {"speed": 1.5}, {"deviations": [1.0]}):
         assert np.isfinite(motionenv.synthesize(loaded, 2, 30, seed=1, **options).poses).all()
 
